@@ -1,0 +1,2 @@
+//! The `atlasfit` program.
+fn main() {}

@@ -1,0 +1,96 @@
+//! The one error type of the core. Each text says what was wrong, where, and what to do.
+
+/// What went wrong. The core never panics on data: every failure is one of these.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Nothing usable was given.
+    #[error("empty input: {what}. {advice}")]
+    EmptyInput {
+        /// What was missing.
+        what: String,
+        /// What the caller can do.
+        advice: String,
+    },
+    /// An option or argument is outside its range.
+    #[error("invalid argument: {what}. {advice}")]
+    InvalidArgument {
+        /// Which argument, its value, and the range.
+        what: String,
+        /// What the caller can do.
+        advice: String,
+    },
+    /// An index refers to nothing.
+    #[error("index out of range: {what} holds {value} but there are only {limit} {of}")]
+    IndexOutOfRange {
+        /// Where the index stands, for example "triangle 7".
+        what: String,
+        /// The index.
+        value: u64,
+        /// The number of things it may refer to.
+        limit: u64,
+        /// What is counted, for example "vertices".
+        of: &'static str,
+    },
+    /// The input has no surface that could be fitted.
+    #[error("the input is degenerate: {what}. {advice}")]
+    Degenerate {
+        /// What was found.
+        what: String,
+        /// What the caller can do.
+        advice: String,
+    },
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled,
+    /// The time limit passed.
+    #[error("the time limit of {limit_s} s passed during {stage}. Raise the limit or give fewer points")]
+    TimedOut {
+        /// The limit, seconds.
+        limit_s: f64,
+        /// The stage that was running.
+        stage: &'static str,
+    },
+    /// The memory limit would be exceeded.
+    #[error(
+        "this needs about {needed_bytes} bytes, more than the memory limit of {limit_bytes}. Raise the limit or give fewer points"
+    )]
+    OutOfMemory {
+        /// Estimated need.
+        needed_bytes: u64,
+        /// The limit.
+        limit_bytes: u64,
+    },
+    /// An iteration left the finite numbers.
+    #[error("the fit diverged: {what}. {advice}")]
+    Diverged {
+        /// Which quantity.
+        what: String,
+        /// What the caller can do.
+        advice: String,
+    },
+    /// A defect of this library; please report it.
+    #[error("internal error: {what}. Please report this with the input that caused it")]
+    Internal {
+        /// What was violated.
+        what: String,
+    },
+}
+
+/// The core's result type.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    pub(crate) fn empty(what: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self::EmptyInput { what: what.into(), advice: advice.into() }
+    }
+    pub(crate) fn invalid(what: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self::InvalidArgument { what: what.into(), advice: advice.into() }
+    }
+    pub(crate) fn degenerate(what: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self::Degenerate { what: what.into(), advice: advice.into() }
+    }
+    pub(crate) fn internal(what: impl Into<String>) -> Self {
+        Self::Internal { what: what.into() }
+    }
+}

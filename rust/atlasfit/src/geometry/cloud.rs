@@ -1,0 +1,76 @@
+//! A point cloud with its attributes: what a scan is before anything is known about its surface.
+
+/// The type in which a file or a host keeps an attribute's numbers. Values are held as f64 (exact for all of
+/// these), the kind says how to write them back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScalarKind {
+    /// Unsigned 8 bit.
+    U8,
+    /// Signed 8 bit.
+    I8,
+    /// Unsigned 16 bit.
+    U16,
+    /// Signed 16 bit.
+    I16,
+    /// Unsigned 32 bit.
+    U32,
+    /// Signed 32 bit.
+    I32,
+    /// 32-bit float.
+    F32,
+    /// 64-bit float.
+    F64,
+}
+
+impl ScalarKind {
+    /// Whether values of this kind are whole numbers: labels, counts. Such values are copied from the nearest
+    /// point, never averaged.
+    #[must_use]
+    pub const fn is_integer(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// One named attribute, `width` numbers per point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attribute {
+    /// Its name, as in the file ("intensity", "scan_id").
+    pub name: String,
+    /// Numbers per point, at least 1.
+    pub width: usize,
+    /// How the numbers are stored outside.
+    pub kind: ScalarKind,
+    /// `width` values per point, point after point.
+    pub values: Vec<f64>,
+}
+
+/// A point cloud. Positions are f64 in the user's unit and frame; every optional column has one entry per point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointCloud {
+    /// Positions.
+    pub positions: Vec<[f64; 3]>,
+    /// Unit normals, if the scan came with them.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Red, green, blue, alpha in [0, 1], encoded as they were stored (sRGB by convention).
+    pub colors: Option<Vec<[f32; 4]>>,
+    /// Everything else.
+    pub attributes: Vec<Attribute>,
+}
+
+impl PointCloud {
+    /// A cloud of bare positions.
+    #[must_use]
+    pub fn from_positions(positions: Vec<[f64; 3]>) -> Self {
+        Self { positions, ..Self::default() }
+    }
+    /// Number of points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+    /// Whether there is no point.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+}

@@ -1,0 +1,61 @@
+//! A triangle mesh with per-vertex attributes and per-corner texture coordinates.
+
+use super::cloud::{Attribute, PointCloud};
+use crate::error::{Error, Result};
+
+/// A triangle mesh. Positions are f64 in the user's unit and frame. Counter-clockwise triangles face outward.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TriMesh {
+    /// Vertex positions.
+    pub positions: Vec<[f64; 3]>,
+    /// Vertex indices, three per triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals per vertex.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Red, green, blue, alpha per vertex in [0, 1], encoded as stored (sRGB by convention).
+    pub colors: Option<Vec<[f32; 4]>>,
+    /// Other attributes per vertex.
+    pub attributes: Vec<Attribute>,
+    /// Texture coordinates per corner of each triangle, v up.
+    pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    /// UV chart per triangle; `u32::MAX` where there is none.
+    pub face_chart: Option<Vec<u32>>,
+}
+
+impl TriMesh {
+    /// A mesh of bare positions and triangles.
+    #[must_use]
+    pub fn new(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Self {
+        Self { positions, triangles, ..Self::default() }
+    }
+
+    /// Checks that every index refers to a vertex.
+    ///
+    /// # Errors
+    /// [`Error::IndexOutOfRange`] naming the first triangle that does not.
+    pub fn validate(&self) -> Result<()> {
+        let n = self.positions.len();
+        for (i, t) in self.triangles.iter().enumerate() {
+            if let Some(&bad) = t.iter().find(|&&v| v as usize >= n) {
+                return Err(Error::IndexOutOfRange {
+                    what: format!("triangle {i}"),
+                    value: u64::from(bad),
+                    limit: n as u64,
+                    of: "vertices",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The vertices as a point cloud with their attributes.
+    #[must_use]
+    pub fn to_cloud(&self) -> PointCloud {
+        PointCloud {
+            positions: self.positions.clone(),
+            normals: self.normals.clone(),
+            colors: self.colors.clone(),
+            attributes: self.attributes.clone(),
+        }
+    }
+}

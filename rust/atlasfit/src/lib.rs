@@ -1,0 +1,16 @@
+//! Fits an atlas of smooth charts to a noisy 3D scan.
+//!
+//! In: a [`geometry::PointCloud`] (or the vertices of a [`geometry::TriMesh`]). Out: denoised points in
+//! input order, one stitched surface, and chart UVs.
+//! Method: *Deep Manifold Prior* (Gadelha, Wang, Maji, ECCV 2020); the default prior is the
+//! Gaussian-process limit of the paper's networks.
+//!
+//! Long work takes a [`Run`] (seed, threads, progress, cancel, time and memory limits). Nothing here
+//! prints, reads the environment or touches files.
+
+pub mod error;
+pub mod geometry;
+pub mod run;
+
+pub use error::{Error, Result};
+pub use run::{CancelToken, Context, Progress, Run, Stage};

@@ -1,0 +1,360 @@
+//! How long work is run: seed, threads, progress, cancel, limits.
+//!
+//! In: a [`Run`] made by the caller. [`Run::execute`] starts a thread pool of its own, runs the job in it,
+//! and keeps the calling thread free to report progress: the callback runs on the calling thread only,
+//! which is what GUI event loops and Python's lock need. The job gets a [`Context`] and asks
+//! [`Context::check`] often enough that a cancel takes effect within 100 ms.
+
+use crate::error::{Error, Result};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::{Duration, Instant};
+
+/// How often the calling thread wakes to report progress and to look at the cancel token. Well inside the
+/// 100 ms that a cancel may take, and slow enough to cost nothing.
+const TICK: Duration = Duration::from_millis(20);
+
+/// A stage of the work, in the order in which they run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+#[non_exhaustive]
+pub enum Stage {
+    /// Checking and normalising the input.
+    Prepare = 0,
+    /// Neighbours, spacing, noise, normals, outliers.
+    Analyse = 1,
+    /// Cutting the scan into overlapping charts.
+    Partition = 2,
+    /// Fitting the charts.
+    Fit = 3,
+    /// Projecting points onto the atlas.
+    Project = 4,
+    /// Stitching one surface.
+    Surface = 5,
+    /// Laying out UVs: segmentation.
+    Segment = 6,
+    /// Laying out UVs: flattening.
+    Parametrize = 7,
+    /// Laying out UVs: packing.
+    Pack = 8,
+    /// Measuring a result.
+    Measure = 9,
+    /// Baking textures.
+    Bake = 10,
+}
+
+impl Stage {
+    /// Every stage, in order.
+    pub const ALL: [Self; 11] = [
+        Self::Prepare,
+        Self::Analyse,
+        Self::Partition,
+        Self::Fit,
+        Self::Project,
+        Self::Surface,
+        Self::Segment,
+        Self::Parametrize,
+        Self::Pack,
+        Self::Measure,
+        Self::Bake,
+    ];
+
+    /// A short name for people, lower case.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Prepare => "preparing",
+            Self::Analyse => "analysing the scan",
+            Self::Partition => "cutting charts",
+            Self::Fit => "fitting charts",
+            Self::Project => "projecting points",
+            Self::Surface => "stitching the surface",
+            Self::Segment => "cutting UV charts",
+            Self::Parametrize => "flattening UV charts",
+            Self::Pack => "packing UV charts",
+            Self::Measure => "measuring",
+            Self::Bake => "baking textures",
+        }
+    }
+}
+
+/// What a progress callback is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// The running stage.
+    pub stage: Stage,
+    /// Share of the stage that is done, in [0, 1].
+    pub fraction: f64,
+}
+
+/// Cancels a run from any thread. Clones share one flag.
+#[derive(Debug, Clone, Default)]
+pub struct CancelToken(Arc<AtomicBool>);
+
+impl CancelToken {
+    /// A token that is not cancelled.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+    /// Asks every run that holds this token to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+    /// Whether [`Self::cancel`] was called.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// A progress callback: returns false to cancel. Called on the thread that started the run.
+pub type ProgressFn<'a> = dyn FnMut(Progress) -> bool + 'a;
+
+/// How to run long work. `Run::default()` uses all cores, seed 0, no limits.
+#[derive(Default)]
+pub struct Run<'a> {
+    /// Seed of everything random. Same input + seed + version gives the same bytes.
+    pub seed: u64,
+    /// Worker threads; 0 = all cores. The result does not depend on it.
+    pub threads: usize,
+    /// Wall-clock limit in seconds; `None` = no limit.
+    pub time_limit_s: Option<f64>,
+    /// Limit on the memory that the run may use in bytes (an estimate is checked before large
+    /// allocations); `None` = no limit.
+    pub memory_limit_bytes: Option<u64>,
+    /// Cancels from another thread.
+    pub cancel: Option<CancelToken>,
+    /// Called a few times a second on the calling thread.
+    pub progress: Option<Box<ProgressFn<'a>>>,
+}
+
+struct Shared {
+    stage: AtomicU32,
+    done: AtomicU64,
+    total: AtomicU64,
+    stop: AtomicBool,
+    times: Mutex<Vec<(Stage, Instant)>>,
+}
+
+/// What a running job sees of its [`Run`].
+pub struct Context<'s> {
+    /// Seed of everything random in this run.
+    pub seed: u64,
+    shared: &'s Shared,
+    deadline: Option<(Instant, f64)>,
+    memory_limit: Option<u64>,
+}
+
+impl Context<'_> {
+    /// Enters a stage of `total` steps (any unit).
+    pub fn stage(&self, stage: Stage, total: usize) {
+        self.shared.done.store(0, Ordering::Relaxed);
+        self.shared.total.store(total.max(1) as u64, Ordering::Relaxed);
+        self.shared.stage.store(stage as u32, Ordering::Relaxed);
+        if let Ok(mut times) = self.shared.times.lock() {
+            times.push((stage, Instant::now()));
+        }
+    }
+    /// Reports `steps` more steps of the running stage as done.
+    pub fn advance(&self, steps: usize) {
+        self.shared.done.fetch_add(steps as u64, Ordering::Relaxed);
+    }
+    /// Fails when the run was cancelled or its time is up. Cheap (two atomic loads); call it at least every few
+    /// milliseconds of work.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], [`Error::TimedOut`].
+    pub fn check(&self) -> Result<()> {
+        if !self.shared.stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        match self.deadline {
+            Some((at, limit_s)) if Instant::now() >= at => Err(Error::TimedOut {
+                limit_s,
+                stage: stage_of(self.shared.stage.load(Ordering::Relaxed)).name(),
+            }),
+            _ => Err(Error::Cancelled),
+        }
+    }
+    /// Fails when a stage is about to need more memory than the run's limit.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn reserve(&self, needed_bytes: u64) -> Result<()> {
+        match self.memory_limit {
+            Some(limit_bytes) if needed_bytes > limit_bytes => {
+                Err(Error::OutOfMemory { needed_bytes, limit_bytes })
+            }
+            _ => Ok(()),
+        }
+    }
+    /// Seconds spent in each stage so far, in the order entered; a stage entered twice is summed.
+    #[must_use]
+    pub fn stage_seconds(&self) -> Vec<(Stage, f64)> {
+        let Ok(times) = self.shared.times.lock() else { return Vec::new() };
+        let now = Instant::now();
+        let mut out: Vec<(Stage, f64)> = Vec::new();
+        for (i, &(stage, from)) in times.iter().enumerate() {
+            let to = times.get(i + 1).map_or(now, |t| t.1);
+            let s = to.duration_since(from).as_secs_f64();
+            match out.iter_mut().find(|o| o.0 == stage) {
+                Some(o) => o.1 += s,
+                None => out.push((stage, s)),
+            }
+        }
+        out
+    }
+}
+
+fn stage_of(value: u32) -> Stage {
+    Stage::ALL[(value as usize).min(Stage::ALL.len() - 1)]
+}
+
+impl Run<'_> {
+    /// Runs `job` in a thread pool of its own and reports progress on the calling thread until it is done.
+    ///
+    /// # Errors
+    /// What the job returns; [`Error::InvalidArgument`] for a bad time limit; [`Error::Internal`] when the
+    /// pool cannot start or the job panics.
+    pub fn execute<T: Send>(&mut self, job: impl FnOnce(&Context<'_>) -> Result<T> + Send) -> Result<T> {
+        let started = Instant::now();
+        let deadline = match self.time_limit_s {
+            None => None,
+            Some(s) if s.is_finite() && s >= 0.0 => {
+                // A limit too far away for the clock is no limit.
+                Duration::try_from_secs_f64(s).ok().and_then(|d| started.checked_add(d)).map(|at| (at, s))
+            }
+            Some(s) => {
+                return Err(Error::invalid(
+                    format!("time_limit_s is {s}"),
+                    "Give a finite number of seconds, or none",
+                ));
+            }
+        };
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .build()
+            .map_err(|e| Error::internal(format!("cannot start worker threads: {e}")))?;
+        let shared = Shared {
+            stage: AtomicU32::new(0),
+            done: AtomicU64::new(0),
+            total: AtomicU64::new(1),
+            stop: AtomicBool::new(false),
+            times: Mutex::new(vec![(Stage::Prepare, started)]),
+        };
+        let finished = (Mutex::new(false), Condvar::new());
+        let context =
+            Context { seed: self.seed, shared: &shared, deadline, memory_limit: self.memory_limit_bytes };
+        let cancel = self.cancel.clone();
+        let progress = &mut self.progress;
+        std::thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                // The guard tells the caller that the job is over, also when it panics.
+                struct Done<'d>(&'d (Mutex<bool>, Condvar));
+                impl Drop for Done<'_> {
+                    fn drop(&mut self) {
+                        if let Ok(mut over) = self.0.0.lock() {
+                            *over = true;
+                        }
+                        self.0.1.notify_all();
+                    }
+                }
+                let _done = Done(&finished);
+                pool.install(|| context.check().and_then(|()| job(&context)))
+            });
+            let mut over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
+            loop {
+                let expired = deadline.is_some_and(|(at, _)| Instant::now() >= at);
+                let cancelled = cancel.as_ref().is_some_and(CancelToken::is_cancelled);
+                let mut go_on = !(expired || cancelled);
+                if go_on && let Some(callback) = progress.as_mut() {
+                    let done = shared.done.load(Ordering::Relaxed) as f64;
+                    let total = shared.total.load(Ordering::Relaxed) as f64;
+                    let stage = stage_of(shared.stage.load(Ordering::Relaxed));
+                    drop(over);
+                    go_on = callback(Progress { stage, fraction: (done / total).clamp(0.0, 1.0) });
+                    over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
+                }
+                if !go_on {
+                    shared.stop.store(true, Ordering::Relaxed);
+                }
+                if *over {
+                    break;
+                }
+                over = finished.1.wait_timeout(over, TICK).map_err(|_| Error::internal("poisoned lock"))?.0;
+                if *over && go_on {
+                    break;
+                }
+            }
+            drop(over);
+            let result = worker.join().unwrap_or_else(|panic| {
+                let text = panic
+                    .downcast_ref::<String>()
+                    .cloned()
+                    .or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string))
+                    .unwrap_or_default();
+                Err(Error::internal(format!("a worker panicked: {text}")))
+            });
+            // A cancel that arrives as the job ends still means: no output.
+            if result.is_ok() {
+                context.check()?
+            }
+            result
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_returns_its_value_and_progress_runs_on_the_calling_thread() {
+        let caller = std::thread::current().id();
+        let mut seen = Vec::new();
+        let mut run = Run {
+            progress: Some(Box::new(|p| {
+                assert_eq!(std::thread::current().id(), caller);
+                seen.push(p.stage);
+                true
+            })),
+            ..Run::default()
+        };
+        let value = run.execute(|c| {
+            c.stage(Stage::Fit, 1);
+            std::thread::sleep(Duration::from_millis(60));
+            Ok(7)
+        });
+        drop(run);
+        assert_eq!(value, Ok(7));
+        assert!(seen.contains(&Stage::Fit));
+    }
+
+    fn spin(c: &Context<'_>) -> Result<()> {
+        loop {
+            c.check()?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn cancelling_by_callback_token_or_time_is_an_error_of_its_own() {
+        let mut run = Run { progress: Some(Box::new(|_| false)), ..Run::default() };
+        assert_eq!(run.execute(spin), Err(Error::Cancelled));
+
+        let token = CancelToken::new();
+        token.cancel();
+        let mut run = Run { cancel: Some(token), ..Run::default() };
+        assert_eq!(run.execute(spin), Err(Error::Cancelled));
+
+        let mut run = Run { time_limit_s: Some(0.03), ..Run::default() };
+        assert!(matches!(run.execute(spin), Err(Error::TimedOut { .. })));
+    }
+
+    #[test]
+    fn a_panic_in_the_job_is_an_error() {
+        let result = Run::default().execute(|_| -> Result<()> { panic!("boom") });
+        assert!(matches!(result, Err(Error::Internal { what }) if what.contains("boom")));
+    }
+}
