@@ -10,6 +10,8 @@
 
 pub mod error;
 pub mod geometry;
+pub mod measure;
+pub mod rng;
 pub mod run;
 
 pub use error::{Error, Result};

@@ -1,0 +1,80 @@
+//! Connectivity shared by the measures: welding, union-find, edges with their faces.
+
+use crate::geometry::vec3::Vec3;
+use rayon::prelude::*;
+
+/// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of unions.
+pub(super) struct Sets(Vec<u32>);
+
+impl Sets {
+    pub(super) fn new(n: usize) -> Self {
+        Self((0..n as u32).collect())
+    }
+    pub(super) fn find(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            let up = self.0[self.0[i as usize] as usize];
+            self.0[i as usize] = up;
+            i = up;
+        }
+        i
+    }
+    pub(super) fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+    /// Number of sets among the members that `of` names.
+    pub(super) fn count(&mut self, of: impl Iterator<Item = u32>) -> usize {
+        let mut roots: Vec<u32> = of.map(|i| self.find(i)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        roots.len()
+    }
+}
+
+/// For each position the smallest index of those at the same place: equal after rounding to multiples of
+/// `tolerance`, or exactly equal where that is 0. Positions that are not finite stay alone.
+pub(super) fn weld(positions: &[Vec3], tolerance: f64) -> Vec<u32> {
+    let key = |p: &Vec3| {
+        // Adding 0 makes one zero of the two that f64 has.
+        p.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
+    };
+    let mut order: Vec<([u64; 3], u32)> = positions
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| p.iter().all(|x| x.is_finite()))
+        .map(|(i, p)| (key(p), i as u32))
+        .collect();
+    order.par_sort_unstable();
+    let mut to: Vec<u32> = (0..positions.len() as u32).collect();
+    for same in order.chunk_by(|a, b| a.0 == b.0) {
+        for (_, i) in same {
+            to[*i as usize] = same[0].1;
+        }
+    }
+    to
+}
+
+/// The half-edge from corner `k` of a face to its next corner, as `3 * face + k`, under the key of its edge.
+pub(super) struct Edges(Vec<(u64, u32)>);
+
+impl Edges {
+    /// Sorts the half-edges of triangles by edge, then by face.
+    pub(super) fn new(triangles: &[[u32; 3]]) -> Self {
+        let mut half: Vec<(u64, u32)> = triangles
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(f, t)| {
+                (0..3).map(move |k| {
+                    let (a, b) = (t[k], t[(k + 1) % 3]);
+                    ((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), (3 * f + k) as u32)
+                })
+            })
+            .collect();
+        half.par_sort_unstable();
+        Self(half)
+    }
+    /// The half-edges of each edge in turn, by ascending face.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[(u64, u32)]> {
+        self.0.chunk_by(|a, b| a.0 == b.0)
+    }
+}
