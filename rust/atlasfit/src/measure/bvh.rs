@@ -4,7 +4,7 @@
 //! along the longest side, so the shape of the tree depends on the count alone: nodes lie in preorder, need no
 //! links, and subtrees are built in parallel into disjoint slices.
 
-use crate::geometry::vec3::Vec3;
+use crate::geometry::vec3::{Vec3, norm2};
 use std::ops::ControlFlow;
 
 /// Primitives per leaf: few enough that a leaf is cheap, many enough that boxes do not dominate the memory.
@@ -43,12 +43,8 @@ impl Aabb {
     #[inline]
     #[must_use]
     pub fn distance2(&self, p: Vec3) -> f64 {
-        let mut s = 0.0;
-        for k in 0..3 {
-            let d = (self.min[k] - p[k]).max(p[k] - self.max[k]).max(0.0);
-            s += d * d;
-        }
-        s
+        let d: Vec3 = std::array::from_fn(|k| (self.min[k] - p[k]).max(p[k] - self.max[k]).max(0.0));
+        norm2(d)
     }
     /// The longest side of the box; 0 for the box of nothing.
     #[must_use]

@@ -263,8 +263,8 @@ fn texels(uvs: &[[[f64; 2]; 3]], finite: &[bool], ctx: &Context<'_>) -> Result<(
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); TEXELS.div_ceil(BAND)];
     for (i, c) in uvs.iter().enumerate().filter(|(i, _)| finite[*i]) {
         let (lo, hi) = rows(c);
-        for band in lo / BAND..hi.div_ceil(BAND) {
-            bands[band].push(i as u32);
+        for band in bands.iter_mut().take(hi.div_ceil(BAND)).skip(lo / BAND) {
+            band.push(i as u32);
         }
     }
     let counts = bands
