@@ -4,7 +4,7 @@
 //! run's seed and gives the same numbers for any thread count.
 
 pub mod bvh;
-mod connect;
+pub mod connect;
 pub mod distance;
 pub mod locate;
 pub mod sample;
@@ -16,4 +16,4 @@ pub mod uv;
 pub use distance::{DistanceOptions, Distances, PointDistance, SurfaceDistance, chamfer, points, surface};
 pub use locate::{Foot, Locator};
 pub use topology::{Topology, topology};
-pub use uv::{UvQuality, uv};
+pub use uv::{Charts, UvQuality, charts, uv};

@@ -70,25 +70,13 @@ pub struct UvQuality {
 /// [`Error::EmptyInput`] where there are no faces or no UVs; [`Error::InvalidArgument`] where there are not as many as
 /// faces; [`Error::IndexOutOfRange`]; cancel and time limit.
 pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
-    mesh.validate()?;
-    let m = mesh.triangles.len();
-    let Some(corners) = mesh.corner_uv.as_ref().filter(|_| m > 0) else {
-        return Err(Error::empty(
-            format!("a mesh of {m} faces without texture coordinates"),
-            "Unwrap the mesh first",
-        ));
-    };
-    if corners.len() != m {
-        return Err(Error::invalid(
-            format!("{} corner UVs for {m} faces", corners.len()),
-            "Give three UVs for each face",
-        ));
-    }
+    let corners = corners(mesh)?;
+    let m = corners.len();
     ctx.stage(Stage::Measure, 4);
     let uvs: Vec<[[f64; 2]; 3]> = corners.iter().map(|c| c.map(|p| p.map(f64::from))).collect();
     let finite: Vec<bool> = uvs.iter().map(|c| c.iter().flatten().all(|x| x.is_finite())).collect();
 
-    let (chart, charts, seam_length) = charts_and_seams(mesh, &uvs, ctx)?;
+    let charts = charts(mesh, ctx)?;
     ctx.advance(1);
     ctx.check()?;
 
@@ -108,12 +96,12 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
     ctx.advance(1);
     ctx.check()?;
 
-    let mut majority = vec![0.0; m];
-    for i in 0..m {
-        majority[chart[i] as usize] += area2[i];
+    let mut majority = vec![0.0; charts.count];
+    for (chart, area) in charts.of_face.iter().zip(&area2) {
+        majority[*chart as usize] += area;
     }
     let turned = |i: usize| {
-        let sign = majority[chart[i] as usize];
+        let sign: f64 = majority[charts.of_face[i] as usize];
         with_area[i] && sign != 0.0 && area2[i] * sign.signum() < 0.0
     };
     let flips = (0..m).filter(|&i| turned(i)).count();
@@ -125,8 +113,8 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
     let all = || uvs.iter().flatten().flatten();
     Ok(UvQuality {
         faces: m,
-        charts,
-        seam: seam_length / total.sqrt(),
+        charts: charts.count,
+        seam: charts.seam_length / total.sqrt(),
         stretch_l2: stretch.l2,
         stretch_linf: stretch.linf,
         stretch_median: stretch.median,
@@ -142,12 +130,26 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
     })
 }
 
-/// The chart of each face (its smallest face), the number of charts, and the length of seams.
-fn charts_and_seams(
-    mesh: &TriMesh,
-    uvs: &[[[f64; 2]; 3]],
-    ctx: &Context<'_>,
-) -> Result<(Vec<u32>, usize, f64)> {
+/// How the UVs cut a mesh into charts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Charts {
+    /// Chart of each face, numbered from 0 in the order of their first faces.
+    pub of_face: Vec<u32>,
+    /// Number of charts.
+    pub count: usize,
+    /// Half-edges where a chart ends, `3 * face + corner`: both sides of every cut, and the mesh's boundary.
+    pub outline: Vec<u32>,
+    /// Length of the inner edges that are cut.
+    pub seam_length: f64,
+}
+
+/// Finds the charts: faces joined through edges with equal UVs at both ends. Edges with more than two faces join them
+/// in the order of their numbers.
+///
+/// # Errors
+/// As [`uv`].
+pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
+    let uvs = corners(mesh)?;
     // Files that hold one vertex per corner (glTF) split vertices along seams: such a vertex is one place.
     let place = weld(&mesh.positions, 0.0);
     let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
@@ -155,7 +157,8 @@ fn charts_and_seams(
     let edges = Edges::new(&triangles);
     ctx.check()?;
     let mut sets = Sets::new(triangles.len());
-    let mut seam = 0.0;
+    let mut seam_length = 0.0;
+    let mut outline = Vec::new();
     // UVs at the edge's smaller and larger vertex.
     let ends = |h: u32| {
         let (f, k) = (h as usize / 3, h as usize % 3);
@@ -166,21 +169,55 @@ fn charts_and_seams(
         if i % 4096 == 0 {
             ctx.check()?;
         }
+        if let [one] = edge {
+            outline.push(one.1);
+        }
         for pair in edge.windows(2) {
             let (g, h) = (ends(pair[0].1), ends(pair[1].1));
-            let same = g.iter().flatten().zip(h.iter().flatten()).all(|(x, y)| (x - y).abs() < SAME_UV);
+            let same = g
+                .iter()
+                .flatten()
+                .zip(h.iter().flatten())
+                .all(|(x, y)| (f64::from(*x) - f64::from(*y)).abs() < SAME_UV);
             if same {
                 sets.join(pair[0].1 / 3, pair[1].1 / 3);
             } else {
                 let (f, k) = (pair[0].1 as usize / 3, pair[0].1 as usize % 3);
                 let [a, b] = [triangles[f][k], triangles[f][(k + 1) % 3]].map(|v| mesh.positions[v as usize]);
-                seam += norm(sub(a, b));
+                seam_length += norm(sub(a, b));
+                outline.extend([pair[0].1, pair[1].1]);
             }
         }
     }
-    let chart: Vec<u32> = (0..triangles.len() as u32).map(|f| sets.find(f)).collect();
-    let charts = chart.iter().enumerate().filter(|(f, c)| *f as u32 == **c).count();
-    Ok((chart, charts, seam))
+    // A set's root is its first face, so that roots come up in the order of the numbers.
+    let (mut of_face, mut count) = (vec![0; triangles.len()], 0);
+    for f in 0..triangles.len() {
+        let root = sets.find(f as u32) as usize;
+        if root == f {
+            of_face[f] = count;
+            count += 1;
+        } else {
+            of_face[f] = of_face[root];
+        }
+    }
+    Ok(Charts { of_face, count: count as usize, outline, seam_length })
+}
+
+/// The mesh's UVs, checked.
+fn corners(mesh: &TriMesh) -> Result<&[[[f32; 2]; 3]]> {
+    mesh.validate()?;
+    let m = mesh.triangles.len();
+    match &mesh.corner_uv {
+        Some(uv) if uv.len() == m && m > 0 => Ok(uv),
+        Some(uv) if m > 0 => Err(Error::invalid(
+            format!("{} corner UVs for {m} faces", uv.len()),
+            "Give three UVs for each face",
+        )),
+        _ => Err(Error::empty(
+            format!("a mesh of {m} faces without texture coordinates"),
+            "Unwrap the mesh first",
+        )),
+    }
 }
 
 /// Singular values, larger first, of the map from a face in space to the scaled texture.
