@@ -34,7 +34,8 @@ impl FromStr for View {
                     Some(pair) if pair.1.abs() <= 90.0 => pair,
                     _ => {
                         return Err(
-                            "give front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees".into()
+                            "give front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees"
+                                .into(),
                         );
                     }
                 }
@@ -93,8 +94,7 @@ impl Camera {
             (lo, hi) = ([-1.0; 3], [1.0; 3]);
         }
         let mid: Vec3 = std::array::from_fn(|k| 0.5 * lo[k] + 0.5 * hi[k]);
-        let centre =
-            add(add(scale(axes[0], mid[0]), scale(axes[1], mid[1])), scale(axes[2], mid[2]));
+        let centre = add(add(scale(axes[0], mid[0]), scale(axes[1], mid[1])), scale(axes[2], mid[2]));
         let free = 1.0 - 2.0 * MARGIN;
         let fit = |k: usize| size[k] as f64 * free / (hi[k] - lo[k]).max(1e-300);
         // A single point has no size to fit.

@@ -19,7 +19,8 @@ pub fn chart_color(chart: u32) -> Rgb {
         return [0.6; 3];
     }
     let hue = (f64::from(chart) * 0.618_033_988_749_895).fract() as f32;
-    let (saturation, value) = ([0.55, 0.40, 0.65][chart as usize % 3], [0.95, 0.88, 0.80][chart as usize / 3 % 3]);
+    let (saturation, value) =
+        ([0.55, 0.40, 0.65][chart as usize % 3], [0.95, 0.88, 0.80][chart as usize / 3 % 3]);
     std::array::from_fn(|k| {
         let x = ((hue * 6.0 + [5.0, 3.0, 1.0][k]) % 6.0).clamp(0.0, 6.0);
         value - value * saturation * x.min(4.0 - x).clamp(0.0, 1.0)

@@ -8,10 +8,10 @@ pub mod canvas;
 mod color;
 
 use atlasfit::geometry::TriMesh;
+use atlasfit::geometry::vec3::{Vec3, add, cross, dot, normalize, sub};
 use atlasfit::measure::charts;
 use atlasfit::measure::connect::{Edges, weld};
 use atlasfit::{Context, Error, Result};
-use atlasfit::geometry::vec3::{Vec3, add, cross, dot, normalize, sub};
 use camera::{Camera, Up, View};
 use canvas::{Canvas, NOTHING, OVER, Primitive, Weights};
 use color::{Rgb, chart_color, mix, scaled};
@@ -110,10 +110,8 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
     let shown: Vec<u32> = (0..mesh.triangles.len() as u32)
         .filter(|&i| mesh.triangles[i as usize].iter().all(|&v| finite(&mesh.positions[v as usize])))
         .collect();
-    let seen: Vec<Vec3> = shown
-        .iter()
-        .flat_map(|&i| mesh.triangles[i as usize].map(|v| mesh.positions[v as usize]))
-        .collect();
+    let seen: Vec<Vec3> =
+        shown.iter().flat_map(|&i| mesh.triangles[i as usize].map(|v| mesh.positions[v as usize])).collect();
     let camera = Camera::fit(&seen, style.view, style.up, size);
     let mut primitives: Vec<Primitive> = seen
         .par_chunks_exact(3)
@@ -148,7 +146,9 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
             1 if style.boundary => line(a, b, 2.2, BOUNDARY),
             3.. if style.boundary => line(a, b, 2.2, NON_MANIFOLD),
             _ if style.mode == Mode::Wire => line(a, b, 0.6, LINE),
-            _ if style.mode == Mode::Charts && edge.windows(2).any(|w| chart_of(&w[0]) != chart_of(&w[1])) => {
+            _ if style.mode == Mode::Charts
+                && edge.windows(2).any(|w| chart_of(&w[0]) != chart_of(&w[1])) =>
+            {
                 line(a, b, 1.2, LINE);
             }
             _ => {}
@@ -218,7 +218,11 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
             }),
         };
         if !front {
-            base = mix(base, BACK, if style.mode == Mode::Shaded || style.mode == Mode::Wire { 1.0 } else { 0.5 });
+            base = mix(
+                base,
+                BACK,
+                if style.mode == Mode::Shaded || style.mode == Mode::Wire { 1.0 } else { 0.5 },
+            );
         }
         scaled(base, light(n))
     };
@@ -238,9 +242,9 @@ fn points(mesh: &TriMesh, style: &Style) -> Picture {
         (0..mesh.positions.len() as u32).filter(|&i| finite(&mesh.positions[i as usize])).collect();
     let seen: Vec<Vec3> = shown.iter().map(|&i| mesh.positions[i as usize]).collect();
     let camera = Camera::fit(&seen, style.view, style.up, size);
-    // By default discs that would cover the picture about once if they were spread evenly over it.
+    // By default discs that would cover the picture twice if they were spread evenly over it: a surface then closes.
     let area = (size[0] * size[1]) as f64;
-    let even = (0.5 * area / seen.len().max(1) as f64).sqrt().clamp(1.0, 12.0 * OVER as f64);
+    let even = (2.0 * area / seen.len().max(1) as f64).sqrt().clamp(1.0, 12.0 * OVER as f64);
     let radius = 0.5 * style.point_size.map_or(even, |d| d * OVER as f64) as f32;
     let bulge = radius * camera.depth_per_pixel();
     let primitives: Vec<Primitive> =
@@ -295,11 +299,7 @@ fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture
     // The unit square with a margin of 2%, v up, without distortion.
     let side = 0.96 * size[0].min(size[1]) as f32;
     let place = |p: [f32; 2], z: f32| {
-        [
-            0.5 * size[0] as f32 + (p[0] - 0.5) * side,
-            0.5 * size[1] as f32 - (p[1] - 0.5) * side,
-            z,
-        ]
+        [0.5 * size[0] as f32 + (p[0] - 0.5) * side, 0.5 * size[1] as f32 - (p[1] - 0.5) * side, z]
     };
     let charts = charts(mesh, ctx)?;
     let color_of = chart_of_faces(mesh, ctx)?;
@@ -310,7 +310,8 @@ fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture
     for (c, chart) in uv.iter().zip(&charts.of_face) {
         majority[*chart as usize] += f64::from(area(c));
     }
-    let mut primitives: Vec<Primitive> = uv.iter().map(|c| Primitive::Triangle(c.map(|p| place(p, 0.0)))).collect();
+    let mut primitives: Vec<Primitive> =
+        uv.iter().map(|c| Primitive::Triangle(c.map(|p| place(p, 0.0)))).collect();
     let mut colors: Vec<Rgb> = (0..uv.len())
         .map(|i| {
             let flipped = f64::from(area(&uv[i])) * majority[charts.of_face[i] as usize] < 0.0;
@@ -329,7 +330,12 @@ fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture
         let (c, k) = (&uv[h as usize / 3], h as usize % 3);
         line(c[k], c[(k + 1) % 3], 1.0, -0.5, LINE);
     }
-    for (a, b) in [([0.0, 0.0], [1.0, 0.0]), ([1.0, 0.0], [1.0, 1.0]), ([1.0, 1.0], [0.0, 1.0]), ([0.0, 1.0], [0.0, 0.0])] {
+    for (a, b) in [
+        ([0.0, 0.0], [1.0, 0.0]),
+        ([1.0, 0.0], [1.0, 1.0]),
+        ([1.0, 1.0], [0.0, 1.0]),
+        ([0.0, 1.0], [0.0, 0.0]),
+    ] {
         line(a, b, 1.0, -1.0, [0.5, 0.5, 0.5]);
     }
     let canvas = Canvas::draw(size, &primitives);
