@@ -13,10 +13,12 @@ pub mod atlas;
 pub mod error;
 pub mod fit;
 pub mod geometry;
+pub mod measure;
 pub mod orient;
 pub mod partition;
 pub mod prior;
 pub mod project;
+pub mod rng;
 pub mod run;
 pub mod surface;
 

@@ -1,0 +1,222 @@
+//! `atlasfit measure`: distances, topology, UV quality.
+
+use crate::console::{Console, RunArgs, Usage};
+use crate::files;
+use crate::number::{count, json as number, short};
+use anyhow::Result;
+use atlasfit::measure::{
+    DistanceOptions, Distances, PointDistance, SurfaceDistance, Topology, UvQuality, points, surface,
+    topology, uv,
+};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Options of `measure`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A mesh or points
+    result: PathBuf,
+    /// The true surface, in the same frame
+    #[arg(long, value_name = "TRUTH")]
+    against: Option<PathBuf>,
+    /// Measure a mesh's vertices as points
+    #[arg(long, requires = "against")]
+    points: bool,
+    /// Samples of each surface
+    #[arg(long, default_value_t = DistanceOptions::default().samples, value_name = "N")]
+    samples: usize,
+    /// Samples of each surface for the Chamfer distance
+    #[arg(long, default_value_t = DistanceOptions::default().chamfer_samples, value_name = "N")]
+    chamfer_samples: usize,
+    /// Distance of the F-score; 0.5% of the truth's longest side where it is not given
+    #[arg(long, value_name = "LENGTH")]
+    threshold: Option<f64>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Measures.
+pub fn run(args: &Args, console: &Console) -> Result<()> {
+    let loaded = files::load(&args.result, &args.run, console)?;
+    let as_points = args.points || loaded.faces.is_empty();
+    let mesh = loaded.into_mesh();
+    let options = DistanceOptions {
+        samples: args.samples,
+        chamfer_samples: args.chamfer_samples,
+        threshold: args.threshold,
+    };
+    let mut run = console.start(&args.run);
+    let (mut text, mut json) = (String::new(), json!({ "file": args.result }));
+    if let Some(path) = &args.against {
+        let truth = files::load(path, &args.run, console)?.into_mesh();
+        if truth.triangles.is_empty() {
+            return Err(Usage(format!("{} has no faces: the truth must be a surface", path.display())).into());
+        }
+        json["against"] = json!(path);
+        if as_points {
+            let cloud = mesh.to_cloud();
+            let d = run.execute(|ctx| points(&cloud, &truth, &options, ctx))?;
+            text += &point_text(&d);
+            json["points"] = point_json(&d);
+        } else {
+            let d = run.execute(|ctx| surface(&mesh, &truth, &options, ctx))?;
+            text += &surface_text(&d);
+            json["surface"] = surface_json(&d);
+        }
+    } else if as_points {
+        return Err(Usage(format!(
+            "{} has no faces: there is no topology to measure. Give --against TRUTH",
+            args.result.display()
+        ))
+        .into());
+    }
+    if !as_points {
+        let t = run.execute(|ctx| topology(&mesh, ctx))?;
+        text += &topology_text(&t);
+        json["topology"] = topology_json(&t);
+        if mesh.corner_uv.is_some() {
+            let q = run.execute(|ctx| uv(&mesh, ctx))?;
+            text += &uv_text(&q);
+            json["uv"] = uv_json(&q);
+        }
+    }
+    drop(run);
+    console.report(&text, &json);
+    Ok(())
+}
+
+fn distances(d: &Distances) -> String {
+    format!("rms {}, median {}, 99% {}, max {}", short(d.rms), short(d.median), short(d.p99), short(d.max))
+}
+
+fn distances_json(d: &Distances) -> Value {
+    json!({
+        "rms": number(d.rms), "mean": number(d.mean), "median": number(d.median), "p95": number(d.p95),
+        "p99": number(d.p99), "max": number(d.max),
+    })
+}
+
+fn surface_text(d: &SurfaceDistance) -> String {
+    let mut s = String::new();
+    let _ = writeln!(s, "accuracy       {}", distances(&d.accuracy));
+    let _ = writeln!(s, "completeness   {}", distances(&d.completeness));
+    let _ = writeln!(s, "Chamfer        {} (floor {})", short(d.chamfer), short(d.chamfer_floor));
+    let _ = writeln!(s, "F-score        {} at {}", short(d.f_score), short(d.threshold));
+    let _ = writeln!(
+        s,
+        "normals        consistency {}, orientation {}",
+        short(d.normal_consistency),
+        short(d.normal_orientation)
+    );
+    s
+}
+
+/// A surface's distances as JSON.
+pub fn surface_json(d: &SurfaceDistance) -> Value {
+    json!({
+        "chamfer": number(d.chamfer), "chamfer_floor": number(d.chamfer_floor),
+        "accuracy": distances_json(&d.accuracy), "completeness": distances_json(&d.completeness),
+        "f_score": number(d.f_score), "threshold": number(d.threshold),
+        "normal_consistency": number(d.normal_consistency), "normal_orientation": number(d.normal_orientation),
+    })
+}
+
+fn point_text(d: &PointDistance) -> String {
+    let bad = if d.not_finite > 0 {
+        format!("not finite     {} points, left out\n", count(d.not_finite))
+    } else {
+        String::new()
+    };
+    format!(
+        "accuracy       {}\nChamfer        {} (floor {})\n{bad}",
+        distances(&d.accuracy),
+        short(d.chamfer),
+        short(d.chamfer_floor)
+    )
+}
+
+fn point_json(d: &PointDistance) -> Value {
+    json!({
+        "accuracy": distances_json(&d.accuracy), "chamfer": number(d.chamfer),
+        "chamfer_floor": number(d.chamfer_floor), "not_finite": d.not_finite,
+    })
+}
+
+fn topology_text(t: &Topology) -> String {
+    let mut s = format!(
+        "mesh           {} vertices, {} edges, {} faces, {} part{}\n",
+        count(t.vertices),
+        count(t.edges),
+        count(t.faces),
+        count(t.parts),
+        if t.parts == 1 { "" } else { "s" }
+    );
+    let genus = t.genus.map_or_else(|| "undefined".into(), |g| g.to_string());
+    let sides = if t.orientable { "orientable" } else { "one-sided" };
+    let _ = writeln!(s, "shape          Euler {}, genus {genus}, {sides}", t.euler);
+    let _ =
+        writeln!(s, "boundary       {} edges in {} loops", count(t.boundary_edges), count(t.boundary_loops));
+    let _ = writeln!(
+        s,
+        "defects        {} non-manifold edges, {} non-manifold vertices, {} inconsistent edges, {} degenerate faces, {} unused vertices",
+        count(t.non_manifold_edges),
+        count(t.non_manifold_vertices),
+        count(t.inconsistent_edges),
+        count(t.degenerate_faces),
+        count(t.unused_vertices)
+    );
+    s
+}
+
+/// A topology as JSON.
+pub fn topology_json(t: &Topology) -> Value {
+    json!({
+        "vertices": t.vertices, "edges": t.edges, "faces": t.faces, "degenerate_faces": t.degenerate_faces,
+        "unused_vertices": t.unused_vertices, "parts": t.parts, "boundary_edges": t.boundary_edges,
+        "boundary_loops": t.boundary_loops, "non_manifold_edges": t.non_manifold_edges,
+        "non_manifold_vertices": t.non_manifold_vertices, "inconsistent_edges": t.inconsistent_edges,
+        "orientable": t.orientable, "euler": t.euler, "genus": t.genus, "closed": t.is_closed(),
+    })
+}
+
+fn uv_text(q: &UvQuality) -> String {
+    let mut s = String::new();
+    let _ =
+        writeln!(s, "UV charts      {}, seam length {} of the area's root", count(q.charts), short(q.seam));
+    let _ = writeln!(
+        s,
+        "UV stretch     L2 {}, Linf {}, median {}, 95% {}, conformal {}",
+        short(q.stretch_l2),
+        short(q.stretch_linf),
+        short(q.stretch_median),
+        short(q.stretch_p95),
+        short(q.conformal)
+    );
+    let _ = writeln!(
+        s,
+        "UV defects     {} flips, {} overlapping faces, {} of texels overlap, {} degenerate faces",
+        count(q.flips),
+        count(q.overlapping_faces),
+        short(q.overlap),
+        count(q.degenerate)
+    );
+    let place = match (q.finite, q.inside) {
+        (false, _) => "some not finite",
+        (true, false) => "some outside [0, 1]",
+        (true, true) => "all in [0, 1]",
+    };
+    let _ = writeln!(s, "UV layout      coverage {}, {place}", short(q.coverage));
+    s
+}
+
+/// UV quality as JSON.
+pub fn uv_json(q: &UvQuality) -> Value {
+    json!({
+        "faces": q.faces, "charts": q.charts, "seam": number(q.seam), "stretch_l2": number(q.stretch_l2),
+        "stretch_linf": number(q.stretch_linf), "stretch_median": number(q.stretch_median),
+        "stretch_p95": number(q.stretch_p95), "conformal": number(q.conformal), "flips": q.flips,
+        "degenerate": q.degenerate, "overlap": number(q.overlap), "overlapping_faces": q.overlapping_faces,
+        "coverage": number(q.coverage), "inside": q.inside, "finite": q.finite,
+    })
+}

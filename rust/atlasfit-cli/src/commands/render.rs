@@ -1,0 +1,113 @@
+//! `atlasfit render`: a picture of a mesh or of points.
+
+use crate::console::{Console, RunArgs};
+use crate::files;
+use crate::number::count;
+use crate::render::camera::{Up, View};
+use crate::render::{Mode, Picture, Style, render};
+use anyhow::{Context as _, Result};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Options of `render`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A mesh or points
+    file: PathBuf,
+    /// The PNG picture to write
+    #[arg(short, long, value_name = "PNG")]
+    output: PathBuf,
+    /// front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees
+    #[arg(long, default_value = "front", allow_hyphen_values = true)]
+    view: View,
+    /// The vertical axis
+    #[arg(long, value_enum, default_value = "y")]
+    up: Up,
+    /// What to show; shaded for a mesh and points for points where it is not given
+    #[arg(long, value_enum)]
+    mode: Option<Mode>,
+    /// Width and height in pixels
+    #[arg(long, default_value = "1024x1024", value_name = "WxH", value_parser = size)]
+    size: [usize; 2],
+    /// One normal per face instead of smooth ones
+    #[arg(long)]
+    flat: bool,
+    /// Draw boundary edges in red and edges with more than two faces in magenta
+    #[arg(long)]
+    boundary: bool,
+    /// Leave the file's colours out
+    #[arg(long)]
+    plain: bool,
+    /// Diameter of a point in pixels
+    #[arg(long, value_name = "PIXELS", value_parser = diameter)]
+    point_size: Option<f64>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// The largest picture: its samples take 8 bytes each at 4 per pixel.
+const LARGEST: usize = 8192;
+
+fn size(s: &str) -> Result<[usize; 2], String> {
+    let side = |t: &str| t.parse::<usize>().ok().filter(|n| (1..=LARGEST).contains(n));
+    s.split_once('x')
+        .and_then(|(w, h)| Some([side(w)?, side(h)?]))
+        .ok_or_else(|| format!("give WIDTHxHEIGHT, each from 1 to {LARGEST}, for example 1024x768"))
+}
+
+fn diameter(s: &str) -> Result<f64, String> {
+    s.parse::<f64>()
+        .ok()
+        .filter(|d| (0.1..=200.0).contains(d))
+        .ok_or_else(|| "give a number of pixels from 0.1 to 200".into())
+}
+
+/// Draws.
+pub fn run(args: &Args, console: &Console) -> Result<()> {
+    let loaded = files::load(&args.file, &args.run, console)?;
+    let mesh = loaded.into_mesh();
+    let mode = args.mode.unwrap_or(if mesh.triangles.is_empty() { Mode::Points } else { Mode::Shaded });
+    let style = Style {
+        mode,
+        view: args.view,
+        up: args.up,
+        size: args.size,
+        flat: args.flat,
+        boundary: args.boundary,
+        colors: !args.plain,
+        point_size: args.point_size,
+    };
+    let picture = console.start(&args.run).execute(|ctx| render(&mesh, &style, ctx))?;
+    if picture.not_shown > 0 {
+        console.note(format_args!(
+            "{} faces or points are not finite and are not shown",
+            count(picture.not_shown)
+        ));
+    }
+    write_png(&args.output, &picture)?;
+    let text = format!("{}: {}x{}\n", args.output.display(), picture.size[0], picture.size[1]);
+    let json = json!({
+        "file": args.output, "width": picture.size[0], "height": picture.size[1], "not_shown": picture.not_shown,
+    });
+    console.report(&text, &json);
+    Ok(())
+}
+
+/// Writes beside the output, then renames: a failed run leaves what was there.
+fn write_png(path: &Path, picture: &Picture) -> Result<()> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, picture.size[0] as u32, picture.size[1] as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder
+        .write_header()
+        .and_then(|mut w| w.write_image_data(&picture.rgb))
+        .context("cannot encode the picture")?;
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(format!(".{}.part", std::process::id()));
+    std::fs::write(&beside, &bytes)
+        .and_then(|()| std::fs::rename(&beside, path))
+        .inspect_err(|_| drop(std::fs::remove_file(&beside)))
+        .with_context(|| format!("cannot write {}", path.display()))
+}

@@ -1,0 +1,49 @@
+//! Numbers for people and for JSON.
+
+use serde_json::Value;
+
+/// Four significant digits, without an exponent where the number is easily read.
+pub fn short(x: f64) -> String {
+    let size = x.abs();
+    if size == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    if !(1e-3..1e6).contains(&size) {
+        return format!("{x:.3e}");
+    }
+    let digits = (3 - size.log10().floor() as i32).max(0) as usize;
+    format!("{x:.digits$}")
+}
+
+/// A count with thousands parted.
+pub fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// A JSON number; null where JSON has none (infinity).
+pub fn json(x: f64) -> Value {
+    serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(
+            [1.0, 12.3456, 123456.0, 0.00123456, 1.5e-7].map(short).join(" "),
+            "1.000 12.35 123456 0.001235 1.500e-7"
+        );
+        assert_eq!([0, 999, 1000, 1234567].map(count).join(" "), "0 999 1,000 1,234,567");
+        assert!(json(f64::INFINITY).is_null());
+    }
+}

@@ -1,0 +1,28 @@
+//! Colours: red, green, blue in [0, 1].
+
+/// A colour.
+pub type Rgb = [f32; 3];
+
+/// `t` of the way from a to b.
+pub fn mix(a: Rgb, b: Rgb, t: f32) -> Rgb {
+    std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))
+}
+
+/// A colour times a brightness.
+pub fn scaled(a: Rgb, s: f32) -> Rgb {
+    a.map(|x| x * s)
+}
+
+/// A colour for a chart: hues a golden angle apart, so that any few charts differ; grey where there is no chart.
+pub fn chart_color(chart: u32) -> Rgb {
+    if chart == u32::MAX {
+        return [0.6; 3];
+    }
+    let hue = (f64::from(chart) * 0.618_033_988_749_895).fract() as f32;
+    let (saturation, value) =
+        ([0.55, 0.40, 0.65][chart as usize % 3], [0.95, 0.88, 0.80][chart as usize / 3 % 3]);
+    std::array::from_fn(|k| {
+        let x = ((hue * 6.0 + [5.0, 3.0, 1.0][k]) % 6.0).clamp(0.0, 6.0);
+        value - value * saturation * x.min(4.0 - x).clamp(0.0, 1.0)
+    })
+}

@@ -1,0 +1,79 @@
+//! The one error type of this crate: file, place, what was found, what was expected, what to do.
+
+use std::fmt;
+
+/// Where in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A line of a text file, counted from 1.
+    Line(u64),
+    /// A byte offset, counted from 0.
+    Byte(u64),
+    /// The file as a whole.
+    Whole,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(n) => write!(f, "line {n}"),
+            Self::Byte(n) => write!(f, "byte {n}"),
+            Self::Whole => write!(f, "whole file"),
+        }
+    }
+}
+
+/// Why a file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The system refused.
+    #[error("{file}: cannot {action}: {source}")]
+    Io {
+        /// The file.
+        file: String,
+        /// What was tried, for example "open it".
+        action: &'static str,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The content breaks its format's rules in a way that cannot be repaired.
+    #[error("{file}, {at}: found {found}, expected {expected}. {advice}")]
+    Malformed {
+        /// The file.
+        file: String,
+        /// Where.
+        at: Place,
+        /// What stands there.
+        found: String,
+        /// What should stand there.
+        expected: String,
+        /// What the caller can do.
+        advice: String,
+    },
+    /// The file may be sound, but this build does not read or write such files.
+    #[error("{file}: {what}. {advice}")]
+    Unsupported {
+        /// The file.
+        file: String,
+        /// What was met.
+        what: String,
+        /// What the caller can do.
+        advice: String,
+    },
+    /// The data would not fit the memory limit.
+    #[error(
+        "{file}: this needs about {needed_bytes} bytes of memory, more than the limit of {limit_bytes}. Raise the limit or give a smaller file"
+    )]
+    OutOfMemory {
+        /// The file.
+        file: String,
+        /// Estimated need.
+        needed_bytes: u64,
+        /// The limit.
+        limit_bytes: u64,
+    },
+}
+
+/// This crate's result type.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,96 @@
+//! The formats, and how a file's format is found: from its first bytes; its name only breaks ties.
+
+use crate::text;
+use std::path::Path;
+
+/// A file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Format {
+    /// Stanford PLY, ASCII or binary. Holds everything.
+    Ply,
+    /// Wavefront OBJ, with an MTL beside it.
+    Obj,
+    /// Plain columns of numbers: XYZ, TXT, CSV, PTS, ASC.
+    Xyz,
+    /// glTF 2.0, as text (`.gltf`) or in one binary file (`.glb`).
+    Gltf,
+}
+
+impl Format {
+    /// The format's name for people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ply => "PLY",
+            Self::Obj => "OBJ",
+            Self::Xyz => "XYZ",
+            Self::Gltf => "glTF",
+        }
+    }
+
+    /// The format that a file name asks for.
+    #[must_use]
+    pub fn from_path(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match extension.as_str() {
+            "ply" => Self::Ply,
+            "obj" => Self::Obj,
+            "xyz" | "txt" | "csv" | "pts" | "asc" | "xyzn" | "xyzrgb" | "neu" => Self::Xyz,
+            "glb" | "gltf" => Self::Gltf,
+            _ => return None,
+        })
+    }
+
+    /// The format of some content. `name` decides only where the content fits several.
+    #[must_use]
+    pub fn detect(data: &[u8], name: &Path) -> Option<Self> {
+        let asked = Self::from_path(name);
+        let first = text::first_line(data);
+        let word = text::tokens(first).next().unwrap_or(b"");
+        if word == b"ply" {
+            return Some(Self::Ply);
+        }
+        if data.starts_with(b"glTF") {
+            return Some(Self::Gltf);
+        }
+        if data.iter().take(4096).any(|&b| b == 0) {
+            return None;
+        }
+        if word.starts_with(b"{") {
+            return Some(Self::Gltf);
+        }
+        text_format(data, asked)
+    }
+}
+
+/// Votes over the first lines of a text without a signature: OBJ statements, or rows of numbers.
+fn text_format(data: &[u8], asked: Option<Format>) -> Option<Format> {
+    const LINES: usize = 2000;
+    const STATEMENTS: [&[u8]; 14] = [
+        b"v", b"vt", b"vn", b"vp", b"f", b"l", b"p", b"o", b"g", b"s", b"usemtl", b"mtllib", b"usemap",
+        b"cstype",
+    ];
+    let (mut obj, mut rows) = (0usize, 0usize);
+    let mut lines = text::Lines::new(data);
+    for _ in 0..LINES {
+        let Some(line) = lines.next() else { break };
+        let Some(word) = text::tokens(line.text).next() else { continue };
+        if word.starts_with(b"#") {
+            continue;
+        }
+        if STATEMENTS.contains(&word) {
+            obj += 1;
+        } else if text::row_of_numbers(line.text) >= 3 {
+            rows += 1;
+        }
+    }
+    if obj > rows {
+        Some(Format::Obj)
+    } else if rows > 0 {
+        Some(Format::Xyz)
+    } else {
+        // Nothing but comments and blank lines: an empty file of the kind that its name says.
+        asked.filter(|f| matches!(f, Format::Obj | Format::Xyz))
+    }
+}

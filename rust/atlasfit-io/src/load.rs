@@ -1,0 +1,236 @@
+//! Reading: finds the format, calls its reader, checks limits, gathers the report.
+
+use crate::error::{Error, Place, Result};
+use crate::format::Format;
+use crate::{gltf, obj, ply, text, xyz};
+use atlasfit::geometry::{PointCloud, TriMesh};
+use std::io::Read;
+use std::path::Path;
+
+/// How to read.
+#[derive(Debug, Clone, Default)]
+pub struct LoadOptions {
+    /// Most bytes that reading may hold at a time, the file's own bytes included; `None` = no limit.
+    pub max_memory_bytes: Option<u64>,
+}
+
+/// One kind of repair or loss, and how often it was met.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// What was met and what was done about it, in words: "faces that name a missing vertex, left out".
+    pub what: String,
+    /// How many times.
+    pub count: u64,
+    /// The first of them, for example "line 12".
+    pub first: Option<String>,
+}
+
+impl std::fmt::Display for Note {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.count, self.what)?;
+        self.first.as_ref().map_or(Ok(()), |at| write!(f, " (first: {at})"))
+    }
+}
+
+/// What reading had to repair, leave out, or wants known.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LoadReport {
+    /// In the order met; each `what` once.
+    pub notes: Vec<Note>,
+}
+
+impl LoadReport {
+    /// Counts `count` more of `what`. Nothing happens for a count of 0.
+    pub(crate) fn add(&mut self, what: impl Into<String>, count: u64, first: Option<String>) {
+        if count == 0 {
+            return;
+        }
+        let what = what.into();
+        match self.notes.iter_mut().find(|n| n.what == what) {
+            Some(note) => note.count += count,
+            None => self.notes.push(Note { what, count, first }),
+        }
+    }
+}
+
+/// A file's content.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    /// The points (of a mesh: its vertices) in file order, with their attributes. Points that are not finite
+    /// are kept as they are and counted in the report: whoever works on the cloud drops them.
+    pub cloud: PointCloud,
+    /// Triangles; empty for a cloud.
+    pub faces: Vec<[u32; 3]>,
+    /// Texture coordinates per corner of each face, v up.
+    pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    /// UV chart per face where the file names one (PLY face property `chart`).
+    pub face_chart: Option<Vec<u32>>,
+    /// The format found.
+    pub format: Format,
+    /// What was repaired or left out.
+    pub report: LoadReport,
+}
+
+impl Loaded {
+    /// The content as a mesh (without triangles for a cloud).
+    #[must_use]
+    pub fn into_mesh(self) -> TriMesh {
+        TriMesh {
+            positions: self.cloud.positions,
+            triangles: self.faces,
+            normals: self.cloud.normals,
+            colors: self.cloud.colors,
+            attributes: self.cloud.attributes,
+            corner_uv: self.corner_uv,
+            face_chart: self.face_chart,
+        }
+    }
+}
+
+/// What a reader gives back.
+#[derive(Default)]
+pub(crate) struct Content {
+    pub cloud: PointCloud,
+    pub faces: Vec<[u32; 3]>,
+    pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    pub face_chart: Option<Vec<u32>>,
+}
+
+/// What a reader works on: the bytes, the memory limit, the report.
+pub(crate) struct Input<'a> {
+    /// The file's name for messages.
+    pub file: String,
+    /// Where the file lies, for formats that name others beside them.
+    pub path: &'a Path,
+    /// Its bytes.
+    pub data: &'a [u8],
+    /// The report so far.
+    pub report: LoadReport,
+    limit: Option<u64>,
+    used: u64,
+}
+
+impl Input<'_> {
+    /// Accounts for `count` more things of `bytes` bytes each.
+    pub fn reserve(&mut self, count: usize, bytes: usize) -> Result<()> {
+        self.used = self.used.saturating_add((count as u64).saturating_mul(bytes as u64));
+        match self.limit {
+            Some(limit_bytes) if self.used > limit_bytes => {
+                Err(Error::OutOfMemory { file: self.file.clone(), needed_bytes: self.used, limit_bytes })
+            }
+            _ => Ok(()),
+        }
+    }
+    pub fn malformed(
+        &self,
+        at: Place,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+        advice: impl Into<String>,
+    ) -> Error {
+        Error::Malformed {
+            file: self.file.clone(),
+            at,
+            found: found.into(),
+            expected: expected.into(),
+            advice: advice.into(),
+        }
+    }
+    pub fn unsupported(&self, what: impl Into<String>, advice: impl Into<String>) -> Error {
+        Error::Unsupported { file: self.file.clone(), what: what.into(), advice: advice.into() }
+    }
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// [`Error`]: unreadable, of no known format, broken beyond repair, or over the memory limit.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
+    let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
+    let file = std::fs::File::open(path).map_err(io("open it"))?;
+    if file.metadata().map_err(io("open it"))?.is_dir() {
+        return Err(Error::Unsupported {
+            file: path.display().to_string(),
+            what: "this is a folder".into(),
+            advice: "Give a file".into(),
+        });
+    }
+    load_reader(path, file, options)
+}
+
+/// Reads from a stream. `name` is used in messages, to break ties between formats, and to find files beside it.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_reader(name: &Path, mut reader: impl Read, options: &LoadOptions) -> Result<Loaded> {
+    let mut data = Vec::new();
+    let limit = options.max_memory_bytes.unwrap_or(u64::MAX);
+    reader.by_ref().take(limit.saturating_add(1)).read_to_end(&mut data).map_err(|source| Error::Io {
+        file: name.display().to_string(),
+        action: "read it",
+        source,
+    })?;
+    load_bytes(name, &data, options)
+}
+
+/// Reads from memory. `name` as in [`load_reader`].
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loaded> {
+    let file = name.display().to_string();
+    let data = &*text::utf8(data);
+    let mut input = Input {
+        file,
+        path: name,
+        data,
+        report: LoadReport::default(),
+        limit: options.max_memory_bytes,
+        used: 0,
+    };
+    input.reserve(data.len(), 1)?;
+    let Some(format) = Format::detect(data, name) else { return Err(unknown(&input)) };
+    let mut content = match format {
+        Format::Ply => ply::read(&mut input)?,
+        Format::Obj => obj::read(&mut input)?,
+        Format::Xyz => xyz::read(&mut input)?,
+        Format::Gltf => gltf::read(&mut input)?,
+    };
+    // A column whose length does not fit would make every user of the cloud check it again.
+    let n = content.cloud.positions.len();
+    debug_assert!(content.cloud.normals.as_ref().is_none_or(|c| c.len() == n));
+    debug_assert!(content.cloud.colors.as_ref().is_none_or(|c| c.len() == n));
+    debug_assert!(content.cloud.attributes.iter().all(|a| a.values.len() == n * a.width));
+    let bad = |p: &[f64; 3]| !p.iter().all(|c| c.is_finite());
+    let count = content.cloud.positions.iter().filter(|p| bad(p)).count();
+    let first = content.cloud.positions.iter().position(bad).map(|i| format!("point {i}"));
+    input.report.add("points with a coordinate that is not finite, kept in place", count as u64, first);
+    if content.faces.is_empty() {
+        content.corner_uv = None;
+        content.face_chart = None;
+    }
+    Ok(Loaded {
+        cloud: content.cloud,
+        faces: content.faces,
+        corner_uv: content.corner_uv,
+        face_chart: content.face_chart,
+        format,
+        report: input.report,
+    })
+}
+
+fn unknown(input: &Input<'_>) -> Error {
+    let known = "PLY, OBJ, XYZ or other columns of numbers, glTF";
+    let found = match input.data {
+        [] => "an empty file".into(),
+        [0x1F, 0x8B, ..] => return input.unsupported("this is gzip-compressed", "Unpack it first (gunzip)"),
+        [b'P', b'K', 3, 4, ..] => return input.unsupported("this is a ZIP archive", "Unpack it first"),
+        data => text::quote(&data[..data.len().min(24)]),
+    };
+    input.malformed(
+        Place::Byte(0),
+        found,
+        format!("the start of one of: {known}"),
+        "Check that this is the right file",
+    )
+}

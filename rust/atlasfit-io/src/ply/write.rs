@@ -1,0 +1,158 @@
+//! Writes PLY.
+
+use super::header::type_name;
+use crate::save::{Job, Written, colors_lost, to_u8};
+use atlasfit::geometry::ScalarKind;
+use std::io::{Result, Write};
+
+/// Names that mean something else at a vertex: an attribute called so gets an underscore.
+const TAKEN: [&str; 22] = [
+    "x",
+    "y",
+    "z",
+    "nx",
+    "ny",
+    "nz",
+    "red",
+    "green",
+    "blue",
+    "alpha",
+    "s",
+    "t",
+    "u",
+    "v",
+    "texture_u",
+    "texture_v",
+    "r",
+    "g",
+    "b",
+    "a",
+    "diffuse_red",
+    "vertex_indices",
+];
+
+/// Writes one number, binary (little endian) or as text with a space behind it.
+fn put(out: &mut impl Write, ascii: bool, kind: ScalarKind, v: f64) -> Result<()> {
+    if ascii {
+        return match kind {
+            ScalarKind::F32 | ScalarKind::F64 => write!(out, "{v} "),
+            _ => write!(out, "{} ", v as i64),
+        };
+    }
+    match kind {
+        ScalarKind::U8 => out.write_all(&(v as u8).to_le_bytes()),
+        ScalarKind::I8 => out.write_all(&(v as i8).to_le_bytes()),
+        ScalarKind::U16 => out.write_all(&(v as u16).to_le_bytes()),
+        ScalarKind::I16 => out.write_all(&(v as i16).to_le_bytes()),
+        ScalarKind::U32 => out.write_all(&(v as u32).to_le_bytes()),
+        ScalarKind::I32 => out.write_all(&(v as i32).to_le_bytes()),
+        ScalarKind::F32 => out.write_all(&(v as f32).to_le_bytes()),
+        ScalarKind::F64 => out.write_all(&v.to_le_bytes()),
+    }
+}
+
+pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
+    let mut written = Written::default();
+    colors_lost(job.colors, &mut written);
+    let position = if job.needs_f64() { ScalarKind::F64 } else { ScalarKind::F32 };
+    let alpha = job.has_alpha();
+    let texture = job.texture_file(&mut written);
+    writeln!(out, "ply\nformat {} 1.0", if job.ascii { "ascii" } else { "binary_little_endian" })?;
+    writeln!(out, "comment written by atlasfit")?;
+    if let Some(name) = texture {
+        writeln!(out, "comment TextureFile {name}")?;
+    }
+    writeln!(out, "element vertex {}", job.positions.len())?;
+    for c in ["x", "y", "z"] {
+        writeln!(out, "property {} {c}", type_name(position))?;
+    }
+    if job.normals.is_some() {
+        writeln!(out, "property float nx\nproperty float ny\nproperty float nz")?;
+    }
+    if job.colors.is_some() {
+        writeln!(out, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
+        if alpha {
+            writeln!(out, "property uchar alpha")?;
+        }
+    }
+    let mut names: Vec<String> = Vec::new();
+    for a in job.attributes {
+        let mut name: String =
+            a.name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
+        let point_uv = job.triangles.is_empty() && (name == "s" || name == "t");
+        while name.is_empty()
+            || !point_uv && TAKEN.iter().any(|t| t.eq_ignore_ascii_case(&name))
+            || names.iter().any(|n| n.eq_ignore_ascii_case(&name))
+        {
+            name.push('_');
+        }
+        if name != a.name {
+            written.lost.push(format!("attribute \"{}\" renamed to \"{name}\"", a.name));
+        }
+        if a.width == 1 {
+            writeln!(out, "property {} {name}", type_name(a.kind))?;
+        } else {
+            let count = if a.width < 256 { "uchar" } else { "int" };
+            writeln!(out, "property list {count} {} {name}", type_name(a.kind))?;
+        }
+        names.push(name);
+    }
+    if !job.triangles.is_empty() {
+        writeln!(out, "element face {}\nproperty list uchar int vertex_indices", job.triangles.len())?;
+        if job.corner_uv.is_some() {
+            writeln!(out, "property list uchar float texcoord")?;
+        }
+        if job.face_chart.is_some() {
+            writeln!(out, "property int chart")?;
+        }
+    }
+    writeln!(out, "end_header")?;
+    let ascii = job.ascii;
+    for (i, p) in job.positions.iter().enumerate() {
+        for &c in p {
+            put(out, ascii, position, c)?;
+        }
+        if let Some(normals) = job.normals {
+            for c in normals[i] {
+                put(out, ascii, ScalarKind::F32, f64::from(c))?;
+            }
+        }
+        if let Some(colors) = job.colors {
+            for &c in &colors[i][..if alpha { 4 } else { 3 }] {
+                put(out, ascii, ScalarKind::U8, f64::from(to_u8(c)))?;
+            }
+        }
+        for a in job.attributes {
+            if a.width > 1 {
+                let kind = if a.width < 256 { ScalarKind::U8 } else { ScalarKind::I32 };
+                put(out, ascii, kind, a.width as f64)?;
+            }
+            for &v in &a.values[i * a.width..(i + 1) * a.width] {
+                put(out, ascii, a.kind, v)?;
+            }
+        }
+        if ascii {
+            writeln!(out)?;
+        }
+    }
+    for (i, t) in job.triangles.iter().enumerate() {
+        put(out, ascii, ScalarKind::U8, 3.0)?;
+        for &v in t {
+            put(out, ascii, ScalarKind::U32, f64::from(v))?;
+        }
+        if let Some(uv) = job.corner_uv {
+            put(out, ascii, ScalarKind::U8, 6.0)?;
+            for &c in uv[i].iter().flatten() {
+                put(out, ascii, ScalarKind::F32, f64::from(c))?;
+            }
+        }
+        if let Some(chart) = job.face_chart {
+            // "No chart" is u32::MAX here and -1 in the file: the same bits.
+            put(out, ascii, ScalarKind::I32, f64::from(chart[i] as i32))?;
+        }
+        if ascii {
+            writeln!(out)?;
+        }
+    }
+    Ok(written)
+}

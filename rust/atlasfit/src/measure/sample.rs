@@ -1,0 +1,103 @@
+//! Uniform random samples of a surface.
+//!
+//! In: a mesh, a count, a seed. Out: points with the triangle that each lies on, the same for any thread count.
+
+use crate::error::{Error, Result};
+use crate::geometry::TriMesh;
+use crate::geometry::vec3::{Vec3, cross, mul_add, norm, sub};
+use crate::rng::Rng;
+use rayon::prelude::*;
+
+/// Samples that share one random stream.
+const BLOCK: usize = 4096;
+
+/// A point of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Position.
+    pub point: Vec3,
+    /// Index of its triangle.
+    pub triangle: u32,
+}
+
+/// `count` independent samples, uniform by area. Triangles whose area is not finite get none.
+///
+/// # Errors
+/// [`Error::IndexOutOfRange`]; [`Error::Degenerate`] where the mesh has no area.
+pub fn uniform(mesh: &TriMesh, count: usize, seed: u64) -> Result<Vec<Sample>> {
+    mesh.validate()?;
+    let mut total = 0.0;
+    let below: Vec<f64> = (0..mesh.triangles.len())
+        .map(|i| {
+            let area = area(mesh, i);
+            if area.is_finite() {
+                total += area;
+            }
+            total
+        })
+        .collect();
+    if !(total > 0.0 && total.is_finite()) {
+        return Err(Error::degenerate(
+            format!("a mesh of {} triangles has no area", mesh.triangles.len()),
+            "Give a mesh with a surface",
+        ));
+    }
+    let blocks: Vec<Vec<Sample>> = (0..count.div_ceil(BLOCK))
+        .into_par_iter()
+        .map(|block| {
+            let mut rng = Rng::stream(seed, block as u64);
+            (block * BLOCK..((block + 1) * BLOCK).min(count))
+                .map(|_| {
+                    let at = rng.uniform() * total;
+                    let i = below.partition_point(|&b| b <= at).min(below.len() - 1);
+                    let [a, b, c] = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
+                    let (r, s) = (rng.uniform().sqrt(), rng.uniform());
+                    let p = mul_add(mul_add(a, sub(b, a), r * (1.0 - s)), sub(c, a), r * s);
+                    Sample { point: p, triangle: i as u32 }
+                })
+                .collect()
+        })
+        .collect();
+    Ok(blocks.concat())
+}
+
+/// Twice the area of triangle `i` times its normal.
+#[must_use]
+pub(super) fn area_vector(mesh: &TriMesh, i: usize) -> Vec3 {
+    let [a, b, c] = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
+    cross(sub(b, a), sub(c, a))
+}
+
+/// Area of triangle `i`.
+#[must_use]
+pub(super) fn area(mesh: &TriMesh, i: usize) -> f64 {
+    0.5 * norm(area_vector(mesh, i))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_follow_area_and_never_touch_triangles_without_area() {
+        let mesh = TriMesh::new(
+            vec![
+                [0.0; 3],
+                [3.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, -1.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [f64::NAN; 3],
+            ],
+            vec![[0, 4, 1], [0, 1, 2], [0, 3, 4], [0, 1, 5]],
+        );
+        let samples = uniform(&mesh, 40_000, 1).unwrap();
+        let count = |t| samples.iter().filter(|s| s.triangle == t).count();
+        assert_eq!((count(0), count(3)), (0, 0));
+        assert!((count(1) as f64 / 40_000.0 - 0.75).abs() < 0.01, "{}", count(1));
+        let mean =
+            samples.iter().filter(|s| s.triangle == 1).map(|s| s.point[0]).sum::<f64>() / count(1) as f64;
+        assert!((mean - 1.0).abs() < 0.02, "the centroid of the triangle, not {mean}");
+        assert_eq!(samples, uniform(&mesh, 40_000, 1).unwrap());
+    }
+}

@@ -1,0 +1,249 @@
+//! How a mesh hangs together.
+//!
+//! In: a mesh. Vertices at one place (within a billionth of the longest side) count as one, so that a mesh whose
+//! vertices are split along UV seams is judged as the surface that it shows. Faces that name a place twice are
+//! counted and set aside. Out: counts.
+
+use super::bvh::Aabb;
+use super::connect::{Edges, Sets, weld};
+use crate::error::Result;
+use crate::geometry::TriMesh;
+use crate::run::Context;
+
+/// Vertices nearer than this share of the bounding box's longest side are one: far above the rounding of f64 in
+/// any frame, far below the detail of any scan.
+pub const WELD_SHARE: f64 = 1e-9;
+
+/// Counts of a mesh's connectivity.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Topology {
+    /// Vertices in use, after welding.
+    pub vertices: usize,
+    /// Edges.
+    pub edges: usize,
+    /// Faces that name three different places.
+    pub faces: usize,
+    /// Faces that do not; they take no part in the other counts.
+    pub degenerate_faces: usize,
+    /// Vertices of the input that no face uses.
+    pub unused_vertices: usize,
+    /// Parts that share no vertex.
+    pub parts: usize,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Closed chains of boundary edges; two that touch at a vertex are two.
+    pub boundary_loops: usize,
+    /// Edges with three or more faces.
+    pub non_manifold_edges: usize,
+    /// Vertices whose faces make more than one fan.
+    pub non_manifold_vertices: usize,
+    /// Edges whose two faces run along them in the same direction.
+    pub inconsistent_edges: usize,
+    /// Whether the faces could be turned so that no edge is inconsistent.
+    pub orientable: bool,
+    /// V - E + F.
+    pub euler: i64,
+    /// Handles, summed over the parts, of the surface with its loops filled and its touching vertices parted; `None`
+    /// where an edge is not manifold or the surface is one-sided.
+    pub genus: Option<u64>,
+}
+
+impl Topology {
+    /// Whether the surface has neither boundary nor edges with more than two faces.
+    #[must_use]
+    pub const fn is_closed(&self) -> bool {
+        self.faces > 0 && self.boundary_edges == 0 && self.non_manifold_edges == 0
+    }
+}
+
+/// Counts a mesh's connectivity. O(n log n).
+///
+/// # Errors
+/// [`crate::Error::IndexOutOfRange`]; cancel and time limit.
+pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
+    mesh.validate()?;
+    let finite = mesh
+        .positions
+        .iter()
+        .filter(|p| p.iter().all(|x| x.is_finite()))
+        .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: *p, max: *p }));
+    let to = weld(&mesh.positions, WELD_SHARE * finite.longest_side());
+    ctx.check()?;
+    let triangles: Vec<[u32; 3]> = mesh
+        .triangles
+        .iter()
+        .map(|t| t.map(|v| to[v as usize]))
+        .filter(|[a, b, c]| a != b && b != c && c != a)
+        .collect();
+    let edges = Edges::new(&triangles);
+    ctx.check()?;
+
+    let mut out = Topology {
+        faces: triangles.len(),
+        degenerate_faces: mesh.triangles.len() - triangles.len(),
+        ..Topology::default()
+    };
+    let (n, f) = (mesh.positions.len(), triangles.len());
+    let mut named = vec![false; n];
+    mesh.triangles.iter().flatten().for_each(|&v| named[v as usize] = true);
+    out.unused_vertices = named.iter().filter(|u| !**u).count();
+
+    // Corners of one vertex that are joined through edges make a fan; faces joined through edges with two faces make a
+    // patch. Each face stands twice in `sides`, once for each orientation: one-sided patches join the two.
+    let mut fans = Sets::new(3 * f);
+    let mut patches = Sets::new(f);
+    let mut sides = Sets::new(2 * f);
+    let mut boundary: Vec<u32> = Vec::new();
+    for (i, edge) in edges.iter().enumerate() {
+        if i % 4096 == 0 {
+            ctx.check()?;
+        }
+        out.edges += 1;
+        match edge {
+            [one] => boundary.push(one.1),
+            [_, _] => {}
+            _ => out.non_manifold_edges += 1,
+        }
+        for pair in edge.windows(2) {
+            let (h, g) = (pair[0].1, pair[1].1);
+            let (hf, gf) = (h / 3, g / 3);
+            let same = triangles[hf as usize][h as usize % 3] == triangles[gf as usize][g as usize % 3];
+            let (h2, g2) = (next(h), next(g));
+            let (g_start, g_end) = if same { (g, g2) } else { (g2, g) };
+            fans.join(h, g_start);
+            fans.join(h2, g_end);
+            patches.join(hf, gf);
+            if edge.len() == 2 {
+                out.inconsistent_edges += usize::from(same);
+                let flip = u32::from(same);
+                sides.join(2 * hf, 2 * gf + flip);
+                sides.join(2 * hf + 1, 2 * gf + 1 - flip);
+            }
+        }
+    }
+    ctx.check()?;
+
+    let mut fans_at = vec![0u32; n];
+    let mut fan_count = 0;
+    for corner in 0..3 * f as u32 {
+        if fans.find(corner) == corner {
+            fan_count += 1;
+            fans_at[triangles[corner as usize / 3][corner as usize % 3] as usize] += 1;
+        }
+    }
+    out.vertices = fans_at.iter().filter(|c| **c > 0).count();
+    out.non_manifold_vertices = fans_at.iter().filter(|c| **c > 1).count();
+
+    let mut parts = Sets::new(n);
+    for t in &triangles {
+        parts.join(t[0], t[1]);
+        parts.join(t[0], t[2]);
+    }
+    out.parts = parts.count(triangles.iter().map(|t| t[0]));
+
+    // A boundary edge runs from fan to fan, and a fan with boundary has two such edges: their chains are the loops.
+    let mut chains = Sets::new(3 * f);
+    for &h in &boundary {
+        let (a, b) = (fans.find(h), fans.find(next(h)));
+        chains.join(a, b);
+    }
+    out.boundary_edges = boundary.len();
+    out.boundary_loops = chains.count(boundary.iter().map(|&h| fans.find(h)));
+
+    out.orientable = (0..f as u32).all(|i| sides.find(2 * i) != sides.find(2 * i + 1));
+    out.euler = out.vertices as i64 - out.edges as i64 + f as i64;
+    if out.non_manifold_edges == 0 && out.orientable {
+        let patches = patches.count(0..f as u32) as i64;
+        let euler = fan_count - out.edges as i64 + f as i64;
+        out.genus = u64::try_from((2 * patches - out.boundary_loops as i64 - euler) / 2).ok();
+    }
+    Ok(out)
+}
+
+/// The next half-edge of the same face.
+const fn next(h: u32) -> u32 {
+    if h % 3 == 2 { h - 2 } else { h + 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shapes::{moebius, sheet, sphere, torus};
+    use super::*;
+    use crate::run::Run;
+    use proptest::prelude::*;
+
+    fn of(mesh: &TriMesh) -> Topology {
+        Run::default().execute(|ctx| topology(mesh, ctx)).unwrap()
+    }
+
+    fn joined(a: &TriMesh, b: &TriMesh) -> TriMesh {
+        let n = a.positions.len() as u32;
+        let mut out = a.clone();
+        out.positions.extend(&b.positions);
+        out.triangles.extend(b.triangles.iter().map(|t| t.map(|v| v + n)));
+        out
+    }
+
+    #[test]
+    fn known_surfaces_have_their_known_counts() {
+        let t = of(&sphere(1.0, 8));
+        assert_eq!((t.parts, t.euler, t.genus, t.is_closed(), t.orientable), (1, 2, Some(0), true, true));
+        let t = of(&torus(12, 7));
+        assert_eq!((t.parts, t.euler, t.genus, t.is_closed()), (1, 0, Some(1), true));
+        let t = of(&sheet(1.0, 4));
+        assert_eq!((t.boundary_edges, t.boundary_loops, t.euler, t.genus), (16, 1, 1, Some(0)));
+        let t = of(&moebius(9));
+        assert_eq!((t.boundary_loops, t.euler, t.genus, t.orientable), (1, 0, None, false));
+        assert_eq!(t.non_manifold_edges, 0);
+        let two = joined(&torus(12, 7), &sphere(9.0, 8));
+        let t = of(&two);
+        assert_eq!((t.parts, t.euler, t.genus), (2, 2, Some(1)));
+        assert_eq!(
+            of(&TriMesh::default()),
+            Topology { orientable: true, genus: Some(0), ..Topology::default() }
+        );
+    }
+
+    #[test]
+    fn defects_are_counted() {
+        // Three faces on one edge.
+        let fin = TriMesh::new(
+            vec![[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]],
+            vec![[0, 1, 2], [0, 1, 3], [1, 0, 4]],
+        );
+        let t = of(&fin);
+        assert_eq!((t.non_manifold_edges, t.boundary_edges, t.genus), (1, 6, None));
+        // Two triangles that touch at a vertex: two loops, one vertex with two fans.
+        let bow = TriMesh::new(
+            vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, -1.0, 0.0]],
+            vec![[0, 1, 2], [0, 3, 4]],
+        );
+        let t = of(&bow);
+        assert_eq!((t.parts, t.non_manifold_vertices, t.boundary_loops, t.genus), (1, 1, 2, Some(0)));
+        // A turned face.
+        let mut turned = sheet(1.0, 2);
+        turned.triangles[0].swap(1, 2);
+        let t = of(&turned);
+        assert!(t.inconsistent_edges > 0 && t.orientable);
+        // Faces that name one place twice, vertices that nothing uses.
+        let bad = TriMesh::new(
+            vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3], [9.0; 3]],
+            vec![[0, 1, 2], [0, 1, 1], [0, 3, 1]],
+        );
+        let t = of(&bad);
+        assert_eq!((t.faces, t.degenerate_faces, t.unused_vertices, t.vertices), (1, 2, 1, 3));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+        #[test]
+        fn counts_survive_splitting_vertices_and_moving_far_away(which in 0usize..4, far in -1e6f64..1e6) {
+            let mesh = [sphere(1.0, 6), torus(8, 5), sheet(1.0, 3), moebius(7)][which].clone();
+            let soup = TriMesh::new(
+                mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize].map(|x| x + far)).collect(),
+                (0..mesh.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            );
+            prop_assert_eq!(of(&soup), of(&mesh));
+        }
+    }
+}
