@@ -30,6 +30,13 @@ fn main() {
             eprintln!("project {:.3} orphans {} members/chart {:.1}", t.elapsed().as_secs_f64(), out.iter().filter(|p| p.chart == u32::MAX).count(), m.entries.len() as f64 / fitted.len() as f64);
             let rel = orient::relations(&points, &fitted, &m);
             let (signs, conflicts) = orient::orient(fitted.len(), &rel);
+            if std::env::var("DBG").is_ok() {
+                let mut mx = vec![0f64; fitted.len()];
+                for r in &rel { for c in [r.a, r.b] { mx[c as usize] = mx[c as usize].max(r.agreement.abs()); } }
+                let mut v: Vec<_> = rel.iter().filter(|r| conflicts.contains(&(r.a, r.b))).map(|r| (r.agreement.abs() / mx[r.a as usize].min(mx[r.b as usize]), r.agreement)).collect();
+                v.sort_by(|a, b| b.0.total_cmp(&a.0));
+                for x in v.iter().take(12) { eprintln!("conflict {x:?}"); }
+            }
             for (f, s) in fitted.iter_mut().zip(&signs) { f.chart.sign = *s; }
             eprint!("orient {:.3} ({} rel {} conf) ", t.elapsed().as_secs_f64(), rel.len(), conflicts.len());
             let charts: Vec<_> = fitted.iter().map(|f| f.chart.clone()).collect();

@@ -23,6 +23,10 @@ pub struct Relation {
     pub agreement: f64,
 }
 
+/// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose charts contradict each other
+/// over whole overlaps.
+const MIN_CONFLICT: f64 = 1.0;
+
 /// Finds the relations of all overlapping charts.
 #[must_use]
 pub fn relations(points: &[Vec3], fitted: &[Fitted], members: &Membership) -> Vec<Relation> {
@@ -106,7 +110,7 @@ pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32
     let signs: Vec<f64> = (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
     let conflicts = relations
         .iter()
-        .filter(|r| r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0)
+        .filter(|r| r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0)
         .map(|r| (r.a, r.b))
         .collect();
     (signs, conflicts)

@@ -27,6 +27,8 @@ pub struct Patch {
     pub residual: f64,
     /// Point spacing about the seed.
     pub spacing: f64,
+    /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
+    pub sound: bool,
 }
 
 /// What growing needs to know of the scan.
@@ -43,6 +45,9 @@ pub struct GrowParams {
 /// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees, so that
 /// heights over the base plane stay well conditioned.
 const MAX_BEND: f64 = 0.75;
+/// Prior deviation of a quadric's curved coefficients relative to the patch radius: surfaces that bend by more than a third of the radius
+/// within it are rare, and without this a handful of noisy points looks like a spike.
+const CURVED: f64 = 0.35;
 /// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
 const GROWTH: f64 = 1.3;
 /// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 % efficiency for Gaussian
@@ -80,7 +85,6 @@ struct State {
     radii: [f64; 2],
     quadric: [f64; 6],
     residual: f64,
-    inside: usize,
 }
 
 /// Grows a patch from point `seed`. `hint` is a first guess of the normal, if there is one.
@@ -105,10 +109,10 @@ pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scr
         radii: [start; 2],
         quadric: [0.0; 6],
         residual: 0.0,
-        inside: 0,
     };
     let mut best: Option<State> = None;
     let mut radius = start;
+    let mut sound = false;
     loop {
         let reach = radius * RIM * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
@@ -118,6 +122,7 @@ pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scr
         if !ok && !first {
             break;
         }
+        sound = ok;
         let bent = next.radii[0] < radius * 0.999 && next.radii[1] < radius * 0.999;
         state = State { ..next };
         best = Some(State { ..next });
@@ -145,6 +150,7 @@ pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scr
         members,
         residual: s.residual,
         spacing: p.spacing,
+        sound,
     })
 }
 
@@ -176,6 +182,7 @@ fn step(points: &[Vec3], found: &[Neighbour], from: &State, radius: f64, sigma: 
     s.radii = [radius; 2];
     let q = s.quadric;
     s.quadric = [q[0], q[1] * grow[0], q[2] * grow[1], q[3] * grow[0] * grow[0], q[4] * grow[0] * grow[1], q[5] * grow[1] * grow[1]];
+    let mut deviation = [0.0; 2];
     let mut domain = from.radii.map(|r| if r < from.radii[0].max(from.radii[1]) * 0.999 { r } else { radius });
     for turn in 0..2 {
         local.clear();
@@ -193,7 +200,7 @@ fn step(points: &[Vec3], found: &[Neighbour], from: &State, radius: f64, sigma: 
         // Slack beyond the noise: what a quadric of the previous, smaller patch may miss of the new ring.
         let slack = if turn == 0 { 0.10 } else { 0.05 } * domain[0].min(domain[1]);
         for _ in 0..2 {
-            fit_quadric(local, &mut s.quadric, TUKEY * sigma + slack)?;
+            deviation = fit_quadric(local, &mut s.quadric, TUKEY * sigma + slack, sigma / (CURVED * radius))?;
         }
         // Turn the base plane to the tangent plane at the centre.
         let (a, b) = (s.quadric[1] / radius, s.quadric[2] / radius);
@@ -208,7 +215,9 @@ fn step(points: &[Vec3], found: &[Neighbour], from: &State, radius: f64, sigma: 
         let k2 = (xx * d * d - 2.0 * xy * c * d + yy * c * c) / (radius * radius);
         s.axes = Chart::frame(n, along);
         s.quadric = [0.0, 0.0, 0.0, 0.5 * k1 * radius * radius, 0.0, 0.5 * k2 * radius * radius];
-        domain = [k1, k2].map(|k: f64| radius.min(MAX_BEND / k.abs().max(1e-12)));
+        // Only curvature that stands out of the noise shortens the domain.
+        let doubt = 2.0 * 2.0 * sigma * deviation[0].max(deviation[1]) / (radius * radius);
+        domain = [k1, k2].map(|k: f64| radius.min(MAX_BEND / (k.abs() - doubt).max(1e-12)));
     }
     // The final domain's units.
     s.radii = domain;
@@ -219,7 +228,9 @@ fn step(points: &[Vec3], found: &[Neighbour], from: &State, radius: f64, sigma: 
 }
 
 /// One round of weighted least squares of z against the six monomials, weights by the residuals to the current `q`.
-fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64) -> Option<()> {
+/// `ridge` is the ratio of noise to the prior deviation of the curved terms. Returns the deviations of the two squares' coefficients in
+/// units of the noise.
+fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> Option<[f64; 2]> {
     let (mut a, mut b, mut total) = ([0.0; 36], [0.0; 6], 0.0);
     for &[u, v, z] in local {
         let w = tukey(z - quad(q, u, v), limit);
@@ -238,16 +249,21 @@ fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64) -> Option<()> {
     if total < 4.0 {
         return None;
     }
-    // A trace of ridge on the curved terms: with points on a line the quadric is not determined, the plane is.
+    // With points on a line the quadric is not determined, the plane is: hence the trace of ridge.
     for i in 0..6 {
-        a[i * 7] += total * if i < 3 { 1e-9 } else { 1e-4 };
+        a[i * 7] += if i < 3 { 1e-9 * total } else { 1e-4 * total + ridge * ridge };
     }
     if !cholesky(&mut a, 6) {
         return None;
     }
     cholesky_solve(&a, 6, &mut b);
     *q = b;
-    Some(())
+    Some([3, 5].map(|k| {
+        let mut unit = [0.0; 6];
+        unit[k] = 1.0;
+        cholesky_solve(&a, 6, &mut unit);
+        unit[k].max(0.0).sqrt()
+    }))
 }
 
 /// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another sheet's.

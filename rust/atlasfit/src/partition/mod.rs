@@ -101,7 +101,7 @@ pub fn partition(
         for (seed, patch) in seeds.into_iter().zip(grown) {
             let Some(patch) = patch else { continue };
             // A patch that another of this round has made superfluous is dropped: fewer charts, same cover.
-            if covered[seed] && round > 0 {
+            if (covered[seed] && round > 0) || (!patch.sound && round + 1 < ROUNDS) {
                 continue;
             }
             for &m in &patch.members {

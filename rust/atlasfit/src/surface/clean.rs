@@ -6,6 +6,9 @@
 use super::field::Contour;
 use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, norm, scale, sub};
 
+/// Layers of triangles peeled from open boundaries: two triangles a voxel, for each round of filling, and one round more.
+const PEEL: usize = 2 * (super::field::FILL_ROUNDS as usize + 1);
+
 /// A triangle mesh in the making.
 #[derive(Debug, Clone, Default)]
 pub struct Surface {
@@ -62,11 +65,51 @@ pub fn triangulate(contour: Contour, min_triangles: usize) -> Surface {
     }
     let mut keep = bad.iter().map(|b| !b);
     triangles.retain(|_| keep.next().unwrap_or(true));
+    peel(&mut triangles, &contour.filled);
     let mut surface = Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
     orient(&mut surface, min_triangles);
     split_bowties(&mut surface);
     compact(&mut surface);
     surface
+}
+
+/// Takes away what was filled in at open boundaries. Filling extends the field by a few voxels everywhere; where that closed a gap the
+/// new triangles have no boundary edge and stay, elsewhere they are peeled off from the boundary inwards.
+fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool]) {
+    let new: Vec<bool> = triangles.iter().map(|t| t.iter().any(|&v| filled[v as usize])).collect();
+    let list = edges(triangles);
+    let mut gone = vec![false; triangles.len()];
+    // Per triangle its neighbours; a missing one is a boundary.
+    let mut neighbours = vec![[u32::MAX; 3]; triangles.len()];
+    let mut count = vec![0u8; triangles.len()];
+    for g in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
+        if let [x, y] = g {
+            for (a, b) in [(x.2, y.2), (y.2, x.2)] {
+                neighbours[a as usize][count[a as usize] as usize] = b;
+                count[a as usize] += 1;
+            }
+        }
+    }
+    let mut front: Vec<u32> =
+        (0..triangles.len() as u32).filter(|&t| new[t as usize] && count[t as usize] < 3).collect();
+    for _ in 0..PEEL {
+        let mut next = Vec::new();
+        for &t in &front {
+            gone[t as usize] = true;
+        }
+        for &t in &front {
+            for &u in &neighbours[t as usize] {
+                if u != u32::MAX && new[u as usize] && !gone[u as usize] {
+                    next.push(u);
+                }
+            }
+        }
+        next.sort_unstable();
+        next.dedup();
+        front = next;
+    }
+    let mut g = gone.iter();
+    triangles.retain(|_| !g.next().unwrap_or(&false));
 }
 
 /// Orients each component consistently (breadth first), outward by its signed volume; drops components of fewer than

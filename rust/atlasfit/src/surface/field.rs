@@ -13,11 +13,17 @@ use rayon::prelude::*;
 
 /// Voxels along one side of a block. Small blocks follow the surface closely, large ones share more corners.
 const BLOCK: i32 = 4;
-const CORNERS: usize = (BLOCK as usize + 1).pow(3);
+/// Corners that a block owns.
+const CORNERS: usize = (BLOCK as usize).pow(3);
 /// Charts are evaluated up to this many voxels from their surface: the corners of every crossed voxel lie within sqrt(3).
 const BAND: f64 = 2.2;
 /// Least total blend weight at which the surface is taken to exist. A chart's own weight is 1 at its centre where data surrounds it.
 pub const MIN_SUPPORT: f64 = 0.25;
+/// Rounds of filling: each extends the field by one voxel into places where no chart has data, so that gaps of up to twice as many voxels
+/// close (volumetric diffusion; Davis et al. 2002).
+pub const FILL_ROUNDS: u8 = 4;
+/// Sweeps that smooth the filled values.
+const RELAX: usize = 6;
 /// An edge whose ends differ by more than this many voxels joins two different sheets: no surface passes between.
 const MAX_JUMP: f64 = 1.9;
 
@@ -30,6 +36,8 @@ pub struct Contour {
     pub normals: Vec<Vec3>,
     /// The chart that weighs most at each vertex.
     pub chart: Vec<u32>,
+    /// Whether the vertex lies where the field was filled in rather than known from charts.
+    pub filled: Vec<bool>,
     /// Quads.
     pub quads: Vec<[u32; 4]>,
 }
@@ -93,6 +101,8 @@ struct Sample {
     weight: f64,
     value: f64,
     support: f64,
+    top: f64,
+    chart: u32,
 }
 
 impl Sample {
@@ -130,10 +140,87 @@ fn view(chart: &Chart, p: Vec3, h: f64) -> Option<(f64, f64, f64, Vec3)> {
     (near > 0.0).then_some((f, support, near, n))
 }
 
+/// The band of voxels: blocks of corner values, each in its own gauge.
+struct Grid<'c> {
+    charts: &'c [Chart],
+    h: f64,
+    /// Integer position of each block, in blocks.
+    at: Vec<[i32; 3]>,
+    /// The charts of each block, ascending, and their signs in the block's gauge.
+    lists: Vec<(Vec<u32>, Vec<f64>)>,
+    /// Whether the block's gauge may differ from the global signs.
+    local: Vec<bool>,
+    /// Indices of the 27 blocks around each block, itself in the middle; `u32::MAX` where there is none.
+    around: Vec<[u32; 27]>,
+    cells: Vec<Corners>,
+}
+
+/// The corner values of one block.
+#[derive(Clone)]
+struct Corners {
+    value: [f32; CORNERS],
+    /// The chart that weighs most there (or did where the value was filled in from).
+    chart: [u32; CORNERS],
+    /// 0 = unknown, 1 = from charts, more = filled in that round minus one.
+    level: [u8; CORNERS],
+}
+
+#[inline]
+fn corner_index(i: [i32; 3]) -> usize {
+    ((i[2] * BLOCK + i[1]) * BLOCK + i[0]) as usize
+}
+
+impl Grid<'_> {
+    /// Sign of a chart in a block's gauge.
+    fn sign(&self, block: usize, chart: u32) -> f64 {
+        if self.local[block] {
+            let (list, signs) = &self.lists[block];
+            if let Ok(k) = list.binary_search(&chart) {
+                return signs[k];
+            }
+        }
+        self.charts[chart as usize].sign
+    }
+    /// Value, level and chart at corner `i` of `block` in that block's gauge; `i` may reach into the blocks around it.
+    #[inline]
+    fn fetch(&self, block: usize, mut i: [i32; 3]) -> (f64, u8, u32) {
+        let mut n = 13usize;
+        let mut inside = true;
+        for (k, stride) in [(0, 1usize), (1, 3), (2, 9)] {
+            if i[k] < 0 {
+                i[k] += BLOCK;
+                n -= stride;
+                inside = false;
+            } else if i[k] >= BLOCK {
+                i[k] -= BLOCK;
+                n += stride;
+                inside = false;
+            }
+        }
+        let c = corner_index(i);
+        if inside {
+            let b = &self.cells[block];
+            return (f64::from(b.value[c]), b.level[c], b.chart[c]);
+        }
+        let other = self.around[block][n];
+        if other == u32::MAX {
+            return (0.0, 0, u32::MAX);
+        }
+        let other = other as usize;
+        let b = &self.cells[other];
+        let (mut value, level, chart) = (f64::from(b.value[c]), b.level[c], b.chart[c]);
+        if level > 0 && (self.local[block] || self.local[other]) {
+            value *= self.sign(block, chart) * self.sign(other, chart);
+        }
+        (value, level, chart)
+    }
+}
+
 struct BlockOut {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     chart: Vec<u32>,
+    filled: Vec<bool>,
     /// Edge key, slot of the cell around the edge, local vertex, whether the field rises along the edge.
     records: Vec<(u64, u8, u32, bool)>,
 }
@@ -142,37 +229,30 @@ struct BlockOut {
 ///
 /// # Errors
 /// Cancelled, out of time or memory.
-pub fn contour(charts: &[Chart], relations: &[Relation], conflicts: &[(u32, u32)], h: f64, ctx: &Context<'_>) -> Result<Contour> {
-    let lists: Vec<Vec<u64>> = charts
-        .par_iter()
-        .map(|c| {
-            ctx.check()?;
-            let mut out = Vec::new();
-            blocks_of(c, h, &mut out);
-            Ok(out)
-        })
-        .collect::<Result<_>>()?;
-    let mut pairs: Vec<(u64, u32)> = lists
-        .into_iter()
-        .enumerate()
-        .flat_map(|(c, keys)| keys.into_iter().map(move |k| (k, c as u32)))
-        .collect();
-    pairs.par_sort_unstable();
-    let mut starts: Vec<usize> = (0..pairs.len()).filter(|&i| i == 0 || pairs[i].0 != pairs[i - 1].0).collect();
-    starts.push(pairs.len());
-    ctx.stage(crate::run::Stage::Surface, starts.len());
-    // Adjacency among charts, for the local gauge of blocks that hold a conflict.
-    let mut conflict = vec![false; charts.len()];
-    for &(a, b) in conflicts {
-        conflict[a as usize] = true;
-        conflict[b as usize] = true;
-    }
-    let outs: Vec<BlockOut> = starts
-        .par_windows(2)
-        .map(|w| {
-            ctx.check()?;
-            let list: Vec<u32> = pairs[w[0]..w[1]].iter().map(|p| p.1).collect();
-            let out = block(charts, relations, &conflict, &list, unkey(pairs[w[0]].0), h);
+pub fn contour(
+    charts: &[Chart],
+    relations: &[Relation],
+    conflicts: &[(u32, u32)],
+    h: f64,
+    ctx: &Context<'_>,
+) -> Result<Contour> {
+    let mut grid = sample(charts, relations, conflicts, h, ctx)?;
+    fill(&mut grid, ctx)?;
+    let outs: Vec<BlockOut> = (0..grid.at.len())
+        .into_par_iter()
+        .map(|b| {
+            if b % 16 == 0 {
+                ctx.check()?;
+            }
+            let mut out =
+                BlockOut { positions: vec![], normals: vec![], chart: vec![], filled: vec![], records: vec![] };
+            for z in 0..BLOCK {
+                for y in 0..BLOCK {
+                    for x in 0..BLOCK {
+                        cell(&grid, b, [x, y, z], &mut out);
+                    }
+                }
+            }
             ctx.advance(1);
             Ok(out)
         })
@@ -185,6 +265,7 @@ pub fn contour(charts: &[Chart], relations: &[Relation], conflicts: &[(u32, u32)
         contour.positions.extend(o.positions);
         contour.normals.extend(o.normals);
         contour.chart.extend(o.chart);
+        contour.filled.extend(o.filled);
     }
     records.par_sort_unstable_by_key(|r| (r.0, r.1));
     let mut i = 0;
@@ -201,11 +282,134 @@ pub fn contour(charts: &[Chart], relations: &[Relation], conflicts: &[(u32, u32)
     Ok(contour)
 }
 
+/// Evaluates the charts at the corners of the band.
+fn sample<'c>(
+    charts: &'c [Chart],
+    relations: &[Relation],
+    conflicts: &[(u32, u32)],
+    h: f64,
+    ctx: &Context<'_>,
+) -> Result<Grid<'c>> {
+    let lists: Vec<Vec<u64>> = charts
+        .par_iter()
+        .map(|c| {
+            ctx.check()?;
+            let mut out = Vec::new();
+            blocks_of(c, h, &mut out);
+            Ok(out)
+        })
+        .collect::<Result<_>>()?;
+    let mut pairs: Vec<(u64, u32)> = lists
+        .into_iter()
+        .enumerate()
+        .flat_map(|(c, keys)| keys.into_iter().map(move |k| (k, c as u32)))
+        .collect();
+    pairs.par_sort_unstable();
+    let lists: Vec<(u64, Vec<u32>)> =
+        pairs.chunk_by(|a, b| a.0 == b.0).map(|g| (g[0].0, g.iter().map(|p| p.1).collect())).collect();
+    ctx.stage(crate::run::Stage::Surface, 2 * lists.len());
+    let mut conflict = vec![false; charts.len()];
+    for &(a, b) in conflicts {
+        conflict[a as usize] = true;
+        conflict[b as usize] = true;
+    }
+    let keys: Vec<u64> = lists.iter().map(|l| l.0).collect();
+    let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
+    let blocks: Vec<_> = lists
+        .into_par_iter()
+        .map(|(key, list)| {
+            ctx.check()?;
+            let at = unkey(key);
+            let local = list.iter().any(|&c| conflict[c as usize]);
+            let signs = gauge(charts, relations, local, &list);
+            let corners = corners(charts, &list, &signs, at, h);
+            let mut around = [u32::MAX; 27];
+            for (n, a) in around.iter_mut().enumerate() {
+                let n = n as i32;
+                *a = find([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1]);
+            }
+            ctx.advance(1);
+            Ok((at, (list, signs), local, around, corners))
+        })
+        .collect::<Result<_>>()?;
+    let mut grid = Grid { charts, h, at: vec![], lists: vec![], local: vec![], around: vec![], cells: vec![] };
+    for (at, list, local, around, corners) in blocks {
+        grid.at.push(at);
+        grid.lists.push(list);
+        grid.local.push(local);
+        grid.around.push(around);
+        grid.cells.push(corners);
+    }
+    Ok(grid)
+}
+
+/// Extends the field into corners that no chart reaches, and smooths what was filled in.
+fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
+    const NEIGHBOURS: [[i32; 3]; 6] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
+    let average = |grid: &Grid<'_>, b: usize, i: [i32; 3]| {
+        let (mut sum, mut count, mut from) = (0.0, 0.0, u32::MAX);
+        for o in NEIGHBOURS {
+            let (value, level, chart) = grid.fetch(b, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
+            if level > 0 {
+                // A chart of another gauge cannot be averaged: the first one found sets the gauge, which is the block's own.
+                sum += value;
+                count += 1.0;
+                if from == u32::MAX {
+                    from = chart;
+                }
+            }
+        }
+        (count > 0.0).then(|| ((sum / count) as f32, from))
+    };
+    for round in 0..usize::from(FILL_ROUNDS) + RELAX {
+        let growing = round < usize::from(FILL_ROUNDS);
+        let next: Vec<Option<Corners>> = (0..grid.cells.len())
+            .into_par_iter()
+            .map(|b| {
+                if b % 64 == 0 {
+                    ctx.check()?;
+                }
+                let old = &grid.cells[b];
+                let wanted = |level: u8| if growing { level == 0 } else { level > 1 };
+                if !old.level.iter().any(|&l| wanted(l)) {
+                    return Ok(None);
+                }
+                let mut new = old.clone();
+                let mut changed = false;
+                for z in 0..BLOCK {
+                    for y in 0..BLOCK {
+                        for x in 0..BLOCK {
+                            let c = corner_index([x, y, z]);
+                            if wanted(old.level[c])
+                                && let Some((value, chart)) = average(grid, b, [x, y, z])
+                            {
+                                new.value[c] = if value == 0.0 { f32::MIN_POSITIVE } else { value };
+                                if growing {
+                                    new.chart[c] = chart;
+                                    new.level[c] = 2 + round as u8;
+                                }
+                                changed = true;
+                            }
+                        }
+                    }
+                }
+                Ok(changed.then_some(new))
+            })
+            .collect::<Result<_>>()?;
+        for (cell, new) in grid.cells.iter_mut().zip(next) {
+            if let Some(new) = new {
+                *cell = new;
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Signs of a block's charts: the global ones, unless some of its charts contradict each other; then they are spread from the first
 /// chart over the relations within the block.
-fn gauge(charts: &[Chart], relations: &[Relation], conflict: &[bool], list: &[u32]) -> Vec<f64> {
+fn gauge(charts: &[Chart], relations: &[Relation], local: bool, list: &[u32]) -> Vec<f64> {
     let mut signs: Vec<f64> = list.iter().map(|&c| charts[c as usize].sign).collect();
-    if !list.iter().any(|&c| conflict[c as usize]) {
+    if !local {
         return signs;
     }
     let mut links: Vec<(f64, usize, usize)> = Vec::new();
@@ -269,61 +473,51 @@ fn slot(e: usize) -> u8 {
     }
 }
 
-fn block(charts: &[Chart], relations: &[Relation], conflict: &[bool], list: &[u32], at: [i32; 3], h: f64) -> BlockOut {
-    let mut out = BlockOut { positions: vec![], normals: vec![], chart: vec![], records: vec![] };
-    let signs = gauge(charts, relations, conflict, list);
+fn corners(charts: &[Chart], list: &[u32], signs: &[f64], at: [i32; 3], h: f64) -> Corners {
     let origin = at.map(|b| b * BLOCK);
-    let side = BLOCK as usize + 1;
-    let place = |i: [i32; 3]| [0, 1, 2].map(|k| f64::from(origin[k] + i[k]) * h);
-    let mut samples = [Sample::default(); CORNERS];
-    for (&c, sign) in list.iter().zip(&signs) {
+    let mut samples = [Sample { chart: u32::MAX, ..Sample::default() }; CORNERS];
+    for (&c, sign) in list.iter().zip(signs) {
         let chart = &charts[c as usize];
         for (n, s) in samples.iter_mut().enumerate() {
-            let i = [(n % side) as i32, (n / side % side) as i32, (n / side / side) as i32];
-            if let Some((f, support, near, _)) = view(chart, place(i), h) {
+            let n = n as i32;
+            let i = [n % BLOCK, n / BLOCK % BLOCK, n / BLOCK / BLOCK];
+            let p = [0, 1, 2].map(|k| f64::from(origin[k] + i[k]) * h);
+            if let Some((f, support, near, _)) = view(chart, p, h) {
                 let w = support * near;
                 s.weight += w;
                 s.value += w * f * sign;
                 s.support += support;
+                if w > s.top {
+                    (s.top, s.chart) = (w, c);
+                }
             }
         }
     }
-    let mut values = [f64::NAN; CORNERS];
-    for (v, s) in values.iter_mut().zip(&samples) {
+    let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
+    for (n, s) in samples.iter().enumerate() {
         if let Some(f) = s.f() {
             // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.
-            *v = if f == 0.0 { 1e-12 * h } else { f };
-        }
-    }
-    for z in 0..BLOCK {
-        for y in 0..BLOCK {
-            for x in 0..BLOCK {
-                cell(charts, list, &signs, &values, [x, y, z], origin, h, &mut out);
-            }
+            out.value[n] = if f == 0.0 { f32::MIN_POSITIVE } else { f as f32 };
+            out.chart[n] = s.chart;
+            out.level[n] = 1;
         }
     }
     out
 }
 
-#[allow(clippy::too_many_arguments)]
-fn cell(
-    charts: &[Chart],
-    list: &[u32],
-    signs: &[f64],
-    values: &[f64; CORNERS],
-    at: [i32; 3],
-    origin: [i32; 3],
-    h: f64,
-    out: &mut BlockOut,
-) {
-    let side = BLOCK + 1;
+fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
+    let h = grid.h;
+    let origin = grid.at[block].map(|b| b * BLOCK);
     let mut f = [0.0; 8];
+    let mut filled = false;
     for (c, v) in f.iter_mut().enumerate() {
         let o = corner(c);
-        *v = values[((at[2] + o[2]) * side * side + (at[1] + o[1]) * side + at[0] + o[0]) as usize];
-        if v.is_nan() {
+        let (value, level, _) = grid.fetch(block, [at[0] + o[0], at[1] + o[1], at[2] + o[2]]);
+        if level == 0 {
             return;
         }
+        filled |= level > 1;
+        *v = value;
     }
     let inside = |c: usize| f[c] < 0.0;
     let mask = (0..8).filter(|&c| inside(c)).count();
@@ -375,7 +569,7 @@ fn cell(
             let t = f[a] / (f[a] - f[b]);
             sum = add(sum, mul_add(place(a), sub(place(b), place(a)), t));
             count += 1.0;
-            if (f[a] - f[b]).abs() <= MAX_JUMP * h {
+            if filled || (f[a] - f[b]).abs() <= MAX_JUMP * h {
                 let o = corner(a);
                 let k = [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
                 let key = (k[2] << 40 | k[1] << 20 | k[0]) << 2 | (e / 4) as u64;
@@ -393,10 +587,12 @@ fn cell(
             continue;
         }
         let middle = scale(sum, 1.0 / count);
-        let (position, normal, chart) = settle(charts, list, signs, middle, h);
+        let (list, signs) = &grid.lists[block];
+        let (position, normal, chart) = settle(grid.charts, list, signs, middle, h);
         out.positions.push(position);
         out.normals.push(normal);
         out.chart.push(chart);
+        out.filled.push(filled);
     }
 }
 
