@@ -11,6 +11,7 @@
 pub mod error;
 pub mod geometry;
 pub mod run;
+pub mod unwrap;
 
 pub use error::{Error, Result};
 pub use run::{CancelToken, Context, Progress, Run, Stage};
