@@ -25,12 +25,11 @@ impl Chart {
         self.uv.len()
     }
 
-    /// Builds the local mesh of `faces`, gluing every edge between two of them. `index_of[f]` must hold each
-    /// face's place in `faces` and `owner[f] == id` exactly for them. Positions start at zero.
-    pub(super) fn glue_all(s: &Surface, faces: Vec<u32>, owner: &[u32], id: u32, index_of: &[u32]) -> Self {
+    /// Builds the local mesh of `faces`. `across(e)` gives the place in `faces` of the face beyond half-edge `e`
+    /// if the edge is to be glued. Positions start at zero.
+    pub(super) fn glue(s: &Surface, faces: Vec<u32>, across: impl Fn(u32) -> Option<u32>) -> Self {
         let mut corner = vec![NONE; faces.len() * 3];
         let mut n = 0;
-        let inside = |h: u32| h != NONE && owner[h as usize / 3] == id;
         for i in 0..faces.len() {
             for k in 0..3 {
                 if corner[3 * i + k] != NONE {
@@ -38,39 +37,28 @@ impl Chart {
                 }
                 // Turn round the vertex through glued edges, both ways, naming every corner met.
                 corner[3 * i + k] = n;
-                let (mut f, mut c) = (i, k);
-                loop {
-                    let h = s.mate[faces[f] as usize][c];
-                    if !inside(h) {
-                        break;
+                for forward in [true, false] {
+                    let (mut f, mut c) = (i, k);
+                    loop {
+                        let slot = if forward { c } else { (c + 2) % 3 };
+                        let Some(g) = across(3 * faces[f] + slot as u32) else { break };
+                        let h = s.mate[faces[f] as usize][slot] as usize % 3;
+                        // The mate runs backwards: our vertex is its end, or its start when turning back.
+                        (f, c) = (g as usize, if forward { (h + 1) % 3 } else { h });
+                        if corner[3 * f + c] != NONE {
+                            break;
+                        }
+                        corner[3 * f + c] = n;
                     }
-                    // The mate runs backwards: its end is our vertex.
-                    (f, c) = (index_of[h as usize / 3] as usize, (h as usize % 3 + 1) % 3);
-                    if corner[3 * f + c] != NONE {
-                        break;
-                    }
-                    corner[3 * f + c] = n;
-                }
-                let (mut f, mut c) = (i, k);
-                loop {
-                    let h = s.mate[faces[f] as usize][(c + 2) % 3];
-                    if !inside(h) {
-                        break;
-                    }
-                    (f, c) = (index_of[h as usize / 3] as usize, h as usize % 3);
-                    if corner[3 * f + c] != NONE {
-                        break;
-                    }
-                    corner[3 * f + c] = n;
                 }
                 n += 1;
             }
         }
-        let tris = corner.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        let tris: Vec<[u32; 3]> = corner.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         let mut border = Vec::new();
         for (i, &f) in faces.iter().enumerate() {
             for k in 0..3 {
-                if !inside(s.mate[f as usize][k]) {
+                if across(3 * f + k as u32).is_none() {
                     border.push((i as u32, k as u8));
                 }
             }

@@ -109,6 +109,18 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
             })
             .collect();
         ctx.check()?;
+        if std::env::var("UWDBG").is_ok() {
+            let sz = |x: u32| charts.list[x as usize].as_ref().map_or(0, |c| c.faces.len());
+            eprintln!(
+                "round alive {} pairs {} chosen {} ok {} faces-ok {} faces-fail {}",
+                charts.list.iter().flatten().count(),
+                scored.len(),
+                chosen.len(),
+                results.iter().flatten().count(),
+                chosen.iter().zip(&results).filter(|x| x.1.is_some()).map(|x| sz(x.0.0) + sz(x.0.1)).sum::<usize>(),
+                chosen.iter().zip(&results).filter(|x| x.1.is_none()).map(|x| sz(x.0.0) + sz(x.0.1)).sum::<usize>(),
+            );
+        }
         for (&(a, b), result) in chosen.iter().zip(results) {
             match result {
                 Some(merged) => {

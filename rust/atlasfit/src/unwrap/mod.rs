@@ -16,7 +16,7 @@ mod solver;
 mod surface;
 
 use crate::error::{Error, Result};
-use crate::geometry::TriMesh;
+use crate::geometry::{TriMesh, vec3};
 use crate::run::{Context, Stage};
 use chart::Chart;
 use rayon::prelude::*;
@@ -152,7 +152,10 @@ fn first_charts(
             if ctx.check().is_err() {
                 return Vec::new();
             }
-            let chart = Chart::glue_all(s, faces, label, id as u32, &index_of);
+            let chart = Chart::glue(s, faces, |e| {
+                let h = s.mate[e as usize / 3][e as usize % 3];
+                (h != NONE && label[h as usize / 3] == id as u32).then(|| index_of[h as usize / 3])
+            });
             flatten_first(s, chart, bound)
         })
         .collect();
@@ -168,29 +171,92 @@ fn first_charts(
     Ok(merge::Charts { list, owner, index_of })
 }
 
+/// Lays a patch flat; one that flips or overlaps is cut in two until it does not.
 fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
+    if c.faces.len() == 1 {
+        return vec![single(s, c.faces[0])];
+    }
     let n = flatten::mean_normal(s, &c.faces);
     flatten::project(s, &mut c, n);
-    let positive = flatten::all_positive(&c.tris, &c.uv);
-    let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv);
-    let (mut rhs, mut work) = (Vec::new(), Vec::new());
-    let mut uv = c.uv.clone();
-    for _ in 0..5 {
-        arap.step(&c.tris, &mut uv, &mut rhs, &mut work);
-    }
-    let moved = if positive {
+    if flatten::all_positive(&c.tris, &c.uv) {
+        let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv);
+        let (mut rhs, mut work) = (Vec::new(), Vec::new());
+        let mut uv = c.uv.clone();
+        for _ in 0..5 {
+            arap.step(&c.tris, &mut uv, &mut rhs, &mut work);
+        }
         flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
-        true
-    } else {
-        c.uv = uv;
-        flatten::all_positive(&c.tris, &c.uv)
-    };
-    c.over = flatten::over_area(s, &c, bound);
-    if moved && inject::injective(&c.tris, &c.uv, &c.border) {
-        return vec![c];
+        if inject::injective(&c.tris, &c.uv, &c.border) {
+            c.over = flatten::over_area(s, &c, bound);
+            return vec![c];
+        }
     }
-    // Rare: single faces always lie flat, and merging puts them together again.
-    c.faces.iter().map(|&f| single(s, f)).collect()
+    // Faces that look away from the rest are cut off first; else the longer side of the box is halved.
+    let facing = |f: u32| vec3::dot(s.normal[f as usize], n) > 0.2;
+    let away = c.faces.iter().filter(|&&f| !facing(f)).count();
+    let side: Vec<bool> = if away > 0 && away < c.faces.len() {
+        c.faces.iter().map(|&f| facing(f)).collect()
+    } else {
+        let centre = |f: u32| {
+            s.tri[f as usize].iter().fold([0.0; 3], |a, &v| vec3::add(a, s.pos[v as usize]))
+        };
+        let axis = (0..3)
+            .map(|k| {
+                let x = c.faces.iter().map(|&f| centre(f)[k]);
+                (x.clone().fold(f64::NEG_INFINITY, f64::max) - x.fold(f64::INFINITY, f64::min), k)
+            })
+            .fold((-1.0, 0), |a, b| if b.0 > a.0 { b } else { a })
+            .1;
+        let mut order: Vec<usize> = (0..c.faces.len()).collect();
+        order.sort_by(|&i, &j| centre(c.faces[i])[axis].total_cmp(&centre(c.faces[j])[axis]).then(i.cmp(&j)));
+        let mut side = vec![false; order.len()];
+        order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
+        side
+    };
+    pieces(s, &c, &side).into_iter().flat_map(|piece| flatten_first(s, piece, bound)).collect()
+}
+
+/// The connected parts of a chart's faces of equal `side`.
+fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
+    let place: std::collections::HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
+    let border: std::collections::HashSet<(u32, u8)> = c.border.iter().copied().collect();
+    let mut part = vec![NONE; c.faces.len()];
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    for i in 0..c.faces.len() {
+        if part[i] != NONE {
+            continue;
+        }
+        part[i] = groups.len() as u32;
+        let mut group = vec![i as u32];
+        let mut next = 0;
+        while next < group.len() {
+            let i = group[next];
+            next += 1;
+            for k in 0..3 {
+                if border.contains(&(i, k as u8)) {
+                    continue;
+                }
+                let j = place[&(s.mate[c.faces[i as usize] as usize][k] / 3)];
+                if part[j as usize] == NONE && side[j as usize] == side[i as usize] {
+                    part[j as usize] = groups.len() as u32;
+                    group.push(j);
+                }
+            }
+        }
+        groups.push(group);
+    }
+    groups
+        .iter()
+        .map(|g| {
+            let within: std::collections::HashMap<u32, u32> = g.iter().copied().zip(0..).collect();
+            Chart::glue(s, g.iter().map(|&i| c.faces[i as usize]).collect(), |e| {
+                if border.contains(&(place[&(e / 3)], (e % 3) as u8)) {
+                    return None;
+                }
+                within.get(&place[&(s.mate[e as usize / 3][e as usize % 3] / 3)]).copied()
+            })
+        })
+        .collect()
 }
 
 /// The chart of one face.
