@@ -78,6 +78,11 @@ pub(super) fn project(s: &Surface, chart: &mut Chart, n: Vec3) {
     }
 }
 
+/// How strongly a vertex is held where it is: just enough to fix the free translation, or for good.
+fn hold(pinned: &[bool], v: usize) -> f64 {
+    if pinned.get(v).is_some_and(|&x| x) { 1e6 } else { 1e-9 }
+}
+
 /// Iterations of local rotations and global solves.
 pub(super) struct Arap {
     factor: Factor,
@@ -86,8 +91,9 @@ pub(super) struct Arap {
 }
 
 impl Arap {
-    /// Prepares the matrix of a chart; the present positions only serve the ordering.
-    pub(super) fn new(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, uv: &[[f64; 2]]) -> Self {
+    /// Prepares the matrix of a chart; the present positions only serve the ordering. Vertices marked in `pinned`
+    /// (which may be empty) stay where they are.
+    pub(super) fn new(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, uv: &[[f64; 2]], pinned: &[bool]) -> Self {
         let cot: Vec<[f64; 3]> = rest
             .iter()
             .map(|&[l, x, y]| {
@@ -100,8 +106,7 @@ impl Arap {
             })
             .collect();
         let graph = Graph::from_triangles(uv.len(), tris, &cot);
-        // The shift only fixes the free translation; the positions are re-centred by its smallness.
-        let factor = Factor::laplacian(&graph, uv, 1e-9);
+        let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v));
         Self { factor, cot, rest }
     }
 
@@ -110,12 +115,12 @@ impl Arap {
         &self,
         tris: &[[u32; 3]],
         uv: &mut [[f64; 2]],
+        pinned: &[bool],
         rhs: &mut Vec<[f64; 2]>,
         work: &mut Vec<[f64; 2]>,
     ) {
         rhs.clear();
-        // The shift holds each vertex near where it is: no drift.
-        rhs.extend(uv.iter().map(|p| [p[0] * 1e-9, p[1] * 1e-9]));
+        rhs.extend(uv.iter().enumerate().map(|(v, p)| p.map(|x| x * hold(pinned, v))));
         for ((t, &[l, x, y]), cot) in tris.iter().zip(&self.rest).zip(&self.cot) {
             let p = corners(*t, uv);
             // Edge k runs opposite corner k, from corner k + 1 to k + 2.
@@ -139,7 +144,11 @@ impl Arap {
             }
         }
         self.factor.solve(rhs, work);
-        uv.copy_from_slice(rhs);
+        for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
+            if !pinned.get(v).is_some_and(|&x| x) {
+                *p = *q;
+            }
+        }
     }
 }
 

@@ -31,12 +31,15 @@ fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
 
 /// Whether the chart is injective. `border` lists (triangle, slot) of the free edges.
 pub(super) fn injective(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
-    let mut on_border = vec![false; uv.len()];
-    for &(t, k) in border {
-        on_border[tris[t as usize][k as usize] as usize] = true;
-        on_border[tris[t as usize][(k as usize + 1) % 3] as usize] = true;
-    }
+    turns_once(tris, uv, &[]) && !border_touches(tris, uv, border)
+}
+
+/// Whether every triangle is counter-clockwise and every vertex is wound round once at most. Vertices marked in
+/// `skip` (which may be empty) are not judged: not all their triangles are given.
+pub(super) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> bool {
     let mut angle = vec![0f64; uv.len()];
+    // Next minus previous neighbour, summed: zero exactly where the triangles close round a vertex.
+    let mut open = vec![0i64; uv.len()];
     for t in tris {
         let p = corners(*t, uv);
         if orient(p[0], p[1], p[2]) <= 0.0 {
@@ -46,17 +49,22 @@ pub(super) fn injective(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]
             let (a, b, c) = (p[k], p[(k + 1) % 3], p[(k + 2) % 3]);
             let d = (b[0] - a[0]) * (c[0] - a[0]) + (b[1] - a[1]) * (c[1] - a[1]);
             angle[t[k] as usize] += twice_area(a, b, c).atan2(d);
+            open[t[k] as usize] += i64::from(t[(k + 1) % 3]) - i64::from(t[(k + 2) % 3]);
         }
     }
     // Inside, angles sum to 2 pi or to 4 pi and more; at the border a full turn already touches itself.
-    if angle.iter().zip(&on_border).any(|(&a, &b)| a > if b { 2.0 * PI - 1e-7 } else { 3.0 * PI }) {
-        return false;
-    }
+    (0..uv.len()).all(|v| {
+        skip.get(v).is_some_and(|&s| s) || angle[v] < if open[v] != 0 { 2.0 * PI - 1e-7 } else { 3.0 * PI }
+    })
+}
+
+/// Whether the border curves touch or cross themselves or each other.
+pub(super) fn border_touches(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
     let segments: Vec<[u32; 2]> = border
         .iter()
         .map(|&(t, k)| [tris[t as usize][k as usize], tris[t as usize][(k as usize + 1) % 3]])
         .collect();
-    !segments_touch(&segments, uv)
+    segments_touch(&segments, uv)
 }
 
 /// Whether two segments that share no vertex touch.

@@ -179,11 +179,11 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
     let n = flatten::mean_normal(s, &c.faces);
     flatten::project(s, &mut c, n);
     if flatten::all_positive(&c.tris, &c.uv) {
-        let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv);
+        let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
         let (mut rhs, mut work) = (Vec::new(), Vec::new());
         let mut uv = c.uv.clone();
         for _ in 0..5 {
-            arap.step(&c.tris, &mut uv, &mut rhs, &mut work);
+            arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
         }
         flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         if inject::injective(&c.tris, &c.uv, &c.border) {

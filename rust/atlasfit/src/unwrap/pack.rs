@@ -189,14 +189,14 @@ fn rotated(uv: &[[f64; 2]], r: [f64; 2]) -> Vec<[f64; 2]> {
     uv.iter().map(|p| [r[0] * p[0] - r[1] * p[1], r[1] * p[0] + r[0] * p[1]]).collect()
 }
 
-/// The rotation that gives the bounding box of least area, its long side along x.
-fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
+/// The convex hull, counter-clockwise (Andrew 1979).
+pub(super) fn hull(uv: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut p: Vec<[f64; 2]> = uv.to_vec();
-    p.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    p.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut hull: Vec<[f64; 2]> = Vec::new();
     for pass in 0..2 {
         let base = hull.len();
-        let go = |hull: &mut Vec<[f64; 2]>, q: [f64; 2]| {
+        let mut add = |q: [f64; 2]| {
             while hull.len() >= base + 2
                 && super::flatten::twice_area(hull[hull.len() - 2], hull[hull.len() - 1], q) <= 0.0
             {
@@ -205,12 +205,18 @@ fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
             hull.push(q);
         };
         if pass == 0 {
-            p.iter().for_each(|&q| go(&mut hull, q));
+            p.iter().for_each(|&q| add(q));
         } else {
-            p.iter().rev().for_each(|&q| go(&mut hull, q));
+            p.iter().rev().for_each(|&q| add(q));
         }
         hull.pop();
     }
+    hull
+}
+
+/// The rotation that gives the bounding box of least area, its long side along x.
+fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
+    let hull = hull(uv);
     let mut best = (f64::INFINITY, [1.0, 0.0]);
     for i in 0..hull.len() {
         let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);

@@ -75,8 +75,8 @@ impl Graph {
 }
 
 impl Factor {
-    /// Factorises the weighted Laplacian of `graph` plus `shift` on the diagonal.
-    pub(super) fn laplacian(graph: &Graph, coordinates: &[[f64; 2]], shift: f64) -> Self {
+    /// Factorises the weighted Laplacian of `graph` plus `shift` per vertex on the diagonal.
+    pub(super) fn laplacian(graph: &Graph, coordinates: &[[f64; 2]], shift: impl Fn(usize) -> f64) -> Self {
         let n = coordinates.len();
         let mut order: Vec<u32> = (0..n as u32).collect();
         let mut side = vec![0u32; n];
@@ -123,7 +123,7 @@ impl Factor {
         for k in 0..n {
             let mut top = n;
             flag[k] = k as u32;
-            let mut d = shift;
+            let mut d = shift(order[k] as usize);
             for e in graph.row(order[k]) {
                 d += graph.weight[e];
                 let mut i = place[graph.to[e] as usize] as usize;
