@@ -140,8 +140,18 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
                 scored.len(),
                 chosen.len(),
                 results.iter().flatten().count(),
-                chosen.iter().zip(&results).filter(|x| x.1.is_some()).map(|x| sz(x.0.0) + sz(x.0.1)).sum::<usize>(),
-                chosen.iter().zip(&results).filter(|x| x.1.is_none()).map(|x| sz(x.0.0) + sz(x.0.1)).sum::<usize>(),
+                chosen
+                    .iter()
+                    .zip(&results)
+                    .filter(|x| x.1.is_some())
+                    .map(|x| sz(x.0.0) + sz(x.0.1))
+                    .sum::<usize>(),
+                chosen
+                    .iter()
+                    .zip(&results)
+                    .filter(|x| x.1.is_none())
+                    .map(|x| sz(x.0.0) + sz(x.0.1))
+                    .sum::<usize>(),
             );
         }
         for (&(a, b), result) in chosen.iter().zip(results) {
@@ -313,8 +323,9 @@ fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -
     let margin = REACH * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
     let inside: Vec<bool> =
         a.uv.iter().map(|p| (0..2).all(|k| p[k] >= lo[k] - margin && p[k] <= hi[k] + margin)).collect();
-    let mut near: Vec<u32> =
-        (0..a.tris.len() as u32).filter(|&i| a.tris[i as usize].iter().any(|&v| inside[v as usize])).collect();
+    let mut near: Vec<u32> = (0..a.tris.len() as u32)
+        .filter(|&i| a.tris[i as usize].iter().any(|&v| inside[v as usize]))
+        .collect();
     let whole = near.len() * 10 > a.tris.len() * 7;
     if whole {
         near = (0..a.tris.len() as u32).collect();
@@ -424,8 +435,10 @@ fn glue(
         if now <= allowed && positive {
             let mut c = assemble(s, charts, a, b, &p)?;
             c.over = far + now;
-            return (compact(&c) && turns_once(&p.tris, &p.uv, &p.pinned) && !border_touches(&c.tris, &c.uv, &c.border))
-                .then_some(c);
+            return (compact(&c)
+                && turns_once(&p.tris, &p.uv, &p.pinned)
+                && !border_touches(&c.tris, &c.uv, &c.border))
+            .then_some(c);
         }
         // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
         let hope = if step == 1 { 5.0 } else { 2.0 };
@@ -505,6 +518,9 @@ fn compact(c: &Chart) -> bool {
         return true;
     }
     let hull = super::pack::hull(&c.uv);
-    let area: f64 = (0..hull.len()).map(|i| super::flatten::twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
+    let area: f64 = (0..hull.len())
+        .map(|i| super::flatten::twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()]))
+        .sum::<f64>()
+        * 0.5;
     c.area > e("UWFILL", 0.5) * area
 }

@@ -197,9 +197,8 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
     let side: Vec<bool> = if away > 0 && away < c.faces.len() {
         c.faces.iter().map(|&f| facing(f)).collect()
     } else {
-        let centre = |f: u32| {
-            s.tri[f as usize].iter().fold([0.0; 3], |a, &v| vec3::add(a, s.pos[v as usize]))
-        };
+        let centre =
+            |f: u32| s.tri[f as usize].iter().fold([0.0; 3], |a, &v| vec3::add(a, s.pos[v as usize]));
         let axis = (0..3)
             .map(|k| {
                 let x = c.faces.iter().map(|&f| centre(f)[k]);
