@@ -17,6 +17,8 @@ pub(super) struct Chart {
     pub area: f64,
     /// Area whose stretch is beyond the bound.
     pub over: f64,
+    /// Area of its convex hull that it leaves empty.
+    pub waste: f64,
 }
 
 impl Chart {
@@ -64,7 +66,7 @@ impl Chart {
             }
         }
         let area = faces.iter().map(|&f| s.area[f as usize]).sum();
-        Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0 }
+        Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 }
     }
 
     /// Rest triangles of the faces.

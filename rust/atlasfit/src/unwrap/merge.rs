@@ -5,7 +5,7 @@
 //! and are injective.
 
 use super::chart::Chart;
-use super::flatten::{Arap, all_positive, corners, stretch};
+use super::flatten::{Arap, all_positive, corners, stretch, twice_area};
 use super::inject::{border_touches, turns_once};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
@@ -425,6 +425,7 @@ fn glue(
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
+    let mu = std::env::var("UWMU").map_or(1.5, |x| x.parse::<f64>().unwrap());
     for step in 0..STEPS {
         arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
         if step % 3 != 1 && step + 1 != STEPS {
@@ -435,10 +436,10 @@ fn glue(
         if now <= allowed && positive {
             let mut c = assemble(s, charts, a, b, &p)?;
             c.over = far + now;
-            return (compact(&c)
-                && turns_once(&p.tris, &p.uv, &p.pinned)
-                && !border_touches(&c.tris, &c.uv, &c.border))
-            .then_some(c);
+            c.waste = waste(&c.uv, c.area);
+            let worth = mu * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
+            return (worth && turns_once(&p.tris, &p.uv, &p.pinned) && !border_touches(&c.tris, &c.uv, &c.border))
+                .then_some(c);
         }
         // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
         let hope = if step == 1 { 5.0 } else { 2.0 };
@@ -477,6 +478,7 @@ fn assemble(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, p: &Patch) -> Op
         border: Vec::new(),
         area: a.area + b.area,
         over: 0.0,
+        waste: 0.0,
     };
     // Edges whose two sides now have the same end points are inside.
     let ids = [charts.owner[a.faces[0] as usize], charts.owner[b.faces[0] as usize]];
@@ -508,19 +510,10 @@ fn assemble(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, p: &Patch) -> Op
     (!c.border.is_empty()).then_some(c)
 }
 
-/// Whether a chart fills enough of its convex hull to pack well.
-fn compact(c: &Chart) -> bool {
-    let e = |n: &str, d: f64| std::env::var(n).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
-    if c.area > e("UWMAX", 1.0) {
-        return false;
-    }
-    if c.area < 0.005 {
-        return true;
-    }
-    let hull = super::pack::hull(&c.uv);
-    let area: f64 = (0..hull.len())
-        .map(|i| super::flatten::twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()]))
-        .sum::<f64>()
-        * 0.5;
-    c.area > e("UWFILL", 0.5) * area
+/// Area of the convex hull that a chart leaves empty: what it wastes when packed, roughly.
+pub(super) fn waste(uv: &[[f64; 2]], area: f64) -> f64 {
+    let hull = super::pack::hull(uv);
+    let of_hull: f64 =
+        (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
+    (of_hull - area).max(0.0)
 }

@@ -188,6 +188,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
         flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         if inject::injective(&c.tris, &c.uv, &c.border) {
             c.over = flatten::over_area(s, &c, bound);
+            c.waste = merge::waste(&c.uv, c.area);
             return vec![c];
         }
     }
@@ -268,6 +269,7 @@ fn single(s: &Surface, f: u32) -> Chart {
         border: vec![(0, 0), (0, 1), (0, 2)],
         area: s.area[f as usize],
         over: 0.0,
+        waste: 0.0,
     }
 }
 
