@@ -91,7 +91,11 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
                 continue;
             }
             let shared: f64 = p.iter().map(|p| p.2).sum();
-            scored.push((shared / perimeter[a as usize].min(perimeter[b as usize]).max(1e-300), a, b));
+            let (pa, pb) = (perimeter[a as usize], perimeter[b as usize]);
+            let (x, y) = (charts.list[a as usize].as_ref().map_or(0.0, |c| c.area), charts.list[b as usize].as_ref().map_or(0.0, |c| c.area));
+            // Half way between the share of the smaller one's border and the length against its size.
+            let score = shared / (pa.min(pb) * x.min(y).sqrt()).max(1e-300).sqrt();
+            scored.push((score, a, b));
         }
         if scored.is_empty() {
             // Refusals were handed down while charts grew; with all grown, each is tried afresh once.
@@ -215,7 +219,7 @@ fn join(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, b_id: u32, bound: f6
     let (motion, rms) = align(a, b, &best);
     let length: f64 = best.iter().map(|e| e.length).sum();
     // The gap that rigid motion leaves, against the size of what must stretch to close it.
-    if rms * rms > MISMATCH * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
+    if rms * rms > std::env::var("UWMIS").map_or(MISMATCH, |x| x.parse::<f64>().unwrap()) * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
     glue(s, charts, a, b, &best, motion, bound)
@@ -320,7 +324,7 @@ fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -
             hi[k] = hi[k].max(a.uv[v as usize][k]);
         }
     }
-    let margin = REACH * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
+    let margin = std::env::var("UWREACH").map_or(REACH, |x| x.parse::<f64>().unwrap()) * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
     let inside: Vec<bool> =
         a.uv.iter().map(|p| (0..2).all(|k| p[k] >= lo[k] - margin && p[k] <= hi[k] + margin)).collect();
     let mut near: Vec<u32> = (0..a.tris.len() as u32)
@@ -421,11 +425,11 @@ fn glue(
             .map(|i| s.area[a.faces[i] as usize])
             .sum::<f64>();
     let area = a.area + b.area;
-    let allowed = OVER * area - far;
+    let allowed = std::env::var("UWOVER").map_or(OVER, |x| x.parse::<f64>().unwrap()) * area - far;
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
-    let mu = std::env::var("UWMU").map_or(1.5, |x| x.parse::<f64>().unwrap());
+    let mu = std::env::var("UWMU").map_or(27.0, |x| x.parse::<f64>().unwrap());
     for step in 0..STEPS {
         arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
         if step % 3 != 1 && step + 1 != STEPS {

@@ -117,7 +117,7 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options)?;
     ctx.check()?;
-    let flatness = 0.06 * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
+    let flatness = std::env::var("UWFLAT").map_or(0.06, |x| x.parse::<f64>().unwrap()) * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
     let (label, count) = segment::patches(&s, flatness, ctx)?;
     ctx.stage(Stage::Parametrize, count);
     let mut charts = first_charts(&s, &label, count, options.max_stretch, ctx)?;

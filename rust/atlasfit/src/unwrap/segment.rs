@@ -54,6 +54,7 @@ fn cone(a: &Cluster, b: &Cluster, axis: Vec3) -> f64 {
     [a, b].iter().map(|c| dot(normalize(c.sum), axis).clamp(-1.0, 1.0).acos() + c.angle).fold(0.0, f64::max)
 }
 
+fn compact_w() -> f64 { static W: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("UWCO").map_or(0.01, |x| x.parse().unwrap())); *W }
 /// Cost of joining two clusters; `None` where the result would not be flat enough.
 fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -> Option<f64> {
     let area = a.area + b.area;
@@ -66,7 +67,7 @@ fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -
     if cone(a, b, normalize(sum)) > cone_limit {
         return None;
     }
-    Some((gain.max(0.0) + COMPACT * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
+    Some((gain.max(0.0) + compact_w() * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
 }
 
 /// Cuts the surface into patches. `flatness` bounds 1 - |mean normal| of a patch. Returns patch per face
