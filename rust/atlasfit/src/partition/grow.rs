@@ -240,7 +240,7 @@ fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> 
         total += w;
         let m = [1.0, u, v, u * u, u * v, v * v];
         for i in 0..6 {
-            for j in 0..=i {
+            for j in i..6 {
                 a[i * 6 + j] += w * m[i] * m[j];
             }
             b[i] += w * m[i] * z;
