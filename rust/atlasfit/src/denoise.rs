@@ -318,7 +318,10 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
     let sigma = match options.noise {
         Some(noise) => noise / prepared.scale,
-        None => analyse::noise(&points, &tree, ctx)?,
+        None => {
+            let first = analyse::noise(&points, &tree, ctx)?;
+            partition::check_noise(&points, &tree, &spacing, median_spacing, first, ctx)?
+        }
     }
     // Scans without any noise: rounding of the coordinates is the least there is.
     .max(1e-7 * median_spacing.max(1e-9));
