@@ -94,6 +94,11 @@ impl Console {
         }
     }
 
+    /// The same run without progress: for many short runs in a row.
+    pub fn start_silent(&self, args: &RunArgs) -> Run<'static> {
+        Run { progress: None, ..self.start(args) }
+    }
+
     fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
         if self.quiet {
             return None;
