@@ -55,7 +55,7 @@ fn bytes(s: &str) -> Result<u64, String> {
         _ => f64::NAN,
     };
     match digits.parse::<f64>().map(|x| x * factor) {
-        Ok(x) if x >= 1.0 && x < 1e18 => Ok(x as u64),
+        Ok(x) if (1.0..1e18).contains(&x) => Ok(x as u64),
         _ => Err("give a number with K, M, G or T behind it, for example 2G".into()),
     }
 }

@@ -127,6 +127,8 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
 fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     let mut cache = read_cache(args)?;
     let mut rows: Vec<Row> = Vec::new();
+    let mut failed: Vec<String> = Vec::new();
+    let mut no_peers = args.no_peers;
     for &sigma in &args.sigmas {
         for shape in &args.shapes {
             console.check()?;
@@ -146,11 +148,20 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
             )?;
             let truth = files::load(&truth_path, &args.run, console)?.into_mesh();
             if !args.only_peers {
-                let row = ours(args, folder, shape, sigma, &noisy_path, &truth, console)?;
-                console.note(summary(&row));
-                rows.push(row);
+                match ours(args, folder, shape, sigma, &noisy_path, &truth, console) {
+                    Ok(row) => {
+                        console.note(summary(&row));
+                        rows.push(row);
+                    }
+                    // One cell that fails must not cost the others.
+                    Err(e) if !cancelled(&e) => {
+                        failed.push(format!("{shape} {sigma}: {e:#}"));
+                        console.note(format_args!("failed: {shape} {sigma}: {e:#}"));
+                    }
+                    Err(e) => return Err(e),
+                }
             }
-            if args.no_peers {
+            if no_peers {
                 continue;
             }
             let missing: Vec<&String> = args
@@ -159,9 +170,17 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
                 .filter(|s| !cache.iter().any(|r| r.shape == *shape && r.sigma == sigma && r.method == **s))
                 .collect();
             if !missing.is_empty() {
-                let fresh = peers(args, folder, shape, sigma, &noisy_path, &truth, &missing, console)?;
-                append_cache(args, &fresh)?;
-                cache.extend(fresh);
+                match peers(args, folder, shape, sigma, &noisy_path, &truth, &missing, console) {
+                    Ok(fresh) => {
+                        append_cache(args, &fresh)?;
+                        cache.extend(fresh);
+                    }
+                    Err(e) if args.only_peers || cancelled(&e) => return Err(e),
+                    Err(e) => {
+                        console.note(format_args!("the peers are left out: {e:#}"));
+                        no_peers = true;
+                    }
+                }
             }
             let cell = cache.iter().filter(|r| r.shape == *shape && r.sigma == sigma);
             for row in cell.filter(|r| args.settings.contains(&r.method)) {
@@ -170,7 +189,10 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
             }
         }
     }
-    let table = table(args, &rows);
+    let mut table = table(args, &rows);
+    for cell in &failed {
+        let _ = writeln!(table, "\nFailed: {cell}");
+    }
     if let Some(path) = &args.markdown {
         std::fs::write(path, &table).with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -178,8 +200,12 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         std::fs::write(path, csv(&rows)).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let json: Vec<Value> = rows.iter().map(row_json).collect();
-    console.report(&table, &json!({ "rows": json }));
-    Ok(())
+    console.report(&table, &json!({ "rows": json, "failed": failed }));
+    if failed.is_empty() { Ok(()) } else { bail!("{} of our fits failed", failed.len()) }
+}
+
+fn cancelled(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(atlasfit::Error::Cancelled))
 }
 
 /// Our own fit of one cell.
