@@ -8,11 +8,19 @@
 //! Long work takes a [`Run`] (seed, threads, progress, cancel, time and memory limits). Nothing here
 //! prints, reads the environment or touches files.
 
+pub mod analyse;
+pub mod atlas;
 pub mod error;
+pub mod fit;
 pub mod geometry;
 pub mod measure;
+pub mod orient;
+pub mod partition;
+pub mod prior;
+pub mod project;
 pub mod rng;
 pub mod run;
+pub mod surface;
 
 pub use error::{Error, Result};
 pub use run::{CancelToken, Context, Progress, Run, Stage};

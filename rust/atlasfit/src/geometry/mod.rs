@@ -1,7 +1,9 @@
-//! Plain geometric data: points, meshes, attributes, frames of normalisation.
+//! Plain geometric data: points, meshes, attributes, and the small numerical tools that all stages share.
 
 pub mod cloud;
+pub mod dense;
 pub mod mesh;
+pub mod neighbours;
 pub mod vec3;
 
 pub use cloud::{Attribute, PointCloud, ScalarKind};

@@ -1,0 +1,160 @@
+//! What a scan says about itself: point spacing, noise.
+//!
+//! In: normalised points and their search tree. Out: spacing per point and in the median, the standard deviation of the
+//! noise along the surface normal. No truth, no normals needed.
+
+use crate::error::Result;
+use crate::geometry::dense::{cholesky, cholesky_solve, eigen3};
+use crate::geometry::neighbours::{Neighbour, Neighbours};
+use crate::geometry::vec3::{Vec3, add, cross, dot, scale, sub, tangents};
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Analysis {
+    /// Local point spacing: the side of the square of surface that one point stands for.
+    pub spacing: Vec<f32>,
+    /// Median of `spacing`.
+    pub median_spacing: f64,
+    /// Noise, standard deviation along the normal.
+    pub sigma: f64,
+}
+
+/// Neighbours that the local spacing is taken from: 8 points on a surface of density 1/s^2 lie within r with pi r^2 = 8 s^2.
+const SPACING_K: usize = 8;
+/// Points at which the noise is estimated. The median of this many has an error of a few percent.
+const NOISE_SAMPLES: usize = 1500;
+/// Neighbourhood sizes tried (points), each with the ratio of the median residual to the true noise on a plane (simulated: the median of
+/// a chi distribution with few degrees of freedom lies below its mean).
+const NOISE_SCALES: [(usize, f64); 7] =
+    [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)];
+/// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the square roots of the two
+/// smaller principal variances). On pure noise the ratio of a neighbourhood tends to 0.7 to 0.8.
+const FLAT: f64 = 0.6;
+
+/// Ratio of residual to noise on a plane at a given flatness: the principal direction with least variance turns away from the
+/// normal as the neighbourhood becomes a blob (fitted to simulated planes; 1 below a flatness of 0.3).
+fn flatness_bias(flatness: f64) -> f64 {
+    1.0 - 1.9 * (flatness - 0.3).max(0.0).powi(2)
+}
+
+/// Spacing per point.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn spacing(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Vec<f32>> {
+    points
+        .par_chunks(1024)
+        .map(|chunk| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            let out: Vec<f32> = chunk
+                .iter()
+                .map(|&p| {
+                    tree.nearest(p, SPACING_K + 1, &mut found);
+                    let last = found.last().map_or(0.0, |f| f.dist2);
+                    (last * std::f64::consts::PI / found.len().max(2).saturating_sub(1) as f64).sqrt() as f32
+                })
+                .collect();
+            ctx.advance(chunk.len());
+            Ok(out)
+        })
+        .collect::<Result<Vec<_>>>()
+        .map(|v| v.concat())
+}
+
+/// The median of positive values; 0 for none.
+#[must_use]
+pub fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let mid = values.len() / 2;
+    *values.select_nth_unstable_by(mid, f64::total_cmp).1
+}
+
+/// Noise along the normal: residual of local quadrics, at the smallest neighbourhood that shows a surface.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f64> {
+    let step = points.len().div_ceil(NOISE_SAMPLES).max(1);
+    let samples: Vec<usize> = (0..points.len()).step_by(step).collect();
+    let per_point: Vec<Vec<(f64, f64)>> = samples
+        .par_iter()
+        .map(|&i| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            tree.nearest(points[i], NOISE_SCALES[NOISE_SCALES.len() - 1].0, &mut found);
+            Ok(NOISE_SCALES
+                .iter()
+                .filter(|(k, _)| *k <= found.len())
+                .map(|&(k, _)| quadric_residual(points, &found[..k]))
+                .collect())
+        })
+        .collect::<Result<_>>()?;
+    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once the blob's bias
+    // is taken out, so the least reading is the best. Where no size shows a surface, the flattest is taken.
+    let (mut least, mut flattest) = (f64::INFINITY, (f64::INFINITY, 0.0));
+    for (scale, &(_, chi)) in NOISE_SCALES.iter().enumerate() {
+        let at: Vec<(f64, f64)> = per_point.iter().filter_map(|p| p.get(scale).copied()).collect();
+        if at.is_empty() || at.len() * 2 < samples.len() {
+            break;
+        }
+        let flatness = median(&mut at.iter().map(|a| a.0).collect::<Vec<_>>());
+        let residual = median(&mut at.iter().map(|a| a.1).collect::<Vec<_>>()) / chi;
+        if flatness < FLAT {
+            least = least.min(residual / flatness_bias(flatness));
+        }
+        if flatness < flattest.0 {
+            flattest = (flatness, residual);
+        }
+    }
+    Ok(if least.is_finite() { least } else { flattest.1 })
+}
+
+/// Flatness and residual standard deviation of the quadric through a neighbourhood.
+fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
+    let n = found.len() as f64;
+    let mean = scale(found.iter().fold([0.0; 3], |m, f| add(m, points[f.index as usize])), 1.0 / n);
+    let mut m = [0.0; 6];
+    for f in found {
+        let d = sub(points[f.index as usize], mean);
+        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            m[k] += d[i] * d[j] / n;
+        }
+    }
+    let (values, vectors) = eigen3(m);
+    if values[1] <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let normal = vectors[0];
+    let e1 = tangents(normal).0;
+    let e2 = cross(normal, e1);
+    let unit = values[2].sqrt();
+    let (mut a, mut b, mut zz) = ([0.0; 36], [0.0; 6], 0.0);
+    for f in found {
+        let d = sub(points[f.index as usize], mean);
+        let (u, v, z) = (dot(d, e1) / unit, dot(d, e2) / unit, dot(d, normal));
+        let row = [1.0, u, v, u * u, u * v, v * v];
+        for i in 0..6 {
+            for j in 0..=i {
+                a[i * 6 + j] += row[i] * row[j];
+            }
+            b[i] += row[i] * z;
+        }
+        zz += z * z;
+    }
+    for i in 0..6 {
+        a[i * 7] += 1e-9 * n;
+    }
+    let flatness = (values[0].max(0.0) / values[1]).sqrt();
+    if !cholesky(&mut a, 6) {
+        return (flatness, (values[0].max(0.0)).sqrt());
+    }
+    let rhs = b;
+    cholesky_solve(&a, 6, &mut b);
+    let explained: f64 = rhs.iter().zip(b).map(|(x, y)| x * y).sum();
+    (flatness, ((zz - explained).max(0.0) / (n - 6.0)).sqrt())
+}

@@ -1,0 +1,118 @@
+//! The trim mask of a chart: which part of its domain carries surface.
+//!
+//! In: domain coordinates of the points that the chart explains, and the point spacing. Out: a value in [0, 1] anywhere on
+//! the domain, one half at the edge of the data. A place is inside when the points about it surround it: their centroid under a compact
+//! kernel stays near the centroid of the domain itself. At the straight edge of a half plane it is off by a known amount, in a gap between
+//! random samples it is not, so edges are found without mistaking gaps for holes.
+
+/// Nodes along one side of the mask's grid.
+pub const SIDE: usize = 9;
+/// Radius of the kernel in point spacings: about thirty points, so that chance moves their centroid by a third of what an
+/// edge does.
+const REACH: f64 = 3.0;
+/// Offset of the centroid at the edge of a half plane, in standard deviations of the kernel: 0.82 for a full disk, 0.87 for a narrow strip.
+const EDGE: f64 = 0.85;
+/// Half width of the soft transition, relative to [`EDGE`].
+const SOFT: f64 = 0.3;
+/// Below this share of the expected number of points a place is empty however they lie.
+const SPARSE: f64 = 0.15;
+
+/// Values at the nodes of a square grid over [-1, 1]^2, 0 to 255.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mask(pub Box<[u8; SIDE * SIDE]>);
+
+impl Mask {
+    /// A mask that is full everywhere.
+    #[must_use]
+    pub fn full() -> Self {
+        Self(Box::new([255; SIDE * SIDE]))
+    }
+
+    /// Value at (u, v), bilinear, in [0, 1].
+    #[inline]
+    #[must_use]
+    pub fn value(&self, u: f64, v: f64) -> f64 {
+        const CELLS: f64 = (SIDE - 1) as f64;
+        let f = |x: f64| ((x + 1.0) * 0.5 * CELLS).clamp(0.0, CELLS - 1e-9);
+        let (x, y) = (f(u), f(v));
+        let (i, j) = (x as usize, y as usize);
+        let (s, t) = (x - i as f64, y - j as f64);
+        let at = |i: usize, j: usize| f64::from(self.0[i * SIDE + j]);
+        ((1.0 - s) * ((1.0 - t) * at(i, j) + t * at(i, j + 1)) + s * ((1.0 - t) * at(i + 1, j) + t * at(i + 1, j + 1)))
+            / 255.0
+    }
+
+    /// Whether the mask is positive anywhere within `reach` of (u, v) (conservative).
+    #[must_use]
+    pub fn near(&self, u: f64, v: f64, reach: f64) -> bool {
+        const CELLS: f64 = (SIDE - 1) as f64;
+        let f = |x: f64| ((x + 1.0) * 0.5 * CELLS).clamp(0.0, CELLS);
+        let span = |x: f64| (f(x - reach) as usize, (f(x + reach).ceil() as usize).min(SIDE - 1));
+        let ((i0, i1), (j0, j1)) = (span(u), span(v));
+        (i0..=i1).any(|i| (j0..=j1).any(|j| self.0[i * SIDE + j] > 0))
+    }
+
+    /// Builds the mask from the domain coordinates of the chart's points. `radii` are the domain's half axes and `spacing` the point spacing, in
+    /// the same unit.
+    #[must_use]
+    pub fn build(points: &[[f64; 2]], radii: [f64; 2], spacing: f64) -> Self {
+        let reach = (REACH * spacing).max(1e-12);
+        let node = |k: usize| k as f64 * (2.0 / (SIDE - 1) as f64) - 1.0;
+        let cell = (2.0 / (SIDE - 1) as f64).powi(2) * radii[0] * radii[1];
+        let (a, b) = (radii[0] / reach, radii[1] / reach);
+        let kernel = |x: f64, y: f64| {
+            let t = 1.0 - x * x - y * y;
+            if t > 0.0 { t * t } else { 0.0 }
+        };
+        let mut out = [0u8; SIDE * SIDE];
+        for i in 0..SIDE {
+            for j in 0..SIDE {
+                let (u, v) = (node(i), node(j));
+                if u * u + v * v > 1.35 {
+                    continue;
+                }
+                // The domain seen through the kernel, by the grid's own nodes: area, centroid, covariance.
+                let (mut w0, mut wx, mut wy, mut wxx, mut wxy, mut wyy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+                for k in 0..SIDE {
+                    for l in 0..SIDE {
+                        let (p, q) = (node(k), node(l));
+                        if p * p + q * q > 1.1 {
+                            continue;
+                        }
+                        let (x, y) = ((p - u) * a, (q - v) * b);
+                        let w = kernel(x, y);
+                        w0 += w;
+                        wx += w * x;
+                        wy += w * y;
+                        wxx += w * x * x;
+                        wxy += w * x * y;
+                        wyy += w * y * y;
+                    }
+                }
+                let (mut n0, mut nx, mut ny) = (0.0, 0.0, 0.0);
+                for &[p, q] in points {
+                    let (x, y) = ((p - u) * a, (q - v) * b);
+                    let w = kernel(x, y);
+                    n0 += w;
+                    nx += w * x;
+                    ny += w * y;
+                }
+                if w0 <= 0.0 || n0 * spacing * spacing < SPARSE * w0 * cell {
+                    continue;
+                }
+                let (mx, my) = (wx / w0, wy / w0);
+                let (dx, dy) = (nx / n0 - mx, ny / n0 - my);
+                // Kernel and grid are coarse against each other in narrow domains: no variance below that of one grid cell.
+                let least = 1.0 / 12.0 * (2.0 / (SIDE - 1) as f64).powi(2);
+                let cxx = (wxx / w0 - mx * mx).max(least * a * a);
+                let cyy = (wyy / w0 - my * my).max(least * b * b);
+                let cxy = wxy / w0 - mx * my;
+                let det = (cxx * cyy - cxy * cxy).max(1e-3 * cxx * cyy);
+                let offset = ((cyy * dx * dx - 2.0 * cxy * dx * dy + cxx * dy * dy) / det).sqrt() / EDGE;
+                let value = ((1.0 + SOFT - offset) / (2.0 * SOFT)).clamp(0.0, 1.0);
+                out[i * SIDE + j] = (value * 255.0).round() as u8;
+            }
+        }
+        Self(Box::new(out))
+    }
+}

@@ -1,0 +1,117 @@
+//! Which way each chart faces, and where that is impossible (one-sided surfaces).
+//!
+//! In: charts and the points that they share. Out: a sign per chart, and the pairs of overlapping charts whose relative
+//! orientation is known. The signs follow a maximum spanning tree of the pairs, strongest agreement first (after Hoppe et al. 1992,
+//! with charts in place of points: a chart's normal is far better known than a point's).
+
+use crate::atlas::Chart;
+use crate::fit::Fitted;
+use crate::geometry::vec3::{Vec3, dot};
+use crate::prior::gp;
+use crate::project::Membership;
+use rayon::prelude::*;
+
+/// Two overlapping charts, `a` < `b`, and how much their normals agree over the points that they share: positive when they
+/// face the same way, its size the number of points that say so.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Relation {
+    /// First chart.
+    pub a: u32,
+    /// Second chart.
+    pub b: u32,
+    /// Signed agreement.
+    pub agreement: f64,
+}
+
+/// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose charts contradict each other
+/// over whole overlaps.
+const MIN_CONFLICT: f64 = 1.0;
+
+/// Finds the relations of all overlapping charts.
+#[must_use]
+pub fn relations(points: &[Vec3], fitted: &[Fitted], members: &Membership) -> Vec<Relation> {
+    // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
+    let mut pairs: Vec<(u32, u32, f32)> = (0..points.len())
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+            let mut views: Vec<(u32, f64, Vec3)> = row
+                .iter()
+                .map(|&(c, w)| {
+                    let chart: &Chart = &fitted[c as usize].chart;
+                    let l = chart.local(points[i]);
+                    let (_, hu, hv) = gp::value_gradient(&chart.coeffs, l.u, l.v);
+                    (c, (Chart::taper(l.u, l.v) + 1e-6) * f64::from(w), chart.normal_of(hu, hv))
+                })
+                .collect();
+            let top = (0..views.len()).max_by(|&x, &y| views[x].1.total_cmp(&views[y].1)).unwrap_or(0);
+            if top != 0 {
+                views.swap(0, top);
+            }
+            let head = views.first().copied();
+            views.into_iter().skip(1).filter_map(move |(c, w, n)| {
+                let (c0, w0, n0) = head?;
+                let agree = dot(n, n0) * w.min(w0);
+                Some((c.min(c0), c.max(c0), agree as f32))
+            })
+        })
+        .collect();
+    pairs.par_sort_by_key(|p| (p.0, p.1));
+    let mut out: Vec<Relation> = Vec::new();
+    for (a, b, w) in pairs {
+        match out.last_mut() {
+            Some(r) if r.a == a && r.b == b => r.agreement += f64::from(w),
+            _ => out.push(Relation { a, b, agreement: f64::from(w) }),
+        }
+    }
+    out
+}
+
+/// Signs per chart from the relations, and the relations that the signs contradict.
+#[must_use]
+pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32)>) {
+    let mut order: Vec<u32> = (0..relations.len() as u32).collect();
+    order.sort_by(|&x, &y| {
+        let (x, y) = (relations[x as usize], relations[y as usize]);
+        y.agreement.abs().total_cmp(&x.agreement.abs()).then((x.a, x.b).cmp(&(y.a, y.b)))
+    });
+    // Union-find with the parity of each node to its root.
+    let mut parent: Vec<u32> = (0..charts as u32).collect();
+    let mut parity = vec![1i8; charts];
+    fn find(parent: &mut [u32], parity: &mut [i8], x: u32) -> (u32, i8) {
+        let (mut root, mut p) = (x, 1i8);
+        while parent[root as usize] != root {
+            p *= parity[root as usize];
+            root = parent[root as usize];
+        }
+        // Path compression.
+        let (mut at, mut rest) = (x, p);
+        while parent[at as usize] != root && at != root {
+            let next = parent[at as usize];
+            let step = parity[at as usize];
+            parent[at as usize] = root;
+            parity[at as usize] = rest;
+            rest *= step;
+            at = next;
+        }
+        (root, p)
+    }
+    for &r in &order {
+        let r = relations[r as usize];
+        let same = if r.agreement >= 0.0 { 1i8 } else { -1 };
+        let (ra, pa) = find(&mut parent, &mut parity, r.a);
+        let (rb, pb) = find(&mut parent, &mut parity, r.b);
+        if ra != rb {
+            let (keep, hang) = if ra < rb { (ra, rb) } else { (rb, ra) };
+            parent[hang as usize] = keep;
+            parity[hang as usize] = pa * pb * same;
+        }
+    }
+    let signs: Vec<f64> = (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
+    let conflicts = relations
+        .iter()
+        .filter(|r| r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0)
+        .map(|r| (r.a, r.b))
+        .collect();
+    (signs, conflicts)
+}

@@ -1,0 +1,295 @@
+//! Growing one patch: the largest neighbourhood of a point that is a graph over a plane.
+//!
+//! In: the points, their search tree, a seed, the noise. Out: base plane, elliptic domain and members of a patch, or
+//! nothing where there are too few points. A small quadric is fitted first; the patch then grows while the quadric predicts the
+//! points of the next ring to within the noise, so that a second sheet near in space is never taken in. The domain is
+//! shortened across strong curvature: along a tube a patch is long, around it short.
+
+use crate::atlas::Chart;
+use crate::geometry::dense::{cholesky, cholesky_solve, eigen3};
+use crate::geometry::neighbours::{Neighbour, Neighbours};
+use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
+
+/// A patch before it is fitted.
+#[derive(Debug, Clone)]
+pub struct Patch {
+    /// Centre.
+    pub center: Vec3,
+    /// Base axes and normal.
+    pub axes: [Vec3; 3],
+    /// Half axes of the domain.
+    pub radii: [f64; 2],
+    /// The quadric over the base plane: heights at (u, v) in the unit disk are q . (1, u, v, u^2, uv, v^2).
+    pub quadric: [f64; 6],
+    /// Points that follow the quadric, with domain coordinates inside the unit disk (and a little beyond).
+    pub members: Vec<u32>,
+    /// Root mean square distance of the members to the quadric.
+    pub residual: f64,
+    /// Point spacing about the seed.
+    pub spacing: f64,
+    /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
+    pub sound: bool,
+}
+
+/// What growing needs to know of the scan.
+#[derive(Debug, Clone, Copy)]
+pub struct GrowParams {
+    /// Noise, standard deviation.
+    pub sigma: f64,
+    /// Point spacing about the seed.
+    pub spacing: f64,
+    /// No patch grows beyond this radius.
+    pub max_radius: f64,
+}
+
+/// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees, so that
+/// heights over the base plane stay well conditioned.
+const MAX_BEND: f64 = 0.75;
+/// Prior deviation of a quadric's curved coefficients relative to the patch radius: surfaces that bend by more than a third of the radius
+/// within it are rare, and without this a handful of noisy points looks like a spike.
+const CURVED: f64 = 0.35;
+/// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
+const GROWTH: f64 = 1.3;
+/// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 % efficiency for Gaussian
+/// noise, less would tell near sheets apart better but waste data).
+pub const TUKEY: f64 = 4.0;
+/// Fewer points than this carry no quadric.
+pub const MIN_MEMBERS: usize = 7;
+/// Points a little outside the domain still take part in the fit, so that a chart's rim is not extrapolated.
+pub const RIM: f64 = 1.1;
+
+/// Tukey's biweight of a residual.
+#[inline]
+#[must_use]
+pub fn tukey(residual: f64, limit: f64) -> f64 {
+    let t = residual / limit;
+    let t = 1.0 - t * t;
+    if t > 0.0 { t * t } else { 0.0 }
+}
+
+#[inline]
+fn quad(q: &[f64; 6], u: f64, v: f64) -> f64 {
+    q[0] + q[1] * u + q[2] * v + q[3] * u * u + q[4] * u * v + q[5] * v * v
+}
+
+/// Buffers of one worker.
+#[derive(Default)]
+pub struct Scratch {
+    found: Vec<Neighbour>,
+    local: Vec<[f64; 3]>,
+}
+
+struct State {
+    center: Vec3,
+    axes: [Vec3; 3],
+    radii: [f64; 2],
+    quadric: [f64; 6],
+    residual: f64,
+}
+
+/// Grows a patch from point `seed`. `hint` is a first guess of the normal, if there is one.
+#[must_use]
+pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scratch: &mut Scratch) -> Option<Patch> {
+    let origin = points[seed];
+    tree.within(origin, p.max_radius * RIM, &mut scratch.found);
+    if scratch.found.len() < MIN_MEMBERS {
+        tree.nearest(origin, MIN_MEMBERS + 3, &mut scratch.found);
+        if scratch.found.len() < MIN_MEMBERS {
+            return None;
+        }
+    }
+    let found = &scratch.found;
+    let start = found[found.len().min(10) - 1].dist2.sqrt().max(2.5 * p.sigma).max(1e-12);
+    // First plane: principal directions of the nearest points, weighted towards the seed.
+    let near = found.partition_point(|f| f.dist2 <= start * start).max(MIN_MEMBERS).min(found.len());
+    let (mean, normal) = plane(points, &found[..near], start);
+    let mut state = State {
+        center: mul_add(origin, normal, dot(sub(mean, origin), normal)),
+        axes: Chart::frame(normal, crate::geometry::vec3::tangents(normal).0),
+        radii: [start; 2],
+        quadric: [0.0; 6],
+        residual: 0.0,
+    };
+    let mut best: Option<State> = None;
+    let mut radius = start;
+    let mut sound = false;
+    loop {
+        let reach = radius * RIM * 1.5;
+        let take = found.partition_point(|f| f.dist2 <= reach * reach);
+        let Some(next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, &mut scratch.local) else { break };
+        let first = best.is_none();
+        let ok = accept(points, &found[..take.max(near)], &next, p.sigma);
+        if !ok && !first {
+            break;
+        }
+        sound = ok;
+        let bent = next.radii[0] < radius * 0.999 && next.radii[1] < radius * 0.999;
+        state = State { ..next };
+        best = Some(State { ..next });
+        if !ok || bent || radius >= p.max_radius {
+            break;
+        }
+        radius = (radius * GROWTH).min(p.max_radius);
+    }
+    let s = best?;
+    let limit = TUKEY * p.sigma + 0.03 * s.radii[0].min(s.radii[1]);
+    let members: Vec<u32> = found
+        .iter()
+        .filter(|f| {
+            let d = sub(points[f.index as usize], s.center);
+            let (u, v) = (dot(d, s.axes[0]) / s.radii[0], dot(d, s.axes[1]) / s.radii[1]);
+            u * u + v * v <= RIM * RIM && (dot(d, s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
+        })
+        .map(|f| f.index)
+        .collect();
+    (members.len() >= MIN_MEMBERS).then_some(Patch {
+        center: s.center,
+        axes: s.axes,
+        radii: s.radii,
+        quadric: s.quadric,
+        members,
+        residual: s.residual,
+        spacing: p.spacing,
+        sound,
+    })
+}
+
+fn plane(points: &[Vec3], near: &[Neighbour], radius: f64) -> (Vec3, Vec3) {
+    let weight = |d2: f64| (1.0 - d2 / (radius * radius * 1.5)).max(0.05);
+    let (mut total, mut mean) = (0.0, [0.0; 3]);
+    for f in near {
+        let w = weight(f.dist2);
+        total += w;
+        mean = mul_add(mean, points[f.index as usize], w);
+    }
+    mean = scale(mean, 1.0 / total);
+    let mut m = [0.0; 6];
+    for f in near {
+        let w = weight(f.dist2);
+        let d = sub(points[f.index as usize], mean);
+        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            m[k] += w * d[i] * d[j];
+        }
+    }
+    (mean, eigen3(m).1[0])
+}
+
+/// Refits the quadric within `radius`, turns the base plane to it, and bounds the domain by its curvature.
+fn step(points: &[Vec3], found: &[Neighbour], from: &State, radius: f64, sigma: f64, local: &mut Vec<[f64; 3]>) -> Option<State> {
+    let mut s = State { ..*from };
+    // The old quadric predicts heights; in the new units its coefficients scale.
+    let grow = [radius / s.radii[0], radius / s.radii[1]];
+    s.radii = [radius; 2];
+    let q = s.quadric;
+    s.quadric = [q[0], q[1] * grow[0], q[2] * grow[1], q[3] * grow[0] * grow[0], q[4] * grow[0] * grow[1], q[5] * grow[1] * grow[1]];
+    let mut deviation = [0.0; 2];
+    let mut domain = from.radii.map(|r| if r < from.radii[0].max(from.radii[1]) * 0.999 { r } else { radius });
+    for turn in 0..2 {
+        local.clear();
+        for f in found {
+            let d = sub(points[f.index as usize], s.center);
+            let (x, y, z) = (dot(d, s.axes[0]), dot(d, s.axes[1]), dot(d, s.axes[2]));
+            let (a, b) = (x / domain[0], y / domain[1]);
+            if a * a + b * b <= RIM * RIM {
+                local.push([x / radius, y / radius, z]);
+            }
+        }
+        if local.len() < MIN_MEMBERS {
+            return None;
+        }
+        // Slack beyond the noise: what a quadric of the previous, smaller patch may miss of the new ring.
+        let slack = if turn == 0 { 0.10 } else { 0.05 } * domain[0].min(domain[1]);
+        for _ in 0..2 {
+            deviation = fit_quadric(local, &mut s.quadric, TUKEY * sigma + slack, sigma / (CURVED * radius))?;
+        }
+        // Turn the base plane to the tangent plane at the centre.
+        let (a, b) = (s.quadric[1] / radius, s.quadric[2] / radius);
+        let n = normalize(add(s.axes[2], add(scale(s.axes[0], -a), scale(s.axes[1], -b))));
+        s.center = mul_add(s.center, s.axes[2], s.quadric[0]);
+        // Principal directions of the second fundamental form (slopes are zero at the new centre).
+        let (xx, xy, yy) = (2.0 * s.quadric[3], s.quadric[4], 2.0 * s.quadric[5]);
+        let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
+        let (c, d) = (angle.cos(), angle.sin());
+        let along = add(scale(s.axes[0], c), scale(s.axes[1], d));
+        let k1 = (xx * c * c + 2.0 * xy * c * d + yy * d * d) / (radius * radius);
+        let k2 = (xx * d * d - 2.0 * xy * c * d + yy * c * c) / (radius * radius);
+        s.axes = Chart::frame(n, along);
+        s.quadric = [0.0, 0.0, 0.0, 0.5 * k1 * radius * radius, 0.0, 0.5 * k2 * radius * radius];
+        // Only curvature that stands out of the noise shortens the domain.
+        let doubt = 2.0 * 2.0 * sigma * deviation[0].max(deviation[1]) / (radius * radius);
+        domain = [k1, k2].map(|k: f64| radius.min(MAX_BEND / (k.abs() - doubt).max(1e-12)));
+    }
+    // The final domain's units.
+    s.radii = domain;
+    let f = domain.map(|d| d / radius);
+    s.quadric[3] *= f[0] * f[0];
+    s.quadric[5] *= f[1] * f[1];
+    Some(s)
+}
+
+/// One round of weighted least squares of z against the six monomials, weights by the residuals to the current `q`.
+/// `ridge` is the ratio of noise to the prior deviation of the curved terms. Returns the deviations of the two squares' coefficients in
+/// units of the noise.
+fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> Option<[f64; 2]> {
+    let (mut a, mut b, mut total) = ([0.0; 36], [0.0; 6], 0.0);
+    for &[u, v, z] in local {
+        let w = tukey(z - quad(q, u, v), limit);
+        if w == 0.0 {
+            continue;
+        }
+        total += w;
+        let m = [1.0, u, v, u * u, u * v, v * v];
+        for i in 0..6 {
+            for j in 0..=i {
+                a[i * 6 + j] += w * m[i] * m[j];
+            }
+            b[i] += w * m[i] * z;
+        }
+    }
+    if total < 4.0 {
+        return None;
+    }
+    // With points on a line the quadric is not determined, the plane is: hence the trace of ridge.
+    for i in 0..6 {
+        a[i * 7] += if i < 3 { 1e-9 * total } else { 1e-4 * total + ridge * ridge };
+    }
+    if !cholesky(&mut a, 6) {
+        return None;
+    }
+    cholesky_solve(&a, 6, &mut b);
+    *q = b;
+    Some([3, 5].map(|k| {
+        let mut unit = [0.0; 6];
+        unit[k] = 1.0;
+        cholesky_solve(&a, 6, &mut unit);
+        unit[k].max(0.0).sqrt()
+    }))
+}
+
+/// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another sheet's.
+fn accept(points: &[Vec3], found: &[Neighbour], s: &State, sigma: f64) -> bool {
+    let small = s.radii[0].min(s.radii[1]);
+    let limit = TUKEY * sigma + 0.05 * small;
+    let (mut total, mut sum, mut near, mut astray) = (0.0, 0.0, 0usize, 0usize);
+    for f in found {
+        let d = sub(points[f.index as usize], s.center);
+        let (u, v) = (dot(d, s.axes[0]) / s.radii[0], dot(d, s.axes[1]) / s.radii[1]);
+        if u * u + v * v > 1.0 {
+            continue;
+        }
+        let e = dot(d, s.axes[2]) - quad(&s.quadric, u, v);
+        if e.abs() < limit {
+            total += 1.0;
+            sum += e * e;
+            near += 1;
+        } else if e.abs() < 1.5 * limit {
+            astray += 1;
+        }
+    }
+    if near < MIN_MEMBERS {
+        return false;
+    }
+    let rms = (sum / total).sqrt();
+    // The fit's basis can follow more than a quadric: an eighth of the radius of unexplained height is still fine.
+    rms <= (1.35 * sigma).max(0.06 * small) && astray * 5 <= near
+}

@@ -1,0 +1,136 @@
+//! Cutting a scan into overlapping disk-like patches that cover it.
+//!
+//! In: points, search tree, spacing, noise. Out: patches; every point that lies on a surface is well inside at least one.
+//! Seeds are spread as a Poisson-disk sample of the points not yet covered; all patches of one round grow in parallel, so the
+//! result does not depend on the number of threads.
+
+pub mod grow;
+
+use crate::analyse::Analysis;
+use crate::error::Result;
+use crate::geometry::neighbours::Neighbours;
+use crate::geometry::vec3::{Vec3, dot, sub};
+use crate::run::Context;
+use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, grow};
+use rayon::prelude::*;
+
+/// A point counts as covered by a patch when it lies within this share of the domain: there the blend weight of the patch is
+/// still substantial.
+const CORE: f64 = 0.72;
+/// Rounds of seeding. Each round seeds what the previous ones left, more densely.
+const ROUNDS: usize = 5;
+
+/// How large patches should be: in point spacings (so that a patch holds about a hundred points) and in noise standard deviations (so
+/// that averaging can beat the noise), whichever is larger.
+#[derive(Debug, Clone, Copy)]
+pub struct PatchSize {
+    /// Radius in point spacings.
+    pub spacings: f64,
+    /// Radius in standard deviations of the noise.
+    pub sigmas: f64,
+}
+
+/// The default patch size.
+pub const PATCH_SIZE: PatchSize = PatchSize { spacings: 6.0, sigmas: 7.0 };
+
+/// Cuts the scan.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn partition(
+    points: &[Vec3],
+    tree: &Neighbours,
+    analysis: &Analysis,
+    size: PatchSize,
+    ctx: &Context<'_>,
+) -> Result<Vec<Patch>> {
+    let n = points.len();
+    let sigma = analysis.sigma;
+    let max_radius = |i: usize| (size.spacings * f64::from(analysis.spacing[i])).max(size.sigmas * sigma);
+    let order = shuffled(n, ctx.seed);
+    let mut covered = vec![false; n];
+    let mut patches: Vec<Patch> = Vec::new();
+    let mut found = Vec::new();
+    for round in 0..ROUNDS {
+        // Poisson-disk seeds among the uncovered points.
+        let shrink = 0.62 * 0.6f64.powi(round as i32);
+        let mut taken = covered.clone();
+        let mut seeds = Vec::new();
+        for &i in &order {
+            let i = i as usize;
+            if taken[i] {
+                continue;
+            }
+            seeds.push(i);
+            taken[i] = true;
+            if round + 1 < ROUNDS {
+                tree.within(points[i], shrink * max_radius(i), &mut found);
+                for f in &found {
+                    taken[f.index as usize] = true;
+                }
+            }
+            if seeds.len() % 256 == 0 {
+                ctx.check()?;
+            }
+        }
+        if seeds.is_empty() {
+            break;
+        }
+        ctx.stage(crate::run::Stage::Partition, seeds.len());
+        let grown: Vec<Option<Patch>> = seeds
+            .par_chunks(16)
+            .map(|chunk| {
+                ctx.check()?;
+                let mut scratch = Scratch::default();
+                let out: Vec<_> = chunk
+                    .iter()
+                    .map(|&i| {
+                        let params = GrowParams {
+                            sigma,
+                            spacing: f64::from(analysis.spacing[i]),
+                            max_radius: max_radius(i),
+                        };
+                        grow(points, tree, i, &params, &mut scratch)
+                    })
+                    .collect();
+                ctx.advance(chunk.len());
+                Ok(out)
+            })
+            .collect::<Result<Vec<_>>>()?
+            .concat();
+        for (seed, patch) in seeds.into_iter().zip(grown) {
+            let Some(patch) = patch else { continue };
+            // A patch that another of this round has made superfluous is dropped: fewer charts, same cover.
+            if (covered[seed] && round > 0) || (!patch.sound && round + 1 < ROUNDS) {
+                continue;
+            }
+            for &m in &patch.members {
+                let d = sub(points[m as usize], patch.center);
+                let (u, v) = (dot(d, patch.axes[0]) / patch.radii[0], dot(d, patch.axes[1]) / patch.radii[1]);
+                if u * u + v * v < CORE * CORE {
+                    covered[m as usize] = true;
+                }
+            }
+            debug_assert!(patch.members.len() >= MIN_MEMBERS);
+            patches.push(patch);
+        }
+    }
+    Ok(patches)
+}
+
+/// The numbers 0..n in a random order that depends on the seed only (Fisher-Yates over SplitMix64).
+fn shuffled(n: usize, seed: u64) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    let mut state = seed ^ 0x9E37_79B9_7F4A_7C15;
+    for i in (1..n).rev() {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        // Multiply-shift keeps the bias below n / 2^64.
+        let j = ((u128::from(z) * (i as u128 + 1)) >> 64) as usize;
+        order.swap(i, j);
+    }
+    order
+}

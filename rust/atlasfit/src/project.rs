@@ -1,0 +1,114 @@
+//! Denoised points: each point moved to where its charts say the surface is.
+//!
+//! In: points, fitted charts with their members. Out: positions in input order, unit normals, and which points no chart claims
+//! (outliers). Charts are blended by a partition of unity, so there is no step where one chart ends.
+
+use crate::atlas::{Chart, Local};
+use crate::error::Result;
+use crate::fit::Fitted;
+use crate::geometry::vec3::{Vec3, add, dot, mul_add, norm, scale};
+use crate::prior::gp;
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// The chart memberships of every point, as compressed rows.
+pub struct Membership {
+    /// Row starts, one more than there are points.
+    pub start: Vec<u32>,
+    /// Chart and robust weight.
+    pub entries: Vec<(u32, f32)>,
+}
+
+/// Turns the charts' member lists into per-point lists (charts ascending).
+#[must_use]
+pub fn membership(points: usize, fitted: &[Fitted]) -> Membership {
+    let mut start = vec![0u32; points + 1];
+    for f in fitted {
+        for &(m, _) in &f.members {
+            start[m as usize + 1] += 1;
+        }
+    }
+    for i in 0..points {
+        start[i + 1] += start[i];
+    }
+    let mut fill = start.clone();
+    let mut entries = vec![(0u32, 0f32); start[points] as usize];
+    for (c, f) in fitted.iter().enumerate() {
+        for &(m, w) in &f.members {
+            entries[fill[m as usize] as usize] = (c as u32, w);
+            fill[m as usize] += 1;
+        }
+    }
+    Membership { start, entries }
+}
+
+/// A point on the atlas.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projected {
+    /// Position on the blended surface.
+    pub position: Vec3,
+    /// Unit normal in the atlas's orientation.
+    pub normal: Vec3,
+    /// The chart that weighs most; `u32::MAX` where no chart claims the point.
+    pub chart: u32,
+}
+
+/// Projects every point onto the charts that it belongs to.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn project_members(
+    points: &[Vec3],
+    fitted: &[Fitted],
+    members: &Membership,
+    ctx: &Context<'_>,
+) -> Result<Vec<Projected>> {
+    points
+        .par_chunks(1024)
+        .enumerate()
+        .map(|(chunk, block)| {
+            ctx.check()?;
+            Ok(block
+                .iter()
+                .enumerate()
+                .map(|(k, &p)| {
+                    let i = chunk * 1024 + k;
+                    let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+                    blend(p, row.iter().map(|&(c, w)| (c, &fitted[c as usize].chart, f64::from(w))))
+                })
+                .collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()
+        .map(|v| v.concat())
+}
+
+fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Projected {
+    let (mut total, mut at, mut n, mut top, mut best) = (0.0, [0.0; 3], [0.0; 3], 0.0, u32::MAX);
+    for (index, chart, robust) in charts {
+        let l: Local = chart.local(p);
+        let (u, v) = chart.foot(l);
+        // The small constant keeps points on the very rim with their chart when they have no other.
+        let w = (Chart::taper(u, v) + 1e-6) * robust;
+        if w <= 0.0 {
+            continue;
+        }
+        let (h, hu, hv) = gp::value_gradient(&chart.coeffs, u, v);
+        at = mul_add(at, chart.lift(u, v, h), w);
+        let m = scale(chart.normal_of(hu, hv), chart.sign);
+        let m = if dot(n, m) < 0.0 { scale(m, -1.0) } else { m };
+        n = add(n, scale(m, w));
+        total += w;
+        if w > top {
+            (top, best) = (w, index);
+        }
+    }
+    if total <= 0.0 {
+        return Projected { position: p, normal: [0.0; 3], chart: u32::MAX };
+    }
+    let l = norm(n);
+    Projected {
+        position: scale(at, 1.0 / total),
+        normal: if l > 0.0 { scale(n, 1.0 / l) } else { [0.0, 0.0, 1.0] },
+        chart: best,
+    }
+}
