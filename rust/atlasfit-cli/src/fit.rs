@@ -1,8 +1,11 @@
 //! The one place where the program meets the fit: options in, outcome and facts out.
 
+use crate::number::{count, short};
+use atlasfit::geometry::neighbours::Neighbours;
+use atlasfit::geometry::vec3::Vec3;
 use atlasfit::geometry::{PointCloud, TriMesh};
-use atlasfit::{Result, Run};
-use serde_json::Value;
+use atlasfit::{Result, Run, Stage, analyse, fit, orient, partition, project, surface};
+use serde_json::{Value, json};
 
 /// Which prior the charts follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -80,6 +83,55 @@ pub struct Outcome {
 }
 
 /// Fits an atlas to a scan.
-pub fn denoise(cloud: &PointCloud, _options: &Options, _run: &mut Run<'_>) -> Result<Outcome> {
-    Err(atlasfit::Error::Internal { what: format!("the fit of {} points is not built in yet", cloud.len()) })
+///
+/// Provisional: the core's steps one after the other, without colours and UVs, until the core has the whole as one function.
+pub fn denoise(cloud: &PointCloud, options: &Options, run: &mut Run<'_>) -> Result<Outcome> {
+    let kept: Vec<usize> =
+        (0..cloud.len()).filter(|&i| cloud.positions[i].iter().all(|x| x.is_finite())).collect();
+    let positions: Vec<Vec3> = kept.iter().map(|&i| cloud.positions[i]).collect();
+    run.execute(|ctx| {
+        ctx.stage(Stage::Analyse, 1);
+        let tree = Neighbours::build(&positions)?;
+        let spacing = analyse::spacing(&positions, &tree, ctx)?;
+        let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+        let sigma = match options.noise {
+            Some(sigma) => sigma,
+            None => analyse::noise(&positions, &tree, ctx)?,
+        };
+        let analysis = analyse::Analysis { spacing, median_spacing, sigma };
+        ctx.stage(Stage::Partition, 1);
+        let patches = partition::partition(&positions, &tree, &analysis, partition::PATCH_SIZE, ctx)?;
+        ctx.stage(Stage::Fit, 1);
+        let mut fitted = fit::fit(&positions, &patches, sigma, ctx)?;
+        ctx.stage(Stage::Project, 1);
+        let membership = project::membership(positions.len(), &fitted);
+        let projected = project::project_members(&positions, &fitted, &membership, ctx)?;
+        ctx.stage(Stage::Surface, 1);
+        let relations = orient::relations(&positions, &fitted, &membership);
+        let (signs, conflicts) = orient::orient(fitted.len(), &relations);
+        for (chart, sign) in fitted.iter_mut().zip(&signs) {
+            chart.chart.sign = *sign;
+        }
+        let charts: Vec<_> = fitted.iter().map(|f| f.chart.clone()).collect();
+        let cell = 0.6 * median_spacing / options.detail;
+        let contour = surface::field::contour(&charts, &relations, &conflicts, cell, ctx)?;
+        let surface = surface::clean::triangulate(contour, 100);
+        let mut points = cloud.clone();
+        for (&i, p) in kept.iter().zip(&projected) {
+            points.positions[i] = p.position;
+        }
+        let outliers = projected.iter().filter(|p| p.chart == u32::MAX).count();
+        let fact = |key, label, text: String, value| Fact { key, text: (label, text), value };
+        Ok(Outcome {
+            points,
+            surface: TriMesh::new(surface.positions, surface.triangles),
+            facts: vec![
+                fact("spacing", "spacing", short(median_spacing), json!(median_spacing)),
+                fact("noise", "noise", short(sigma), json!(sigma)),
+                fact("outliers", "outliers", count(outliers), json!(outliers)),
+                fact("charts", "charts", count(charts.len()), json!(charts.len())),
+            ],
+            seconds: ctx.stage_seconds(),
+        })
+    })
 }
