@@ -271,3 +271,88 @@ fn limits_are_errors_that_name_the_limit() {
     assert_eq!(output.status.code(), Some(1));
     assert!(err(&output).contains("100"), "{}", err(&output));
 }
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/vase.ply")
+}
+
+#[test]
+fn denoise_turns_the_example_scan_into_points_and_one_surface_whatever_the_threads() {
+    let folder = Folder::new("denoise");
+    let made = |threads: &str| {
+        let (mesh, cloud) =
+            (folder.0.join(format!("{threads}.ply")), folder.0.join(format!("{threads}-points.ply")));
+        let output = run(&[
+            &"denoise",
+            &example(),
+            &"-o",
+            &mesh,
+            &"--points",
+            &cloud,
+            &"--json",
+            &"--threads",
+            &threads,
+        ]);
+        assert!(output.status.success(), "{}", err(&output));
+        let report: Value = serde_json::from_str(&out(&output)).unwrap();
+        (report, std::fs::read(&mesh).unwrap(), std::fs::read(&cloud).unwrap())
+    };
+    let (report, mesh, cloud) = made("1");
+    let (_, mesh2, cloud2) = made("3");
+    assert!(mesh == mesh2 && cloud == cloud2, "the same bytes for any number of threads");
+    assert_eq!(report["points"], 20_000);
+    assert!(report["faces"].as_u64().unwrap() > 1000);
+    let noise = report["noise"].as_f64().unwrap();
+    assert!((0.4e-3..0.8e-3).contains(&noise), "the scan was made with 0.6 mm of noise, not {noise}");
+
+    let denoised =
+        atlasfit_io::load(&folder.0.join("1-points.ply"), &atlasfit_io::LoadOptions::default()).unwrap();
+    assert_eq!(denoised.cloud.len(), 20_000, "every point, in input order");
+    let topology: Value =
+        serde_json::from_str(&out(&run(&[&"measure", &folder.0.join("1.ply"), &"--json"]))).unwrap();
+    assert_eq!(topology["topology"]["non_manifold_edges"], 0);
+    assert_eq!(topology["topology"]["inconsistent_edges"], 0);
+}
+
+#[test]
+fn bad_scans_give_a_result_or_a_clear_error_and_never_touch_the_output_on_failure() {
+    let folder = Folder::new("bad");
+    let many = |line: &str, n: usize| line.repeat(n);
+    let collinear: String = (0..500).map(|i| format!("{i} {i} {i}\n")).collect();
+    let ramp: String =
+        (0..400).map(|i| format!("{} {} {}\n", i % 20, i / 20, (i % 7) as f64 * 1e-3)).collect();
+    let tiny: String = (0..400).map(|i| format!("{}e-9 {}e-9 0\n", i % 20, i / 20)).collect();
+    let far: String =
+        (0..400).map(|i| format!("{} {} 1e9\n", 1e9 + f64::from(i % 20), 1e9 + f64::from(i / 20))).collect();
+    for (name, content) in [
+        ("empty.xyz", String::new()),
+        ("one.xyz", "1 2 3\n".into()),
+        ("two.xyz", "1 2 3\n4 5 6\n".into()),
+        ("three.xyz", "0 0 0\n1 0 0\n0 1 0\n".into()),
+        ("equal.xyz", many("1 2 3\n", 5000)),
+        ("collinear.xyz", collinear),
+        ("nan.xyz", many("nan nan nan\n", 50)),
+        ("some-nan.xyz", format!("nan 0 0\n{ramp}inf 1 1\n")),
+        ("duplicates.xyz", many(&ramp, 8)),
+        ("tiny.xyz", tiny),
+        ("far.xyz", far),
+    ] {
+        let scan = folder.file(name, &content);
+        let before = folder.file("before.ply", "what was there");
+        let output = run(&[&"denoise", &scan, &"-o", &before, &"--time-limit", &"60"]);
+        match output.status.code() {
+            Some(0) => {
+                let mesh = atlasfit_io::load(&before, &atlasfit_io::LoadOptions::default()).unwrap();
+                assert!(mesh.cloud.positions.iter().flatten().all(|x| x.is_finite()), "{name}");
+            }
+            Some(1) => {
+                assert!(!err(&output).contains("internal error"), "{name}: {}", err(&output));
+                assert_eq!(std::fs::read_to_string(&before).unwrap(), "what was there", "{name}");
+            }
+            code => panic!("{name}: {code:?} {}", err(&output)),
+        }
+    }
+    let left: Vec<String> =
+        folder.names().into_iter().filter(|n| n.contains("part") || n.contains("tmp")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}

@@ -56,6 +56,10 @@ fn main() {
         })
         .unwrap();
     let mut b = Vec::new();
-    for p in &out { for x in p.position { b.extend_from_slice(&x.to_le_bytes()); } }
+    for p in &out {
+        for x in p.position {
+            b.extend_from_slice(&x.to_le_bytes());
+        }
+    }
     std::fs::write(&a[2], b).unwrap();
 }
