@@ -41,10 +41,21 @@ fn main() {
             eprint!("orient {:.3} ({} rel {} conf) ", t.elapsed().as_secs_f64(), rel.len(), conflicts.len());
             let charts: Vec<_> = fitted.iter().map(|f| f.chart.clone()).collect();
             let h = a.get(6).map_or(0.6, |s| s.parse().unwrap()) * median_spacing;
-            let c = surface::field::contour(&charts, &rel, &conflicts, h, ctx)?;
+            let anchors = project::anchors(&points, &out, &fitted, &m, &analysis.spacing);
+            let c = surface::field::contour(&charts, &anchors, &rel, &conflicts, h, ctx)?;
             eprint!("contour {:.3} ({} quads) ", t.elapsed().as_secs_f64(), c.quads.len());
             let s = surface::clean::triangulate(c, 100);
             eprintln!("clean {:.3} ({} tris)", t.elapsed().as_secs_f64(), s.triangles.len());
+            if std::env::var("DBG").is_ok() {
+                let mut b = Vec::new();
+                for (p, &c) in s.positions.iter().zip(&s.chart) {
+                    let f = if c == u32::MAX { None } else { Some(&fitted[c as usize]) };
+                    for x in p { b.extend_from_slice(&x.to_le_bytes()); }
+                    let v = match f { Some(f) => [f64::from(c), f.chart.radii[0], f.chart.radii[1], f.chart.sigma, f.chart.support, f.members.len() as f64], None => [-1.0; 6] };
+                    for x in v { b.extend_from_slice(&x.to_le_bytes()); }
+                }
+                std::fs::write("/tmp/dbg.raw", b).unwrap();
+            }
             if a[2].ends_with(".ply") || true {
                 use std::io::Write;
                 let mut w = std::io::BufWriter::new(std::fs::File::create(format!("{}.ply", a[2])).unwrap());
@@ -56,10 +67,6 @@ fn main() {
         })
         .unwrap();
     let mut b = Vec::new();
-    for p in &out {
-        for x in p.position {
-            b.extend_from_slice(&x.to_le_bytes());
-        }
-    }
+    for p in &out { for x in p.position { b.extend_from_slice(&x.to_le_bytes()); } }
     std::fs::write(&a[2], b).unwrap();
 }

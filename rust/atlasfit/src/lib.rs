@@ -21,6 +21,7 @@ pub mod project;
 pub mod rng;
 pub mod run;
 pub mod surface;
+pub mod unwrap;
 
 pub use error::{Error, Result};
 pub use run::{CancelToken, Context, Progress, Run, Stage};

@@ -107,13 +107,10 @@ pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32
             parity[hang as usize] = pa * pb * same;
         }
     }
-    let signs: Vec<f64> =
-        (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
+    let signs: Vec<f64> = (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
     let conflicts = relations
         .iter()
-        .filter(|r| {
-            r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
-        })
+        .filter(|r| r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0)
         .map(|r| (r.a, r.b))
         .collect();
     (signs, conflicts)

@@ -9,6 +9,7 @@ use crate::fit::Fitted;
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, norm, scale};
 use crate::prior::gp;
 use crate::run::Context;
+use crate::surface::field::{ANCHOR_CHARTS, Anchor};
 use rayon::prelude::*;
 
 /// The chart memberships of every point, as compressed rows.
@@ -111,4 +112,31 @@ fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Pr
         normal: if l > 0.0 { scale(n, 1.0 / l) } else { [0.0, 0.0, 1.0] },
         chart: best,
     }
+}
+
+/// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no chart claims are left out.
+#[must_use]
+pub fn anchors(points: &[Vec3], projected: &[Projected], fitted: &[Fitted], members: &Membership, spacing: &[f32]) -> Vec<Anchor> {
+    (0..points.len())
+        .into_par_iter()
+        .filter_map(|i| {
+            if projected[i].chart == u32::MAX {
+                return None;
+            }
+            let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+            let mut best: Vec<(u32, f32)> = row
+                .iter()
+                .map(|&(c, w)| {
+                    let l = fitted[c as usize].chart.local(points[i]);
+                    (c, (Chart::taper(l.u, l.v) as f32 + 1e-6) * w)
+                })
+                .collect();
+            best.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+            let mut charts = [(u32::MAX, 0.0); ANCHOR_CHARTS];
+            for (to, from) in charts.iter_mut().zip(best) {
+                *to = from;
+            }
+            Some(Anchor { position: projected[i].position, spacing: f64::from(spacing[i]), charts })
+        })
+        .collect()
 }

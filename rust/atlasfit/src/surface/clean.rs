@@ -66,8 +66,7 @@ pub fn triangulate(contour: Contour, min_triangles: usize) -> Surface {
     let mut keep = bad.iter().map(|b| !b);
     triangles.retain(|_| keep.next().unwrap_or(true));
     peel(&mut triangles, &contour.filled);
-    let mut surface =
-        Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
+    let mut surface = Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
     orient(&mut surface, min_triangles);
     split_bowties(&mut surface);
     compact(&mut surface);

@@ -6,7 +6,7 @@
 
 use crate::atlas::Chart;
 use crate::error::Result;
-use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale, sub};
+use crate::geometry::vec3::{Vec3, add, dist2, mul_add, norm, scale, sub};
 use crate::orient::Relation;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -19,11 +19,12 @@ const CORNERS: usize = (BLOCK as usize).pow(3);
 const BAND: f64 = 2.2;
 /// Least total blend weight at which the surface is taken to exist. A chart's own weight is 1 at its centre where data surrounds it.
 pub const MIN_SUPPORT: f64 = 0.25;
+fn ms()->f64{std::env::var("MS").map_or(MIN_SUPPORT, |s| s.parse::<f64>().unwrap())}
 /// Rounds of filling: each extends the field by one voxel into places where no chart has data, so that gaps of up to twice as many voxels
 /// close (volumetric diffusion; Davis et al. 2002).
 pub const FILL_ROUNDS: u8 = 4;
 /// Sweeps that smooth the filled values.
-const RELAX: usize = 6;
+const RELAX: usize = 8;
 /// An edge whose ends differ by more than this many voxels joins two different sheets: no surface passes between.
 const MAX_JUMP: f64 = 1.9;
 
@@ -56,88 +57,33 @@ fn unkey(k: u64) -> [i32; 3] {
     [f(0), f(21), f(42)]
 }
 
-/// Blocks that a chart's band may touch.
-fn blocks_of(chart: &Chart, h: f64, out: &mut Vec<u64>) {
-    out.clear();
-    let size = h * f64::from(BLOCK);
-    let step = size * 0.5;
-    let n = chart.radii.map(|r| ((2.0 * r / step).ceil() as i32).max(1));
-    let du = [2.0 / f64::from(n[0]), 2.0 / f64::from(n[1])];
-    let mut last = u64::MAX;
-    for i in 0..=n[0] {
-        for j in 0..=n[1] {
-            let (u, v) = (f64::from(i) * du[0] - 1.0, f64::from(j) * du[1] - 1.0);
-            let rim = u * u + v * v;
-            // One step beyond the rim so that the rim itself is covered.
-            if rim > (1.0 + du[0].max(du[1])).powi(2) || !chart.mask.near(u, v, du[0].max(du[1])) {
-                continue;
-            }
-            let scale_in = if rim > 1.0 { 1.0 / rim.sqrt() } else { 1.0 };
-            let p = chart.point(u * scale_in, v * scale_in);
-            // Half a step's diagonal along the surface (slopes up to 2), and the band.
-            let reach = step * 1.1 + BAND * h;
-            let lo = [0, 1, 2].map(|k| ((p[k] - reach) / size).floor() as i32);
-            let hi = [0, 1, 2].map(|k| ((p[k] + reach) / size).floor() as i32);
-            for z in lo[2]..=hi[2] {
-                for y in lo[1]..=hi[1] {
-                    for x in lo[0]..=hi[0] {
-                        let k = block_key([x, y, z]);
-                        if k != last {
-                            out.push(k);
-                            last = k;
-                        }
-                    }
-                }
-            }
-        }
-    }
-    out.sort_unstable();
-    out.dedup();
+/// A denoised point: where it lies and which charts vouch for it there.
+#[derive(Debug, Clone, Copy)]
+pub struct Anchor {
+    /// Position on the atlas.
+    pub position: Vec3,
+    /// Point spacing there.
+    pub spacing: f64,
+    /// Its strongest charts with their blend weights; `u32::MAX` marks unused places.
+    pub charts: [(u32, f32); ANCHOR_CHARTS],
 }
 
-/// Blended value at one place.
-#[derive(Clone, Copy, Default)]
-struct Sample {
-    weight: f64,
-    value: f64,
-    support: f64,
-    top: f64,
-    chart: u32,
-}
+/// Charts kept per point. More overlap averages more, at the cost of evaluating more charts per corner.
+pub const ANCHOR_CHARTS: usize = 5;
 
-impl Sample {
-    fn f(&self) -> Option<f64> {
-        (self.support >= MIN_SUPPORT && self.weight > 0.0).then(|| self.value / self.weight)
-    }
-}
+/// Reach of a point's influence, in point spacings. Gaps between random points are seldom wider than twice this.
+const REACH: f64 = 2.4;
 
-/// Weight by distance: charts of the nearer of two sheets must win, clearly and smoothly.
+/// Influence of a point at squared distance `d2`, in units of its spacing: the nearest points decide, smoothly.
 #[inline]
-fn nearness(f: f64, h: f64) -> f64 {
-    let b = BAND * h;
-    let t = 1.0 - (f / b) * (f / b);
+fn influence(d2: f64, spacing: f64) -> f64 {
+    let q = d2 / (spacing * spacing);
+    let t = 1.0 - q / (REACH * REACH);
     if t <= 0.0 {
         return 0.0;
     }
-    let e = 0.35 * h;
-    let q = f * f + e * e;
-    t * t * (h * h / q).powi(2)
-}
-
-#[inline]
-fn view(chart: &Chart, p: Vec3, h: f64) -> Option<(f64, f64, f64, Vec3)> {
-    let l = chart.local(p);
-    if l.u * l.u + l.v * l.v >= 1.0 {
-        return None;
-    }
-    let support = Chart::taper(l.u, l.v) * chart.mask.value(l.u, l.v);
-    if support <= 0.0 {
-        return None;
-    }
-    let (height, c, n) = chart.height_normal(l.u, l.v);
-    let f = (l.z - height) * c;
-    let near = nearness(f, h);
-    (near > 0.0).then_some((f, support, near, n))
+    let e = q + 0.3;
+    t * t / (e * e)
 }
 
 /// The band of voxels: blocks of corner values, each in its own gauge.
@@ -231,12 +177,13 @@ struct BlockOut {
 /// Cancelled, out of time or memory.
 pub fn contour(
     charts: &[Chart],
+    anchors: &[Anchor],
     relations: &[Relation],
     conflicts: &[(u32, u32)],
     h: f64,
     ctx: &Context<'_>,
 ) -> Result<Contour> {
-    let mut grid = sample(charts, relations, conflicts, h, ctx)?;
+    let mut grid = sample(charts, anchors, relations, conflicts, h, ctx)?;
     fill(&mut grid, ctx)?;
     let outs: Vec<BlockOut> = (0..grid.at.len())
         .into_par_iter()
@@ -244,13 +191,8 @@ pub fn contour(
             if b % 16 == 0 {
                 ctx.check()?;
             }
-            let mut out = BlockOut {
-                positions: vec![],
-                normals: vec![],
-                chart: vec![],
-                filled: vec![],
-                records: vec![],
-            };
+            let mut out =
+                BlockOut { positions: vec![], normals: vec![], chart: vec![], filled: vec![], records: vec![] };
             for z in 0..BLOCK {
                 for y in 0..BLOCK {
                     for x in 0..BLOCK {
@@ -290,60 +232,95 @@ pub fn contour(
 /// Evaluates the charts at the corners of the band.
 fn sample<'c>(
     charts: &'c [Chart],
+    anchors: &[Anchor],
     relations: &[Relation],
     conflicts: &[(u32, u32)],
     h: f64,
     ctx: &Context<'_>,
 ) -> Result<Grid<'c>> {
-    let lists: Vec<Vec<u64>> = charts
+    let size = h * f64::from(BLOCK);
+    // Anchors sorted by the block they lie in.
+    let mut home: Vec<(u64, u32)> = anchors
         .par_iter()
-        .map(|c| {
-            ctx.check()?;
-            let mut out = Vec::new();
-            blocks_of(c, h, &mut out);
-            Ok(out)
-        })
-        .collect::<Result<_>>()?;
-    let mut pairs: Vec<(u64, u32)> = lists
-        .into_iter()
         .enumerate()
-        .flat_map(|(c, keys)| keys.into_iter().map(move |k| (k, c as u32)))
+        .map(|(i, a)| (block_key(a.position.map(|x| (x / size).floor() as i32)), i as u32))
         .collect();
-    pairs.par_sort_unstable();
-    let lists: Vec<(u64, Vec<u32>)> =
-        pairs.chunk_by(|a, b| a.0 == b.0).map(|g| (g[0].0, g.iter().map(|p| p.1).collect())).collect();
-    ctx.stage(crate::run::Stage::Surface, 2 * lists.len());
+    home.par_sort_unstable();
+    let homes: Vec<(u64, usize, usize)> = {
+        let mut out: Vec<(u64, usize, usize)> = Vec::new();
+        for (i, &(k, _)) in home.iter().enumerate() {
+            match out.last_mut() {
+                Some(l) if l.0 == k => l.2 = i + 1,
+                _ => out.push((k, i, i + 1)),
+            }
+        }
+        out
+    };
+    let mut wanted: Vec<u64> = homes
+        .par_iter()
+        .flat_map_iter(|&(k, ..)| {
+            let b = unkey(k);
+            (0..27).map(move |n| block_key([b[0] + n % 3 - 1, b[1] + n / 3 % 3 - 1, b[2] + n / 9 - 1]))
+        })
+        .collect();
+    wanted.par_sort_unstable();
+    wanted.dedup();
+    ctx.stage(crate::run::Stage::Surface, 2 * wanted.len());
     let mut conflict = vec![false; charts.len()];
     for &(a, b) in conflicts {
         conflict[a as usize] = true;
         conflict[b as usize] = true;
     }
-    let keys: Vec<u64> = lists.iter().map(|l| l.0).collect();
-    let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
-    let blocks: Vec<_> = lists
+    let blocks: Vec<_> = wanted
         .into_par_iter()
-        .map(|(key, list)| {
+        .map(|key| {
             ctx.check()?;
+            ctx.advance(1);
             let at = unkey(key);
+            let (lo, hi) = (at.map(|b| f64::from(b) * size), at.map(|b| f64::from(b + 1) * size));
+            let mut near: Vec<u32> = Vec::new();
+            for n in 0..27 {
+                let k = block_key([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1]);
+                let Ok(i) = homes.binary_search_by_key(&k, |h| h.0) else { continue };
+                for &(_, a) in &home[homes[i].1..homes[i].2] {
+                    let anchor = &anchors[a as usize];
+                    let away: f64 = (0..3)
+                        .map(|k| (lo[k] - anchor.position[k]).max(anchor.position[k] - hi[k]).max(0.0).powi(2))
+                        .sum();
+                    if away < (REACH * anchor.spacing).powi(2) {
+                        near.push(a);
+                    }
+                }
+            }
+            if near.is_empty() {
+                return Ok(None);
+            }
+            let mut list: Vec<u32> = near
+                .iter()
+                .flat_map(|&a| anchors[a as usize].charts.iter().map(|c| c.0).filter(|&c| c != u32::MAX))
+                .collect();
+            list.sort_unstable();
+            list.dedup();
             let local = list.iter().any(|&c| conflict[c as usize]);
             let signs = gauge(charts, relations, local, &list);
-            let corners = corners(charts, &list, &signs, at, h);
-            let mut around = [u32::MAX; 27];
-            for (n, a) in around.iter_mut().enumerate() {
-                let n = n as i32;
-                *a = find([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1]);
-            }
-            ctx.advance(1);
-            Ok((at, (list, signs), local, around, corners))
+            let corners = corners(charts, anchors, &near, &list, &signs, at, h);
+            Ok(corners.map(|c| (key, (at, (list, signs), local, c))))
         })
-        .collect::<Result<_>>()?;
-    let mut grid =
-        Grid { charts, h, at: vec![], lists: vec![], local: vec![], around: vec![], cells: vec![] };
-    for (at, list, local, around, corners) in blocks {
+        .collect::<Result<Vec<_>>>()?
+        .into_iter()
+        .flatten()
+        .collect();
+    let keys: Vec<u64> = blocks.iter().map(|b| b.0).collect();
+    let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
+    let mut grid = Grid { charts, h, at: vec![], lists: vec![], local: vec![], around: vec![], cells: vec![] };
+    for (_, (at, list, local, corners)) in blocks {
+        grid.around.push(std::array::from_fn(|n| {
+            let n = n as i32;
+            find([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1])
+        }));
         grid.at.push(at);
         grid.lists.push(list);
         grid.local.push(local);
-        grid.around.push(around);
         grid.cells.push(corners);
     }
     Ok(grid)
@@ -457,8 +434,7 @@ const fn corner(c: usize) -> [i32; 3] {
 const EDGES: [(usize, usize); 12] =
     [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
 /// The faces of a voxel: four corners in cyclic order.
-const FACES: [[usize; 4]; 6] =
-    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+const FACES: [[usize; 4]; 6] = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
 fn edge_between(a: usize, b: usize) -> usize {
     let (lo, hi) = (a.min(b), a.max(b));
@@ -480,36 +456,108 @@ fn slot(e: usize) -> u8 {
     }
 }
 
-fn corners(charts: &[Chart], list: &[u32], signs: &[f64], at: [i32; 3], h: f64) -> Corners {
-    let origin = at.map(|b| b * BLOCK);
-    let mut samples = [Sample { chart: u32::MAX, ..Sample::default() }; CORNERS];
-    for (&c, sign) in list.iter().zip(signs) {
-        let chart = &charts[c as usize];
-        for (n, s) in samples.iter_mut().enumerate() {
-            let n = n as i32;
-            let i = [n % BLOCK, n / BLOCK % BLOCK, n / BLOCK / BLOCK];
-            let p = [0, 1, 2].map(|k| f64::from(origin[k] + i[k]) * h);
-            if let Some((f, support, near, _)) = view(chart, p, h) {
-                let w = support * near;
-                s.weight += w;
-                s.value += w * f * sign;
-                s.support += support;
-                if w > s.top {
-                    (s.top, s.chart) = (w, c);
+/// A chart's signed distance, cosine-corrected, its mask and its normal at `p`; nothing beyond its domain.
+#[inline]
+fn view(chart: &Chart, p: Vec3) -> Option<(f64, f64, Vec3)> {
+    let l = chart.local(p);
+    if l.u * l.u + l.v * l.v >= 1.3 {
+        return None;
+    }
+    let (height, c, n) = chart.height_normal(l.u, l.v);
+    Some(((l.z - height) * c, chart.mask.value(l.u, l.v), n))
+}
+
+/// The blend at one corner.
+struct Sample {
+    weight: f64,
+    value: f64,
+    support: f64,
+    top: f64,
+    chart: u32,
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Self { weight: 0.0, value: 0.0, support: 0.0, top: 0.0, chart: u32::MAX }
+    }
+}
+
+/// Charts known at one place, with the weight that the points nearby give them.
+struct Blend {
+    weights: Vec<f64>,
+}
+
+impl Blend {
+    /// Sums the weights of charts at `p`.
+    fn gather(&mut self, anchors: &[Anchor], near: &[u32], list: &[u32], p: Vec3) -> f64 {
+        self.weights.clear();
+        self.weights.resize(list.len(), 0.0);
+        let mut total = 0.0;
+        for &a in near {
+            let anchor = &anchors[a as usize];
+            let k = influence(dist2(p, anchor.position), anchor.spacing);
+            if k <= 0.0 {
+                continue;
+            }
+            for &(c, w) in &anchor.charts {
+                if let Ok(i) = list.binary_search(&c) {
+                    self.weights[i] += k * f64::from(w);
+                    total += k * f64::from(w);
                 }
             }
         }
+        total
     }
+}
+
+fn corners(
+    charts: &[Chart],
+    anchors: &[Anchor],
+    near: &[u32],
+    list: &[u32],
+    signs: &[f64],
+    at: [i32; 3],
+    h: f64,
+) -> Option<Corners> {
+    let origin = at.map(|b| b * BLOCK);
     let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
-    for (n, s) in samples.iter().enumerate() {
-        if let Some(f) = s.f() {
-            // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.
-            out.value[n] = if f == 0.0 { f32::MIN_POSITIVE } else { f as f32 };
-            out.chart[n] = s.chart;
-            out.level[n] = 1;
+    let mut blend = Blend { weights: Vec::new() };
+    let mut any = false;
+    for n in 0..CORNERS {
+        let k = n as i32;
+        let i = [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK];
+        let p = [0, 1, 2].map(|k| f64::from(origin[k] + i[k]) * h);
+        let total = blend.gather(anchors, near, list, p);
+        if total <= 0.0 {
+            continue;
         }
+        let mut s = Sample::default();
+        for ((&c, &sign), &w) in list.iter().zip(signs).zip(&blend.weights) {
+            if w < 1e-3 * total {
+                continue;
+            }
+            let Some((f, mask, _)) = view(&charts[c as usize], p) else { continue };
+            s.weight += w;
+            s.value += w * f * sign;
+            s.support += w * mask;
+            if w > s.top {
+                (s.top, s.chart) = (w, c);
+            }
+        }
+        if s.weight <= 0.0 || s.support < ms() * s.weight {
+            continue;
+        }
+        let f = s.value / s.weight;
+        if f.abs() > BAND * h {
+            continue;
+        }
+        // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.
+        out.value[n] = if f == 0.0 { f32::MIN_POSITIVE } else { f as f32 };
+        out.chart[n] = s.chart;
+        out.level[n] = 1;
+        any = true;
     }
-    out
+    any.then_some(out)
 }
 
 fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
@@ -541,7 +589,8 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
         }
     };
     for face in FACES {
-        let crossed: Vec<usize> = (0..4).filter(|&k| inside(face[k]) != inside(face[(k + 1) % 4])).collect();
+        let crossed: Vec<usize> =
+            (0..4).filter(|&k| inside(face[k]) != inside(face[(k + 1) % 4])).collect();
         let e = |k: usize| edge_between(face[k], face[(k + 1) % 4]);
         if crossed.len() == 2 {
             link(e(crossed[0]), e(crossed[1]));
@@ -577,8 +626,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             count += 1.0;
             if filled || (f[a] - f[b]).abs() <= MAX_JUMP * h {
                 let o = corner(a);
-                let k =
-                    [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
+                let k = [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
                 let key = (k[2] << 40 | k[1] << 20 | k[0]) << 2 | (e / 4) as u64;
                 out.records.push((key, slot(e), vertex, f[b] > f[a]));
             }
@@ -603,36 +651,19 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
     }
 }
 
-/// Moves a vertex onto the blended surface and gives its normal.
-fn settle(charts: &[Chart], list: &[u32], signs: &[f64], start: Vec3, h: f64) -> (Vec3, Vec3, u32) {
-    let mut p = start;
-    let (mut normal, mut best) = ([0.0, 0.0, 1.0], (0.0, u32::MAX));
-    for _ in 0..2 {
-        let (mut weight, mut value, mut n) = (0.0, 0.0, [0.0; 3]);
-        best = (0.0, u32::MAX);
-        for (&c, sign) in list.iter().zip(signs) {
-            if let Some((f, support, near, m)) = view(&charts[c as usize], p, h) {
-                let w = support * near;
-                weight += w;
-                value += w * f * sign;
-                n = mul_add(n, m, w * sign);
-                if w > best.0 {
-                    best = (w, c);
-                }
+/// The normal at a vertex, from the charts of its block that pass nearest, and the nearest of them.
+fn settle(charts: &[Chart], list: &[u32], signs: &[f64], p: Vec3, h: f64) -> (Vec3, Vec3, u32) {
+    let (mut n, mut best) = ([0.0; 3], (0.0, u32::MAX));
+    for (&c, sign) in list.iter().zip(signs) {
+        if let Some((f, mask, m)) = view(&charts[c as usize], p) {
+            let l = charts[c as usize].local(p);
+            let w = Chart::taper(l.u, l.v) * mask / (f * f + 0.01 * h * h);
+            n = mul_add(n, m, w * sign);
+            if w > best.0 {
+                best = (w, c);
             }
         }
-        let l = norm(n);
-        if weight <= 0.0 || l < 0.3 * weight {
-            break;
-        }
-        normal = scale(n, 1.0 / l);
-        let moved = mul_add(p, normal, -value / weight);
-        // A vertex stays in its voxel's neighbourhood, or quads would fold.
-        if dist2(moved, start) > (0.6 * h) * (0.6 * h) {
-            break;
-        }
-        p = moved;
     }
-    debug_assert!(dot(normal, normal).is_finite());
-    (p, normal, best.1)
+    let l = norm(n);
+    (p, if l > 0.0 { scale(n, 1.0 / l) } else { [0.0; 3] }, best.1)
 }

@@ -1,0 +1,76 @@
+//! One chart: faces with their own vertex numbering and planar positions.
+
+use super::surface::{NONE, Surface};
+
+/// A connected piece of the surface, flattened. Units: the surface has area 1.
+#[derive(Clone, Default)]
+pub(super) struct Chart {
+    /// Faces of the surface.
+    pub faces: Vec<u32>,
+    /// Chart-local vertices per face.
+    pub tris: Vec<[u32; 3]>,
+    /// Planar position per chart-local vertex.
+    pub uv: Vec<[f64; 2]>,
+    /// Edges not glued inside the chart: (index into `faces`, slot). Surface borders are among them.
+    pub border: Vec<(u32, u8)>,
+    /// Area on the surface.
+    pub area: f64,
+    /// Area whose stretch is beyond the bound.
+    pub over: f64,
+    /// Area of its convex hull that it leaves empty.
+    pub waste: f64,
+}
+
+impl Chart {
+    /// Number of chart-local vertices.
+    pub(super) fn vertices(&self) -> usize {
+        self.uv.len()
+    }
+
+    /// Builds the local mesh of `faces`. `across(e)` gives the place in `faces` of the face beyond half-edge `e`
+    /// if the edge is to be glued. Positions start at zero.
+    pub(super) fn glue(s: &Surface, faces: Vec<u32>, across: impl Fn(u32) -> Option<u32>) -> Self {
+        let mut corner = vec![NONE; faces.len() * 3];
+        let mut n = 0;
+        for i in 0..faces.len() {
+            for k in 0..3 {
+                if corner[3 * i + k] != NONE {
+                    continue;
+                }
+                // Turn round the vertex through glued edges, both ways, naming every corner met.
+                corner[3 * i + k] = n;
+                for forward in [true, false] {
+                    let (mut f, mut c) = (i, k);
+                    loop {
+                        let slot = if forward { c } else { (c + 2) % 3 };
+                        let Some(g) = across(3 * faces[f] + slot as u32) else { break };
+                        let h = s.mate[faces[f] as usize][slot] as usize % 3;
+                        // The mate runs backwards: our vertex is its end, or its start when turning back.
+                        (f, c) = (g as usize, if forward { (h + 1) % 3 } else { h });
+                        if corner[3 * f + c] != NONE {
+                            break;
+                        }
+                        corner[3 * f + c] = n;
+                    }
+                }
+                n += 1;
+            }
+        }
+        let tris: Vec<[u32; 3]> = corner.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        let mut border = Vec::new();
+        for (i, &f) in faces.iter().enumerate() {
+            for k in 0..3 {
+                if across(3 * f + k as u32).is_none() {
+                    border.push((i as u32, k as u8));
+                }
+            }
+        }
+        let area = faces.iter().map(|&f| s.area[f as usize]).sum();
+        Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 }
+    }
+
+    /// Rest triangles of the faces.
+    pub(super) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
+        self.faces.iter().map(|&f| s.rest[f as usize]).collect()
+    }
+}

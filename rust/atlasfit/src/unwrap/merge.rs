@@ -1,0 +1,523 @@
+//! Bottom-up merging of charts: neighbours become one chart while the merged flattening stays within the bound.
+//!
+//! In: flattened charts. Out: fewer flattened charts. Each round matches neighbours by how much of the smaller
+//! one's border a merge removes, flattens the merged pairs in parallel, and keeps those that stretch little enough
+//! and are injective.
+
+use super::chart::Chart;
+use super::flatten::{Arap, all_positive, corners, stretch, twice_area};
+use super::inject::{border_touches, turns_once};
+use super::surface::{NONE, Surface};
+use crate::error::Result;
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// Most local-global iterations spent on testing one merge.
+const STEPS: usize = 14;
+/// Share of a chart's area that may be stretched beyond the bound: the bound is a 95th percentile.
+const OVER: f64 = 0.05;
+
+/// Largest squared gap, relative to seam length times chart size, per squared stretch allowance, for which a merge
+/// is tried at all. Of 760 merges tried beyond it on five shapes, 65 would have succeeded.
+const MISMATCH: f64 = 1.44;
+
+/// Times that all refusals are forgotten and tried again, plus one.
+const PASSES: usize = 2;
+/// Merges whose score is at least this share of the round's best are tried in the same round.
+const FLOOR: f64 = 0.2;
+
+/// How far into the larger chart a merge may move vertices, in square roots of the smaller chart's area.
+const REACH: f64 = 1.5;
+
+/// Charts and who owns which face.
+pub(super) struct Charts {
+    pub list: Vec<Option<Chart>>,
+    pub owner: Vec<u32>,
+    pub index_of: Vec<u32>,
+}
+
+impl Charts {
+    /// Replaces charts `a` and `b` by `merged`; returns its id.
+    fn replace(&mut self, a: u32, b: u32, merged: Chart) -> u32 {
+        let id = self.list.len() as u32;
+        self.list[a as usize] = None;
+        self.list[b as usize] = None;
+        for (i, &f) in merged.faces.iter().enumerate() {
+            self.owner[f as usize] = id;
+            self.index_of[f as usize] = i as u32;
+        }
+        self.list.push(Some(merged));
+        id
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Shared {
+    /// Chart-local end points in the first chart, and the same points in the second.
+    a: [u32; 2],
+    b: [u32; 2],
+    length: f64,
+}
+
+/// Merges until nothing fits any more.
+pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
+    // Partners that each chart was refused with.
+    let mut failed: Vec<Vec<u32>> = vec![Vec::new(); charts.list.len()];
+    let mut passes = 1;
+    loop {
+        ctx.check()?;
+        let mut pairs: Vec<(u32, u32, f64)> = Vec::new();
+        let mut perimeter = vec![0f64; charts.list.len()];
+        for (id, chart) in charts.list.iter().enumerate() {
+            let Some(chart) = chart else { continue };
+            for &(i, k) in &chart.border {
+                let f = chart.faces[i as usize] as usize;
+                let l = f64::from(s.length[f][k as usize]);
+                perimeter[id] += l;
+                let h = s.mate[f][k as usize];
+                if h != NONE {
+                    let other = charts.owner[h as usize / 3];
+                    if other > id as u32 && other != NONE {
+                        pairs.push((id as u32, other, l));
+                    }
+                }
+            }
+        }
+        pairs.sort_by_key(|p| (p.0, p.1));
+        let mut scored: Vec<(f64, u32, u32)> = Vec::new();
+        for p in pairs.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+            let (a, b) = (p[0].0, p[0].1);
+            if failed[a as usize].contains(&b) {
+                continue;
+            }
+            let shared: f64 = p.iter().map(|p| p.2).sum();
+            let (pa, pb) = (perimeter[a as usize], perimeter[b as usize]);
+            let (x, y) = (charts.list[a as usize].as_ref().map_or(0.0, |c| c.area), charts.list[b as usize].as_ref().map_or(0.0, |c| c.area));
+            // Half way between the share of the smaller one's border and the length against its size.
+            let score = shared / (pa.min(pb) * x.min(y).sqrt()).max(1e-300).sqrt();
+            scored.push((score, a, b));
+        }
+        if scored.is_empty() {
+            // Refusals were handed down while charts grew; with all grown, each is tried afresh once.
+            if passes == PASSES {
+                return Ok(());
+            }
+            passes += 1;
+            failed.iter_mut().for_each(Vec::clear);
+            continue;
+        }
+        scored.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        // Only near-best pairs now: the next round sees what they leave.
+        let floor = scored[0].0 * FLOOR;
+        let mut busy = vec![false; charts.list.len()];
+        let mut chosen = Vec::new();
+        for &(score, a, b) in &scored {
+            if score < floor {
+                break;
+            }
+            if !busy[a as usize] && !busy[b as usize] {
+                busy[a as usize] = true;
+                busy[b as usize] = true;
+                chosen.push((a, b));
+            }
+        }
+        let results: Vec<Option<Chart>> = chosen
+            .par_iter()
+            .map(|&(a, b)| {
+                if ctx.check().is_err() {
+                    return None;
+                }
+                let (x, y) = (charts.list[a as usize].as_ref()?, charts.list[b as usize].as_ref()?);
+                if x.faces.len() >= y.faces.len() {
+                    join(s, charts, x, y, b, bound)
+                } else {
+                    join(s, charts, y, x, a, bound)
+                }
+            })
+            .collect();
+        ctx.check()?;
+        if std::env::var("UWDBG").is_ok() {
+            let sz = |x: u32| charts.list[x as usize].as_ref().map_or(0, |c| c.faces.len());
+            eprintln!(
+                "round alive {} pairs {} chosen {} ok {} faces-ok {} faces-fail {}",
+                charts.list.iter().flatten().count(),
+                scored.len(),
+                chosen.len(),
+                results.iter().flatten().count(),
+                chosen
+                    .iter()
+                    .zip(&results)
+                    .filter(|x| x.1.is_some())
+                    .map(|x| sz(x.0.0) + sz(x.0.1))
+                    .sum::<usize>(),
+                chosen
+                    .iter()
+                    .zip(&results)
+                    .filter(|x| x.1.is_none())
+                    .map(|x| sz(x.0.0) + sz(x.0.1))
+                    .sum::<usize>(),
+            );
+        }
+        for (&(a, b), result) in chosen.iter().zip(results) {
+            match result {
+                Some(merged) => {
+                    let id = charts.replace(a, b, merged);
+                    // A neighbour that did not fit one half, and does not touch the other or does not fit it
+                    // either, will not fit the whole.
+                    let touches = |x: u32, y: u32| {
+                        let key = (x.min(y), x.max(y));
+                        pairs.binary_search_by(|p| (p.0, p.1).cmp(&key)).is_ok()
+                    };
+                    let mut refused = std::mem::take(&mut failed[a as usize]);
+                    let other = std::mem::take(&mut failed[b as usize]);
+                    refused.retain(|&p| other.contains(&p) || !touches(p, b));
+                    refused.extend(other.into_iter().filter(|&p| !touches(p, a)));
+                    refused.sort_unstable();
+                    refused.dedup();
+                    for &p in &refused {
+                        failed[p as usize].push(id);
+                    }
+                    failed.push(refused);
+                }
+                None => {
+                    failed[a as usize].push(b);
+                    failed[b as usize].push(a);
+                }
+            }
+        }
+    }
+}
+
+/// Tries to make one chart of two; `None` if it would stretch or overlap too much.
+fn join(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, b_id: u32, bound: f64) -> Option<Chart> {
+    let mut shared = Vec::new();
+    for &(i, k) in &a.border {
+        let h = s.mate[a.faces[i as usize] as usize][k as usize];
+        if h != NONE && charts.owner[h as usize / 3] == b_id {
+            let (t, j) = (a.tris[i as usize], k as usize);
+            let (u, l) = (b.tris[charts.index_of[h as usize / 3] as usize], h as usize % 3);
+            shared.push(Shared {
+                a: [t[j], t[(j + 1) % 3]],
+                b: [u[(l + 1) % 3], u[l]],
+                length: f64::from(s.length[a.faces[i as usize] as usize][k as usize]),
+            });
+        }
+    }
+    let paths = paths(&shared);
+    if paths.len() > 1 {
+        let (motion, rms) = align(a, b, &shared);
+        if rms < 0.05 * a.area.min(b.area).sqrt()
+            && let Some(c) = glue(s, charts, a, b, &shared, motion, bound)
+        {
+            return Some(c);
+        }
+    }
+    let best = paths.into_iter().max_by(|x, y| {
+        let l = |p: &[Shared]| p.iter().map(|e| e.length).sum::<f64>();
+        l(x).total_cmp(&l(y))
+    })?;
+    let (motion, rms) = align(a, b, &best);
+    let length: f64 = best.iter().map(|e| e.length).sum();
+    // The gap that rigid motion leaves, against the size of what must stretch to close it.
+    if rms * rms > std::env::var("UWMIS").map_or(MISMATCH, |x| x.parse::<f64>().unwrap()) * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
+        return None;
+    }
+    glue(s, charts, a, b, &best, motion, bound)
+}
+
+/// Connected runs of shared edges.
+fn paths(shared: &[Shared]) -> Vec<Vec<Shared>> {
+    let mut ends: Vec<((u32, u32), u32)> = Vec::with_capacity(shared.len() * 2);
+    for (i, e) in shared.iter().enumerate() {
+        ends.push(((e.a[0], e.b[0]), i as u32));
+        ends.push(((e.a[1], e.b[1]), i as u32));
+    }
+    ends.sort_unstable();
+    let mut root: Vec<u32> = (0..shared.len() as u32).collect();
+    for w in ends.windows(2) {
+        if w[0].0 == w[1].0 {
+            let (x, y) = (find(&mut root, w[0].1), find(&mut root, w[1].1));
+            root[x.max(y) as usize] = x.min(y);
+        }
+    }
+    let mut out: Vec<(u32, Vec<Shared>)> = Vec::new();
+    for (i, e) in shared.iter().enumerate() {
+        let r = find(&mut root, i as u32);
+        match out.iter_mut().find(|o| o.0 == r) {
+            Some(o) => o.1.push(*e),
+            None => out.push((r, vec![*e])),
+        }
+    }
+    out.into_iter().map(|o| o.1).collect()
+}
+
+/// A planar rigid motion: rotation (c, s), then translation.
+type Motion = [f64; 4];
+
+fn moved(m: Motion, p: [f64; 2]) -> [f64; 2] {
+    [m[0] * p[0] - m[1] * p[1] + m[2], m[1] * p[0] + m[0] * p[1] + m[3]]
+}
+
+/// The rigid motion that lays b's side of the shared edges on a's, and the root mean square distance left.
+fn align(a: &Chart, b: &Chart, shared: &[Shared]) -> (Motion, f64) {
+    let points = || {
+        shared
+            .iter()
+            .flat_map(|e| [0, 1].map(|k| (a.uv[e.a[k] as usize], b.uv[e.b[k] as usize], e.length.max(1e-12))))
+    };
+    let (mut ca, mut cb, mut w) = ([0.0; 2], [0.0; 2], 0.0);
+    for (p, q, l) in points() {
+        for k in 0..2 {
+            ca[k] += l * p[k];
+            cb[k] += l * q[k];
+        }
+        w += l;
+    }
+    let (ca, cb) = (ca.map(|x| x / w), cb.map(|x| x / w));
+    let (mut c, mut d) = (0.0, 0.0);
+    for (p, q, l) in points() {
+        let (p, q) = ([p[0] - ca[0], p[1] - ca[1]], [q[0] - cb[0], q[1] - cb[1]]);
+        c += l * (q[0] * p[0] + q[1] * p[1]);
+        d += l * (q[0] * p[1] - q[1] * p[0]);
+    }
+    let n = (c * c + d * d).sqrt();
+    let (c, d) = if n > 0.0 { (c / n, d / n) } else { (1.0, 0.0) };
+    let m = [c, d, ca[0] - c * cb[0] + d * cb[1], ca[1] - d * cb[0] - c * cb[1]];
+    let rest: f64 = points()
+        .map(|(p, q, l)| {
+            let q = moved(m, q);
+            l * ((p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))
+        })
+        .sum();
+    (m, (rest / w).sqrt())
+}
+
+/// The part of a merge that is solved: all of b, and what of a lies near the shared edges. Vertices of a further
+/// away are pinned. A small chart is so tested at its own cost, not at the large one's.
+struct Patch {
+    /// Faces of a that take part, then all of b, as places in the charts.
+    near: Vec<u32>,
+    tris: Vec<[u32; 3]>,
+    rest: Vec<[f64; 3]>,
+    area: Vec<f64>,
+    uv: Vec<[f64; 2]>,
+    pinned: Vec<bool>,
+    /// Patch vertex of each vertex of a ([`NONE`] if not taking part) and of b.
+    of_a: Vec<u32>,
+    of_b: Vec<u32>,
+}
+
+fn find(root: &mut [u32], mut i: u32) -> u32 {
+    while root[i as usize] != i {
+        root[i as usize] = root[root[i as usize] as usize];
+        i = root[i as usize];
+    }
+    i
+}
+
+/// Lays out the patch: b moved onto a, glued vertices averaged. `None` if a triangle would collapse.
+fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -> Option<Patch> {
+    let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for v in shared.iter().flat_map(|e| e.a) {
+        for k in 0..2 {
+            lo[k] = lo[k].min(a.uv[v as usize][k]);
+            hi[k] = hi[k].max(a.uv[v as usize][k]);
+        }
+    }
+    let margin = std::env::var("UWREACH").map_or(REACH, |x| x.parse::<f64>().unwrap()) * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
+    let inside: Vec<bool> =
+        a.uv.iter().map(|p| (0..2).all(|k| p[k] >= lo[k] - margin && p[k] <= hi[k] + margin)).collect();
+    let mut near: Vec<u32> = (0..a.tris.len() as u32)
+        .filter(|&i| a.tris[i as usize].iter().any(|&v| inside[v as usize]))
+        .collect();
+    let whole = near.len() * 10 > a.tris.len() * 7;
+    if whole {
+        near = (0..a.tris.len() as u32).collect();
+    }
+    // Number the vertices: first of a, then of b, then unite what is glued.
+    let mut of_a = vec![NONE; a.vertices()];
+    let mut uv = Vec::with_capacity(near.len() + b.vertices());
+    let mut pinned = Vec::with_capacity(near.len() + b.vertices());
+    for &i in &near {
+        for &v in &a.tris[i as usize] {
+            if of_a[v as usize] == NONE {
+                of_a[v as usize] = uv.len() as u32;
+                uv.push(a.uv[v as usize]);
+                pinned.push(!whole && !inside[v as usize]);
+            }
+        }
+    }
+    let na = uv.len() as u32;
+    uv.extend(b.uv.iter().map(|&p| moved(motion, p)));
+    let mut root: Vec<u32> = (0..uv.len() as u32).collect();
+    for e in shared {
+        for k in 0..2 {
+            let (x, y) = (find(&mut root, of_a[e.a[k] as usize]), find(&mut root, e.b[k] + na));
+            root[x.max(y) as usize] = x.min(y);
+        }
+    }
+    let mut name = vec![NONE; uv.len()];
+    let mut merged: Vec<[f64; 2]> = Vec::with_capacity(uv.len());
+    let mut members: Vec<f64> = Vec::with_capacity(uv.len());
+    let mut pins = Vec::with_capacity(uv.len());
+    for i in 0..uv.len() as u32 {
+        let r = find(&mut root, i) as usize;
+        if name[r] == NONE {
+            name[r] = merged.len() as u32;
+            merged.push([0.0; 2]);
+            members.push(0.0);
+            pins.push(i < na && pinned[i as usize]);
+        }
+        let q = name[r] as usize;
+        name[i as usize] = q as u32;
+        merged[q] = [merged[q][0] + uv[i as usize][0], merged[q][1] + uv[i as usize][1]];
+        members[q] += 1.0;
+    }
+    for (p, m) in merged.iter_mut().zip(&members) {
+        *p = p.map(|x| x / m);
+    }
+    for v in of_a.iter_mut().filter(|v| **v != NONE) {
+        *v = name[*v as usize];
+    }
+    let of_b: Vec<u32> = (0..b.vertices()).map(|v| name[v + na as usize]).collect();
+    let tris: Vec<[u32; 3]> = near
+        .iter()
+        .map(|&i| a.tris[i as usize].map(|v| of_a[v as usize]))
+        .chain(b.tris.iter().map(|t| t.map(|v| of_b[v as usize])))
+        .collect();
+    if tris.iter().any(|t| t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+        return None;
+    }
+    let faces = || near.iter().map(|&i| a.faces[i as usize]).chain(b.faces.iter().copied());
+    Some(Patch {
+        rest: faces().map(|f| s.rest[f as usize]).collect(),
+        area: faces().map(|f| s.area[f as usize]).collect(),
+        near,
+        tris,
+        uv: merged,
+        pinned: pins,
+        of_a,
+        of_b,
+    })
+}
+
+/// Joins two charts along given edges, if the result stretches little enough and is injective.
+fn glue(
+    s: &Surface,
+    charts: &Charts,
+    a: &Chart,
+    b: &Chart,
+    shared: &[Shared],
+    motion: Motion,
+    bound: f64,
+) -> Option<Chart> {
+    let mut p = patch(s, a, b, shared, motion)?;
+    let over = |p: &Patch| -> f64 {
+        (p.tris.iter().zip(&p.rest).zip(&p.area))
+            .filter(|((t, r), _)| stretch(**r, corners(**t, &p.uv)) > bound)
+            .map(|(_, a)| a)
+            .sum()
+    };
+    // What is stretched in the part of a that stays as it is.
+    let far = a.over
+        - (p.near.iter().map(|&i| i as usize))
+            .filter(|&i| stretch(s.rest[a.faces[i] as usize], corners(a.tris[i], &a.uv)) > bound)
+            .map(|i| s.area[a.faces[i] as usize])
+            .sum::<f64>();
+    let area = a.area + b.area;
+    let allowed = std::env::var("UWOVER").map_or(OVER, |x| x.parse::<f64>().unwrap()) * area - far;
+    let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned);
+    let (mut rhs, mut work) = (Vec::new(), Vec::new());
+    let mut last = f64::INFINITY;
+    let mu = std::env::var("UWMU").map_or(27.0, |x| x.parse::<f64>().unwrap());
+    for step in 0..STEPS {
+        arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
+        if step % 3 != 1 && step + 1 != STEPS {
+            continue;
+        }
+        let now = over(&p);
+        let positive = all_positive(&p.tris, &p.uv);
+        if now <= allowed && positive {
+            let mut c = assemble(s, charts, a, b, &p)?;
+            c.over = far + now;
+            c.waste = waste(&c.uv, c.area);
+            let worth = mu * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
+            return (worth && turns_once(&p.tris, &p.uv, &p.pinned) && !border_touches(&c.tris, &c.uv, &c.border))
+                .then_some(c);
+        }
+        // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
+        let hope = if step == 1 { 5.0 } else { 2.0 };
+        if now > hope * allowed || now > 0.9 * last || (step > 1 && !positive) {
+            return None;
+        }
+        last = now;
+    }
+    None
+}
+
+/// The merged chart, with the patch's positions.
+fn assemble(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, p: &Patch) -> Option<Chart> {
+    let mut of_patch = vec![NONE; p.uv.len()];
+    let mut uv = Vec::with_capacity(a.vertices() + b.vertices());
+    let mut name = |q: u32, alone: [f64; 2]| {
+        if q == NONE {
+            uv.push(alone);
+            return uv.len() as u32 - 1;
+        }
+        if of_patch[q as usize] == NONE {
+            of_patch[q as usize] = uv.len() as u32;
+            uv.push(p.uv[q as usize]);
+        }
+        of_patch[q as usize]
+    };
+    let of_a: Vec<u32> = p.of_a.iter().zip(&a.uv).map(|(&q, &u)| name(q, u)).collect();
+    let of_b: Vec<u32> = p.of_b.iter().map(|&q| name(q, [0.0; 2])).collect();
+    let offset = a.faces.len() as u32;
+    let mut c = Chart {
+        faces: a.faces.iter().chain(&b.faces).copied().collect(),
+        tris: (a.tris.iter().map(|t| t.map(|v| of_a[v as usize])))
+            .chain(b.tris.iter().map(|t| t.map(|v| of_b[v as usize])))
+            .collect(),
+        uv,
+        border: Vec::new(),
+        area: a.area + b.area,
+        over: 0.0,
+        waste: 0.0,
+    };
+    // Edges whose two sides now have the same end points are inside.
+    let ids = [charts.owner[a.faces[0] as usize], charts.owner[b.faces[0] as usize]];
+    let place = |f: usize| {
+        let o = charts.owner[f];
+        if o == ids[0] {
+            charts.index_of[f]
+        } else if o == ids[1] {
+            charts.index_of[f] + offset
+        } else {
+            NONE
+        }
+    };
+    let both = a.border.iter().copied().chain(b.border.iter().map(|&(i, k)| (i + offset, k)));
+    for (i, k) in both {
+        let h = s.mate[c.faces[i as usize] as usize][k as usize];
+        let inside = h != NONE && {
+            let j = place(h as usize / 3);
+            j != NONE && {
+                let (t, u) = (c.tris[i as usize], c.tris[j as usize]);
+                let (k, l) = (k as usize, h as usize % 3);
+                t[k] == u[(l + 1) % 3] && t[(k + 1) % 3] == u[l]
+            }
+        };
+        if !inside {
+            c.border.push((i, k));
+        }
+    }
+    (!c.border.is_empty()).then_some(c)
+}
+
+/// Area of the convex hull that a chart leaves empty: what it wastes when packed, roughly.
+pub(super) fn waste(uv: &[[f64; 2]], area: f64) -> f64 {
+    let hull = super::pack::hull(uv);
+    let of_hull: f64 =
+        (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
+    (of_hull - area).max(0.0)
+}

@@ -1,0 +1,319 @@
+//! Unwraps a given mesh: charts, low-stretch UVs that neither flip nor overlap, packed on square pages.
+//!
+//! In: a [`TriMesh`] (any topology; never changed) and [`UnwrapOptions`]. Out: a [`UvLayout`] with a UV per corner
+//! of every triangle, in the mesh's own order.
+//!
+//! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `flatten` + `inject` (positions, exact
+//! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`.
+
+mod chart;
+mod flatten;
+mod inject;
+mod merge;
+mod pack;
+mod segment;
+mod solver;
+mod surface;
+
+use crate::error::{Error, Result};
+use crate::geometry::{TriMesh, vec3};
+use crate::run::{Context, Stage};
+use chart::Chart;
+use rayon::prelude::*;
+use surface::{NONE, Surface};
+
+/// How to unwrap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnwrapOptions {
+    /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1.
+    /// Smaller gives more charts. Default 1.10.
+    pub max_stretch: f64,
+    /// Side of a square page in texels, 16 to 65536. Default 1024.
+    pub page_size: u32,
+    /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
+    pub padding_px: u32,
+    /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
+    pub face_group: Option<Vec<u32>>,
+    /// Edges that must be seams, as pairs of vertices.
+    pub seam_edges: Option<Vec<[u32; 2]>>,
+}
+
+impl Default for UnwrapOptions {
+    fn default() -> Self {
+        Self { max_stretch: 1.10, page_size: 1024, padding_px: 2, face_group: None, seam_edges: None }
+    }
+}
+
+impl UnwrapOptions {
+    fn validate(&self, faces: usize) -> Result<()> {
+        if !(self.max_stretch > 1.0 && self.max_stretch.is_finite()) {
+            return Err(Error::invalid(
+                format!("max_stretch is {}", self.max_stretch),
+                "Give a finite number above 1, for example 1.1",
+            ));
+        }
+        if !(16..=65536).contains(&self.page_size) {
+            return Err(Error::invalid(
+                format!("page_size is {}", self.page_size),
+                "Give 16 to 65536 texels",
+            ));
+        }
+        if self.padding_px > self.page_size / 8 {
+            return Err(Error::invalid(
+                format!("padding_px is {} on a page of {}", self.padding_px, self.page_size),
+                "Give at most an eighth of the page",
+            ));
+        }
+        if let Some(g) = &self.face_group
+            && g.len() != faces
+        {
+            return Err(Error::invalid(
+                format!("face_group has {} entries for {faces} triangles", g.len()),
+                "Give one group per triangle",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// UVs of a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UvLayout {
+    /// UV per corner of every triangle, in [0, 1], v up.
+    pub corner_uv: Vec<[[f32; 2]; 3]>,
+    /// Chart per triangle.
+    pub face_chart: Vec<u32>,
+    /// Page per triangle.
+    pub face_page: Vec<u32>,
+    /// Number of charts.
+    pub charts: usize,
+    /// Number of pages.
+    pub pages: usize,
+    /// Width of a page in texels.
+    pub width: u32,
+    /// Height of a page in texels.
+    pub height: u32,
+    /// Texels per user unit of length on the surface.
+    pub texels_per_unit: f64,
+    /// Share of the area stretched beyond the bound.
+    pub over_stretched: f64,
+    /// Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
+    pub degenerate_faces: usize,
+    /// Triangles that repeat the corners of an earlier one; they got UVs of their own.
+    pub duplicate_faces: usize,
+    /// Edges cut because more than two triangles, or two of clashing orientation, meet there.
+    pub non_manifold_edges: usize,
+    /// Charts that had to be cut further to stay free of flips and overlaps.
+    pub repaired_charts: usize,
+}
+
+/// Unwraps `mesh`. Deterministic for any number of threads.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] for options out of range, [`Error::IndexOutOfRange`] for a bad triangle,
+/// [`Error::Degenerate`] for a mesh without any area, and those of [`Context::check`].
+pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<UvLayout> {
+    options.validate(mesh.triangles.len())?;
+    ctx.stage(Stage::Segment, mesh.triangles.len());
+    let s = Surface::new(mesh, options)?;
+    ctx.check()?;
+    let flatness = std::env::var("UWFLAT").map_or(0.06, |x| x.parse::<f64>().unwrap()) * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
+    let (label, count) = segment::patches(&s, flatness, ctx)?;
+    ctx.stage(Stage::Parametrize, count);
+    let mut charts = first_charts(&s, &label, count, options.max_stretch, ctx)?;
+    merge::merge(&s, &mut charts, options.max_stretch, ctx)?;
+    let list: Vec<Chart> = charts.list.into_iter().flatten().collect();
+    ctx.stage(Stage::Pack, list.len());
+    let places = pack::pack(&list, options.page_size, options.padding_px);
+    ctx.check()?;
+    Ok(layout(&s, &list, &places, options))
+}
+
+/// Flattens the first patches; one that cannot be laid out flat is cut into its faces.
+fn first_charts(
+    s: &Surface,
+    label: &[u32],
+    count: usize,
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<merge::Charts> {
+    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
+    let mut index_of = vec![NONE; label.len()];
+    for (f, &l) in label.iter().enumerate() {
+        if l != NONE {
+            index_of[f] = faces[l as usize].len() as u32;
+            faces[l as usize].push(f as u32);
+        }
+    }
+    let built: Vec<Vec<Chart>> = faces
+        .into_par_iter()
+        .enumerate()
+        .map(|(id, faces)| {
+            if ctx.check().is_err() {
+                return Vec::new();
+            }
+            let chart = Chart::glue(s, faces, |e| {
+                let h = s.mate[e as usize / 3][e as usize % 3];
+                (h != NONE && label[h as usize / 3] == id as u32).then(|| index_of[h as usize / 3])
+            });
+            flatten_first(s, chart, bound)
+        })
+        .collect();
+    ctx.check()?;
+    let list: Vec<Option<Chart>> = built.into_iter().flatten().map(Some).collect();
+    let mut owner = vec![NONE; label.len()];
+    for (id, c) in list.iter().flatten().enumerate() {
+        for (i, &f) in c.faces.iter().enumerate() {
+            owner[f as usize] = id as u32;
+            index_of[f as usize] = i as u32;
+        }
+    }
+    Ok(merge::Charts { list, owner, index_of })
+}
+
+/// Lays a patch flat; one that flips or overlaps is cut in two until it does not.
+fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
+    if c.faces.len() == 1 {
+        return vec![single(s, c.faces[0])];
+    }
+    let n = flatten::mean_normal(s, &c.faces);
+    flatten::project(s, &mut c, n);
+    if flatten::all_positive(&c.tris, &c.uv) {
+        let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
+        let (mut rhs, mut work) = (Vec::new(), Vec::new());
+        let mut uv = c.uv.clone();
+        for _ in 0..5 {
+            arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
+        }
+        flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
+        if inject::injective(&c.tris, &c.uv, &c.border) {
+            c.over = flatten::over_area(s, &c, bound);
+            c.waste = merge::waste(&c.uv, c.area);
+            return vec![c];
+        }
+    }
+    // Faces that look away from the rest are cut off first; else the longer side of the box is halved.
+    let facing = |f: u32| vec3::dot(s.normal[f as usize], n) > 0.2;
+    let away = c.faces.iter().filter(|&&f| !facing(f)).count();
+    let side: Vec<bool> = if away > 0 && away < c.faces.len() {
+        c.faces.iter().map(|&f| facing(f)).collect()
+    } else {
+        let centre =
+            |f: u32| s.tri[f as usize].iter().fold([0.0; 3], |a, &v| vec3::add(a, s.pos[v as usize]));
+        let axis = (0..3)
+            .map(|k| {
+                let x = c.faces.iter().map(|&f| centre(f)[k]);
+                (x.clone().fold(f64::NEG_INFINITY, f64::max) - x.fold(f64::INFINITY, f64::min), k)
+            })
+            .fold((-1.0, 0), |a, b| if b.0 > a.0 { b } else { a })
+            .1;
+        let mut order: Vec<usize> = (0..c.faces.len()).collect();
+        order.sort_by(|&i, &j| centre(c.faces[i])[axis].total_cmp(&centre(c.faces[j])[axis]).then(i.cmp(&j)));
+        let mut side = vec![false; order.len()];
+        order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
+        side
+    };
+    pieces(s, &c, &side).into_iter().flat_map(|piece| flatten_first(s, piece, bound)).collect()
+}
+
+/// The connected parts of a chart's faces of equal `side`.
+fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
+    let place: std::collections::HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
+    let border: std::collections::HashSet<(u32, u8)> = c.border.iter().copied().collect();
+    let mut part = vec![NONE; c.faces.len()];
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    for i in 0..c.faces.len() {
+        if part[i] != NONE {
+            continue;
+        }
+        part[i] = groups.len() as u32;
+        let mut group = vec![i as u32];
+        let mut next = 0;
+        while next < group.len() {
+            let i = group[next];
+            next += 1;
+            for k in 0..3 {
+                if border.contains(&(i, k as u8)) {
+                    continue;
+                }
+                let j = place[&(s.mate[c.faces[i as usize] as usize][k] / 3)];
+                if part[j as usize] == NONE && side[j as usize] == side[i as usize] {
+                    part[j as usize] = groups.len() as u32;
+                    group.push(j);
+                }
+            }
+        }
+        groups.push(group);
+    }
+    groups
+        .iter()
+        .map(|g| {
+            let within: std::collections::HashMap<u32, u32> = g.iter().copied().zip(0..).collect();
+            Chart::glue(s, g.iter().map(|&i| c.faces[i as usize]).collect(), |e| {
+                if border.contains(&(place[&(e / 3)], (e % 3) as u8)) {
+                    return None;
+                }
+                within.get(&place[&(s.mate[e as usize / 3][e as usize % 3] / 3)]).copied()
+            })
+        })
+        .collect()
+}
+
+/// The chart of one face.
+fn single(s: &Surface, f: u32) -> Chart {
+    let [l, x, y] = s.rest[f as usize];
+    Chart {
+        faces: vec![f],
+        tris: vec![[0, 1, 2]],
+        uv: vec![[0.0, 0.0], [l, 0.0], [x, y]],
+        border: vec![(0, 0), (0, 1), (0, 2)],
+        area: s.area[f as usize],
+        over: 0.0,
+        waste: 0.0,
+    }
+}
+
+fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], options: &UnwrapOptions) -> UvLayout {
+    let m = s.faces();
+    let mut corner_uv = vec![[[0f32; 2]; 3]; m];
+    let mut face_chart = vec![NONE; m];
+    let mut face_page = vec![0; m];
+    for (id, (c, p)) in list.iter().zip(places).enumerate() {
+        let [rc, rs] = p.rotation;
+        for (f, t) in c.faces.iter().zip(&c.tris) {
+            face_chart[*f as usize] = id as u32;
+            face_page[*f as usize] = p.page;
+            corner_uv[*f as usize] = flatten::corners(*t, &c.uv).map(|q| {
+                [
+                    ((rc * q[0] - rs * q[1]) * p.scale + p.shift[0]).clamp(0.0, 1.0) as f32,
+                    ((rs * q[0] + rc * q[1]) * p.scale + p.shift[1]).clamp(0.0, 1.0) as f32,
+                ]
+            });
+        }
+    }
+    // Faces without a shape share a point inside the first chart's first face.
+    for f in 0..m {
+        if face_chart[f] == NONE {
+            let home = list.first().map_or(0, |c| c.faces[0] as usize);
+            face_chart[f] = face_chart[home];
+            face_page[f] = face_page[home];
+            corner_uv[f] = [corner_uv[home][0]; 3];
+        }
+    }
+    let scale = places.first().map_or(1.0, |p| p.scale);
+    UvLayout {
+        corner_uv,
+        face_chart,
+        charts: list.len(),
+        pages: face_page.iter().map(|&p| p as usize + 1).max().unwrap_or(1),
+        face_page,
+        width: options.page_size,
+        height: options.page_size,
+        texels_per_unit: scale * f64::from(options.page_size) / s.unit,
+        over_stretched: list.iter().map(|c| c.over).sum::<f64>(),
+        degenerate_faces: s.degenerate,
+        duplicate_faces: s.duplicate,
+        non_manifold_edges: s.non_manifold,
+        repaired_charts: 0,
+    }
+}

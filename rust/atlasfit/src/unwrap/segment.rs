@@ -1,0 +1,252 @@
+//! First cut: many small, nearly flat patches whose borders later merging can only remove.
+//!
+//! In: the surface. Out: a patch index per face. Greedy bottom-up clustering of faces (Garland, Willmott, Heckbert
+//! 2001) with the normal-variance error of Cohen-Steiner, Alliez, Desbrun 2004 and a term that favours compact
+//! patches; then border faces move between patches where that shortens the borders.
+
+use super::surface::{NONE, Surface};
+use crate::error::Result;
+use crate::geometry::vec3::{Vec3, add, dot, norm, normalize, scale};
+use crate::run::Context;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Weight of compactness against flatness: a normal turn of about 0.3 rad weighs as much as shape.
+const COMPACT: f64 = 0.01;
+/// A patch's normals must stay within this angle of its mean, so that projection to a plane cannot flip: cos 70°.
+const CONE_COS: f64 = 0.342;
+
+#[derive(Clone, Copy, PartialEq)]
+struct Candidate {
+    cost: f64,
+    a: u32,
+    b: u32,
+    stamp: u32,
+}
+impl Eq for Candidate {}
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, o: &Self) -> Option<Ordering> {
+        Some(self.cmp(o))
+    }
+}
+impl Ord for Candidate {
+    // Reversed: the heap gives the cheapest first; ties by index keep the order fixed.
+    fn cmp(&self, o: &Self) -> Ordering {
+        o.cost
+            .total_cmp(&self.cost)
+            .then(o.a.cmp(&self.a))
+            .then(o.b.cmp(&self.b))
+            .then(o.stamp.cmp(&self.stamp))
+    }
+}
+
+struct Cluster {
+    area: f64,
+    sum: Vec3,
+    /// Cone round the normals: axis is `sum` normalised, half angle in radians.
+    angle: f64,
+    stamp: u32,
+    /// Neighbouring clusters and the length shared with each.
+    near: Vec<(u32, f64)>,
+}
+
+fn cone(a: &Cluster, b: &Cluster, axis: Vec3) -> f64 {
+    [a, b].iter().map(|c| dot(normalize(c.sum), axis).clamp(-1.0, 1.0).acos() + c.angle).fold(0.0, f64::max)
+}
+
+fn compact_w() -> f64 { static W: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("UWCO").map_or(0.01, |x| x.parse().unwrap())); *W }
+/// Cost of joining two clusters; `None` where the result would not be flat enough.
+fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -> Option<f64> {
+    let area = a.area + b.area;
+    let sum = add(a.sum, b.sum);
+    let error = area - norm(sum);
+    if error > flatness * area {
+        return None;
+    }
+    let gain = error - (a.area - norm(a.sum)) - (b.area - norm(b.sum));
+    if cone(a, b, normalize(sum)) > cone_limit {
+        return None;
+    }
+    Some((gain.max(0.0) + compact_w() * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
+}
+
+/// Cuts the surface into patches. `flatness` bounds 1 - |mean normal| of a patch. Returns patch per face
+/// ([`NONE`] for unusable faces) and the number of patches.
+pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<u32>, usize)> {
+    let m = s.faces();
+    let cone_limit = CONE_COS.acos();
+    let mut clusters: Vec<Cluster> = (0..m)
+        .map(|f| Cluster {
+            area: s.area[f],
+            sum: scale(s.normal[f], s.area[f]),
+            angle: 0.0,
+            stamp: 0,
+            near: Vec::new(),
+        })
+        .collect();
+    let mut heap = Vec::with_capacity(m * 2);
+    for f in 0..m {
+        for k in 0..3 {
+            let h = s.mate[f][k];
+            if h == NONE || h / 3 == f as u32 {
+                continue;
+            }
+            let (g, l) = (h / 3, f64::from(s.length[f][k]));
+            match clusters[f].near.iter_mut().find(|n| n.0 == g) {
+                Some(n) => n.1 += l,
+                None => clusters[f].near.push((g, l)),
+            }
+        }
+    }
+    for f in 0..m {
+        for &(g, l) in &clusters[f].near {
+            if (f as u32) < g
+                && let Some(c) = cost(&clusters[f], &clusters[g as usize], l, flatness, cone_limit)
+            {
+                heap.push(Candidate { cost: c, a: f as u32, b: g, stamp: 0 });
+            }
+        }
+    }
+    let mut heap = BinaryHeap::from(heap);
+    let mut owner: Vec<u32> = (0..m as u32).collect();
+    let mut steps = 0usize;
+    while let Some(Candidate { a, b, stamp, .. }) = heap.pop() {
+        let (ca, cb) = (&clusters[a as usize], &clusters[b as usize]);
+        if ca.stamp == NONE || cb.stamp == NONE || ca.stamp + cb.stamp != stamp {
+            continue;
+        }
+        steps += 1;
+        if steps % 1024 == 0 {
+            ctx.check()?;
+            ctx.advance(1024);
+        }
+        // The one with more neighbours takes in the other.
+        let (a, b) = if ca.near.len() >= cb.near.len() { (a, b) } else { (b, a) };
+        let sum = add(ca.sum, cb.sum);
+        let angle = cone(ca, cb, normalize(sum));
+        let taken = std::mem::take(&mut clusters[b as usize].near);
+        let (b_area, b_stamp) = (clusters[b as usize].area, clusters[b as usize].stamp);
+        clusters[b as usize].stamp = NONE;
+        owner[b as usize] = a;
+        let ca = &mut clusters[a as usize];
+        ca.area += b_area;
+        ca.sum = sum;
+        ca.angle = angle;
+        // Sums of two stamps must never repeat for a pair: grow past both.
+        ca.stamp = ca.stamp.max(b_stamp) + 1;
+        let mut near = std::mem::take(&mut ca.near);
+        near.retain(|n| n.0 != b);
+        for (g, l) in taken {
+            if g == a {
+                continue;
+            }
+            let gn = &mut clusters[g as usize].near;
+            gn.retain(|n| n.0 != b);
+            match near.iter_mut().find(|n| n.0 == g) {
+                Some(n) => {
+                    n.1 += l;
+                    let total = n.1;
+                    if let Some(back) = gn.iter_mut().find(|n| n.0 == a) {
+                        back.1 = total;
+                    }
+                }
+                None => {
+                    near.push((g, l));
+                    gn.push((a, l));
+                }
+            }
+        }
+        for &(g, l) in &near {
+            let (ca, cg) = (&clusters[a as usize], &clusters[g as usize]);
+            if let Some(c) = cost(ca, cg, l, flatness, cone_limit) {
+                heap.push(Candidate { cost: c, a: a.min(g), b: a.max(g), stamp: ca.stamp + cg.stamp });
+            }
+        }
+        clusters[a as usize].near = near;
+    }
+    let mut label = vec![NONE; m];
+    for f in 0..m {
+        if s.usable[f] {
+            let mut r = f as u32;
+            while owner[r as usize] != r {
+                owner[r as usize] = owner[owner[r as usize] as usize];
+                r = owner[r as usize];
+            }
+            label[f] = r;
+        }
+    }
+    smooth(s, &mut label, &clusters, ctx)?;
+    Ok(split_components(s, &label))
+}
+
+/// Moves border faces to the neighbouring patch where that shortens the border.
+fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: &Context<'_>) -> Result<()> {
+    let axis: Vec<Vec3> =
+        clusters.iter().map(|c| if c.stamp == NONE { [0.0; 3] } else { normalize(c.sum) }).collect();
+    for _ in 0..8 {
+        ctx.check()?;
+        let mut moved = 0;
+        for f in 0..label.len() {
+            if label[f] == NONE {
+                continue;
+            }
+            let mut best = (0.0, label[f]);
+            let near = [0, 1, 2].map(|k| {
+                let h = s.mate[f][k];
+                if h == NONE { NONE } else { label[h as usize / 3] }
+            });
+            if near.iter().all(|&n| n == label[f] || n == NONE) {
+                continue;
+            }
+            let share =
+                |c: u32| (0..3).filter(|&k| near[k] == c).map(|k| f64::from(s.length[f][k])).sum::<f64>();
+            let here = share(label[f]);
+            for c in near {
+                if c == NONE || c == label[f] || dot(s.normal[f], axis[c as usize]) < CONE_COS {
+                    continue;
+                }
+                // A face that is much flatter against the other patch goes there even at equal length.
+                let turn = dot(s.normal[f], axis[c as usize]) - dot(s.normal[f], axis[label[f] as usize]);
+                let gain = share(c) - here + 0.3 * turn * share(c).max(here);
+                if gain > best.0 + 1e-9 {
+                    best = (gain, c);
+                }
+            }
+            if best.1 != label[f] {
+                label[f] = best.1;
+                moved += 1;
+            }
+        }
+        if moved == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Numbers the connected pieces of equal label.
+pub(super) fn split_components(s: &Surface, label: &[u32]) -> (Vec<u32>, usize) {
+    let mut out = vec![NONE; label.len()];
+    let mut count = 0;
+    let mut stack = Vec::new();
+    for f in 0..label.len() {
+        if out[f] != NONE || label[f] == NONE {
+            continue;
+        }
+        out[f] = count;
+        stack.push(f as u32);
+        while let Some(f) = stack.pop() {
+            for &h in &s.mate[f as usize] {
+                if h != NONE {
+                    let g = h as usize / 3;
+                    if out[g] == NONE && label[g] == label[f as usize] {
+                        out[g] = count;
+                        stack.push(g as u32);
+                    }
+                }
+            }
+        }
+        count += 1;
+    }
+    (out, count as usize)
+}

@@ -1,0 +1,242 @@
+//! A sparse LDLᵀ factorisation for the planar graphs of charts, ordered by geometric nested dissection.
+//!
+//! In: a symmetric positive definite matrix on the edges of a chart's triangulation and the vertices' planar
+//! coordinates. Out: solutions for two right-hand sides at once (u and v). Up-looking factorisation after Davis
+//! 2005 ("Algorithm 849: a concise sparse Cholesky factorization package"); the coordinates make the
+//! ordering of George 1973 a few lines, with O(n log n) fill.
+
+use super::surface::NONE;
+
+/// Sets of at most this many vertices are not dissected further.
+const LEAF: usize = 24;
+
+/// A factorised matrix.
+#[derive(Default)]
+pub(super) struct Factor {
+    /// Position in the elimination order of each vertex.
+    place: Vec<u32>,
+    start: Vec<u32>,
+    row: Vec<u32>,
+    value: Vec<f64>,
+    diagonal: Vec<f64>,
+}
+
+/// Neighbours in compressed rows: `to[start[i]..start[i + 1]]` with weights.
+#[derive(Default)]
+pub(super) struct Graph {
+    pub(super) start: Vec<u32>,
+    pub(super) to: Vec<u32>,
+    pub(super) weight: Vec<f64>,
+}
+
+impl Graph {
+    /// The Laplacian's graph: each corner weight `w[k]` of a triangle belongs to the edge opposite corner k.
+    pub(super) fn from_triangles(n: usize, tris: &[[u32; 3]], w: &[[f64; 3]]) -> Self {
+        let mut start = vec![0u32; n + 1];
+        for t in tris {
+            for &v in t {
+                start[v as usize + 1] += 2;
+            }
+        }
+        for i in 0..n {
+            start[i + 1] += start[i];
+        }
+        let mut fill = start.clone();
+        let mut raw = vec![(0u32, 0f64); start[n] as usize];
+        for (t, w) in tris.iter().zip(w) {
+            for k in 0..3 {
+                let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
+                for (a, b) in [(a, b), (b, a)] {
+                    raw[fill[a as usize] as usize] = (b, w[k]);
+                    fill[a as usize] += 1;
+                }
+            }
+        }
+        let mut out = Self { start: Vec::with_capacity(n + 1), to: Vec::new(), weight: Vec::new() };
+        out.start.push(0);
+        for i in 0..n {
+            let from = out.to.len();
+            for &(j, w) in &raw[start[i] as usize..start[i + 1] as usize] {
+                match out.to[from..].iter().position(|&x| x == j) {
+                    Some(p) => out.weight[from + p] += w,
+                    None => {
+                        out.to.push(j);
+                        out.weight.push(w);
+                    }
+                }
+            }
+            out.start.push(out.to.len() as u32);
+        }
+        out
+    }
+    fn row(&self, i: u32) -> std::ops::Range<usize> {
+        self.start[i as usize] as usize..self.start[i as usize + 1] as usize
+    }
+}
+
+impl Factor {
+    /// Factorises the weighted Laplacian of `graph` plus `shift` per vertex on the diagonal.
+    pub(super) fn laplacian(graph: &Graph, coordinates: &[[f64; 2]], shift: impl Fn(usize) -> f64) -> Self {
+        let n = coordinates.len();
+        let mut order: Vec<u32> = (0..n as u32).collect();
+        let mut side = vec![0u32; n];
+        let mut stamp = 0;
+        let mut scratch = Vec::new();
+        dissect(graph, coordinates, &mut order, &mut side, &mut stamp, &mut scratch);
+        let mut place = vec![0u32; n];
+        for (p, &v) in order.iter().enumerate() {
+            place[v as usize] = p as u32;
+        }
+        // Symbolic: elimination tree and column counts.
+        let mut parent = vec![NONE; n];
+        let mut flag = vec![NONE; n];
+        let mut count = vec![0u32; n];
+        for k in 0..n {
+            flag[k] = k as u32;
+            for e in graph.row(order[k]) {
+                let mut i = place[graph.to[e] as usize] as usize;
+                if i < k {
+                    while flag[i] != k as u32 {
+                        if parent[i] == NONE {
+                            parent[i] = k as u32;
+                        }
+                        count[i] += 1;
+                        flag[i] = k as u32;
+                        i = parent[i] as usize;
+                    }
+                }
+            }
+        }
+        let mut start = vec![0u32; n + 1];
+        for k in 0..n {
+            start[k + 1] = start[k] + count[k];
+        }
+        let nnz = start[n] as usize;
+        let mut row = vec![0u32; nnz];
+        let mut value = vec![0f64; nnz];
+        let mut diagonal = vec![0f64; n];
+        // Numeric: row k of L by a sparse triangular solve.
+        let mut y = vec![0f64; n];
+        let mut pattern = vec![0u32; n];
+        let mut length = vec![0u32; n];
+        flag.fill(NONE);
+        for k in 0..n {
+            let mut top = n;
+            flag[k] = k as u32;
+            let mut d = shift(order[k] as usize);
+            for e in graph.row(order[k]) {
+                d += graph.weight[e];
+                let mut i = place[graph.to[e] as usize] as usize;
+                if i < k {
+                    y[i] -= graph.weight[e];
+                    let mut len = 0;
+                    while flag[i] != k as u32 {
+                        pattern[len] = i as u32;
+                        len += 1;
+                        flag[i] = k as u32;
+                        i = parent[i] as usize;
+                    }
+                    while len > 0 {
+                        len -= 1;
+                        top -= 1;
+                        pattern[top] = pattern[len];
+                    }
+                }
+            }
+            for &i in &pattern[top..n] {
+                let i = i as usize;
+                let yi = std::mem::take(&mut y[i]);
+                let (s, e) = (start[i] as usize, (start[i] + length[i]) as usize);
+                for (r, v) in row[s..e].iter().zip(&value[s..e]) {
+                    y[*r as usize] -= v * yi;
+                }
+                let l = yi / diagonal[i];
+                d -= l * yi;
+                row[e] = k as u32;
+                value[e] = l;
+                length[i] += 1;
+            }
+            diagonal[k] = d.max(1e-300);
+        }
+        Self { place, start, row, value, diagonal }
+    }
+
+    /// Solves in place for both coordinates.
+    pub(super) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>) {
+        let n = self.place.len();
+        work.clear();
+        work.resize(n, [0.0; 2]);
+        for (i, &p) in self.place.iter().enumerate() {
+            work[p as usize] = b[i];
+        }
+        for j in 0..n {
+            let x = work[j];
+            for e in self.start[j] as usize..self.start[j + 1] as usize {
+                let w = &mut work[self.row[e] as usize];
+                w[0] -= self.value[e] * x[0];
+                w[1] -= self.value[e] * x[1];
+            }
+        }
+        for j in (0..n).rev() {
+            let mut x = [work[j][0] / self.diagonal[j], work[j][1] / self.diagonal[j]];
+            for e in self.start[j] as usize..self.start[j + 1] as usize {
+                let w = work[self.row[e] as usize];
+                x[0] -= self.value[e] * w[0];
+                x[1] -= self.value[e] * w[1];
+            }
+            work[j] = x;
+        }
+        for (i, &p) in self.place.iter().enumerate() {
+            b[i] = work[p as usize];
+        }
+    }
+}
+
+/// Reorders `set` so that the two halves come before their separator, recursively.
+fn dissect(
+    graph: &Graph,
+    xy: &[[f64; 2]],
+    set: &mut [u32],
+    side: &mut [u32],
+    stamp: &mut u32,
+    scratch: &mut Vec<u32>,
+) {
+    if set.len() <= LEAF {
+        return;
+    }
+    let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for &v in set.iter() {
+        for k in 0..2 {
+            lo[k] = lo[k].min(xy[v as usize][k]);
+            hi[k] = hi[k].max(xy[v as usize][k]);
+        }
+    }
+    let axis = usize::from(hi[1] - lo[1] > hi[0] - lo[0]);
+    let half = set.len() / 2;
+    set.select_nth_unstable_by(half, |a, b| {
+        xy[*a as usize][axis].total_cmp(&xy[*b as usize][axis]).then(a.cmp(b))
+    });
+    *stamp += 1;
+    let right_mark = *stamp;
+    for &v in &set[half..] {
+        side[v as usize] = right_mark;
+    }
+    // Left vertices that touch the right half are the separator; they go last.
+    scratch.clear();
+    let mut keep = 0;
+    for i in 0..half {
+        let v = set[i];
+        if graph.row(v).any(|e| side[graph.to[e] as usize] == right_mark) {
+            scratch.push(v);
+        } else {
+            set[keep] = v;
+            keep += 1;
+        }
+    }
+    let right_len = set.len() - half;
+    set.copy_within(half.., keep);
+    set[keep + right_len..].copy_from_slice(scratch);
+    let (left, rest) = set.split_at_mut(keep);
+    dissect(graph, xy, left, side, stamp, scratch);
+    dissect(graph, xy, &mut rest[..right_len], side, stamp, scratch);
+}

@@ -1,0 +1,239 @@
+//! The mesh as the unwrapper sees it: normalised positions, face frames, and which faces hang together.
+//!
+//! In: the user's triangle mesh and constraints. Out: a [`Surface`] in which every edge joins at most two
+//! consistently oriented faces. Non-manifold edges, edges with clashing orientation, group borders and user seams
+//! are cut here, so that nothing later has to know about them; the user's mesh itself is never changed.
+
+use super::UnwrapOptions;
+use crate::error::{Error, Result};
+use crate::geometry::TriMesh;
+use crate::geometry::vec3::{Vec3, cross, dot, norm, scale, sub};
+
+/// No half-edge, no chart, no face.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Rest triangles thinner than this share of their longest edge are thickened to it, so that every face has a
+/// shape that single-precision UVs can hold.
+const MIN_HEIGHT: f64 = 1e-3;
+/// Rest edges shorter than this (the surface has area 1) are lengthened to it, for the same reason.
+const MIN_EDGE: f64 = 1e-6;
+
+/// The surface, scaled to total area 1.
+pub(super) struct Surface {
+    /// Vertices per face, as given.
+    pub tri: Vec<[u32; 3]>,
+    /// Opposite half-edge (`3 * face + slot`) of the edge from corner `slot` to the next; [`NONE`] at borders.
+    pub mate: Vec<[u32; 3]>,
+    /// Unit normals.
+    pub normal: Vec<Vec3>,
+    /// Areas; they sum to 1.
+    pub area: Vec<f64>,
+    /// Isometric planar triangle `[l, x, y]`: corners (0,0), (l,0), (x,y); thickened where degenerate.
+    pub rest: Vec<[f64; 3]>,
+    /// Edge lengths by slot.
+    pub length: Vec<[f32; 3]>,
+    /// Positions.
+    pub pos: Vec<Vec3>,
+    /// Faces that take part; the others repeat a vertex or have a non-finite one.
+    pub usable: Vec<bool>,
+    /// User units per unit of this frame.
+    pub unit: f64,
+    /// Faces of zero area (mapped to a small valid triangle) plus unusable faces.
+    pub degenerate: usize,
+    /// Faces that repeat the three vertices of an earlier one (mapped on their own).
+    pub duplicate: usize,
+    /// Edges cut because more than two faces, or two clashing ones, meet there.
+    pub non_manifold: usize,
+}
+
+impl Surface {
+    /// Prepares a mesh.
+    pub(super) fn new(mesh: &TriMesh, options: &UnwrapOptions) -> Result<Self> {
+        mesh.validate()?;
+        let m = mesh.triangles.len();
+        if m as u64 * 3 >= u64::from(NONE) {
+            return Err(Error::invalid(format!("{m} triangles"), "Split the mesh: half-edges are 32-bit"));
+        }
+        let tri = mesh.triangles.clone();
+        let finite = |v: u32| mesh.positions[v as usize].iter().all(|x| x.is_finite());
+        let usable: Vec<bool> = tri
+            .iter()
+            .map(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && t.iter().all(|&v| finite(v)))
+            .collect();
+        // A first scale by the box keeps squares inside the floating-point range, a second one makes the area 1.
+        let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for (t, _) in tri.iter().zip(&usable).filter(|(_, u)| **u) {
+            for &v in t {
+                for k in 0..3 {
+                    lo[k] = lo[k].min(mesh.positions[v as usize][k]);
+                    hi[k] = hi[k].max(mesh.positions[v as usize][k]);
+                }
+            }
+        }
+        let extent = (0..3).map(|k| hi[k] * 0.5 - lo[k] * 0.5).fold(0.0, f64::max) * 2.0;
+        if !(extent > 0.0 && extent.is_finite()) {
+            return Err(Error::degenerate(
+                "the mesh has no triangle with three distinct finite corners of positive extent",
+                "Give a mesh with at least one proper triangle",
+            ));
+        }
+        let mut pos: Vec<Vec3> = mesh
+            .positions
+            .iter()
+            .map(|p| [0, 1, 2].map(|k| (p[k] * 0.5 - (lo[k] * 0.25 + hi[k] * 0.25) * 1.0) * 2.0 / extent))
+            .collect();
+        let raw_area = |pos: &[Vec3], t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| pos[v as usize]);
+            norm(cross(sub(b, a), sub(c, a))) * 0.5
+        };
+        let total: f64 = tri.iter().zip(&usable).filter(|(_, u)| **u).map(|(t, _)| raw_area(&pos, t)).sum();
+        if total.is_nan() || total <= 0.0 {
+            return Err(Error::degenerate(
+                "every triangle of the mesh has zero area",
+                "Give a mesh with at least one triangle of positive area",
+            ));
+        }
+        let s = 1.0 / total.sqrt();
+        for p in &mut pos {
+            *p = if p.iter().all(|x| x.is_finite()) { scale(*p, s) } else { [0.0; 3] };
+        }
+        let mut normal = vec![[0.0; 3]; m];
+        let mut area = vec![0.0; m];
+        let mut rest = vec![[MIN_EDGE, 0.0, MIN_EDGE]; m];
+        let mut length = vec![[0f32; 3]; m];
+        let mut degenerate = 0;
+        for f in 0..m {
+            if !usable[f] {
+                degenerate += 1;
+                continue;
+            }
+            let [a, b, c] = tri[f].map(|v| pos[v as usize]);
+            let (ab, ac) = (sub(b, a), sub(c, a));
+            let n = cross(ab, ac);
+            let twice = norm(n);
+            length[f] = [norm(ab) as f32, norm(sub(c, b)) as f32, norm(ac) as f32];
+            area[f] = twice * 0.5;
+            let longest = length[f].iter().fold(0f32, |x, &y| x.max(y)) as f64;
+            if twice <= 1e-12 * longest * longest || twice == 0.0 {
+                degenerate += 1;
+            } else {
+                normal[f] = scale(n, 1.0 / twice);
+            }
+            let l = norm(ab).max(MIN_EDGE).max(MIN_HEIGHT * longest);
+            let x = if norm(ab) > 0.0 { dot(ab, ac) / norm(ab) } else { 0.0 };
+            let y = (twice / l).max(MIN_HEIGHT * longest).max(MIN_EDGE);
+            rest[f] = [l, x, y];
+        }
+        let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options);
+        Ok(Self {
+            tri,
+            mate,
+            normal,
+            area,
+            rest,
+            length,
+            pos,
+            usable,
+            unit: extent / s,
+            degenerate,
+            duplicate,
+            non_manifold,
+        })
+    }
+
+    /// Number of faces, unusable ones included.
+    pub(super) fn faces(&self) -> usize {
+        self.tri.len()
+    }
+}
+
+/// Pairs half-edges. Returns mates, the number of edges cut for being non-manifold, and the duplicate faces.
+fn pair_edges(
+    vertices: usize,
+    tri: &[[u32; 3]],
+    usable: &[bool],
+    options: &UnwrapOptions,
+) -> (Vec<[u32; 3]>, usize, usize) {
+    let m = tri.len();
+    // Bucket half-edges by their smaller vertex (a counting sort), then match inside the small buckets.
+    let mut start = vec![0u32; vertices + 1];
+    let each = |f: usize, k: usize| {
+        let (a, b) = (tri[f][k], tri[f][(k + 1) % 3]);
+        (a.min(b), a.max(b), a < b)
+    };
+    for f in (0..m).filter(|&f| usable[f]) {
+        for k in 0..3 {
+            start[each(f, k).0 as usize + 1] += 1;
+        }
+    }
+    for v in 0..vertices {
+        start[v + 1] += start[v];
+    }
+    let mut fill = start.clone();
+    let mut bucket = vec![0u32; start[vertices] as usize];
+    for f in (0..m).filter(|&f| usable[f]) {
+        for k in 0..3 {
+            let v = each(f, k).0 as usize;
+            bucket[fill[v] as usize] = (3 * f + k) as u32;
+            fill[v] += 1;
+        }
+    }
+    // A duplicate face lives on a layer of its own, so that sheets of duplicates stay connected.
+    let mut layer = vec![0u32; m];
+    let mut duplicate = 0;
+    let mut seen: Vec<([u32; 3], u32)> = Vec::new();
+    for v in 0..vertices {
+        let own = &bucket[start[v] as usize..start[v + 1] as usize];
+        if own.len() < 3 {
+            continue;
+        }
+        seen.clear();
+        for &h in own {
+            let mut key = tri[h as usize / 3];
+            key.sort_unstable();
+            // Both half-edges at the smallest vertex of a face stand in its bucket: take the face once.
+            if key[0] as usize == v && !seen.iter().any(|s| s.1 == h / 3) {
+                let copies = if own.len() > 64 { 0 } else { seen.iter().filter(|s| s.0 == key).count() };
+                layer[h as usize / 3] = copies as u32;
+                duplicate += usize::from(copies > 0);
+                if own.len() <= 64 {
+                    seen.push((key, h / 3));
+                }
+            }
+        }
+    }
+    let seam_set: std::collections::HashSet<(u32, u32)> =
+        options.seam_edges.iter().flatten().map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
+    let mut mate = vec![[NONE; 3]; m];
+    let mut non_manifold = 0;
+    let mut sorted: Vec<(u32, u32, bool, u32)> = Vec::new();
+    for v in 0..vertices {
+        sorted.clear();
+        for &h in &bucket[start[v] as usize..start[v + 1] as usize] {
+            let (f, k) = (h as usize / 3, h as usize % 3);
+            let (_, far, forward) = each(f, k);
+            sorted.push((far, layer[f], forward, h));
+        }
+        sorted.sort_unstable();
+        let mut i = 0;
+        while i < sorted.len() {
+            let mut j = i + 1;
+            while j < sorted.len() && (sorted[j].0, sorted[j].1) == (sorted[i].0, sorted[i].1) {
+                j += 1;
+            }
+            if j - i == 2 && sorted[i].2 != sorted[i + 1].2 {
+                let (g, h) = (sorted[i].3 as usize, sorted[i + 1].3 as usize);
+                let same_group = options.face_group.as_ref().is_none_or(|c| c[g / 3] == c[h / 3]);
+                let free = seam_set.is_empty() || !seam_set.contains(&(v as u32, sorted[i].0));
+                if same_group && free {
+                    mate[g / 3][g % 3] = h as u32;
+                    mate[h / 3][h % 3] = g as u32;
+                }
+            } else if j - i >= 2 {
+                non_manifold += 1;
+            }
+            i = j;
+        }
+    }
+    (mate, non_manifold, duplicate)
+}
