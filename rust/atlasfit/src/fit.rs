@@ -109,7 +109,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal) ->
     }
     let inside: Vec<[f64; 2]> =
         local.iter().zip(&weights).filter(|(_, w)| **w > 0.0).map(|(l, _)| [l[0], l[1]]).collect();
-    if std::env::var("NM").is_err() { chart.mask = Mask::build(&inside, chart.radii, patch.spacing); }
+    chart.mask = Mask::build(&inside, chart.radii, patch.spacing);
     let members = patch
         .members
         .iter()

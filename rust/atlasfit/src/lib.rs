@@ -10,6 +10,7 @@
 
 pub mod analyse;
 pub mod atlas;
+pub mod denoise;
 pub mod error;
 pub mod fit;
 pub mod geometry;
@@ -23,5 +24,6 @@ pub mod run;
 pub mod surface;
 pub mod unwrap;
 
+pub use denoise::{Denoised, DenoiseOptions, denoise};
 pub use error::{Error, Result};
 pub use run::{CancelToken, Context, Progress, Run, Stage};

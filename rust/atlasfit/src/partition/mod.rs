@@ -30,6 +30,16 @@ pub struct PatchSize {
     pub sigmas: f64,
 }
 
+impl PatchSize {
+    /// The size that cuts a surface of `points` points into about `charts` patches.
+    #[must_use]
+    pub fn for_count(self, charts: usize, points: usize) -> Self {
+        // Seeds stand about 0.75 radii apart, so a patch advances the cover by about half its radius squared.
+        let spacings = (points as f64 / charts as f64 / 0.5).sqrt().clamp(3.0, 40.0);
+        Self { spacings, sigmas: self.sigmas }
+    }
+}
+
 /// The default patch size.
 pub const PATCH_SIZE: PatchSize = PatchSize { spacings: 6.0, sigmas: 7.0 };
 

@@ -265,7 +265,7 @@ pub fn fit(basis: &Basis, data: &Normal, sigma0: f64, strength: f64) -> Option<F
     let mut best: Option<(f64, f64)> = None;
     let mut work = vec![0.0; MODES * MODES];
     let mut coeffs = vec![0.0; MODES];
-    let mut solve = |log_kappa: f64, work: &mut Vec<f64>, coeffs: &mut Vec<f64>| -> Option<(f64, f64)> {
+    let solve = |log_kappa: f64, work: &mut Vec<f64>, coeffs: &mut Vec<f64>| -> Option<(f64, f64)> {
         let kappa = log_kappa.exp();
         work.copy_from_slice(&data.matrix);
         for (i, p) in basis.precision.iter().enumerate() {

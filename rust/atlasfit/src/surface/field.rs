@@ -17,9 +17,8 @@ const BLOCK: i32 = 4;
 const CORNERS: usize = (BLOCK as usize).pow(3);
 /// Charts are evaluated up to this many voxels from their surface: the corners of every crossed voxel lie within sqrt(3).
 const BAND: f64 = 2.2;
-/// Least total blend weight at which the surface is taken to exist. A chart's own weight is 1 at its centre where data surrounds it.
+/// Least blended mask at which the surface is taken to exist.
 pub const MIN_SUPPORT: f64 = 0.25;
-fn ms()->f64{std::env::var("MS").map_or(MIN_SUPPORT, |s| s.parse::<f64>().unwrap())}
 /// Rounds of filling: each extends the field by one voxel into places where no chart has data, so that gaps of up to twice as many voxels
 /// close (volumetric diffusion; Davis et al. 2002).
 pub const FILL_ROUNDS: u8 = 4;
@@ -544,7 +543,7 @@ fn corners(
                 (s.top, s.chart) = (w, c);
             }
         }
-        if s.weight <= 0.0 || s.support < ms() * s.weight {
+        if s.weight <= 0.0 || s.support < MIN_SUPPORT * s.weight {
             continue;
         }
         let f = s.value / s.weight;
