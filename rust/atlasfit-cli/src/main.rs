@@ -6,7 +6,6 @@
 mod commands;
 mod console;
 mod files;
-mod fit;
 mod number;
 mod render;
 

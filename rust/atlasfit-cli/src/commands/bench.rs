@@ -6,11 +6,11 @@
 
 use crate::console::{Console, RunArgs};
 use crate::files;
-use crate::fit::{self, Options};
 use crate::number::short;
 use anyhow::{Context as _, Result, bail};
+use atlasfit::DenoiseOptions;
 use atlasfit::geometry::TriMesh;
-use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface};
+use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface, uv};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -103,6 +103,8 @@ const FIGURES: [&str; 16] = [
 ];
 /// The points' own figures, which peers do not have.
 const POINT_FIGURES: [&str; 3] = ["points_rms", "points_med", "points_p99"];
+/// Figures of our UVs.
+const UV_FIGURES: [&str; 5] = ["uv_charts", "uv_p95", "uv_flips", "uv_overlaps", "uv_coverage"];
 
 impl Row {
     fn get(&self, key: &str) -> f64 {
@@ -223,7 +225,11 @@ fn ours(
     let mut last = None;
     for _ in 0..args.repeat {
         let start = Instant::now();
-        last = Some(fit::denoise(&cloud, &Options::default(), &mut console.start_silent(&args.run))?);
+        last = Some(atlasfit::denoise(
+            &cloud,
+            &DenoiseOptions::default(),
+            &mut console.start_silent(&args.run),
+        )?);
         times.push(start.elapsed().as_secs_f64());
     }
     times.sort_by(f64::total_cmp);
@@ -232,6 +238,18 @@ fn ours(
     let p = console
         .start_silent(&args.run)
         .execute(|ctx| points(&outcome.points, truth, &DistanceOptions::default(), ctx))?;
+    if outcome.surface.corner_uv.is_some() {
+        let q = console.start_silent(&args.run).execute(|ctx| uv(&outcome.surface, ctx))?;
+        for (key, value) in UV_FIGURES.iter().zip([
+            q.charts as f64,
+            q.stretch_p95,
+            q.flips as f64,
+            q.overlapping_faces as f64,
+            q.coverage,
+        ]) {
+            figures[*key] = json!(value);
+        }
+    }
     for (key, value) in POINT_FIGURES.iter().zip([p.accuracy.rms, p.accuracy.median, p.accuracy.p99]) {
         figures[*key] = json!(value);
     }
@@ -394,12 +412,16 @@ fn summary(row: &Row) -> String {
 }
 
 fn csv(rows: &[Row]) -> String {
-    let mut out =
-        format!("shape,sigma,method,seconds,cached,{},{}\n", FIGURES.join(","), POINT_FIGURES.join(","));
+    let mut out = format!(
+        "shape,sigma,method,seconds,cached,{},{},{}\n",
+        FIGURES.join(","),
+        POINT_FIGURES.join(","),
+        UV_FIGURES.join(",")
+    );
     for row in rows {
         let _ =
             write!(out, "{},{},\"{}\",{:.4},{}", row.shape, row.sigma, row.method, row.seconds, row.cached);
-        for key in FIGURES.iter().chain(&POINT_FIGURES) {
+        for key in FIGURES.iter().chain(&POINT_FIGURES).chain(&UV_FIGURES) {
             let value = row.get(key);
             let _ = if value.is_nan() { write!(out, ",") } else { write!(out, ",{value}") };
         }
@@ -411,7 +433,7 @@ fn csv(rows: &[Row]) -> String {
 /// One line per cell: ours, the peer's default setting, the oracle, and ratios. Ratios below 1 are ours better.
 fn table(args: &Args, rows: &[Row]) -> String {
     let mut out = String::from(
-        "| shape | sigma | acc (med) | com (med) | CD / floor | points | s | parts, boundary, non-manifold | Poisson acc, com, s | oracle acc, com | acc, com : Poisson | acc, com : oracle | s : Poisson |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "| shape | sigma | acc (med) | com (med) | CD / floor | points | s | parts, boundary, non-manifold | UV charts, 95%, flips, overlaps | Poisson acc, com, s | oracle acc, com | acc, com : Poisson | acc, com : oracle | s : Poisson |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     let (mut cells, mut beats, mut beats_oracle) = (0, 0, 0);
     for &sigma in &args.sigmas {
@@ -427,7 +449,7 @@ fn table(args: &Args, rows: &[Row]) -> String {
                 Some(r) => {
                     let _ = write!(
                         out,
-                        "| {} ({}) | {} ({}) | {:.2} | {} | {:.2} | {}, {}, {} ",
+                        "| {} ({}) | {} ({}) | {:.2} | {} | {:.2} | {}, {}, {} | {}, {:.2}, {}, {} ",
                         short(r.get("acc")),
                         short(r.get("acc_med")),
                         short(r.get("com")),
@@ -437,10 +459,14 @@ fn table(args: &Args, rows: &[Row]) -> String {
                         r.seconds,
                         r.get("parts"),
                         r.get("boundary"),
-                        r.get("nonmanifold")
+                        r.get("nonmanifold"),
+                        r.get("uv_charts"),
+                        r.get("uv_p95"),
+                        r.get("uv_flips"),
+                        r.get("uv_overlaps")
                     );
                 }
-                None => out.push_str("| | | | | | "),
+                None => out.push_str("| | | | | | | "),
             }
             match default {
                 Some(p) => {

@@ -2,9 +2,10 @@
 
 use crate::console::{Console, RunArgs, Usage};
 use crate::files;
-use crate::fit::{self, Options, Outliers, Prior};
 use crate::number::{count, json as number, short};
 use anyhow::Result;
+use atlasfit::DenoiseOptions;
+use atlasfit::denoise::{self, Report};
 use atlasfit_io::{Format, SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -29,7 +30,7 @@ pub struct Args {
     #[arg(long, default_value = "auto", value_name = "auto|LENGTH", value_parser = auto_length, help_heading = "Fit")]
     noise: Auto<f64>,
     /// Fineness of the surface: 1 = what the data supports, 0.5 = half as fine
-    #[arg(long, default_value_t = Options::default().detail, value_name = "FACTOR", value_parser = positive, help_heading = "Fit")]
+    #[arg(long, default_value_t = DenoiseOptions::default().detail, value_name = "FACTOR", value_parser = positive, help_heading = "Fit")]
     detail: f64,
     /// Number of charts, or auto
     #[arg(long, default_value = "auto", value_name = "auto|N", value_parser = auto_count, help_heading = "Fit")]
@@ -41,14 +42,33 @@ pub struct Args {
     #[arg(long, default_value_t = 0.0, value_name = "LENGTH", value_parser = not_negative, help_heading = "Fit")]
     fill_holes: f64,
     /// Side of the texture in texels, for the padding between UV charts
-    #[arg(long, default_value_t = Options::default().texture_size, value_name = "TEXELS",
+    #[arg(long, default_value_t = DenoiseOptions::default().texture_size, value_name = "TEXELS",
         value_parser = clap::value_parser!(u32).range(16..=65536), help_heading = "Fit")]
     texture_size: u32,
     /// Points that belong to no surface
     #[arg(long, value_enum, default_value = "keep", help_heading = "Fit")]
     outliers: Outliers,
+    /// Lay out no UVs
+    #[arg(long, help_heading = "Fit")]
+    no_uv: bool,
     #[command(flatten)]
     run: RunArgs,
+}
+
+/// What smooth means.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Prior {
+    /// The Gaussian-process limit of the paper's networks
+    Gp,
+}
+
+/// Points that belong to no surface.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Outliers {
+    /// Leave them where they are, so that points stay in input order
+    Keep,
+    /// Leave them out of the denoised points
+    Drop,
 }
 
 /// A value, or `None` for auto.
@@ -92,19 +112,24 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     }
     let started = Instant::now();
     let loaded = files::load(&args.scan, &args.run, console)?;
-    let options = Options {
+    let options = DenoiseOptions {
         noise: args.noise.0,
         detail: args.detail,
         charts: args.charts.0,
-        prior: args.prior,
+        prior: match args.prior {
+            Prior::Gp => denoise::Prior::Gp,
+        },
         fill_holes: args.fill_holes,
         texture_size: args.texture_size,
-        outliers: args.outliers,
+        outliers: match args.outliers {
+            Outliers::Keep => denoise::Outliers::Keep,
+            Outliers::Drop => denoise::Outliers::Drop,
+        },
+        uv: !args.no_uv && args.output.is_some(),
     };
-    let input_points = loaded.cloud.len();
     let outcome = {
         let mut run = console.start(&args.run);
-        fit::denoise(&loaded.cloud, &options, &mut run)?
+        atlasfit::denoise(&loaded.cloud, &options, &mut run)?
     };
     console.check()?;
     let mut saved: Vec<Saved> = Vec::new();
@@ -121,38 +146,63 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     }
 
     let seconds = started.elapsed().as_secs_f64();
-    let mut text = String::new();
-    let mut line = |label: &str, value: &str| {
-        let _ = writeln!(text, "{label:<14} {value}");
-    };
-    line("scan", &format!("{} points in {}", count(input_points), args.scan.display()));
-    for fact in &outcome.facts {
-        line(fact.text.0, &fact.text.1);
-    }
-    let surface = &outcome.surface;
-    line(
-        "surface",
-        &format!("{} vertices, {} faces", count(surface.positions.len()), count(surface.triangles.len())),
+    let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
+    let (r, mesh) = (&outcome.report, &outcome.surface);
+    let mut text = report_text(r, args);
+    let _ = writeln!(
+        text,
+        "surface        {} vertices, {} faces, {} part{}{}",
+        count(mesh.positions.len()),
+        count(mesh.triangles.len()),
+        r.parts,
+        if r.parts == 1 { "" } else { "s" },
+        if r.one_sided { ", one-sided" } else { "" }
     );
-    let stages: Vec<String> = outcome
+    let _ = writeln!(
+        text,
+        "boundary       {} edges in {} loops",
+        count(r.boundary_edges),
+        count(r.boundary_loops)
+    );
+    if options.uv {
+        let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
+    }
+    let stages: Vec<String> = r
         .seconds
         .iter()
         .filter(|s| s.1 >= 0.005)
         .map(|(stage, s)| format!("{} {s:.2}", stage.name()))
         .collect();
-    line("seconds", &format!("{} in all ({})", short(seconds), stages.join(", ")));
-    let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
-    line("written", &files.join(", "));
-
-    let mut report = json!({ "scan": args.scan, "points": input_points });
-    for fact in &outcome.facts {
-        report[fact.key] = fact.value.clone();
-    }
-    report["vertices"] = json!(surface.positions.len());
-    report["faces"] = json!(surface.triangles.len());
-    report["seconds"] = number(seconds);
-    report["stages"] = outcome.seconds.iter().map(|(s, t)| (s.name().to_owned(), number(*t))).collect();
-    report["files"] = json!(files);
-    console.report(&text, &report);
+    let _ = writeln!(text, "seconds        {seconds:.2} ({})", stages.join(", "));
+    let _ = writeln!(text, "written        {}", files.join(", "));
+    let json = json!({
+        "scan": args.scan, "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
+        "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise), "charts": r.charts,
+        "voxel": number(r.voxel), "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts,
+        "one_sided": r.one_sided, "boundary_edges": r.boundary_edges, "boundary_loops": r.boundary_loops,
+        "uv_charts": r.uv_charts, "seconds": number(seconds),
+        "stages": r.seconds.iter().map(|(s, t)| (s.name().to_owned(), number(*t))).collect::<serde_json::Value>(),
+        "files": files,
+    });
+    console.report(&text, &json);
     Ok(())
+}
+
+/// What was found in the scan.
+fn report_text(r: &Report, args: &Args) -> String {
+    let mut text = format!("scan           {} points in {}\n", count(r.points), args.scan.display());
+    if r.not_finite + r.duplicates > 0 {
+        let _ = writeln!(
+            text,
+            "repairs        {} points not finite and left out, {} duplicates",
+            count(r.not_finite),
+            count(r.duplicates)
+        );
+    }
+    let given = if args.noise.0.is_some() { " as given" } else { "" };
+    let _ = writeln!(text, "spacing        {}", short(r.spacing));
+    let _ = writeln!(text, "noise          {}{given}", short(r.noise));
+    let _ = writeln!(text, "outliers       {} points set aside", count(r.outliers));
+    let _ = writeln!(text, "charts         {}", count(r.charts));
+    text
 }
