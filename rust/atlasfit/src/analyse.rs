@@ -139,7 +139,7 @@ fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
         let (u, v, z) = (dot(d, e1) / unit, dot(d, e2) / unit, dot(d, normal));
         let row = [1.0, u, v, u * u, u * v, v * v];
         for i in 0..6 {
-            for j in 0..=i {
+            for j in i..6 {
                 a[i * 6 + j] += row[i] * row[j];
             }
             b[i] += row[i] * z;

@@ -37,8 +37,8 @@ pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) ->
         .par_chunks(8)
         .map(|chunk| {
             ctx.check()?;
-            let mut normal = Normal::new();
-            let out: Vec<_> = chunk.iter().filter_map(|p| fit_patch(points, p, sigma, &mut normal)).collect();
+            let (mut normal, mut work) = (Normal::new(), gp::Work::default());
+            let out: Vec<_> = chunk.iter().filter_map(|p| fit_patch(points, p, sigma, &mut normal, &mut work)).collect();
             ctx.advance(chunk.len());
             Ok(out)
         })
@@ -46,7 +46,7 @@ pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) ->
     Ok(fitted.into_iter().flatten().collect())
 }
 
-fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal) -> Option<Fitted> {
+fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal, work: &mut gp::Work) -> Option<Fitted> {
     let basis = &*BASIS;
     let local: Vec<[f64; 3]> = patch
         .members
@@ -80,6 +80,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal) ->
     };
     let mut row = [0.0; MODES];
     let floor = 1e-6 * patch.radii[0].min(patch.radii[1]);
+    let mut smoothness = None;
     for round in 0..ROUNDS {
         normal.clear();
         for (&[u, v, z], &w) in local.iter().zip(&weights) {
@@ -97,7 +98,8 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal) ->
             gp::mode_row(basis, fu, fv, &mut row);
             normal.add(&row, target, w * cos2, w);
         }
-        let fit = gp::fit(basis, normal, sigma.max(floor), NOISE_STRENGTH)?;
+        let fit = gp::fit(basis, normal, sigma.max(floor), NOISE_STRENGTH, smoothness, work)?;
+        smoothness = Some(fit.log_kappa);
         *chart.coeffs = gp::spline_coefficients(basis, &fit.modes);
         chart.sigma = fit.sigma;
         chart.support = normal.count;

@@ -1,55 +1,56 @@
 //! Small dense symmetric systems: the Cholesky factorisation that every chart's solve runs on.
 //!
-//! Matrices are row-major slices of n*n; only the lower triangle is read and written.
+//! Matrices are row-major slices of n*n; only the upper triangle is read and written.
 
-/// Factors the symmetric positive definite `a` (n x n, lower triangle) as L Lᵀ in place. False if a pivot is not
-/// positive: the matrix is not numerically positive definite and its content is then meaningless.
+/// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
+/// is not numerically positive definite and its content is then meaningless.
+///
+/// Right-looking by rows: every inner loop runs along a row and has no carried sum, so it vectorises.
 #[must_use]
 pub fn cholesky(a: &mut [f64], n: usize) -> bool {
-    for j in 0..n {
-        let (above, rest) = a.split_at_mut(j * n);
-        let row_j = &mut rest[..n];
-        // Row j of L: each entry needs the rows above it only.
-        for k in 0..j {
-            let row_k = &above[k * n..k * n + k + 1];
-            let mut s = row_j[k];
-            for (x, y) in row_j[..k].iter().zip(&row_k[..k]) {
-                s -= x * y;
-            }
-            row_j[k] = s / row_k[k];
-        }
-        let mut d = row_j[j];
-        for x in &row_j[..j] {
-            d -= x * x;
-        }
-        if !(d > 0.0 && d.is_finite()) {
+    for k in 0..n {
+        let (upper, lower) = a.split_at_mut((k + 1) * n);
+        let row = &mut upper[k * n + k..];
+        let pivot = row[0];
+        if !(pivot > 0.0 && pivot.is_finite()) {
             return false;
         }
-        row_j[j] = d.sqrt();
+        let inverse = 1.0 / pivot.sqrt();
+        for x in row.iter_mut() {
+            *x *= inverse;
+        }
+        for i in 1..row.len() {
+            let f = row[i];
+            let target = &mut lower[(i - 1) * n + k + i..(i - 1) * n + n];
+            for (t, r) in target.iter_mut().zip(&row[i..]) {
+                *t -= f * r;
+            }
+        }
     }
     true
 }
 
-/// Solves L Lᵀ x = b in place for a factor made by [`cholesky`].
-pub fn cholesky_solve(l: &[f64], n: usize, b: &mut [f64]) {
+/// Solves Uᵀ U x = b in place for a factor made by [`cholesky`].
+pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
     for i in 0..n {
-        let row = &l[i * n..i * n + i + 1];
-        let s: f64 = row[..i].iter().zip(b.iter()).map(|(a, x)| a * x).sum();
-        b[i] = (b[i] - s) / row[i];
+        let row = &u[i * n + i..(i + 1) * n];
+        let x = b[i] / row[0];
+        b[i] = x;
+        for (t, r) in b[i + 1..n].iter_mut().zip(&row[1..]) {
+            *t -= x * r;
+        }
     }
     for i in (0..n).rev() {
-        b[i] /= l[i * n + i];
-        let x = b[i];
-        for (k, v) in b[..i].iter_mut().enumerate() {
-            *v -= l[i * n + k] * x;
-        }
+        let row = &u[i * n + i..(i + 1) * n];
+        let s: f64 = row[1..].iter().zip(&b[i + 1..n]).map(|(a, x)| a * x).sum();
+        b[i] = (b[i] - s) / row[0];
     }
 }
 
-/// log det of L Lᵀ.
+/// log det of Uᵀ U.
 #[must_use]
-pub fn cholesky_log_det(l: &[f64], n: usize) -> f64 {
-    2.0 * (0..n).map(|i| l[i * n + i].ln()).sum::<f64>()
+pub fn cholesky_log_det(u: &[f64], n: usize) -> f64 {
+    2.0 * (0..n).map(|i| u[i * n + i].ln()).sum::<f64>()
 }
 
 /// Eigenvalues (ascending) and unit eigenvectors of the symmetric 3 x 3 matrix with entries

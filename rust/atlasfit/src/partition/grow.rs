@@ -116,9 +116,9 @@ pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scr
     loop {
         let reach = radius * RIM * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
-        let Some(next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, &mut scratch.local) else { break };
+        let Some(mut next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, &mut scratch.local) else { break };
         let first = best.is_none();
-        let ok = accept(points, &found[..take.max(near)], &next, p.sigma);
+        let ok = accept(points, &found[..take.max(near)], &mut next, p.sigma);
         if !ok && !first {
             break;
         }
@@ -240,7 +240,7 @@ fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> 
         total += w;
         let m = [1.0, u, v, u * u, u * v, v * v];
         for i in 0..6 {
-            for j in 0..=i {
+            for j in i..6 {
                 a[i * 6 + j] += w * m[i] * m[j];
             }
             b[i] += w * m[i] * z;
@@ -266,11 +266,12 @@ fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> 
     }))
 }
 
-/// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another sheet's.
-fn accept(points: &[Vec3], found: &[Neighbour], s: &State, sigma: f64) -> bool {
+/// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another sheet's. Notes the
+/// residual.
+fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bool {
     let small = s.radii[0].min(s.radii[1]);
     let limit = TUKEY * sigma + 0.05 * small;
-    let (mut total, mut sum, mut near, mut astray) = (0.0, 0.0, 0usize, 0usize);
+    let (mut total, mut sum, mut near, mut astray) = (0.0f64, 0.0f64, 0usize, 0usize);
     for f in found {
         let d = sub(points[f.index as usize], s.center);
         let (u, v) = (dot(d, s.axes[0]) / s.radii[0], dot(d, s.axes[1]) / s.radii[1]);
@@ -289,7 +290,8 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &State, sigma: f64) -> bool {
     if near < MIN_MEMBERS {
         return false;
     }
-    let rms = (sum / total).sqrt();
+    let rms = (sum / (total - 6.0).max(1.0)).sqrt();
+    s.residual = rms;
     // The fit's basis can follow more than a quadric: an eighth of the radius of unexplained height is still fine.
     rms <= (1.35 * sigma).max(0.06 * small) && astray * 5 <= near
 }

@@ -197,7 +197,7 @@ fn make_basis() -> Basis {
 
 /// The normal equations of one chart's fit: what the solve and the choice of smoothness need of the data.
 pub struct Normal {
-    /// Aᵀ W A, MODES x MODES, lower triangle.
+    /// Aᵀ W A, MODES x MODES, upper triangle.
     pub matrix: Vec<f64>,
     /// Aᵀ W y.
     pub rhs: Vec<f64>,
@@ -224,7 +224,7 @@ impl Normal {
     pub fn add(&mut self, row: &[f64], y: f64, weight: f64, count: f64) {
         for (i, r) in row.iter().enumerate() {
             let w = weight * r;
-            for (m, c) in self.matrix[i * MODES..i * MODES + i + 1].iter_mut().zip(row) {
+            for (m, c) in self.matrix[i * MODES + i..(i + 1) * MODES].iter_mut().zip(&row[i..]) {
                 *m += w * c;
             }
             self.rhs[i] += w * y;
@@ -246,55 +246,84 @@ pub struct Fit {
     pub modes: Vec<f64>,
     /// Estimated standard deviation of the noise in the heights.
     pub sigma: f64,
-    /// Ratio of noise variance to prior variance that maximised the marginal likelihood.
-    pub kappa: f64,
-    /// Cholesky factor of the posterior precision times sigma^2.
-    pub factor: Vec<f64>,
+    /// Logarithm of the ratio of noise variance to prior variance that maximised the marginal likelihood.
+    pub log_kappa: f64,
 }
 
-/// The grid over which smoothness is chosen, natural logarithm of kappa: from interpolation to a plane. Steps of a factor 8
-/// are finer than what the likelihood of a hundred points can tell apart.
-const LOG_KAPPA: (f64, f64, usize) = (-23.0, 2.08, 14);
+/// The grid over which smoothness is chosen, natural logarithm of kappa: from interpolation to a plane.
+const LOG_KAPPA: (f64, f64, usize) = (-23.0, 4.2, 7);
+/// Finest step of the search: a factor 8, below which the likelihood of a hundred points cannot tell two values apart.
+const FINE_STEP: f64 = 2.1;
+
+/// Working memory of [`fit`].
+pub struct Work {
+    matrix: Vec<f64>,
+    coeffs: Vec<f64>,
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self { matrix: vec![0.0; MODES * MODES], coeffs: vec![0.0; MODES] }
+    }
+}
 
 /// Chooses smoothness and noise by restricted marginal likelihood and solves.
 ///
-/// `sigma0` is the noise expected beforehand, worth `strength` points. Heights are in units of the chart's radius.
+/// `sigma0` is the noise expected beforehand, worth `strength` points. With `near`, a value of log kappa known to be about right, only its
+/// neighbourhood is searched.
 #[must_use]
-pub fn fit(basis: &Basis, data: &Normal, sigma0: f64, strength: f64) -> Option<Fit> {
+pub fn fit(
+    basis: &Basis,
+    data: &Normal,
+    sigma0: f64,
+    strength: f64,
+    near: Option<f64>,
+    work: &mut Work,
+) -> Option<Fit> {
     let dof = (data.count - FREE as f64).max(1.0);
-    let mut best: Option<(f64, f64)> = None;
-    let mut work = vec![0.0; MODES * MODES];
-    let mut coeffs = vec![0.0; MODES];
-    let solve = |log_kappa: f64, work: &mut Vec<f64>, coeffs: &mut Vec<f64>| -> Option<(f64, f64)> {
+    let mut solve = |log_kappa: f64| -> Option<(f64, f64)> {
         let kappa = log_kappa.exp();
-        work.copy_from_slice(&data.matrix);
+        let Work { matrix, coeffs } = &mut *work;
+        matrix.copy_from_slice(&data.matrix);
         for (i, p) in basis.precision.iter().enumerate() {
             // The last term keeps the affine part solvable when few points carry it.
-            work[i * MODES + i] += kappa * p + 1e-9;
+            matrix[i * MODES + i] += kappa * p + 1e-9;
         }
-        if !cholesky(work, MODES) {
+        if !cholesky(matrix, MODES) {
             return None;
         }
         coeffs.copy_from_slice(&data.rhs);
-        cholesky_solve(work, MODES, coeffs);
+        cholesky_solve(matrix, MODES, coeffs);
         let explained: f64 = coeffs.iter().zip(&data.rhs).map(|(c, b)| c * b).sum();
         let penalised = (data.yy - explained).max(0.0);
         let sigma2 = (penalised + strength * sigma0 * sigma0) / (dof + strength);
-        let score = (dof + strength) * sigma2.max(1e-300).ln() + cholesky_log_det(work, MODES)
+        let score = (dof + strength) * sigma2.max(1e-300).ln() + cholesky_log_det(matrix, MODES)
             - (MODES - FREE) as f64 * log_kappa;
         Some((score, sigma2.sqrt()))
     };
-    for step in 0..LOG_KAPPA.2 {
-        let log_kappa = LOG_KAPPA.0 + LOG_KAPPA.1 * step as f64;
-        if let Some((score, _)) = solve(log_kappa, &mut work, &mut coeffs)
+    let mut best: Option<(f64, f64)> = None;
+    let mut try_one = |log_kappa: f64, best: &mut Option<(f64, f64)>| {
+        if let Some((score, _)) = solve(log_kappa)
             && best.is_none_or(|b| score < b.0)
         {
-            best = Some((score, log_kappa));
+            *best = Some((score, log_kappa));
+        }
+    };
+    match near {
+        Some(centre) => try_one(centre, &mut best),
+        None => {
+            for step in 0..LOG_KAPPA.2 {
+                try_one(LOG_KAPPA.0 + LOG_KAPPA.1 * step as f64, &mut best);
+            }
         }
     }
+    let centre = best?.1;
+    for side in [-FINE_STEP, FINE_STEP] {
+        try_one(centre + side, &mut best);
+    }
     let (_, log_kappa) = best?;
-    let (_, sigma) = solve(log_kappa, &mut work, &mut coeffs)?;
-    Some(Fit { modes: coeffs, sigma, kappa: log_kappa.exp(), factor: work })
+    let (_, sigma) = solve(log_kappa)?;
+    Some(Fit { modes: work.coeffs.clone(), sigma, log_kappa })
 }
 
 /// Spline coefficients of a weighted sum of eigenfunctions.
