@@ -55,7 +55,7 @@ fn bytes(s: &str) -> Result<u64, String> {
         _ => f64::NAN,
     };
     match digits.parse::<f64>().map(|x| x * factor) {
-        Ok(x) if x >= 1.0 && x < 1e18 => Ok(x as u64),
+        Ok(x) if (1.0..1e18).contains(&x) => Ok(x as u64),
         _ => Err("give a number with K, M, G or T behind it, for example 2G".into()),
     }
 }
@@ -92,6 +92,11 @@ impl Console {
             cancel: Some(self.cancel.clone()),
             progress: self.progress(),
         }
+    }
+
+    /// The same run without progress: for many short runs in a row.
+    pub fn start_silent(&self, args: &RunArgs) -> Run<'static> {
+        Run { progress: None, ..self.start(args) }
     }
 
     fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {

@@ -29,10 +29,15 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Denoise a scan: clean points, one stitched surface, chart UVs
+    Denoise(Box<commands::denoise::Args>),
     /// Measure a result: distance to a true surface, topology, UV quality
     Measure(commands::measure::Args),
     /// Draw a mesh or points to a PNG picture
     Render(commands::render::Args),
+    /// Reproduce the project's figures beside its peers'
+    #[command(subcommand)]
+    Bench(commands::bench::Bench),
 }
 
 fn main() -> ExitCode {
@@ -42,6 +47,8 @@ fn main() -> ExitCode {
         Err(e) => return fail(&e),
     };
     let done = match &cli.command {
+        Command::Denoise(args) => commands::denoise::run(args, &console),
+        Command::Bench(bench) => commands::bench::run(bench, &console),
         Command::Measure(args) => commands::measure::run(args, &console),
         Command::Render(args) => commands::render::run(args, &console),
     };

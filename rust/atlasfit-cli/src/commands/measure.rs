@@ -47,6 +47,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         threshold: args.threshold,
     };
     let mut run = console.start(&args.run);
+    let mut known = None;
     let (mut text, mut json) = (String::new(), json!({ "file": args.result }));
     if let Some(path) = &args.against {
         let truth = files::load(path, &args.run, console)?.into_mesh();
@@ -63,6 +64,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
             let d = run.execute(|ctx| surface(&mesh, &truth, &options, ctx))?;
             text += &surface_text(&d);
             json["surface"] = surface_json(&d);
+            known = Some(d.topology);
         }
     } else if as_points {
         return Err(Usage(format!(
@@ -72,7 +74,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         .into());
     }
     if !as_points {
-        let t = run.execute(|ctx| topology(&mesh, ctx))?;
+        let t = match known {
+            Some(t) => t,
+            None => run.execute(|ctx| topology(&mesh, ctx))?,
+        };
         text += &topology_text(&t);
         json["topology"] = topology_json(&t);
         if mesh.corner_uv.is_some() {

@@ -93,8 +93,8 @@ pub fn render(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pictur
 /// Light from the upper left behind the viewer, some from all round. `n` is in the viewer's frame.
 fn light(n: Vec3) -> f32 {
     let key = dot(n, normalize([-0.4, 0.55, 0.85])).max(0.0);
-    let fill = dot(n, normalize([0.8, -0.1, 0.5])).max(0.0);
-    (0.22 + 0.68 * key + 0.16 * fill) as f32
+    let fill = dot(n, normalize([0.8, -0.3, 0.4])).max(0.0);
+    (0.30 + 0.60 * key + 0.24 * fill) as f32
 }
 
 fn finite(p: &Vec3) -> bool {

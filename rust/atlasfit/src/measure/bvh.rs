@@ -4,7 +4,9 @@
 //! along the longest side, so the shape of the tree depends on the count alone: nodes lie in preorder, need no
 //! links, and subtrees are built in parallel into disjoint slices.
 
+use crate::error::Result;
 use crate::geometry::vec3::{Vec3, norm2};
+use crate::run::Context;
 use std::ops::ControlFlow;
 
 /// Primitives per leaf: few enough that a leaf is cheap, many enough that boxes do not dominate the memory.
@@ -71,16 +73,18 @@ const fn tree_size(height: u32) -> usize {
 
 impl Bvh {
     /// Builds the tree. Boxes must be finite. O(n log n), in parallel inside a rayon pool.
-    #[must_use]
-    pub fn build(boxes: &[Aabb]) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`](crate::Error::Cancelled), [`Error::TimedOut`](crate::Error::TimedOut).
+    pub fn build(boxes: &[Aabb], ctx: &Context<'_>) -> Result<Self> {
         if boxes.is_empty() {
-            return Self::default();
+            return Ok(Self::default());
         }
         let height = boxes.len().div_ceil(LEAF).next_power_of_two().trailing_zeros();
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut nodes = vec![Aabb::EMPTY; tree_size(height)];
-        build_node(boxes, &mut order, &mut nodes, height);
-        Self { nodes, order, height }
+        build_node(boxes, &mut order, &mut nodes, height, ctx)?;
+        Ok(Self { nodes, order, height })
     }
 
     /// The primitive nearest to `query`, with its squared distance, among those nearer than `limit2`.
@@ -152,10 +156,16 @@ impl Bvh {
     }
 }
 
-fn build_node(boxes: &[Aabb], order: &mut [u32], nodes: &mut [Aabb], height: u32) {
+fn build_node(
+    boxes: &[Aabb],
+    order: &mut [u32],
+    nodes: &mut [Aabb],
+    height: u32,
+    ctx: &Context<'_>,
+) -> Result<()> {
     if height == 0 {
         nodes[0] = order.iter().fold(Aabb::EMPTY, |b, &i| b.join(&boxes[i as usize]));
-        return;
+        return Ok(());
     }
     let centres = order.iter().fold(Aabb::EMPTY, |b, &i| {
         let c = centre(&boxes[i as usize]);
@@ -181,12 +191,18 @@ fn build_node(boxes: &[Aabb], order: &mut [u32], nodes: &mut [Aabb], height: u32
     let (node, below) = nodes.split_at_mut(1);
     let (nl, nr) = below.split_at_mut(tree_size(height - 1));
     if count > PARALLEL {
-        rayon::join(|| build_node(boxes, left, nl, height - 1), || build_node(boxes, right, nr, height - 1));
+        ctx.check()?;
+        let (l, r) = rayon::join(
+            || build_node(boxes, left, nl, height - 1, ctx),
+            || build_node(boxes, right, nr, height - 1, ctx),
+        );
+        l.and(r)?;
     } else {
-        build_node(boxes, left, nl, height - 1);
-        build_node(boxes, right, nr, height - 1);
+        build_node(boxes, left, nl, height - 1, ctx)?;
+        build_node(boxes, right, nr, height - 1, ctx)?;
     }
     node[0] = nl[0].join(&nr[0]);
+    Ok(())
 }
 
 fn centre(b: &Aabb) -> Vec3 {
@@ -198,6 +214,11 @@ mod tests {
     use super::*;
     use crate::geometry::vec3::dist2;
     use crate::rng::Rng;
+    use crate::run::Run;
+
+    fn build(boxes: &[Aabb]) -> Bvh {
+        Run::default().execute(|ctx| Bvh::build(boxes, ctx)).unwrap()
+    }
 
     #[test]
     fn nearest_equals_brute_force_for_any_count() {
@@ -207,7 +228,7 @@ mod tests {
                 .map(|i| if i % 5 == 0 { [0.5; 3] } else { std::array::from_fn(|_| rng.uniform()) })
                 .collect();
             let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::of(&[*p])).collect();
-            let tree = Bvh::build(&boxes);
+            let tree = build(&boxes);
             for _ in 0..50 {
                 let q: Vec3 = std::array::from_fn(|_| 2.0 * rng.uniform() - 0.5);
                 let found = tree.nearest(q, f64::INFINITY, |i| dist2(q, points[i as usize]));
@@ -226,7 +247,7 @@ mod tests {
                 Aabb { min: c, max: std::array::from_fn(|k| c[k] + 0.1 * rng.uniform()) }
             })
             .collect();
-        let tree = Bvh::build(&boxes);
+        let tree = build(&boxes);
         for b in &boxes {
             let mut seen = Vec::new();
             let _ = tree.meeting(b, |i| {

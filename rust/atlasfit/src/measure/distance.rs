@@ -101,10 +101,10 @@ pub fn surface(
 ) -> Result<SurfaceDistance> {
     check(options)?;
     ctx.stage(Stage::Measure, 2 * options.samples + 4 * options.chamfer_samples);
-    let (to_truth, to_result) = (Locator::new(truth)?, Locator::new(result)?);
+    let (to_truth, to_result) = (Locator::new(truth, ctx)?, Locator::new(result, ctx)?);
     ctx.check()?;
-    let on_result = uniform(result, options.samples, ctx.seed ^ 1)?;
-    let on_truth = uniform(truth, options.samples, ctx.seed ^ 2)?;
+    let on_result = uniform(result, options.samples, ctx.seed ^ 1, ctx)?;
+    let on_truth = uniform(truth, options.samples, ctx.seed ^ 2, ctx)?;
     let forth = feet(&to_truth, &on_result, ctx)?;
     let back = feet(&to_result, &on_truth, ctx)?;
 
@@ -160,9 +160,9 @@ pub fn points(
         ));
     }
     ctx.stage(Stage::Measure, 3 * finite.len() + 2 * options.chamfer_samples);
-    let feet = Locator::new(truth)?.nearest_all(&finite, ctx)?;
-    let samples = positions(&uniform(truth, options.chamfer_samples, ctx.seed ^ 3)?);
-    let others = positions(&uniform(truth, finite.len(), ctx.seed ^ 4)?);
+    let feet = Locator::new(truth, ctx)?.nearest_all(&finite, ctx)?;
+    let samples = positions(&uniform(truth, options.chamfer_samples, ctx.seed ^ 3, ctx)?);
+    let others = positions(&uniform(truth, finite.len(), ctx.seed ^ 4, ctx)?);
     Ok(PointDistance {
         accuracy: Distances::of(feet.iter().flatten().map(|f| f.distance2.sqrt()).collect()),
         chamfer: chamfer(&finite, &samples, ctx)?,
@@ -182,7 +182,7 @@ pub fn chamfer(a: &[Vec3], b: &[Vec3], ctx: &Context<'_>) -> Result<f64> {
     }
     let one_way = |from: &[Vec3], to: &[Vec3]| -> Result<f64> {
         let boxes: Vec<Aabb> = to.iter().map(|p| Aabb::of(&[*p])).collect();
-        let tree = Bvh::build(&boxes);
+        let tree = Bvh::build(&boxes, ctx)?;
         let blocks = from
             .par_chunks(1024)
             .map(|block| {
@@ -248,9 +248,9 @@ fn feet(locator: &Locator, samples: &[Sample], ctx: &Context<'_>) -> Result<Vec<
 }
 
 fn chamfer_and_floor(result: &TriMesh, truth: &TriMesh, n: usize, ctx: &Context<'_>) -> Result<(f64, f64)> {
-    let ours = positions(&uniform(result, n, ctx.seed ^ 5)?);
-    let one = positions(&uniform(truth, n, ctx.seed ^ 6)?);
-    let two = positions(&uniform(truth, n, ctx.seed ^ 7)?);
+    let ours = positions(&uniform(result, n, ctx.seed ^ 5, ctx)?);
+    let one = positions(&uniform(truth, n, ctx.seed ^ 6, ctx)?);
+    let two = positions(&uniform(truth, n, ctx.seed ^ 7, ctx)?);
     Ok((chamfer(&ours, &one, ctx)?, chamfer(&two, &one, ctx)?))
 }
 

@@ -37,8 +37,8 @@ impl Locator {
     /// Prepares a mesh.
     ///
     /// # Errors
-    /// [`Error::IndexOutOfRange`]; [`Error::EmptyInput`] where no triangle is finite.
-    pub fn new(mesh: &TriMesh) -> Result<Self> {
+    /// [`Error::IndexOutOfRange`]; [`Error::EmptyInput`] where no triangle is finite; cancel and time limit.
+    pub fn new(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Self> {
         mesh.validate()?;
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         let mut triangle = Vec::with_capacity(mesh.triangles.len());
@@ -56,7 +56,7 @@ impl Locator {
             ));
         }
         let boxes: Vec<Aabb> = corners.par_iter().map(|c| Aabb::of(c)).collect();
-        Ok(Self { tree: Bvh::build(&boxes), corners, triangle })
+        Ok(Self { tree: Bvh::build(&boxes, ctx)?, corners, triangle })
     }
 
     /// The nearest point of the mesh; `None` where the query is not finite.
@@ -143,6 +143,7 @@ fn closest_on_segment(p: Vec3, a: Vec3, b: Vec3) -> Vec3 {
 mod tests {
     use super::*;
     use crate::geometry::vec3::norm;
+    use crate::run::Run;
     use proptest::prelude::*;
 
     /// The distance by a fine grid of points of the triangle, an upper bound that converges.
@@ -183,9 +184,10 @@ mod tests {
             vec![[f64::NAN; 3], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             vec![[0, 1, 2], [1, 2, 3]],
         );
-        let foot = Locator::new(&mesh).unwrap().nearest([0.2, 0.2, 1.0]).unwrap();
+        let locator = Run::default().execute(|ctx| Locator::new(&mesh, ctx)).unwrap();
+        let foot = locator.nearest([0.2, 0.2, 1.0]).unwrap();
         assert_eq!(foot.triangle, 1);
         assert!((foot.distance2 - 1.0).abs() < 1e-15);
-        assert_eq!(Locator::new(&mesh).unwrap().nearest([f64::NAN; 3]), None);
+        assert_eq!(locator.nearest([f64::NAN; 3]), None);
     }
 }

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::geometry::vec3::{Vec3, cross, mul_add, norm, sub};
 use crate::rng::Rng;
+use crate::run::Context;
 use rayon::prelude::*;
 
 /// Samples that share one random stream.
@@ -23,8 +24,9 @@ pub struct Sample {
 /// `count` independent samples, uniform by area. Triangles whose area is not finite get none.
 ///
 /// # Errors
-/// [`Error::IndexOutOfRange`]; [`Error::Degenerate`] where the mesh has no area.
-pub fn uniform(mesh: &TriMesh, count: usize, seed: u64) -> Result<Vec<Sample>> {
+/// [`Error::IndexOutOfRange`]; [`Error::Degenerate`] where the mesh has no area; cancel and limits.
+pub fn uniform(mesh: &TriMesh, count: usize, seed: u64, ctx: &Context<'_>) -> Result<Vec<Sample>> {
+    ctx.reserve((count * 2 * size_of::<Sample>()) as u64)?;
     mesh.validate()?;
     let mut total = 0.0;
     let below: Vec<f64> = (0..mesh.triangles.len())
@@ -42,11 +44,12 @@ pub fn uniform(mesh: &TriMesh, count: usize, seed: u64) -> Result<Vec<Sample>> {
             "Give a mesh with a surface",
         ));
     }
-    let blocks: Vec<Vec<Sample>> = (0..count.div_ceil(BLOCK))
+    let blocks = (0..count.div_ceil(BLOCK))
         .into_par_iter()
         .map(|block| {
+            ctx.check()?;
             let mut rng = Rng::stream(seed, block as u64);
-            (block * BLOCK..((block + 1) * BLOCK).min(count))
+            Ok((block * BLOCK..((block + 1) * BLOCK).min(count))
                 .map(|_| {
                     let at = rng.uniform() * total;
                     let i = below.partition_point(|&b| b <= at).min(below.len() - 1);
@@ -55,9 +58,9 @@ pub fn uniform(mesh: &TriMesh, count: usize, seed: u64) -> Result<Vec<Sample>> {
                     let p = mul_add(mul_add(a, sub(b, a), r * (1.0 - s)), sub(c, a), r * s);
                     Sample { point: p, triangle: i as u32 }
                 })
-                .collect()
+                .collect::<Vec<_>>())
         })
-        .collect();
+        .collect::<Result<Vec<_>>>()?;
     Ok(blocks.concat())
 }
 
@@ -77,6 +80,7 @@ pub(super) fn area(mesh: &TriMesh, i: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::Run;
 
     #[test]
     fn samples_follow_area_and_never_touch_triangles_without_area() {
@@ -91,13 +95,14 @@ mod tests {
             ],
             vec![[0, 4, 1], [0, 1, 2], [0, 3, 4], [0, 1, 5]],
         );
-        let samples = uniform(&mesh, 40_000, 1).unwrap();
+        let sampled = || Run::default().execute(|ctx| uniform(&mesh, 40_000, 1, ctx)).unwrap();
+        let samples = sampled();
         let count = |t| samples.iter().filter(|s| s.triangle == t).count();
         assert_eq!((count(0), count(3)), (0, 0));
         assert!((count(1) as f64 / 40_000.0 - 0.75).abs() < 0.01, "{}", count(1));
         let mean =
             samples.iter().filter(|s| s.triangle == 1).map(|s| s.point[0]).sum::<f64>() / count(1) as f64;
         assert!((mean - 1.0).abs() < 0.02, "the centroid of the triangle, not {mean}");
-        assert_eq!(samples, uniform(&mesh, 40_000, 1).unwrap());
+        assert_eq!(samples, sampled());
     }
 }

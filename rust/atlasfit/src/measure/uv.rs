@@ -369,7 +369,7 @@ fn overlapping(uvs: &[[[f64; 2]; 3]], finite: &[bool], ctx: &Context<'_>) -> Res
         })
         .collect();
     let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| [p[0], p[1], 0.0]))).collect();
-    let tree = Bvh::build(&boxes);
+    let tree = Bvh::build(&boxes, ctx)?;
     // Convex shapes have disjoint insides exactly where a side of one has all of the other on its far side or on it.
     let parted = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]| {
         (0..3).any(|k| b.iter().all(|p| orient(a[k], a[(k + 1) % 3], *p) <= 0.0))

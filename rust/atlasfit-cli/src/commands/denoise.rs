@@ -1,0 +1,208 @@
+//! `atlasfit denoise`: points in; clean points, a stitched surface and chart UVs out.
+
+use crate::console::{Console, RunArgs, Usage};
+use crate::files;
+use crate::number::{count, json as number, short};
+use anyhow::Result;
+use atlasfit::DenoiseOptions;
+use atlasfit::denoise::{self, Report};
+use atlasfit_io::{Format, SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Options of `denoise`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The scan: points, or a mesh whose vertices are taken as points
+    scan: PathBuf,
+    /// The surface to write; its extension decides the format
+    #[arg(short, long, value_name = "OUT", required_unless_present = "points")]
+    output: Option<PathBuf>,
+    /// The denoised points to write, in input order
+    #[arg(long, value_name = "OUT")]
+    points: Option<PathBuf>,
+    /// Write text where the format has both text and binary
+    #[arg(long)]
+    ascii: bool,
+    /// Standard deviation of the scan's noise in its unit, or auto
+    #[arg(long, default_value = "auto", value_name = "auto|LENGTH", value_parser = auto_length, help_heading = "Fit")]
+    noise: Auto<f64>,
+    /// Fineness of the surface: 1 = what the data supports, 0.5 = half as fine
+    #[arg(long, default_value_t = DenoiseOptions::default().detail, value_name = "FACTOR", value_parser = positive, help_heading = "Fit")]
+    detail: f64,
+    /// Number of charts, or auto
+    #[arg(long, default_value = "auto", value_name = "auto|N", value_parser = auto_count, help_heading = "Fit")]
+    charts: Auto<usize>,
+    /// What smooth means
+    #[arg(long, value_enum, default_value = "gp", help_heading = "Fit")]
+    prior: Prior,
+    /// Fill holes whose boundary is shorter than this, in the scan's unit
+    #[arg(long, default_value_t = 0.0, value_name = "LENGTH", value_parser = not_negative, help_heading = "Fit")]
+    fill_holes: f64,
+    /// Side of the texture in texels, for the padding between UV charts
+    #[arg(long, default_value_t = DenoiseOptions::default().texture_size, value_name = "TEXELS",
+        value_parser = clap::value_parser!(u32).range(16..=65536), help_heading = "Fit")]
+    texture_size: u32,
+    /// Points that belong to no surface
+    #[arg(long, value_enum, default_value = "keep", help_heading = "Fit")]
+    outliers: Outliers,
+    /// Lay out no UVs
+    #[arg(long, help_heading = "Fit")]
+    no_uv: bool,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// What smooth means.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Prior {
+    /// The Gaussian-process limit of the paper's networks
+    Gp,
+}
+
+/// Points that belong to no surface.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Outliers {
+    /// Leave them where they are, so that points stay in input order
+    Keep,
+    /// Leave them out of the denoised points
+    Drop,
+}
+
+/// A value, or `None` for auto.
+#[derive(Debug, Clone, Copy)]
+struct Auto<T>(Option<T>);
+
+fn auto_length(s: &str) -> Result<Auto<f64>, String> {
+    if s == "auto" { Ok(Auto(None)) } else { positive(s).map(|x| Auto(Some(x))) }
+}
+
+fn auto_count(s: &str) -> Result<Auto<usize>, String> {
+    match s.parse::<usize>() {
+        _ if s == "auto" => Ok(Auto(None)),
+        Ok(n) if n > 0 => Ok(Auto(Some(n))),
+        _ => Err("give auto or a positive whole number".into()),
+    }
+}
+
+fn positive(s: &str) -> Result<f64, String> {
+    s.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| "give a positive number".into())
+}
+
+fn not_negative(s: &str) -> Result<f64, String> {
+    s.parse::<f64>()
+        .ok()
+        .filter(|x| *x >= 0.0 && x.is_finite())
+        .ok_or_else(|| "give a number, 0 or more".into())
+}
+
+/// Denoises. No output is touched unless everything succeeded.
+pub fn run(args: &Args, console: &Console) -> Result<()> {
+    // A wrong extension must not cost a fit.
+    for path in [&args.output, &args.points].into_iter().flatten() {
+        if Format::from_path(path).is_none() {
+            return Err(Usage(format!(
+                "{}: no known format has this extension. Use .ply, .obj, .glb or .xyz",
+                path.display()
+            ))
+            .into());
+        }
+    }
+    let started = Instant::now();
+    let loaded = files::load(&args.scan, &args.run, console)?;
+    let options = DenoiseOptions {
+        noise: args.noise.0,
+        detail: args.detail,
+        charts: args.charts.0,
+        prior: match args.prior {
+            Prior::Gp => denoise::Prior::Gp,
+        },
+        fill_holes: args.fill_holes,
+        texture_size: args.texture_size,
+        outliers: match args.outliers {
+            Outliers::Keep => denoise::Outliers::Keep,
+            Outliers::Drop => denoise::Outliers::Drop,
+        },
+        uv: !args.no_uv && args.output.is_some(),
+    };
+    let outcome = {
+        let mut run = console.start(&args.run);
+        atlasfit::denoise(&loaded.cloud, &options, &mut run)?
+    };
+    console.check()?;
+    let mut saved: Vec<Saved> = Vec::new();
+    if let Some(path) = &args.output {
+        let how = SaveMesh { ascii: args.ascii, ..SaveMesh::default() };
+        saved.push(save_mesh(path, &outcome.surface, &how)?);
+    }
+    if let Some(path) = &args.points {
+        let how = SaveCloud { ascii: args.ascii, ..SaveCloud::default() };
+        saved.push(save_cloud(path, &outcome.points, &how)?);
+    }
+    for (file, lost) in saved.iter().flat_map(|s| s.lost.iter().map(|l| (&s.files[0], l))) {
+        console.note(format_args!("{}: {lost}", file.display()));
+    }
+
+    let seconds = started.elapsed().as_secs_f64();
+    let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
+    let (r, mesh) = (&outcome.report, &outcome.surface);
+    let mut text = report_text(r, args);
+    let _ = writeln!(
+        text,
+        "surface        {} vertices, {} faces, {} part{}{}",
+        count(mesh.positions.len()),
+        count(mesh.triangles.len()),
+        r.parts,
+        if r.parts == 1 { "" } else { "s" },
+        if r.one_sided { ", one-sided" } else { "" }
+    );
+    let _ = writeln!(
+        text,
+        "boundary       {} edges in {} loops",
+        count(r.boundary_edges),
+        count(r.boundary_loops)
+    );
+    if options.uv {
+        let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
+    }
+    let stages: Vec<String> = r
+        .seconds
+        .iter()
+        .filter(|s| s.1 >= 0.005)
+        .map(|(stage, s)| format!("{} {s:.2}", stage.name()))
+        .collect();
+    let _ = writeln!(text, "seconds        {seconds:.2} ({})", stages.join(", "));
+    let _ = writeln!(text, "written        {}", files.join(", "));
+    let json = json!({
+        "scan": args.scan, "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
+        "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise), "charts": r.charts,
+        "voxel": number(r.voxel), "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts,
+        "one_sided": r.one_sided, "boundary_edges": r.boundary_edges, "boundary_loops": r.boundary_loops,
+        "uv_charts": r.uv_charts, "seconds": number(seconds),
+        "stages": r.seconds.iter().map(|(s, t)| (s.name().to_owned(), number(*t))).collect::<serde_json::Value>(),
+        "files": files,
+    });
+    console.report(&text, &json);
+    Ok(())
+}
+
+/// What was found in the scan.
+fn report_text(r: &Report, args: &Args) -> String {
+    let mut text = format!("scan           {} points in {}\n", count(r.points), args.scan.display());
+    if r.not_finite + r.duplicates > 0 {
+        let _ = writeln!(
+            text,
+            "repairs        {} points not finite and left out, {} duplicates",
+            count(r.not_finite),
+            count(r.duplicates)
+        );
+    }
+    let given = if args.noise.0.is_some() { " as given" } else { "" };
+    let _ = writeln!(text, "spacing        {}", short(r.spacing));
+    let _ = writeln!(text, "noise          {}{given}", short(r.noise));
+    let _ = writeln!(text, "outliers       {} points set aside", count(r.outliers));
+    let _ = writeln!(text, "charts         {}", count(r.charts));
+    text
+}

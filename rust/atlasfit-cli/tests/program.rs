@@ -1,0 +1,377 @@
+//! The program as a user meets it: exit codes, what goes to which stream, files that stay untouched.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for each test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("atlasfit-program-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+    fn file(&self, name: &str, content: &str) -> PathBuf {
+        let path = self.0.join(name);
+        std::fs::write(&path, content).unwrap();
+        path
+    }
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(&self.0)
+            .unwrap()
+            .map(|f| f.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn command() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_atlasfit"))
+}
+
+fn run(args: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
+    command().args(args.iter().map(|a| a.as_ref())).output().unwrap()
+}
+
+/// Runs, but fails the test when the program does not end in time.
+fn run_for(seconds: u64, args: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
+    let mut child = command()
+        .args(args.iter().map(|a| a.as_ref()))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let started = std::time::Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if started.elapsed().as_secs() > seconds {
+            child.kill().unwrap();
+            panic!("hangs: {:?}", args.iter().map(|a| a.as_ref()).collect::<Vec<_>>());
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn err(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A unit cube without its top, with one chart per side laid out in a row.
+const BOX: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+    vt 0 0\nvt 0.19 0\nvt 0.19 0.19\nvt 0 0.19\nvt 0.2 0\nvt 0.39 0\nvt 0.39 0.19\nvt 0.2 0.19\nvt 0.4 0\nvt 0.59 0\n\
+    vt 0.59 0.19\nvt 0.4 0.19\nvt 0.6 0\nvt 0.79 0\nvt 0.79 0.19\nvt 0.6 0.19\nvt 0.8 0\nvt 0.99 0\nvt 0.99 0.19\nvt 0.8 0.19\n\
+    f 4/1 3/2 2/3 1/4\nf 1/5 2/6 6/7 5/8\nf 2/9 3/10 7/11 6/12\nf 3/13 4/14 8/15 7/16\nf 4/17 1/18 5/19 8/20\n";
+
+#[test]
+fn wrong_command_lines_exit_with_2_and_failed_work_with_1() {
+    let folder = Folder::new("codes");
+    let mesh = folder.file("box.obj", BOX);
+    let cloud = folder.file("cloud.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+    let picture = folder.0.join("out.png");
+    for (code, args) in [
+        (2, vec!["measure".as_ref()]),
+        (
+            2,
+            vec![
+                "render".as_ref(),
+                mesh.as_os_str(),
+                "-o".as_ref(),
+                picture.as_os_str(),
+                "--view".as_ref(),
+                "up".as_ref(),
+            ],
+        ),
+        (
+            2,
+            vec![
+                "render".as_ref(),
+                mesh.as_os_str(),
+                "-o".as_ref(),
+                picture.as_os_str(),
+                "--size".as_ref(),
+                "0x9".as_ref(),
+            ],
+        ),
+        (2, vec!["measure".as_ref(), cloud.as_os_str()]),
+        (2, vec!["measure".as_ref(), mesh.as_os_str(), "--against".as_ref(), cloud.as_os_str()]),
+        (
+            2,
+            vec![
+                "measure".as_ref(),
+                mesh.as_os_str(),
+                "--against".as_ref(),
+                mesh.as_os_str(),
+                "--samples".as_ref(),
+                "0".as_ref(),
+            ],
+        ),
+        (2, vec!["denoise".as_ref(), cloud.as_os_str(), "-o".as_ref(), "out.unknown".as_ref()]),
+        (2, vec!["denoise".as_ref(), cloud.as_os_str()]),
+        (
+            2,
+            vec![
+                "denoise".as_ref(),
+                cloud.as_os_str(),
+                "-o".as_ref(),
+                "out.ply".as_ref(),
+                "--noise".as_ref(),
+                "-1".as_ref(),
+            ],
+        ),
+        (1, vec!["measure".as_ref(), "no such file.ply".as_ref()]),
+        (1, vec!["denoise".as_ref(), "no such file.ply".as_ref(), "-o".as_ref(), "out.ply".as_ref()]),
+        (
+            1,
+            vec![
+                "render".as_ref(),
+                cloud.as_os_str(),
+                "-o".as_ref(),
+                picture.as_os_str(),
+                "--mode".as_ref(),
+                "uv".as_ref(),
+            ],
+        ),
+        (0, vec!["--help".as_ref()]),
+        (0, vec!["--version".as_ref()]),
+    ] as [(i32, Vec<&std::ffi::OsStr>); 14]
+    {
+        let output = command().args(&args).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {}", err(&output));
+        assert_eq!(err(&output).is_empty(), code == 0, "{args:?}: an error says why");
+        if code == 1 {
+            assert!(out(&output).is_empty() && err(&output).lines().count() == 1, "{}", err(&output));
+        }
+    }
+    assert_eq!(folder.names(), ["box.obj", "cloud.xyz"], "no failed command left a file");
+}
+
+#[test]
+fn measure_reports_topology_uvs_and_distances_as_text_and_as_json() {
+    let folder = Folder::new("measure");
+    let mesh = folder.file("box.obj", BOX);
+    let text = out(&run(&[&"measure", &mesh]));
+    assert!(text.contains("10 faces, 1 part") && text.contains("4 edges in 1 loops"), "{text}");
+    assert!(text.contains("0 flips, 0 overlapping faces"), "{text}");
+
+    let output = run(&[&"measure", &mesh, &"--against", &mesh, &"--json"]);
+    let json: Value = serde_json::from_str(&out(&output)).unwrap();
+    assert_eq!(json["topology"]["boundary_edges"], 4);
+    assert_eq!(json["uv"]["charts"], 5);
+    assert!((json["uv"]["stretch_l2"].as_f64().unwrap() - 1.0).abs() < 1e-6);
+    assert!(json["surface"]["accuracy"]["max"].as_f64().unwrap() < 1e-12);
+    assert!((json["surface"]["threshold"].as_f64().unwrap() - 0.005).abs() < 1e-12);
+
+    let cloud = folder.file("cloud.xyz", "0.5 0.5 -0.1\n0.2 0.2 -0.1\n");
+    let json: Value =
+        serde_json::from_str(&out(&run(&[&"measure", &cloud, &"--against", &mesh, &"--json"]))).unwrap();
+    assert!((json["points"]["accuracy"]["rms"].as_f64().unwrap() - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_report_for_any_number_of_threads() {
+    let folder = Folder::new("seed");
+    let mesh = folder.file("box.obj", BOX);
+    let report = |seed: &str, threads: &str| {
+        out(&run(&[
+            &"measure",
+            &mesh,
+            &"--against",
+            &mesh,
+            &"--json",
+            &"--seed",
+            &seed,
+            &"--threads",
+            &threads,
+        ]))
+    };
+    assert_eq!(report("1", "1"), report("1", "3"));
+    assert_ne!(report("1", "1"), report("2", "1"));
+}
+
+#[test]
+fn quiet_says_nothing_and_progress_never_mixes_with_the_report() {
+    let folder = Folder::new("quiet");
+    let mesh = folder.file("box.obj", BOX);
+    let output = run(&[&"measure", &mesh, &"--against", &mesh, &"--quiet"]);
+    assert!(out(&output).is_empty() && err(&output).is_empty());
+    let output = run(&[&"measure", &mesh, &"--against", &mesh, &"--json"]);
+    assert!(serde_json::from_str::<Value>(&out(&output)).is_ok());
+}
+
+fn pixels(path: &Path) -> (u32, u32, Vec<u8>) {
+    let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut data).unwrap();
+    data.truncate(info.buffer_size());
+    (info.width, info.height, data)
+}
+
+#[test]
+fn pictures_show_the_surface_its_back_and_its_boundary() {
+    let folder = Folder::new("render");
+    let mesh = folder.file("box.obj", BOX);
+    let picture = folder.0.join("out.png");
+    let share = |args: &[&str], is: fn([u8; 3]) -> bool| {
+        let output = command()
+            .args([
+                "render",
+                mesh.to_str().unwrap(),
+                "-o",
+                picture.to_str().unwrap(),
+                "--size",
+                "200x120",
+                "--up",
+                "z",
+            ])
+            .args(args)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", err(&output));
+        let (w, h, data) = pixels(&picture);
+        assert_eq!((w, h), (200, 120));
+        data.chunks_exact(3).filter(|p| is([p[0], p[1], p[2]])).count() as f64 / f64::from(w * h)
+    };
+    let white: fn([u8; 3]) -> bool = |p| p == [255; 3];
+    let orange: fn([u8; 3]) -> bool = |[r, _, b]| r > 40 && u32::from(r) * 2 > u32::from(b) * 5;
+    let red: fn([u8; 3]) -> bool = |[r, g, b]| r > 200 && g < 60 && b < 60;
+    // From the front a square as high as the picture but for its margins; from the top one looks into the box.
+    assert!((share(&[], white) - (1.0 - 0.92 * 0.92 * 0.6)).abs() < 0.02);
+    assert!(share(&[], orange) < 0.001);
+    assert!(share(&["--view", "top"], orange) > 0.45);
+    assert!(share(&["--view", "top"], red) < 0.001 && share(&["--view", "top", "--boundary"], red) > 0.02);
+    for mode in ["charts", "checker", "uv", "wire", "points"] {
+        assert!(share(&["--mode", mode, "--view", "30,30"], white) < 0.999, "{mode}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_exits_with_130_and_leaves_no_output() {
+    let folder = Folder::new("interrupt");
+    let mesh = folder.file("box.obj", BOX);
+    // So many samples that it runs for seconds.
+    let mut child = command()
+        .args(["measure", mesh.to_str().unwrap(), "--against", mesh.to_str().unwrap()])
+        .args(["--samples", "1000000", "--chamfer-samples", "1000000"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    assert!(child.try_wait().unwrap().is_none(), "still at work");
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", err(&output));
+    assert!(err(&output).contains("cancelled"));
+}
+
+#[test]
+fn limits_are_errors_that_name_the_limit() {
+    let folder = Folder::new("limits");
+    let mesh = folder.file("box.obj", BOX);
+    let output =
+        run(&[&"measure", &mesh, &"--against", &mesh, &"--time-limit", &"0.05", &"--samples", &"1000000"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err(&output).contains("time limit of 0.05 s"), "{}", err(&output));
+    let output = run(&[&"measure", &mesh, &"--max-memory", &"100"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err(&output).contains("100"), "{}", err(&output));
+}
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/vase.ply")
+}
+
+#[test]
+fn denoise_turns_the_example_scan_into_points_and_one_surface_whatever_the_threads() {
+    let folder = Folder::new("denoise");
+    let made = |threads: &str| {
+        let (mesh, cloud) =
+            (folder.0.join(format!("{threads}.ply")), folder.0.join(format!("{threads}-points.ply")));
+        let output = run(&[
+            &"denoise",
+            &example(),
+            &"-o",
+            &mesh,
+            &"--points",
+            &cloud,
+            &"--json",
+            &"--threads",
+            &threads,
+        ]);
+        assert!(output.status.success(), "{}", err(&output));
+        let report: Value = serde_json::from_str(&out(&output)).unwrap();
+        (report, std::fs::read(&mesh).unwrap(), std::fs::read(&cloud).unwrap())
+    };
+    let (report, mesh, cloud) = made("1");
+    let (_, mesh2, cloud2) = made("3");
+    assert!(mesh == mesh2 && cloud == cloud2, "the same bytes for any number of threads");
+    assert_eq!(report["points"], 20_000);
+    assert!(report["faces"].as_u64().unwrap() > 1000);
+    let noise = report["noise"].as_f64().unwrap();
+    assert!((0.4e-3..0.8e-3).contains(&noise), "the scan was made with 0.6 mm of noise, not {noise}");
+
+    let denoised =
+        atlasfit_io::load(&folder.0.join("1-points.ply"), &atlasfit_io::LoadOptions::default()).unwrap();
+    assert_eq!(denoised.cloud.len(), 20_000, "every point, in input order");
+    let topology: Value =
+        serde_json::from_str(&out(&run(&[&"measure", &folder.0.join("1.ply"), &"--json"]))).unwrap();
+    assert_eq!(topology["topology"]["non_manifold_edges"], 0);
+    assert_eq!(topology["topology"]["inconsistent_edges"], 0);
+}
+
+#[test]
+fn bad_scans_give_a_result_or_a_clear_error_and_never_touch_the_output_on_failure() {
+    let folder = Folder::new("bad");
+    let many = |line: &str, n: usize| line.repeat(n);
+    let collinear: String = (0..500).map(|i| format!("{i} {i} {i}\n")).collect();
+    let ramp: String =
+        (0..400).map(|i| format!("{} {} {}\n", i % 20, i / 20, (i % 7) as f64 * 1e-3)).collect();
+    let tiny: String = (0..400).map(|i| format!("{}e-9 {}e-9 0\n", i % 20, i / 20)).collect();
+    let far: String =
+        (0..400).map(|i| format!("{} {} 1e9\n", 1e9 + f64::from(i % 20), 1e9 + f64::from(i / 20))).collect();
+    for (name, content) in [
+        ("empty.xyz", String::new()),
+        ("one.xyz", "1 2 3\n".into()),
+        ("two.xyz", "1 2 3\n4 5 6\n".into()),
+        ("three.xyz", "0 0 0\n1 0 0\n0 1 0\n".into()),
+        ("equal.xyz", many("1 2 3\n", 5000)),
+        ("collinear.xyz", collinear),
+        ("nan.xyz", many("nan nan nan\n", 50)),
+        ("some-nan.xyz", format!("nan 0 0\n{ramp}inf 1 1\n")),
+        ("duplicates.xyz", many(&ramp, 8)),
+        ("tiny.xyz", tiny),
+        ("far.xyz", far),
+    ] {
+        let scan = folder.file(name, &content);
+        let before = folder.file("before.ply", "what was there");
+        let output = run_for(60, &[&"denoise", &scan, &"-o", &before]);
+        match output.status.code() {
+            Some(0) => {
+                let mesh = atlasfit_io::load(&before, &atlasfit_io::LoadOptions::default()).unwrap();
+                assert!(mesh.cloud.positions.iter().flatten().all(|x| x.is_finite()), "{name}");
+            }
+            Some(1) => {
+                assert!(!err(&output).contains("internal error"), "{name}: {}", err(&output));
+                assert_eq!(std::fs::read_to_string(&before).unwrap(), "what was there", "{name}");
+            }
+            code => panic!("{name}: {code:?} {}", err(&output)),
+        }
+    }
+    let left: Vec<String> =
+        folder.names().into_iter().filter(|n| n.contains("part") || n.contains("tmp")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
