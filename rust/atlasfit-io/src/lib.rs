@@ -8,15 +8,22 @@
 //!
 //! One file (or folder) per format; [`Format`] names them all.
 
+mod bytes;
+mod e57;
 mod error;
 mod faces;
 mod format;
 mod gltf;
+mod las;
 mod load;
 mod obj;
+mod off;
+mod pcd;
 mod ply;
 mod save;
+mod stl;
 mod text;
+mod weld;
 mod xyz;
 
 pub use error::{Error, Place, Result};

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Place, Result};
 use crate::format::Format;
-use crate::{gltf, obj, ply, text, xyz};
+use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
 use atlasfit::geometry::{PointCloud, TriMesh};
 use std::io::Read;
 use std::path::Path;
@@ -193,7 +193,12 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     let mut content = match format {
         Format::Ply => ply::read(&mut input)?,
         Format::Obj => obj::read(&mut input)?,
+        Format::Off => off::read(&mut input)?,
+        Format::Stl => stl::read(&mut input)?,
         Format::Xyz => xyz::read(&mut input)?,
+        Format::Pcd => pcd::read(&mut input)?,
+        Format::Las => las::read(&mut input)?,
+        Format::E57 => e57::read(&mut input)?,
         Format::Gltf => gltf::read(&mut input)?,
     };
     // A column whose length does not fit would make every user of the cloud check it again.
@@ -220,7 +225,7 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
 }
 
 fn unknown(input: &Input<'_>) -> Error {
-    let known = "PLY, OBJ, XYZ or other columns of numbers, glTF";
+    let known = "PLY, OBJ, OFF, STL, XYZ or other columns of numbers, PCD, LAS, LAZ, E57, glTF";
     let found = match input.data {
         [] => "an empty file".into(),
         [0x1F, 0x8B, ..] => return input.unsupported("this is gzip-compressed", "Unpack it first (gunzip)"),

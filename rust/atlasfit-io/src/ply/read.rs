@@ -1,6 +1,7 @@
 //! Reads the body of a PLY file.
 
-use super::header::{self, Element, Encoding, size};
+use super::header::{self, Element, Encoding};
+use crate::bytes::{column, scalar, size};
 use crate::error::{Place, Result};
 use crate::faces::{self, Faces};
 use crate::load::{Content, Input};
@@ -284,47 +285,6 @@ struct Reader<'i, 'd> {
     row: Vec<f64>,
 }
 
-/// Calls `put(i, value)` for the number at `offset` of each row.
-#[inline]
-fn column(
-    data: &[u8],
-    stride: usize,
-    offset: usize,
-    kind: ScalarKind,
-    big: bool,
-    mut put: impl FnMut(usize, f64),
-) {
-    macro_rules! each {
-        ($t:ty) => {{
-            const N: usize = size_of::<$t>();
-            for (i, row) in data.chunks_exact(stride).enumerate() {
-                if let Some(Ok(bytes)) = row.get(offset..offset + N).map(<[u8; N]>::try_from) {
-                    let value = if big { <$t>::from_be_bytes(bytes) } else { <$t>::from_le_bytes(bytes) };
-                    put(i, f64::from(value));
-                }
-            }
-        }};
-    }
-    match kind {
-        ScalarKind::U8 => each!(u8),
-        ScalarKind::I8 => each!(i8),
-        ScalarKind::U16 => each!(u16),
-        ScalarKind::I16 => each!(i16),
-        ScalarKind::U32 => each!(u32),
-        ScalarKind::I32 => each!(i32),
-        ScalarKind::F32 => each!(f32),
-        ScalarKind::F64 => each!(f64),
-    }
-}
-
-/// The number at the start of `bytes`, which are long enough.
-#[inline]
-fn scalar(bytes: &[u8], kind: ScalarKind, big: bool) -> f64 {
-    let mut value = 0.0;
-    column(&bytes[..size(kind)], size(kind), 0, kind, big, |_, v| value = v);
-    value
-}
-
 impl Reader<'_, '_> {
     fn big(&self) -> bool {
         self.encoding == Encoding::Big
@@ -436,7 +396,8 @@ impl Reader<'_, '_> {
             for (p, &target) in element.properties.iter().zip(targets) {
                 if p.list.is_some() {
                     items.clear();
-                    let count = words.next().and_then(text::number).unwrap_or(-1.0);
+                    // A row that ends before its list has an empty one.
+                    let count = words.next().map_or(Some(0.0), text::number).unwrap_or(-1.0);
                     ok &= count >= 0.0;
                     for _ in 0..count.max(0.0) as u64 {
                         match words.next().and_then(text::number) {
