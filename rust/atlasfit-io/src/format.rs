@@ -44,6 +44,12 @@ impl Format {
         }
     }
 
+    /// Whether this crate writes the format; all are read (LAZ, E57 and glTF by default features).
+    #[must_use]
+    pub const fn can_write(self) -> bool {
+        !matches!(self, Self::Pcd | Self::Las | Self::E57)
+    }
+
     /// The format that a file name asks for.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {

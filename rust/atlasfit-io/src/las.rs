@@ -268,10 +268,11 @@ impl Points {
         let positions = &mut content.cloud.positions;
         let first = positions.len();
         positions.resize(first + records.len() / stride, [0.0; 3]);
+        let added = &mut positions[first..];
         for k in 0..3 {
             let (scale, add) = (header.scale[k], header.offset[k]);
             column(records, stride, 4 * k, ScalarKind::I32, false, |i, v| {
-                positions[first + i][k] = v * scale + add;
+                added[i][k] = v * scale + add;
             });
         }
         for (field, out) in fields.iter().zip(values) {
@@ -282,10 +283,11 @@ impl Points {
         }
         if let Some(offset) = *color {
             let colors = content.cloud.colors.get_or_insert_default();
-            colors.resize(positions.len(), [0.0, 0.0, 0.0, 1.0]);
+            colors.resize(first + records.len() / stride, [0.0, 0.0, 0.0, 1.0]);
+            let added = &mut colors[first..];
             for k in 0..3 {
                 column(records, stride, offset + 2 * k, ScalarKind::U16, false, |i, v| {
-                    colors[first + i][k] = v as f32;
+                    added[i][k] = v as f32;
                 });
             }
         }

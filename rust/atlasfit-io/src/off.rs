@@ -21,7 +21,10 @@ struct Keyword {
     dimensions: bool,
 }
 
-fn keyword(word: &[u8]) -> Option<Keyword> {
+/// A keyword, and the digits of the first count where no blank stands between.
+fn keyword(word: &[u8]) -> Option<(Keyword, &[u8])> {
+    let digits = word.iter().rposition(|b| !b.is_ascii_digit()).map_or(0, |i| i + 1);
+    let (word, count) = word.split_at(digits);
     let word = word.to_ascii_uppercase();
     let mut rest = word.strip_suffix(b"OFF")?;
     let mut k = Keyword::default();
@@ -45,7 +48,7 @@ fn keyword(word: &[u8]) -> Option<Keyword> {
         k.dimensions = true;
         rest = r;
     }
-    rest.is_empty().then_some(k)
+    rest.is_empty().then_some((k, count))
 }
 
 /// Whether these bytes are an OFF file.
@@ -92,7 +95,12 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let mut rows = Rows { lines: Lines::new(input.data), rest: Vec::new(), by_line: false };
     let first = rows.word().unwrap_or_default();
     let kind = match keyword(first) {
-        Some(k) => k,
+        Some((k, count)) => {
+            if !count.is_empty() {
+                rows.rest.push(count);
+            }
+            k
+        }
         None => {
             rows.rest.push(first);
             Keyword::default()

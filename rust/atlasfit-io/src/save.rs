@@ -170,7 +170,7 @@ fn save(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Saved> {
     let format = format.or_else(|| Format::from_path(path)).ok_or_else(|| {
         unsupported("no known format has this extension".into(), "Use .ply, .obj, .glb, .off, .stl or .xyz")
     })?;
-    if matches!(format, Format::Pcd | Format::Las | Format::E57) {
+    if !format.can_write() {
         let what = format!("{} files are only read, not written", format.name());
         return Err(unsupported(what, "Use .ply, .obj, .glb, .off, .stl or .xyz"));
     }

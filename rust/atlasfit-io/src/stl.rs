@@ -9,6 +9,7 @@ use crate::load::{Content, Input};
 use crate::save::{Job, Written};
 use crate::text::{self, Lines};
 use crate::weld::{bits, weld};
+use atlasfit::geometry::PointCloud;
 use atlasfit::geometry::vec3::{cross, normalize, sub};
 use std::io::Write;
 
@@ -50,10 +51,9 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     for t in ids.chunks_exact(3) {
         faces.push(t, &[]);
     }
-    let mut content = Content::default();
-    content.faces = faces.finish(&positions, &mut input.report).0;
-    content.cloud.positions = positions;
-    Ok(content)
+    let (triangles, _, _) = faces.finish(&positions, &mut input.report);
+    let cloud = PointCloud::from_positions(positions);
+    Ok(Content { cloud, faces: triangles, ..Content::default() })
 }
 
 fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {

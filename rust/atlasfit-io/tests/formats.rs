@@ -102,6 +102,7 @@ fn off_with_colours_and_normals_on_one_line_and_with_comments() {
     let one = read("a.off", b"OFF 4 2 0 0 0 0 1 0 0 0 1 0 1 1 1.5D+00 3 0 1 2 3 1 3 2");
     assert_eq!(one.faces, [[0, 1, 2], [1, 3, 2]]);
     assert_eq!(one.cloud.positions[3], [1.0, 1.0, 1.5]);
+    assert_eq!(read("a.off", b"  OFF1 0 0 # c\n1 2 3\n").cloud.positions, [[1.0, 2.0, 3.0]]);
     let noff = read("a.off", b"NOFF\n1 0 0\n1 2 3 0 0 1\n");
     assert_eq!(noff.cloud.normals, Some(vec![[0.0, 0.0, 1.0]]));
 }

@@ -517,7 +517,7 @@ fn add_primitive(
     match mode {
         4 => {
             scene.triangles.extend(corners.chunks_exact(3).map(|t| turn([t[0], t[1], t[2]])));
-            scene.skipped += (corners.len() % 3 != 0) as u64;
+            scene.skipped += u64::from(!corners.len().is_multiple_of(3));
         }
         5 => scene.triangles.extend(
             corners

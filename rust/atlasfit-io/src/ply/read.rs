@@ -34,7 +34,13 @@ struct Columns {
     scalars: Vec<Attribute>,
     lists: Vec<List>,
     color_scale: [f64; 4],
+    /// What each property became, in the file's order.
+    order: Vec<Target>,
 }
+
+/// What stands in the place of an attribute that was taken out.
+const EMPTY: Attribute =
+    Attribute { name: String::new(), width: 1, kind: ScalarKind::F64, values: Vec::new() };
 
 /// A list property of the vertices: an attribute if all lists have one length.
 struct List {
@@ -88,17 +94,27 @@ fn finish(input: &mut Input<'_>, mut columns: Columns, faces: Faces) -> Result<C
     content.corner_uv = corner_uv;
     content.face_chart = chart;
     let n = columns.positions.len();
-    let mut attributes = columns.scalars;
-    for list in columns.lists {
-        match list.width {
-            Some(width) if !list.ragged && width > 0 => {
-                attributes.push(Attribute { name: list.name, width, kind: list.kind, values: list.values });
+    let mut attributes = Vec::new();
+    for target in &columns.order {
+        match *target {
+            Target::Scalar(k) => attributes.push(std::mem::replace(&mut columns.scalars[k], EMPTY)),
+            Target::List(k) => {
+                let list = &mut columns.lists[k];
+                match list.width {
+                    Some(width) if width > 0 && list.values.len() == n * width => {
+                        let (name, values) =
+                            (std::mem::take(&mut list.name), std::mem::take(&mut list.values));
+                        attributes.push(Attribute { name, width, kind: list.kind, values });
+                    }
+                    Some(0) | None => {}
+                    _ => {
+                        let what =
+                            format!("lists \"{}\" of differing length at vertices, left out", list.name);
+                        input.report.add(what, n as u64, None);
+                    }
+                }
             }
-            None => {}
-            _ => {
-                let what = format!("lists \"{}\" of differing length at vertices, left out", list.name);
-                input.report.add(what, n as u64, None);
-            }
+            _ => {}
         }
     }
     if !columns.uv.is_empty() {
@@ -186,6 +202,7 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
         scalars: Vec::new(),
         lists: Vec::new(),
         color_scale: [1.0; 4],
+        order: Vec::new(),
     };
     let mut out = Vec::with_capacity(targets.len());
     for (p, target) in element.properties.iter().zip(targets) {
@@ -216,6 +233,7 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
             }
         });
     }
+    columns.order.clone_from(&out);
     // Marks which columns exist: they are sized once the rows are known to be there.
     if normals {
         columns.normals.reserve(1);
