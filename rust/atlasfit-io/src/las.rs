@@ -221,6 +221,8 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         header,
         content: Content::default(),
         values: Vec::new(),
+        block: Vec::new(),
+        expected: 0,
     };
     reader.values = reader.fields.iter().map(|_| Vec::new()).collect();
     let per_point = 24 + 16 + 8 * reader.fields.len();
@@ -244,6 +246,8 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             );
         }
         input.reserve(n as usize, per_point)?;
+        reader.expected = n as usize;
+        reader.content.cloud.positions.reserve_exact(n as usize);
         for block in body[..n as usize * reader.header.record].chunks(BLOCK * reader.header.record) {
             reader.take(block);
         }
@@ -257,36 +261,53 @@ struct Points {
     fields: Vec<Field>,
     color: Option<usize>,
     content: Content,
+    /// Per field; empty while all values are zero.
     values: Vec<Vec<f64>>,
+    /// One field's values of the records at hand.
+    block: Vec<f64>,
+    /// Points for which memory is set aside at once: those whose bytes are there.
+    expected: usize,
 }
 
 impl Points {
     /// Takes whole records.
     fn take(&mut self, records: &[u8]) {
-        let Self { header, fields, color, content, values } = self;
+        let Self { header, fields, color, content, values, block, expected } = self;
+        let expected = *expected;
         let stride = header.record;
         let positions = &mut content.cloud.positions;
         let first = positions.len();
         positions.resize(first + records.len() / stride, [0.0; 3]);
         let added = &mut positions[first..];
-        for k in 0..3 {
-            let (scale, add) = (header.scale[k], header.offset[k]);
+        for (k, (scale, add)) in header.scale.into_iter().zip(header.offset).enumerate() {
             column(records, stride, 4 * k, ScalarKind::I32, false, |i, v| {
                 added[i][k] = v * scale + add;
             });
         }
         for (field, out) in fields.iter().zip(values) {
+            block.clear();
             column(records, stride, field.offset, field.stored, false, |_, v| {
                 let v = field.bits.map_or(v, |(shift, mask)| f64::from((v as u32 >> shift) & mask));
-                out.push(v * field.scale + field.add);
+                block.push(v * field.scale + field.add);
             });
+            // A column that is zero so far takes no memory.
+            if !out.is_empty() || block.iter().any(|&v| v != 0.0) {
+                if out.is_empty() {
+                    out.reserve_exact(expected);
+                }
+                out.resize(first, 0.0);
+                out.extend_from_slice(block);
+            }
         }
         if let Some(offset) = *color {
             let colors = content.cloud.colors.get_or_insert_default();
+            if first == 0 {
+                colors.reserve_exact(expected);
+            }
             colors.resize(first + records.len() / stride, [0.0, 0.0, 0.0, 1.0]);
             let added = &mut colors[first..];
-            for k in 0..3 {
-                column(records, stride, offset + 2 * k, ScalarKind::U16, false, |i, v| {
+            for (k, offset) in [offset, offset + 2, offset + 4].into_iter().enumerate() {
+                column(records, stride, offset, ScalarKind::U16, false, |i, v| {
                     added[i][k] = v as f32;
                 });
             }
@@ -308,7 +329,7 @@ impl Points {
             }
         }
         for (field, values) in self.fields.into_iter().zip(self.values) {
-            if values.iter().any(|&v| v != 0.0) {
+            if !values.is_empty() {
                 content.cloud.attributes.push(Attribute {
                     name: field.name,
                     width: 1,

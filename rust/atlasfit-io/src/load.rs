@@ -148,29 +148,39 @@ impl Input<'_> {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
     let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
     let file = std::fs::File::open(path).map_err(io("open it"))?;
-    if file.metadata().map_err(io("open it"))?.is_dir() {
+    let about = file.metadata().map_err(io("open it"))?;
+    if about.is_dir() {
         return Err(Error::Unsupported {
             file: path.display().to_string(),
             what: "this is a folder".into(),
             advice: "Give a file".into(),
         });
     }
-    load_reader(path, file, options)
+    // These bytes exist: room for them (and one more, to see the end) spares copying as the buffer grows.
+    let data = read_all(path, file, about.len().saturating_add(1), options)?;
+    load_bytes(path, &data, options)
+}
+
+/// The bytes of a stream, up to one more than the memory limit.
+fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOptions) -> Result<Vec<u8>> {
+    // Special files claim any length: beyond this the buffer grows with what is there.
+    const AT_ONCE: u64 = 1 << 30;
+    let most = options.max_memory_bytes.unwrap_or(u64::MAX).saturating_add(1);
+    let mut data = Vec::with_capacity(expected.min(most).min(AT_ONCE) as usize);
+    reader.by_ref().take(most).read_to_end(&mut data).map_err(|source| Error::Io {
+        file: name.display().to_string(),
+        action: "read it",
+        source,
+    })?;
+    Ok(data)
 }
 
 /// Reads from a stream. `name` is used in messages, to break ties between formats, and to find files beside it.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_reader(name: &Path, mut reader: impl Read, options: &LoadOptions) -> Result<Loaded> {
-    let mut data = Vec::new();
-    let limit = options.max_memory_bytes.unwrap_or(u64::MAX);
-    reader.by_ref().take(limit.saturating_add(1)).read_to_end(&mut data).map_err(|source| Error::Io {
-        file: name.display().to_string(),
-        action: "read it",
-        source,
-    })?;
-    load_bytes(name, &data, options)
+pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Result<Loaded> {
+    load_bytes(name, &read_all(name, reader, 0, options)?, options)
 }
 
 /// Reads from memory. `name` as in [`load_reader`].

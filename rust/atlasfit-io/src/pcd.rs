@@ -145,14 +145,23 @@ struct Body<'b> {
     bytes: &'b [u8],
     /// Bytes from one point's number to the next one's.
     stride: usize,
+    /// Where in such a step the field starts.
+    offset: usize,
 }
 
+/// Points taken at a time: their bytes stay in the cache while field after field is taken from them.
+const BLOCK: usize = 4096;
+
 impl Body<'_> {
-    fn each(&self, offset: usize, kind: Kind, mut put: impl FnMut(usize, f64)) {
+    /// Calls `put` with the number of each point of a block, counted within it.
+    fn each(&self, block: usize, k: usize, kind: Kind, mut put: impl FnMut(usize, f64)) {
+        let from = (block * BLOCK * self.stride).min(self.bytes.len());
+        let to = ((block + 1) * BLOCK * self.stride).min(self.bytes.len());
+        let (bytes, offset) = (&self.bytes[from..to], self.offset + k * kind.bytes());
         match kind {
-            Kind::Ours(kind) => column(self.bytes, self.stride, offset, kind, false, put),
+            Kind::Ours(kind) => column(bytes, self.stride, offset, kind, false, put),
             Kind::U64 | Kind::I64 => {
-                for (i, row) in self.bytes.chunks_exact(self.stride).enumerate() {
+                for (i, row) in bytes.chunks_exact(self.stride).enumerate() {
                     if let Some(Ok(b)) = row.get(offset..offset + 8).map(<[u8; 8]>::try_from) {
                         put(
                             i,
@@ -177,6 +186,13 @@ struct Filled {
     values: Vec<f64>,
 }
 
+/// The columns of a file; the positions are `None` where x, y and z are not all among the fields.
+#[derive(Default)]
+struct Columns {
+    positions: Option<Vec<[f64; 3]>>,
+    fields: Vec<Filled>,
+}
+
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let header = header(input)?;
     let row: usize =
@@ -188,7 +204,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             let bytes = input.data.get(header.end..).unwrap_or_default();
             let n = points_there(input, &header, bytes.len(), row)?;
             input.reserve(n, 8 * numbers)?;
-            fill(&header, n, |offset, _| (Body { bytes: &bytes[..n * row], stride: row }, offset))
+            fill(&header, n, |offset, _| Body { bytes: &bytes[..n * row], stride: row, offset })
         }
         b"binary_compressed" => {
             let bytes = decompress(input, &header)?;
@@ -197,7 +213,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             // Field after field: the offset of a field in a row, times the points, is where it starts.
             fill(&header, n, |offset, f| {
                 let width = f.kind.bytes() * f.count;
-                (Body { bytes: &bytes[offset * n..(offset + width) * n], stride: width }, 0)
+                Body { bytes: &bytes[offset * n..(offset + width) * n], stride: width, offset: 0 }
             })
         }
         other => {
@@ -225,29 +241,51 @@ fn points_there(input: &Input<'_>, header: &Header, bytes: usize, row: usize) ->
     Ok(header.points as usize)
 }
 
-fn fill<'b>(header: &Header, n: usize, body: impl Fn(usize, &Field) -> (Body<'b>, usize)) -> Vec<Filled> {
+fn fill<'b>(header: &Header, n: usize, body: impl Fn(usize, &Field) -> Body<'b>) -> Columns {
     let mut offset = 0;
-    let mut out = Vec::new();
+    let mut bodies = Vec::new();
+    let mut out = Columns::default();
     for f in &header.fields {
-        let (body, at) = body(offset, f);
+        let axis = ["x", "y", "z"].iter().position(|a| *a == f.name && f.count == 1);
         // Padding is named "_".
         if f.name != "_" && f.count > 0 {
-            let mut values = vec![0.0; n * f.count];
-            for k in 0..f.count {
-                body.each(at + k * f.kind.bytes(), f.kind, |i, v| values[i * f.count + k] = v);
+            bodies.push((body(offset, f), f.kind, axis, out.fields.len()));
+            if axis.is_none() {
+                let values = vec![0.0; n * f.count];
+                out.fields.push(Filled { name: f.name.clone(), kind: f.kind, width: f.count, values });
             }
-            // Packed colours are bits, whatever number they claim to be: a float NaN must keep its payload.
-            if matches!(f.name.as_str(), "rgb" | "rgba") && f.kind.bytes() == 4 && f.count == 1 {
-                body.each(at, Kind::Ours(ScalarKind::U32), |i, v| values[i] = v);
-            }
-            out.push(Filled { name: f.name.clone(), kind: f.kind, width: f.count, values });
         }
         offset += f.kind.bytes() * f.count;
     }
+    let axes: Vec<usize> = bodies.iter().filter_map(|b| b.2).collect();
+    if !(axes.len() == 3 && [0, 1, 2].iter().all(|a| axes.contains(a))) {
+        return Columns::default();
+    }
+    let mut positions = vec![[0.0; 3]; n];
+    for block in 0..n.div_ceil(BLOCK) {
+        let first = block * BLOCK;
+        for &(ref body, kind, axis, field) in &bodies {
+            if let Some(axis) = axis {
+                let out = &mut positions[first..];
+                body.each(block, 0, kind, |i, v| out[i][axis] = v);
+                continue;
+            }
+            let field = &mut out.fields[field];
+            let width = field.width;
+            let packed = matches!(field.name.as_str(), "rgb" | "rgba") && kind.bytes() == 4 && width == 1;
+            let out = &mut field.values[first * width..];
+            for k in 0..width {
+                // Packed colours are bits, whatever number they claim to be: a float NaN must keep its payload.
+                let kind = if packed { Kind::Ours(ScalarKind::U32) } else { kind };
+                body.each(block, k, kind, |i, v| out[i * width + k] = v);
+            }
+        }
+    }
+    out.positions = Some(positions);
     out
 }
 
-fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Vec<Filled>> {
+fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Columns> {
     let numbers: usize = header.fields.iter().map(|f| f.count).sum();
     let mut out: Vec<Filled> = header
         .fields
@@ -299,7 +337,11 @@ fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Vec<Filled>> {
         first_bad.map(|f| format!("line {}", f.0)),
     );
     out.retain(|f| f.name != "_" && f.width > 0);
-    Ok(out)
+    let mut columns = Columns { positions: None, fields: out };
+    if let Some(p) = columns.take(&["x", "y", "z"]) {
+        columns.positions = Some((0..p[0].len()).map(|i| [p[0][i], p[1][i], p[2][i]]).collect());
+    }
+    Ok(columns)
 }
 
 /// LZF (Lehmann 2000): literal runs and back references. The size that the file claims is only a limit.
@@ -319,8 +361,9 @@ fn decompress(input: &mut Input<'_>, header: &Header) -> Result<Vec<u8>> {
         return Err(broken(input, rest.len()));
     };
     // A back reference of 3 bytes gives at most 264.
-    input.reserve(unpacked.min(data.len().saturating_mul(88)), 1)?;
-    let mut out: Vec<u8> = Vec::new();
+    let most = unpacked.min(data.len().saturating_mul(88));
+    input.reserve(most, 1)?;
+    let mut out: Vec<u8> = Vec::with_capacity(most);
     let mut i = 0;
     while i < data.len() && out.len() < unpacked {
         let control = usize::from(data[i]);
@@ -339,8 +382,14 @@ fn decompress(input: &mut Input<'_>, header: &Header) -> Result<Vec<u8>> {
             i += 1;
             let back = ((control & 31) << 8) + low + 1;
             let Some(start) = out.len().checked_sub(back) else { return Err(broken(input, i)) };
-            for k in start..start + length + 2 {
-                out.push(out[k]);
+            let length = length + 2;
+            if length <= back {
+                out.extend_from_within(start..start + length);
+            } else {
+                // The run repeats bytes that it writes itself.
+                for k in start..start + length {
+                    out.push(out[k]);
+                }
             }
         }
     }
@@ -350,20 +399,24 @@ fn decompress(input: &mut Input<'_>, header: &Header) -> Result<Vec<u8>> {
     Ok(out)
 }
 
-fn content(input: &mut Input<'_>, mut fields: Vec<Filled>) -> Result<Content> {
-    let mut take = |names: &[&str]| -> Option<Vec<Vec<f64>>> {
-        let at: Option<Vec<usize>> =
-            names.iter().map(|n| fields.iter().position(|f| f.name == *n && f.width == 1)).collect();
-        let mut at = at?;
-        let out = at.iter().map(|&i| std::mem::take(&mut fields[i].values)).collect();
+impl Columns {
+    /// Takes fields of one number each out, if all are there.
+    fn take(&mut self, names: &[&str]) -> Option<Vec<Vec<f64>>> {
+        let find = |n: &&str| self.fields.iter().position(|f| f.name == **n && f.width == 1);
+        let mut at = names.iter().map(find).collect::<Option<Vec<usize>>>()?;
+        let out = at.iter().map(|&i| std::mem::take(&mut self.fields[i].values)).collect();
         at.sort_unstable();
-        at.iter().rev().for_each(|&i| {
-            fields.remove(i);
-        });
+        at.dedup();
+        for i in at.into_iter().rev() {
+            self.fields.remove(i);
+        }
         Some(out)
-    };
+    }
+}
+
+fn content(input: &mut Input<'_>, mut columns: Columns) -> Result<Content> {
     let mut out = Content::default();
-    let Some(p) = take(&["x", "y", "z"]) else {
+    let Some(positions) = columns.positions.take() else {
         return Err(input.malformed(
             Place::Whole,
             "no fields x, y and z",
@@ -371,16 +424,16 @@ fn content(input: &mut Input<'_>, mut fields: Vec<Filled>) -> Result<Content> {
             "This file holds no points",
         ));
     };
-    let n = p[0].len();
-    out.cloud.positions = (0..n).map(|i| [p[0][i], p[1][i], p[2][i]]).collect();
-    if let Some(v) = take(&["normal_x", "normal_y", "normal_z"]) {
+    let n = positions.len();
+    out.cloud.positions = positions;
+    if let Some(v) = columns.take(&["normal_x", "normal_y", "normal_z"]) {
         out.cloud.normals = Some((0..n).map(|i| [0, 1, 2].map(|k| v[k][i] as f32)).collect());
     }
     for (name, alpha) in [("rgba", true), ("rgb", false)] {
         if out.cloud.colors.is_some() {
             break;
         }
-        if let Some(v) = take(&[name]) {
+        if let Some(v) = columns.take(&[name]) {
             let color = |&v: &f64| {
                 let c = v as u32;
                 let byte = |shift: u32| f32::from((c >> shift) as u8) / 255.0;
@@ -394,7 +447,7 @@ fn content(input: &mut Input<'_>, mut fields: Vec<Filled>) -> Result<Content> {
             out.cloud.colors = Some(colors);
         }
     }
-    for f in fields {
+    for f in columns.fields {
         let kind = f.kind.stored();
         out.cloud.attributes.push(Attribute { name: f.name, width: f.width, kind, values: f.values });
     }
