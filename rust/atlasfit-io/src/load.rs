@@ -199,7 +199,8 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
         used: 0,
     };
     input.reserve(data.len(), 1)?;
-    let Some(format) = Format::detect(data, name) else { return Err(unknown(&input)) };
+    let format = if data.trim_ascii().is_empty() { None } else { Format::detect(data, name) };
+    let Some(format) = format else { return Err(unknown(&input)) };
     let mut content = match format {
         Format::Ply => ply::read(&mut input)?,
         Format::Obj => obj::read(&mut input)?,
@@ -220,6 +221,7 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     let count = content.cloud.positions.iter().filter(|p| bad(p)).count();
     let first = content.cloud.positions.iter().position(bad).map(|i| format!("point {i}"));
     input.report.add("points with a coordinate that is not finite, kept in place", count as u64, first);
+    zero_wrong_numbers(&mut content, &mut input.report);
     if content.faces.is_empty() {
         content.corner_uv = None;
         content.face_chart = None;
@@ -234,10 +236,28 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     })
 }
 
+/// Normals, colours and texture coordinates that are not finite become 0 (of a normal: "unknown"), and are counted,
+/// so that they do not spread into what is computed from them.
+fn zero_wrong_numbers(content: &mut Content, report: &mut LoadReport) {
+    fn zero<const N: usize>(rows: &mut [[f32; N]]) -> u64 {
+        let wrong = rows.iter_mut().filter(|r| !r.iter().all(|c| c.is_finite()));
+        wrong.map(|r| *r = [0.0; N]).count() as u64
+    }
+    if let Some(normals) = &mut content.cloud.normals {
+        report.add("normals that are not finite, set to 0", zero(normals), None);
+    }
+    if let Some(colors) = &mut content.cloud.colors {
+        report.add("colours that are not finite, set to 0", zero(colors), None);
+    }
+    if let Some(uv) = &mut content.corner_uv {
+        report.add("texture coordinates that are not finite, set to 0", zero(uv.as_flattened_mut()), None);
+    }
+}
+
 fn unknown(input: &Input<'_>) -> Error {
     let known = "PLY, OBJ, OFF, STL, XYZ or other columns of numbers, PCD, LAS, LAZ, E57, glTF";
     let found = match input.data {
-        [] => "an empty file".into(),
+        data if data.trim_ascii().is_empty() => "an empty file".into(),
         [0x1F, 0x8B, ..] => return input.unsupported("this is gzip-compressed", "Unpack it first (gunzip)"),
         [b'P', b'K', 3, 4, ..] => return input.unsupported("this is a ZIP archive", "Unpack it first"),
         data => text::quote(&data[..data.len().min(24)]),

@@ -363,7 +363,7 @@ fn decompress(input: &mut Input<'_>, header: &Header) -> Result<Vec<u8>> {
     // A back reference of 3 bytes gives at most 264.
     let most = unpacked.min(data.len().saturating_mul(88));
     input.reserve(most, 1)?;
-    let mut out: Vec<u8> = Vec::with_capacity(most);
+    let mut out: Vec<u8> = Vec::with_capacity(most.min(8 * data.len()));
     let mut i = 0;
     while i < data.len() && out.len() < unpacked {
         let control = usize::from(data[i]);

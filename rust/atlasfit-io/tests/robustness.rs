@@ -3,7 +3,7 @@
 
 mod common;
 
-use atlasfit_io::{LoadOptions, Loaded, load_bytes};
+use atlasfit_io::{LoadOptions, Loaded, SaveMesh, load, load_bytes, save_mesh};
 use std::path::{Path, PathBuf};
 
 /// A limit that no damaged file of a few hundred kilobytes has a reason to reach.
@@ -129,6 +129,35 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     out
 }
 
+/// What loads can be written in every format, and what was written loads again with the same counts.
+fn write_and_read(name: &str, data: &[u8]) {
+    let Ok(loaded) = load_bytes(Path::new(name), data, &LoadOptions::default()) else { return };
+    let mesh = loaded.into_mesh();
+    let folder = common::Folder::new();
+    for format in ["ply", "obj", "off", "glb", "stl", "xyz"] {
+        let path = folder.join(&format!("a.{format}"));
+        if save_mesh(&path, &mesh, &SaveMesh::default()).is_err() {
+            assert!(format == "glb" && mesh.positions.is_empty(), "{name} as {format} cannot be written");
+            continue;
+        }
+        let back = match load(&path, &LoadOptions::default()) {
+            Ok(b) => b,
+            // A file of columns without a row is an empty file.
+            Err(e) => {
+                assert!(format == "xyz" && mesh.positions.is_empty(), "{name} as {format}: {e}");
+                continue;
+            }
+        };
+        if format != "xyz" {
+            assert_eq!(back.faces.len(), mesh.triangles.len(), "{name} as {format}");
+        }
+        // STL and GLB join equal vertices.
+        if !matches!(format, "stl" | "glb") {
+            assert_eq!(back.cloud.len(), mesh.positions.len(), "{name} as {format}");
+        }
+    }
+}
+
 #[test]
 fn the_zoo_of_difficult_files_gives_results_or_errors() {
     let root = std::env::var_os("ATLASFIT_SHARED")
@@ -139,6 +168,7 @@ fn the_zoo_of_difficult_files_gives_results_or_errors() {
         let name = path.file_name().unwrap().to_str().unwrap();
         let data = std::fs::read(path).unwrap();
         loaded += usize::from(torture(name, &data, 10, 3));
+        write_and_read(name, &data);
     }
     println!("{loaded} of {} files load, peak memory {} MB", zoo.len(), peak_memory() >> 20);
     assert!(10 * loaded >= 8 * zoo.len());

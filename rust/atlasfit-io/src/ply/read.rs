@@ -250,7 +250,9 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
 impl Columns {
     /// Makes room for `n` rows in every column that exists.
     fn size(&mut self, n: usize, input: &mut Input<'_>) -> Result<()> {
-        input.reserve(n, 24 + 8 * self.scalars.len() + 36)?;
+        let optional = [(self.normals.capacity(), 12), (self.colors.capacity(), 16), (self.uv.capacity(), 8)];
+        let optional: usize = optional.iter().filter(|o| o.0 > 0).map(|o| o.1).sum();
+        input.reserve(n, 24 + 8 * self.scalars.len() + optional)?;
         self.positions.resize(n, [0.0; 3]);
         if self.normals.capacity() > 0 {
             self.normals.resize(n, [0.0; 3]);
@@ -371,7 +373,10 @@ impl Reader<'_, '_> {
                             return Err(self.cut_off(element, row as u64));
                         };
                         match target {
-                            Target::List(k) => columns.list(k, &self.row),
+                            Target::List(k) => {
+                                self.input.reserve(self.row.len(), 8)?;
+                                columns.list(k, &self.row);
+                            }
                             _ => columns.set(target, row, single),
                         }
                     }
@@ -427,6 +432,7 @@ impl Reader<'_, '_> {
                         }
                     }
                     if let Target::List(k) = target {
+                        self.input.reserve(items.len(), 8)?;
                         columns.list(k, &items);
                     }
                 } else {
