@@ -27,7 +27,6 @@ struct Header {
     scale: [f64; 3],
     offset: [f64; 3],
     /// The LASzip record.
-    #[cfg_attr(not(feature = "laz"), expect(dead_code, reason = "only LAZ needs it"))]
     laszip: Option<Vec<u8>>,
     extra: Vec<Field>,
 }

@@ -267,6 +267,12 @@ fn gltf_nodes_strips_and_embedded_buffers() {
     assert_eq!(l.cloud.positions[1], [101.0, 0.0, 5.000_000_1]);
     assert_eq!(l.cloud.positions[4], [-1.0, 0.0, 0.0]);
     assert_eq!(l.faces, [[0, 1, 2], [3, 5, 4]]);
+    let folder = Folder::new();
+    std::fs::write(folder.join("my data.bin"), &bytes).unwrap();
+    let beside = json.replace(&format!("data:application/octet-stream;base64,{text}"), "my%20data.bin");
+    std::fs::write(folder.join("a.gltf"), beside).unwrap();
+    let l = load(&folder.join("a.gltf"), &LoadOptions::default()).unwrap();
+    assert_eq!(l.cloud.positions[1], [101.0, 0.0, 5.000_000_1]);
     let outside = json.replace("data:application/octet-stream;base64,", "../");
     assert!(error("a.gltf", outside.as_bytes()).contains("outside of the folder"));
 }

@@ -14,8 +14,8 @@ use atlasfit::geometry::{Attribute, ScalarKind};
 use serde_json::Value;
 use std::borrow::Cow;
 
-/// Vertices that instances of one mesh may multiply to.
-const MOST_VERTICES: usize = 1 << 27;
+/// Vertices, and corners of triangles, that instances of one mesh may multiply to.
+const MOST: usize = 1 << 27;
 
 type Matrix = [[f64; 4]; 3];
 
@@ -421,21 +421,25 @@ fn add_primitive(
     world: &Matrix,
 ) -> Result<()> {
     let attributes = &primitive["attributes"];
-    let (p, width) = accessor(input, file, position)?;
+    let count = |id: usize| number(&list(&file.json, "accessors").get(id).unwrap_or(&Value::Null)["count"]);
     let first = scene.positions.len();
-    let n = if width == 3 { p.len() / 3 } else { 0 };
-    if first + n > MOST_VERTICES {
+    // What is claimed is checked again when it is read; here it only stops multiplication.
+    let corners = number(&primitive["indices"]).and_then(count).unwrap_or(0);
+    let claimed = count(position).unwrap_or(0);
+    if first.saturating_add(claimed) > MOST || (3 * scene.triangles.len()).saturating_add(corners) > MOST {
         return Err(input.unsupported(
-            format!("instances of its meshes make more than {MOST_VERTICES} vertices"),
+            format!("instances of its meshes make more than {MOST} vertices or corners"),
             "Give the meshes without instances",
         ));
     }
+    let (p, width) = accessor(input, file, position)?;
+    let n = if width == 3 { p.len() / 3 } else { 0 };
     input.reserve(n, 72)?;
     scene.positions.extend(p.chunks_exact(3).map(|p| {
         [0, 1, 2].map(|r| world[r][0] * p[0] + world[r][1] * p[1] + world[r][2] * p[2] + world[r][3])
     }));
     let mut get = |name: &str| -> Result<Option<(Vec<f64>, usize)>> {
-        let Some(id) = number(&attributes[name]) else { return Ok(None) };
+        let Some(id) = number(&attributes[name]).filter(|&id| count(id) == Some(n)) else { return Ok(None) };
         accessor(input, file, id).map(|(v, w)| (v.len() / w == n).then_some((v, w)))
     };
     // Normals turn by the cofactors of the matrix (the inverse transposed, up to a factor).

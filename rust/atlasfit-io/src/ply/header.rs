@@ -75,6 +75,9 @@ pub struct Header {
     pub lines: u64,
 }
 
+/// Known files have up to ten.
+const MOST_ELEMENTS: usize = 1000;
+
 pub fn read(input: &Input<'_>) -> Result<Header> {
     let mut lines = Lines::new(input.data);
     // Where lines end with a lone CR, a LF behind `end_header` is the first byte of the data.
@@ -107,6 +110,12 @@ pub fn read(input: &Input<'_>) -> Result<Header> {
                     std::str::from_utf8(count).ok().and_then(|c| c.parse::<u64>().ok()).ok_or_else(|| {
                         wrong("an element's name and how many there are", "Correct the count in the header")
                     })?;
+                if elements.len() >= MOST_ELEMENTS {
+                    return Err(wrong(
+                        "the end of the header",
+                        "No program writes so many elements: the file is damaged",
+                    ));
+                }
                 elements.push(Element {
                     name: String::from_utf8_lossy(name).into_owned(),
                     count,
