@@ -158,11 +158,40 @@ fn write_and_read(name: &str, data: &[u8]) {
     }
 }
 
-#[test]
-fn the_zoo_of_difficult_files_gives_results_or_errors() {
+/// The zoo's files, where it lies beside the repository or where ATLASFIT_SHARED says.
+fn zoo() -> Vec<PathBuf> {
     let root = std::env::var_os("ATLASFIT_SHARED")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
-    let zoo = files(&root.join("data/zoo"));
+    files(&root.join("data/zoo"))
+}
+
+/// `cargo test -p atlasfit-io --test robustness -- --ignored` before `cargo fuzz run`.
+#[test]
+#[ignore = "writes fuzz/corpus, which only fuzzing needs"]
+fn seeds_for_the_fuzz_targets_are_written() {
+    const LARGEST: usize = 20_000;
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let mut seeds: Vec<(String, Vec<u8>)> =
+        common::samples().into_iter().map(|(name, data)| (name.to_owned(), data)).collect();
+    for path in zoo() {
+        let parts = path.iter().rev().take(2).map(|p| p.to_string_lossy().to_lowercase()).collect::<Vec<_>>();
+        seeds.push((format!("{}-{}", parts[1], parts[0]), std::fs::read(&path).unwrap()));
+    }
+    for (name, data) in seeds.iter().filter(|s| s.1.len() <= LARGEST) {
+        let target = match name.rsplit('.').next().unwrap() {
+            "laz" => "las",
+            "glb" => "gltf",
+            "csv" => "xyz",
+            known => known,
+        };
+        std::fs::create_dir_all(corpus.join(target)).unwrap();
+        std::fs::write(corpus.join(target).join(name), data).unwrap();
+    }
+}
+
+#[test]
+fn the_zoo_of_difficult_files_gives_results_or_errors() {
+    let zoo = zoo();
     let mut loaded = 0;
     for path in &zoo {
         let name = path.file_name().unwrap().to_str().unwrap();
