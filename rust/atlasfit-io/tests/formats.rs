@@ -63,6 +63,14 @@ fn ply_polygons_strips_range_grids_and_odd_properties() {
 }
 
 #[test]
+fn u_and_v_of_a_cloud_are_numbers_like_others() {
+    let text = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty double u\nproperty double v\nend_header\n0 0 0 0.1 1e9\n";
+    let cloud = read("a.ply", text).cloud;
+    assert_eq!((cloud.attributes[1].name.as_str(), cloud.attributes[1].values[0]), ("v", 1e9));
+    assert_eq!(read("a.ply", &common::saved_cloud("a.ply", &cloud)).cloud, cloud);
+}
+
+#[test]
 fn a_concave_polygon_is_cut_without_folds() {
     // An arrow head: the fan from its first corner would leave the polygon.
     let obj = b"v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nv 1 0.1 5\nf 2 3 4 1\nf 1 2 3 4\n";

@@ -61,11 +61,13 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         input,
         encoding: header.encoding,
     };
+    let has_faces =
+        header.elements.iter().any(|e| matches!(e.name.as_str(), "face" | "tristrips") && e.count > 0);
     let mut columns = None;
     let mut faces = Faces::default();
     for (i, element) in header.elements.iter().enumerate() {
         if i == vertex {
-            columns = Some(reader.vertices(element)?);
+            columns = Some(reader.vertices(element, has_faces)?);
         } else if element.name == "face" {
             reader.faces(element, &mut faces)?;
         } else if element.name == "tristrips" {
@@ -117,17 +119,10 @@ fn finish(input: &mut Input<'_>, mut columns: Columns, faces: Faces) -> Result<C
             _ => {}
         }
     }
-    if !columns.uv.is_empty() {
-        if content.faces.is_empty() {
-            for (k, name) in ["s", "t"].into_iter().enumerate() {
-                let values = columns.uv.iter().map(|u| f64::from(u[k])).collect();
-                attributes.push(Attribute { name: name.into(), width: 1, kind: ScalarKind::F32, values });
-            }
-        } else if content.corner_uv.is_none() {
-            input.reserve(content.faces.len(), 24)?;
-            let uv = |v: u32| columns.uv[v as usize];
-            content.corner_uv = Some(content.faces.iter().map(|t| t.map(uv)).collect());
-        }
+    if !columns.uv.is_empty() && content.corner_uv.is_none() {
+        input.reserve(content.faces.len(), 24)?;
+        let uv = |v: u32| columns.uv[v as usize];
+        content.corner_uv = Some(content.faces.iter().map(|t| t.map(uv)).collect());
     }
     // Floating-point colours are in [0, 1] by convention; some programs write 0 to 255.
     if columns.color_scale[0] == 1.0 && columns.colors.iter().any(|c| c[..3].iter().any(|&v| v > 1.0)) {
@@ -166,7 +161,7 @@ fn vertex_element(input: &Input<'_>, elements: &[Element]) -> Result<usize> {
 }
 
 /// The role of each vertex property, and empty columns for them.
-fn plan(element: &Element) -> (Vec<Target>, Columns) {
+fn plan(element: &Element, has_faces: bool) -> (Vec<Target>, Columns) {
     let scalar = |name: &str| {
         element.properties.iter().position(|p| p.list.is_none() && p.name.eq_ignore_ascii_case(name))
     };
@@ -192,8 +187,9 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
     color = color
         .or_else(|| take(&["r", "g", "b", "a"], Target::Color))
         .or_else(|| take(&["r", "g", "b"], Target::Color));
-    let uv =
-        [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]].iter().any(|n| take(n, Target::Uv).is_some());
+    // Texture coordinates belong to faces: without any, "u" and "v" are numbers like others.
+    let names = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+    let uv = has_faces && names.iter().any(|n| take(n, Target::Uv).is_some());
     let mut columns = Columns {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -335,8 +331,8 @@ impl Reader<'_, '_> {
         )
     }
 
-    fn vertices(&mut self, element: &Element) -> Result<Columns> {
-        let (targets, mut columns) = plan(element);
+    fn vertices(&mut self, element: &Element, has_faces: bool) -> Result<Columns> {
+        let (targets, mut columns) = plan(element, has_faces);
         let possible = self.rows_possible(element);
         if possible < element.count {
             return Err(self.cut_off(element, possible));
