@@ -218,9 +218,11 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     debug_assert!(content.cloud.colors.as_ref().is_none_or(|c| c.len() == n));
     debug_assert!(content.cloud.attributes.iter().all(|a| a.values.len() == n * a.width));
     let bad = |p: &[f64; 3]| !p.iter().all(|c| c.is_finite());
-    let count = content.cloud.positions.iter().filter(|p| bad(p)).count();
-    let first = content.cloud.positions.iter().position(bad).map(|i| format!("point {i}"));
-    input.report.add("points with a coordinate that is not finite, kept in place", count as u64, first);
+    if let Some(first) = content.cloud.positions.iter().position(bad) {
+        let count = content.cloud.positions[first..].iter().filter(|p| bad(p)).count();
+        let what = "points with a coordinate that is not finite, kept in place";
+        input.report.add(what, count as u64, Some(format!("point {first}")));
+    }
     zero_wrong_numbers(&mut content, &mut input.report);
     if content.faces.is_empty() {
         content.corner_uv = None;

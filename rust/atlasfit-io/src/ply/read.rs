@@ -249,18 +249,19 @@ impl Columns {
         let optional = [(self.normals.capacity(), 12), (self.colors.capacity(), 16), (self.uv.capacity(), 8)];
         let optional: usize = optional.iter().filter(|o| o.0 > 0).map(|o| o.1).sum();
         input.reserve(n, 24 + 8 * self.scalars.len() + optional)?;
-        self.positions.resize(n, [0.0; 3]);
+        // Fresh zeros cost nothing until they are written to.
+        self.positions = vec![[0.0; 3]; n];
         if self.normals.capacity() > 0 {
-            self.normals.resize(n, [0.0; 3]);
+            self.normals = vec![[0.0; 3]; n];
         }
         if self.colors.capacity() > 0 {
             self.colors.resize(n, [0.0, 0.0, 0.0, 1.0]);
         }
         if self.uv.capacity() > 0 {
-            self.uv.resize(n, [0.0; 2]);
+            self.uv = vec![[0.0; 2]; n];
         }
         for a in &mut self.scalars {
-            a.values.resize(n, 0.0);
+            a.values = vec![0.0; n];
         }
         Ok(())
     }
