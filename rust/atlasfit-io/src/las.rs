@@ -284,10 +284,10 @@ impl Points {
             });
         }
         for (field, out) in fields.iter().zip(values) {
-            block.clear();
-            column(records, stride, field.offset, field.stored, false, |_, v| {
+            block.resize(records.len() / stride, 0.0);
+            column(records, stride, field.offset, field.stored, false, |i, v| {
                 let v = field.bits.map_or(v, |(shift, mask)| f64::from((v as u32 >> shift) & mask));
-                block.push(v * field.scale + field.add);
+                block[i] = v * field.scale + field.add;
             });
             // A column that is zero so far takes no memory.
             if !out.is_empty() || block.iter().any(|&v| v != 0.0) {
@@ -307,7 +307,7 @@ impl Points {
             let added = &mut colors[first..];
             for (k, offset) in [offset, offset + 2, offset + 4].into_iter().enumerate() {
                 column(records, stride, offset, ScalarKind::U16, false, |i, v| {
-                    added[i][k] = v as f32;
+                    added[i][k] = v as f32 / 65535.0;
                 });
             }
         }
@@ -317,14 +317,12 @@ impl Points {
         let mut content = self.content;
         if let Some(colors) = &mut content.cloud.colors {
             let largest = colors.iter().flat_map(|c| &c[..3]).fold(0.0f32, |a, &b| a.max(b));
-            let scale = if largest > 255.0 { 65535.0 } else { 255.0 };
-            if largest <= 255.0 && largest > 0.0 {
-                let n = colors.len() as u64;
-                input.report.add("colours not above 255, read as 8 bits (LAS asks for 16)", n, None);
-            }
-            colors.iter_mut().flat_map(|c| &mut c[..3]).for_each(|c| *c /= scale);
             if largest == 0.0 {
                 content.cloud.colors = None;
+            } else if largest <= 255.0 / 65535.0 {
+                let n = colors.len() as u64;
+                input.report.add("colours not above 255, read as 8 bits (LAS asks for 16)", n, None);
+                colors.iter_mut().flat_map(|c| &mut c[..3]).for_each(|c| *c = (*c * 65535.0).round() / 255.0);
             }
         }
         for (field, values) in self.fields.into_iter().zip(self.values) {

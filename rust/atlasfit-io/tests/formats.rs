@@ -212,6 +212,15 @@ fn las_and_laz_keep_survey_coordinates_and_attributes() {
         // All zero: not kept.
         assert!(cloud.attributes.iter().all(|a| a.name != "user_data"));
     }
+    // Colours that never leave the low byte are 8-bit colours.
+    let mut dim = common::las(3);
+    let from = dim.len() - 3 * 34;
+    for r in 0..3 {
+        for (k, c) in [255u16, 51, 0].into_iter().enumerate() {
+            dim[from + r * 34 + 28 + 2 * k..][..2].copy_from_slice(&c.to_le_bytes());
+        }
+    }
+    assert_eq!(read("a.las", &dim).cloud.colors.unwrap()[2], [1.0, 0.2, 0.0, 1.0]);
     let big = common::laz(200_000, 7);
     assert_eq!(read("a.laz", &big).cloud.len(), 200_000);
 }
