@@ -16,7 +16,7 @@ warnings.filterwarnings("ignore"); logging.disable(logging.CRITICAL)
 peer, path = sys.argv[1:]
 if peer == "trimesh":
     import trimesh
-    kind = pathlib_suffix = path.rsplit(".", 1)[-1].lower()
+    kind = path.rsplit(".", 1)[-1].lower()
     g = trimesh.load(path, process=False, maintain_order=True) if kind != "stl" else trimesh.load(path)
     if isinstance(g, trimesh.Scene):
         parts = list(g.geometry.values())
