@@ -6,7 +6,7 @@ use crate::load::LoadReport;
 use atlasfit::geometry::vec3::{cross, dist2, dot, sub};
 
 /// Ear clipping is quadratic at worst: beyond this many tests in one file, polygons become plain fans.
-const MOST_TESTS: u64 = 1 << 28;
+const MOST_TESTS: u64 = 1 << 26;
 
 /// An index that no vertex has.
 pub const NO_VERTEX: u32 = u32::MAX;

@@ -1,6 +1,6 @@
 //! The formats, and how a file's format is found: from its first bytes; its name only breaks ties.
 
-use crate::text;
+use crate::{e57, las, off, pcd, stl, text};
 use std::path::Path;
 
 /// A file format.
@@ -11,8 +11,18 @@ pub enum Format {
     Ply,
     /// Wavefront OBJ, with an MTL beside it.
     Obj,
+    /// Geomview OFF with its COFF, NOFF, STOFF.
+    Off,
+    /// STL, binary or ASCII.
+    Stl,
     /// Plain columns of numbers: XYZ, TXT, CSV, PTS, ASC.
     Xyz,
+    /// Point Cloud Library PCD. Read only.
+    Pcd,
+    /// LAS, or LAZ. Read only.
+    Las,
+    /// ASTM E57. Read only.
+    E57,
     /// glTF 2.0, as text (`.gltf`) or in one binary file (`.glb`).
     Gltf,
 }
@@ -24,9 +34,20 @@ impl Format {
         match self {
             Self::Ply => "PLY",
             Self::Obj => "OBJ",
+            Self::Off => "OFF",
+            Self::Stl => "STL",
             Self::Xyz => "XYZ",
+            Self::Pcd => "PCD",
+            Self::Las => "LAS",
+            Self::E57 => "E57",
             Self::Gltf => "glTF",
         }
+    }
+
+    /// Whether this crate writes the format; all are read (LAZ, E57 and glTF by default features).
+    #[must_use]
+    pub const fn can_write(self) -> bool {
+        !matches!(self, Self::Pcd | Self::Las | Self::E57)
     }
 
     /// The format that a file name asks for.
@@ -37,6 +58,11 @@ impl Format {
             "ply" => Self::Ply,
             "obj" => Self::Obj,
             "xyz" | "txt" | "csv" | "pts" | "asc" | "xyzn" | "xyzrgb" | "neu" => Self::Xyz,
+            "off" | "coff" | "noff" => Self::Off,
+            "stl" => Self::Stl,
+            "pcd" => Self::Pcd,
+            "las" | "laz" => Self::Las,
+            "e57" => Self::E57,
             "glb" | "gltf" => Self::Gltf,
             _ => return None,
         })
@@ -54,11 +80,27 @@ impl Format {
         if data.starts_with(b"glTF") {
             return Some(Self::Gltf);
         }
+        if las::is_las(data) {
+            return Some(Self::Las);
+        }
+        if e57::is_e57(data) {
+            return Some(Self::E57);
+        }
+        if pcd::is_pcd(data) {
+            return Some(Self::Pcd);
+        }
+        if stl::is_stl(data, asked == Some(Self::Stl)) {
+            return Some(Self::Stl);
+        }
         if data.iter().take(4096).any(|&b| b == 0) {
             return None;
         }
         if word.starts_with(b"{") {
             return Some(Self::Gltf);
+        }
+        // The keyword may be missing from a file that is called so.
+        if off::is_off(data) || asked == Some(Self::Off) && text::starts_with_counts(data) {
+            return Some(Self::Off);
         }
         text_format(data, asked)
     }

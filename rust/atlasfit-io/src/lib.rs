@@ -6,17 +6,39 @@
 //! [`save_cloud`] and [`save_mesh`] write beside the output and rename, so that a failed run never touches
 //! what was there, and say what the format could not hold.
 //!
+//! ```no_run
+//! use atlasfit_io::{LoadOptions, SaveMesh, load, save_mesh};
+//! # fn main() -> atlasfit_io::Result<()> {
+//! let loaded = load("scan.e57".as_ref(), &LoadOptions { max_memory_bytes: Some(8 << 30) })?;
+//! for note in &loaded.report.notes {
+//!     eprintln!("{note}"); // "12 points marked as invalid by the scanner, left out"
+//! }
+//! let saved = save_mesh("out.glb".as_ref(), &loaded.into_mesh(), &SaveMesh::default())?;
+//! for lost in &saved.lost {
+//!     eprintln!("not kept: {lost}");
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! One file (or folder) per format; [`Format`] names them all.
 
+mod bytes;
+mod e57;
 mod error;
 mod faces;
 mod format;
 mod gltf;
+mod las;
 mod load;
 mod obj;
+mod off;
+mod pcd;
 mod ply;
 mod save;
+mod stl;
 mod text;
+mod weld;
 mod xyz;
 
 pub use error::{Error, Place, Result};

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Place, Result};
 use crate::format::Format;
-use crate::{gltf, obj, ply, text, xyz};
+use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
 use atlasfit::geometry::{PointCloud, TriMesh};
 use std::io::Read;
 use std::path::Path;
@@ -148,29 +148,39 @@ impl Input<'_> {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
     let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
     let file = std::fs::File::open(path).map_err(io("open it"))?;
-    if file.metadata().map_err(io("open it"))?.is_dir() {
+    let about = file.metadata().map_err(io("open it"))?;
+    if about.is_dir() {
         return Err(Error::Unsupported {
             file: path.display().to_string(),
             what: "this is a folder".into(),
             advice: "Give a file".into(),
         });
     }
-    load_reader(path, file, options)
+    // These bytes exist: room for them (and one more, to see the end) spares copying as the buffer grows.
+    let data = read_all(path, file, about.len().saturating_add(1), options)?;
+    load_bytes(path, &data, options)
+}
+
+/// The bytes of a stream, up to one more than the memory limit.
+fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOptions) -> Result<Vec<u8>> {
+    // Special files claim any length: beyond this the buffer grows with what is there.
+    const AT_ONCE: u64 = 1 << 30;
+    let most = options.max_memory_bytes.unwrap_or(u64::MAX).saturating_add(1);
+    let mut data = Vec::with_capacity(expected.min(most).min(AT_ONCE) as usize);
+    reader.by_ref().take(most).read_to_end(&mut data).map_err(|source| Error::Io {
+        file: name.display().to_string(),
+        action: "read it",
+        source,
+    })?;
+    Ok(data)
 }
 
 /// Reads from a stream. `name` is used in messages, to break ties between formats, and to find files beside it.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_reader(name: &Path, mut reader: impl Read, options: &LoadOptions) -> Result<Loaded> {
-    let mut data = Vec::new();
-    let limit = options.max_memory_bytes.unwrap_or(u64::MAX);
-    reader.by_ref().take(limit.saturating_add(1)).read_to_end(&mut data).map_err(|source| Error::Io {
-        file: name.display().to_string(),
-        action: "read it",
-        source,
-    })?;
-    load_bytes(name, &data, options)
+pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Result<Loaded> {
+    load_bytes(name, &read_all(name, reader, 0, options)?, options)
 }
 
 /// Reads from memory. `name` as in [`load_reader`].
@@ -189,11 +199,17 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
         used: 0,
     };
     input.reserve(data.len(), 1)?;
-    let Some(format) = Format::detect(data, name) else { return Err(unknown(&input)) };
+    let format = if data.trim_ascii().is_empty() { None } else { Format::detect(data, name) };
+    let Some(format) = format else { return Err(unknown(&input)) };
     let mut content = match format {
         Format::Ply => ply::read(&mut input)?,
         Format::Obj => obj::read(&mut input)?,
+        Format::Off => off::read(&mut input)?,
+        Format::Stl => stl::read(&mut input)?,
         Format::Xyz => xyz::read(&mut input)?,
+        Format::Pcd => pcd::read(&mut input)?,
+        Format::Las => las::read(&mut input)?,
+        Format::E57 => e57::read(&mut input)?,
         Format::Gltf => gltf::read(&mut input)?,
     };
     // A column whose length does not fit would make every user of the cloud check it again.
@@ -202,9 +218,12 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     debug_assert!(content.cloud.colors.as_ref().is_none_or(|c| c.len() == n));
     debug_assert!(content.cloud.attributes.iter().all(|a| a.values.len() == n * a.width));
     let bad = |p: &[f64; 3]| !p.iter().all(|c| c.is_finite());
-    let count = content.cloud.positions.iter().filter(|p| bad(p)).count();
-    let first = content.cloud.positions.iter().position(bad).map(|i| format!("point {i}"));
-    input.report.add("points with a coordinate that is not finite, kept in place", count as u64, first);
+    if let Some(first) = content.cloud.positions.iter().position(bad) {
+        let count = content.cloud.positions[first..].iter().filter(|p| bad(p)).count();
+        let what = "points with a coordinate that is not finite, kept in place";
+        input.report.add(what, count as u64, Some(format!("point {first}")));
+    }
+    zero_wrong_numbers(&mut content, &mut input.report);
     if content.faces.is_empty() {
         content.corner_uv = None;
         content.face_chart = None;
@@ -219,10 +238,28 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     })
 }
 
+/// Normals, colours and texture coordinates that are not finite become 0 (of a normal: "unknown"), and are counted,
+/// so that they do not spread into what is computed from them.
+fn zero_wrong_numbers(content: &mut Content, report: &mut LoadReport) {
+    fn zero<const N: usize>(rows: &mut [[f32; N]]) -> u64 {
+        let wrong = rows.iter_mut().filter(|r| !r.iter().all(|c| c.is_finite()));
+        wrong.map(|r| *r = [0.0; N]).count() as u64
+    }
+    if let Some(normals) = &mut content.cloud.normals {
+        report.add("normals that are not finite, set to 0", zero(normals), None);
+    }
+    if let Some(colors) = &mut content.cloud.colors {
+        report.add("colours that are not finite, set to 0", zero(colors), None);
+    }
+    if let Some(uv) = &mut content.corner_uv {
+        report.add("texture coordinates that are not finite, set to 0", zero(uv.as_flattened_mut()), None);
+    }
+}
+
 fn unknown(input: &Input<'_>) -> Error {
-    let known = "PLY, OBJ, XYZ or other columns of numbers, glTF";
+    let known = "PLY, OBJ, OFF, STL, XYZ or other columns of numbers, PCD, LAS, LAZ, E57, glTF";
     let found = match input.data {
-        [] => "an empty file".into(),
+        data if data.trim_ascii().is_empty() => "an empty file".into(),
         [0x1F, 0x8B, ..] => return input.unsupported("this is gzip-compressed", "Unpack it first (gunzip)"),
         [b'P', b'K', 3, 4, ..] => return input.unsupported("this is a ZIP archive", "Unpack it first"),
         data => text::quote(&data[..data.len().min(24)]),

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::format::Format;
-use crate::{gltf, obj, ply, xyz};
+use crate::{gltf, obj, off, ply, stl, xyz};
 use atlasfit::geometry::{Attribute, PointCloud, TriMesh};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -168,8 +168,12 @@ fn save(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Saved> {
         advice: advice.into(),
     };
     let format = format.or_else(|| Format::from_path(path)).ok_or_else(|| {
-        unsupported("no known format has this extension".into(), "Use .ply, .obj, .glb or .xyz")
+        unsupported("no known format has this extension".into(), "Use .ply, .obj, .glb, .off, .stl or .xyz")
     })?;
+    if !format.can_write() {
+        let what = format!("{} files are only read, not written", format.name());
+        return Err(unsupported(what, "Use .ply, .obj, .glb, .off, .stl or .xyz"));
+    }
     check(job).map_err(|what| unsupported(what, "Correct the mesh before it is written"))?;
     let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
     // A device or a pipe cannot be replaced: it is written to.
@@ -197,7 +201,10 @@ fn write(format: Format, job: &Job<'_>, out: &mut impl Write) -> std::io::Result
     match format {
         Format::Ply => ply::write(job, out),
         Format::Obj => obj::write(job, out),
+        Format::Off => off::write(job, out),
+        Format::Stl => stl::write(job, out),
         Format::Xyz => xyz::write(job, out),
+        Format::Pcd | Format::Las | Format::E57 => Err(std::io::Error::other("this format is only read")),
         Format::Gltf => gltf::write(job, out),
     }
 }

@@ -131,3 +131,14 @@ pub fn utf8(data: &[u8]) -> Cow<'_, [u8]> {
     let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
     Cow::Owned(text.into_bytes())
 }
+
+/// Whether the first line with words on it, comments aside, holds two or three counts and no more.
+pub fn starts_with_counts(data: &[u8]) -> bool {
+    let first =
+        Lines::new(data).take(100).find(|l| tokens(l.text).next().is_some_and(|w| !w.starts_with(b"#")));
+    first.is_some_and(|l| {
+        let words: Vec<&[u8]> = tokens(l.text).collect();
+        let count = |w: &&[u8]| w.iter().all(u8::is_ascii_digit);
+        (2..=3).contains(&words.len()) && words.iter().all(count)
+    })
+}

@@ -38,6 +38,10 @@ impl Layout {
     fn number(self, field: &[u8]) -> Option<f64> {
         if self.decimal_comma { text::number_or_comma(field).map(|n| n.0) } else { text::number(field) }
     }
+    /// Numbers anywhere in a line: names may stand between them.
+    fn numbers(self, line: &[u8]) -> usize {
+        self.fields(line).filter(|f| self.number(f).is_some()).count()
+    }
     /// Numbers at the start of a line.
     fn row(self, line: &[u8]) -> usize {
         self.fields(line).take_while(|f| self.number(f).is_some()).count()
@@ -48,7 +52,7 @@ fn is_comment(line: &[u8]) -> bool {
     [&b"#"[..], b"//", b"%", b"!"].iter().any(|c| line.starts_with(c))
 }
 
-/// The layout under which most sample lines are rows of at least three numbers.
+/// The layout under which most sample lines hold at least three numbers.
 fn layout(data: &[u8]) -> Layout {
     let layouts = [
         Layout { separator: None, decimal_comma: false },
@@ -59,7 +63,7 @@ fn layout(data: &[u8]) -> Layout {
     ];
     let mut best = (0, layouts[0]);
     for layout in layouts {
-        let rows = Lines::new(data).take(SAMPLE).filter(|l| layout.row(l.text.trim_ascii()) >= 3).count();
+        let rows = Lines::new(data).take(SAMPLE).filter(|l| layout.numbers(l.text.trim_ascii()) >= 3).count();
         if rows > best.0 {
             best = (rows, layout);
         }

@@ -23,7 +23,7 @@ impl Buffer {
         let target = target.map_or(String::new(), |t| format!(",\"target\":{t}"));
         let length = self.bytes.len() - from;
         self.views.push(format!("{{\"buffer\":0,\"byteOffset\":{from},\"byteLength\":{length}{target}}}"));
-        while self.bytes.len() % 4 != 0 {
+        while !self.bytes.len().is_multiple_of(4) {
             self.bytes.push(0);
         }
         self.views.len() - 1
@@ -232,7 +232,7 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         buffer.views.join(","),
         buffer.bytes.len()
     );
-    while json.len() % 4 != 0 {
+    while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
     let total = 12 + 8 + json.len() + 8 + buffer.bytes.len();

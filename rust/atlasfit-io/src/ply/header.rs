@@ -1,5 +1,6 @@
 //! The PLY header: elements and their properties.
 
+use crate::bytes::size;
 use crate::error::{Place, Result};
 use crate::load::Input;
 use crate::text::{self, Lines};
@@ -35,16 +36,6 @@ impl Element {
     /// Fewest bytes that a row takes in a binary file.
     pub fn least_bytes(&self) -> usize {
         self.properties.iter().map(|p| size(p.list.unwrap_or(p.kind))).sum()
-    }
-}
-
-/// Bytes of a number.
-pub const fn size(kind: ScalarKind) -> usize {
-    match kind {
-        ScalarKind::U8 | ScalarKind::I8 => 1,
-        ScalarKind::U16 | ScalarKind::I16 => 2,
-        ScalarKind::U32 | ScalarKind::I32 | ScalarKind::F32 => 4,
-        ScalarKind::F64 => 8,
     }
 }
 
@@ -84,12 +75,14 @@ pub struct Header {
     pub lines: u64,
 }
 
+/// Known files have up to ten.
+const MOST_ELEMENTS: usize = 1000;
+
 pub fn read(input: &Input<'_>) -> Result<Header> {
     let mut lines = Lines::new(input.data);
-    // The first line says how lines end; a binary body may begin with any byte, so `end_header` must not take
-    // a line feed that belongs to the data.
+    // Where lines end with a lone CR, a LF behind `end_header` is the first byte of the data.
     let first = text::first_line(input.data).len();
-    let crlf = input.data.get(first..first + 2) == Some(b"\r\n");
+    let cr_only = input.data.get(first) == Some(&b'\r') && input.data.get(first + 1) != Some(&b'\n');
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
     while let Some(line) = lines.next() {
@@ -117,6 +110,12 @@ pub fn read(input: &Input<'_>) -> Result<Header> {
                     std::str::from_utf8(count).ok().and_then(|c| c.parse::<u64>().ok()).ok_or_else(|| {
                         wrong("an element's name and how many there are", "Correct the count in the header")
                     })?;
+                if elements.len() >= MOST_ELEMENTS {
+                    return Err(wrong(
+                        "the end of the header",
+                        "No program writes so many elements: the file is damaged",
+                    ));
+                }
                 elements.push(Element {
                     name: String::from_utf8_lossy(name).into_owned(),
                     count,
@@ -154,8 +153,8 @@ pub fn read(input: &Input<'_>) -> Result<Header> {
                     ));
                 };
                 let mut end = lines.offset().min(input.data.len());
-                // Lines takes CR LF as one end. With other line ends before, a LF after CR is data.
-                if encoding != Encoding::Ascii && !crlf && end >= 2 && &input.data[end - 2..end] == b"\r\n" {
+                if encoding != Encoding::Ascii && cr_only && end >= 2 && &input.data[end - 2..end] == b"\r\n"
+                {
                     end -= 1;
                 }
                 return Ok(Header { encoding, elements, end, lines: line.number });

@@ -1,6 +1,7 @@
 //! Reads the body of a PLY file.
 
-use super::header::{self, Element, Encoding, size};
+use super::header::{self, Element, Encoding};
+use crate::bytes::{column, scalar, size};
 use crate::error::{Place, Result};
 use crate::faces::{self, Faces};
 use crate::load::{Content, Input};
@@ -33,7 +34,13 @@ struct Columns {
     scalars: Vec<Attribute>,
     lists: Vec<List>,
     color_scale: [f64; 4],
+    /// What each property became, in the file's order.
+    order: Vec<Target>,
 }
+
+/// What stands in the place of an attribute that was taken out.
+const EMPTY: Attribute =
+    Attribute { name: String::new(), width: 1, kind: ScalarKind::F64, values: Vec::new() };
 
 /// A list property of the vertices: an attribute if all lists have one length.
 struct List {
@@ -54,11 +61,13 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         input,
         encoding: header.encoding,
     };
+    let has_faces =
+        header.elements.iter().any(|e| matches!(e.name.as_str(), "face" | "tristrips") && e.count > 0);
     let mut columns = None;
     let mut faces = Faces::default();
     for (i, element) in header.elements.iter().enumerate() {
         if i == vertex {
-            columns = Some(reader.vertices(element)?);
+            columns = Some(reader.vertices(element, has_faces)?);
         } else if element.name == "face" {
             reader.faces(element, &mut faces)?;
         } else if element.name == "tristrips" {
@@ -87,30 +96,33 @@ fn finish(input: &mut Input<'_>, mut columns: Columns, faces: Faces) -> Result<C
     content.corner_uv = corner_uv;
     content.face_chart = chart;
     let n = columns.positions.len();
-    let mut attributes = columns.scalars;
-    for list in columns.lists {
-        match list.width {
-            Some(width) if !list.ragged && width > 0 => {
-                attributes.push(Attribute { name: list.name, width, kind: list.kind, values: list.values });
+    let mut attributes = Vec::new();
+    for target in &columns.order {
+        match *target {
+            Target::Scalar(k) => attributes.push(std::mem::replace(&mut columns.scalars[k], EMPTY)),
+            Target::List(k) => {
+                let list = &mut columns.lists[k];
+                match list.width {
+                    Some(width) if width > 0 && list.values.len() == n * width => {
+                        let (name, values) =
+                            (std::mem::take(&mut list.name), std::mem::take(&mut list.values));
+                        attributes.push(Attribute { name, width, kind: list.kind, values });
+                    }
+                    Some(0) | None => {}
+                    _ => {
+                        let what =
+                            format!("lists \"{}\" of differing length at vertices, left out", list.name);
+                        input.report.add(what, n as u64, None);
+                    }
+                }
             }
-            None => {}
-            _ => {
-                let what = format!("lists \"{}\" of differing length at vertices, left out", list.name);
-                input.report.add(what, n as u64, None);
-            }
+            _ => {}
         }
     }
-    if !columns.uv.is_empty() {
-        if content.faces.is_empty() {
-            for (k, name) in ["s", "t"].into_iter().enumerate() {
-                let values = columns.uv.iter().map(|u| f64::from(u[k])).collect();
-                attributes.push(Attribute { name: name.into(), width: 1, kind: ScalarKind::F32, values });
-            }
-        } else if content.corner_uv.is_none() {
-            input.reserve(content.faces.len(), 24)?;
-            let uv = |v: u32| columns.uv[v as usize];
-            content.corner_uv = Some(content.faces.iter().map(|t| t.map(uv)).collect());
-        }
+    if !columns.uv.is_empty() && content.corner_uv.is_none() {
+        input.reserve(content.faces.len(), 24)?;
+        let uv = |v: u32| columns.uv[v as usize];
+        content.corner_uv = Some(content.faces.iter().map(|t| t.map(uv)).collect());
     }
     // Floating-point colours are in [0, 1] by convention; some programs write 0 to 255.
     if columns.color_scale[0] == 1.0 && columns.colors.iter().any(|c| c[..3].iter().any(|&v| v > 1.0)) {
@@ -149,7 +161,7 @@ fn vertex_element(input: &Input<'_>, elements: &[Element]) -> Result<usize> {
 }
 
 /// The role of each vertex property, and empty columns for them.
-fn plan(element: &Element) -> (Vec<Target>, Columns) {
+fn plan(element: &Element, has_faces: bool) -> (Vec<Target>, Columns) {
     let scalar = |name: &str| {
         element.properties.iter().position(|p| p.list.is_none() && p.name.eq_ignore_ascii_case(name))
     };
@@ -175,8 +187,9 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
     color = color
         .or_else(|| take(&["r", "g", "b", "a"], Target::Color))
         .or_else(|| take(&["r", "g", "b"], Target::Color));
-    let uv =
-        [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]].iter().any(|n| take(n, Target::Uv).is_some());
+    // Texture coordinates belong to faces: without any, "u" and "v" are numbers like others.
+    let names = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+    let uv = has_faces && names.iter().any(|n| take(n, Target::Uv).is_some());
     let mut columns = Columns {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -185,6 +198,7 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
         scalars: Vec::new(),
         lists: Vec::new(),
         color_scale: [1.0; 4],
+        order: Vec::new(),
     };
     let mut out = Vec::with_capacity(targets.len());
     for (p, target) in element.properties.iter().zip(targets) {
@@ -215,6 +229,7 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
             }
         });
     }
+    columns.order.clone_from(&out);
     // Marks which columns exist: they are sized once the rows are known to be there.
     if normals {
         columns.normals.reserve(1);
@@ -231,19 +246,22 @@ fn plan(element: &Element) -> (Vec<Target>, Columns) {
 impl Columns {
     /// Makes room for `n` rows in every column that exists.
     fn size(&mut self, n: usize, input: &mut Input<'_>) -> Result<()> {
-        input.reserve(n, 24 + 8 * self.scalars.len() + 36)?;
-        self.positions.resize(n, [0.0; 3]);
+        let optional = [(self.normals.capacity(), 12), (self.colors.capacity(), 16), (self.uv.capacity(), 8)];
+        let optional: usize = optional.iter().filter(|o| o.0 > 0).map(|o| o.1).sum();
+        input.reserve(n, 24 + 8 * self.scalars.len() + optional)?;
+        // Fresh zeros cost nothing until they are written to.
+        self.positions = vec![[0.0; 3]; n];
         if self.normals.capacity() > 0 {
-            self.normals.resize(n, [0.0; 3]);
+            self.normals = vec![[0.0; 3]; n];
         }
         if self.colors.capacity() > 0 {
             self.colors.resize(n, [0.0, 0.0, 0.0, 1.0]);
         }
         if self.uv.capacity() > 0 {
-            self.uv.resize(n, [0.0; 2]);
+            self.uv = vec![[0.0; 2]; n];
         }
         for a in &mut self.scalars {
-            a.values.resize(n, 0.0);
+            a.values = vec![0.0; n];
         }
         Ok(())
     }
@@ -284,47 +302,6 @@ struct Reader<'i, 'd> {
     row: Vec<f64>,
 }
 
-/// Calls `put(i, value)` for the number at `offset` of each row.
-#[inline]
-fn column(
-    data: &[u8],
-    stride: usize,
-    offset: usize,
-    kind: ScalarKind,
-    big: bool,
-    mut put: impl FnMut(usize, f64),
-) {
-    macro_rules! each {
-        ($t:ty) => {{
-            const N: usize = size_of::<$t>();
-            for (i, row) in data.chunks_exact(stride).enumerate() {
-                if let Some(Ok(bytes)) = row.get(offset..offset + N).map(<[u8; N]>::try_from) {
-                    let value = if big { <$t>::from_be_bytes(bytes) } else { <$t>::from_le_bytes(bytes) };
-                    put(i, f64::from(value));
-                }
-            }
-        }};
-    }
-    match kind {
-        ScalarKind::U8 => each!(u8),
-        ScalarKind::I8 => each!(i8),
-        ScalarKind::U16 => each!(u16),
-        ScalarKind::I16 => each!(i16),
-        ScalarKind::U32 => each!(u32),
-        ScalarKind::I32 => each!(i32),
-        ScalarKind::F32 => each!(f32),
-        ScalarKind::F64 => each!(f64),
-    }
-}
-
-/// The number at the start of `bytes`, which are long enough.
-#[inline]
-fn scalar(bytes: &[u8], kind: ScalarKind, big: bool) -> f64 {
-    let mut value = 0.0;
-    column(&bytes[..size(kind)], size(kind), 0, kind, big, |_, v| value = v);
-    value
-}
-
 impl Reader<'_, '_> {
     fn big(&self) -> bool {
         self.encoding == Encoding::Big
@@ -355,8 +332,8 @@ impl Reader<'_, '_> {
         )
     }
 
-    fn vertices(&mut self, element: &Element) -> Result<Columns> {
-        let (targets, mut columns) = plan(element);
+    fn vertices(&mut self, element: &Element, has_faces: bool) -> Result<Columns> {
+        let (targets, mut columns) = plan(element, has_faces);
         let possible = self.rows_possible(element);
         if possible < element.count {
             return Err(self.cut_off(element, possible));
@@ -393,7 +370,10 @@ impl Reader<'_, '_> {
                             return Err(self.cut_off(element, row as u64));
                         };
                         match target {
-                            Target::List(k) => columns.list(k, &self.row),
+                            Target::List(k) => {
+                                self.input.reserve(self.row.len(), 8)?;
+                                columns.list(k, &self.row);
+                            }
                             _ => columns.set(target, row, single),
                         }
                     }
@@ -436,7 +416,8 @@ impl Reader<'_, '_> {
             for (p, &target) in element.properties.iter().zip(targets) {
                 if p.list.is_some() {
                     items.clear();
-                    let count = words.next().and_then(text::number).unwrap_or(-1.0);
+                    // A row that ends before its list has an empty one.
+                    let count = words.next().map_or(Some(0.0), text::number).unwrap_or(-1.0);
                     ok &= count >= 0.0;
                     for _ in 0..count.max(0.0) as u64 {
                         match words.next().and_then(text::number) {
@@ -448,6 +429,7 @@ impl Reader<'_, '_> {
                         }
                     }
                     if let Target::List(k) = target {
+                        self.input.reserve(items.len(), 8)?;
                         columns.list(k, &items);
                     }
                 } else {

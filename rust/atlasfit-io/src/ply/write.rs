@@ -6,30 +6,11 @@ use atlasfit::geometry::ScalarKind;
 use std::io::{Result, Write};
 
 /// Names that mean something else at a vertex: an attribute called so gets an underscore.
-const TAKEN: [&str; 22] = [
-    "x",
-    "y",
-    "z",
-    "nx",
-    "ny",
-    "nz",
-    "red",
-    "green",
-    "blue",
-    "alpha",
-    "s",
-    "t",
-    "u",
-    "v",
-    "texture_u",
-    "texture_v",
-    "r",
-    "g",
-    "b",
-    "a",
-    "diffuse_red",
-    "vertex_indices",
-];
+const TAKEN: [&str; 14] =
+    ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "r", "g", "b", "a"];
+
+/// Names that are texture coordinates where there are faces.
+const UV_NAMES: [&str; 6] = ["s", "t", "u", "v", "texture_u", "texture_v"];
 
 /// Writes one number, binary (little endian) or as text with a space behind it.
 fn put(out: &mut impl Write, ascii: bool, kind: ScalarKind, v: f64) -> Result<()> {
@@ -79,11 +60,11 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     for a in job.attributes {
         let mut name: String =
             a.name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
-        let point_uv = job.triangles.is_empty() && (name == "s" || name == "t");
-        while name.is_empty()
-            || !point_uv && TAKEN.iter().any(|t| t.eq_ignore_ascii_case(&name))
-            || names.iter().any(|n| n.eq_ignore_ascii_case(&name))
-        {
+        let is_taken = |name: &String| {
+            let is = |t: &&str| t.eq_ignore_ascii_case(name);
+            TAKEN.iter().any(is) || !job.triangles.is_empty() && UV_NAMES.iter().any(is)
+        };
+        while name.is_empty() || is_taken(&name) || names.iter().any(|n| n.eq_ignore_ascii_case(&name)) {
             name.push('_');
         }
         if name != a.name {

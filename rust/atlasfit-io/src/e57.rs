@@ -1,0 +1,113 @@
+//! E57 (ASTM E2807), through the `e57` crate: all scans of a file, each moved by its pose, one after the other.
+//!
+//! Positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as `scan_id` where
+//! there are several. Points that a scan marks as invalid are left out and counted.
+
+use crate::error::Result;
+use crate::load::{Content, Input};
+
+/// Whether these bytes are an E57 file.
+pub(crate) fn is_e57(data: &[u8]) -> bool {
+    data.starts_with(b"ASTM-E57")
+}
+
+#[cfg(not(feature = "e57"))]
+pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
+    Err(input.unsupported(
+        "this is E57, which this build does not read",
+        "Build with the feature \"e57\", or convert it to PLY",
+    ))
+}
+
+#[cfg(feature = "e57")]
+pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
+    use crate::error::Place;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    // The crate is not hardened against every damaged file: a panic there is a damaged file.
+    match catch_unwind(AssertUnwindSafe(|| scans(input))) {
+        Ok(result) => result,
+        Err(_) => Err(input.malformed(
+            Place::Whole,
+            "data that cannot be read",
+            "the points that the file describes",
+            "The file is damaged: get it again",
+        )),
+    }
+}
+
+#[cfg(feature = "e57")]
+fn scans(input: &mut Input<'_>) -> Result<Content> {
+    use crate::error::Place;
+    use atlasfit::geometry::{Attribute, ScalarKind};
+    use e57::{CartesianCoordinate, E57Reader};
+    let damaged = |input: &Input<'_>, e: e57::Error| {
+        input.malformed(
+            Place::Whole,
+            e.to_string(),
+            "an E57 file",
+            "The file is cut off or damaged: get it again",
+        )
+    };
+    let mut reader = E57Reader::new(std::io::Cursor::new(input.data)).map_err(|e| damaged(input, e))?;
+    let scans = reader.pointclouds();
+    // A column of equal numbers costs no bytes in E57, but a whole point without any is no measurement.
+    const POINTS_PER_BYTE: u64 = 64;
+    let announced = scans.iter().fold(0u64, |sum, s| sum.saturating_add(s.records));
+    if announced / POINTS_PER_BYTE > input.data.len() as u64 {
+        return Err(input.malformed(
+            Place::Whole,
+            format!("{announced} points announced in {} bytes", input.data.len()),
+            "a file that could hold them",
+            "The file is damaged: get it again",
+        ));
+    }
+    let mut out = Content::default();
+    let mut colors: Vec<[f32; 4]> = Vec::new();
+    let mut intensity: Vec<f64> = Vec::new();
+    let mut scan_id: Vec<f64> = Vec::new();
+    let (mut has_color, mut has_intensity, mut invalid, mut colorless) = (false, false, 0u64, 0u64);
+    for (id, scan) in scans.iter().enumerate() {
+        has_color |= scan.has_color();
+        has_intensity |= scan.has_intensity();
+        let mut points = match reader.pointcloud_simple(scan) {
+            Ok(p) => p,
+            Err(e) => return Err(damaged(input, e)),
+        };
+        points.intensity_to_color(false);
+        for point in points {
+            let point = match point {
+                Ok(p) => p,
+                Err(e) if out.cloud.positions.is_empty() => return Err(damaged(input, e)),
+                Err(e) => {
+                    input.report.add(format!("scans that end early ({e})"), 1, Some(format!("scan {id}")));
+                    break;
+                }
+            };
+            let CartesianCoordinate::Valid { x, y, z } = point.cartesian else {
+                invalid += 1;
+                continue;
+            };
+            input.reserve(1, 56)?;
+            out.cloud.positions.push([x, y, z]);
+            let c = point.color.map(|c| [c.red, c.green, c.blue, 1.0]);
+            colorless += u64::from(c.is_none());
+            colors.push(c.unwrap_or([1.0; 4]));
+            intensity.push(f64::from(point.intensity.unwrap_or(0.0)));
+            scan_id.push(id as f64);
+        }
+    }
+    input.report.add("points marked as invalid by the scanner, left out", invalid, None);
+    if has_color {
+        input.report.add("points without a colour among coloured ones, made white", colorless, None);
+        out.cloud.colors = Some(colors);
+    }
+    if has_intensity {
+        let name = "intensity".into();
+        out.cloud.attributes.push(Attribute { name, width: 1, kind: ScalarKind::F32, values: intensity });
+    }
+    if scans.len() > 1 {
+        let name = "scan_id".into();
+        out.cloud.attributes.push(Attribute { name, width: 1, kind: ScalarKind::U32, values: scan_id });
+    }
+    Ok(out)
+}

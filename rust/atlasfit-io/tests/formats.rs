@@ -1,0 +1,360 @@
+//! Each format says what it holds: exact small cases, and the repairs that are promised.
+
+mod common;
+
+use atlasfit::geometry::{PointCloud, ScalarKind, TriMesh};
+use atlasfit_io::{
+    Error, Format, LoadOptions, SaveCloud, SaveMesh, Texture, load, load_bytes, save_cloud, save_mesh,
+};
+use common::{Folder, cube, read};
+use std::path::Path;
+
+fn notes(loaded: &atlasfit_io::Loaded) -> String {
+    loaded.report.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+fn error(name: &str, data: &[u8]) -> String {
+    load_bytes(Path::new(name), data, &LoadOptions::default()).map(|l| l.format).unwrap_err().to_string()
+}
+
+#[test]
+fn every_sample_is_recognised_by_its_content_alone() {
+    for (name, data) in common::samples() {
+        let loaded = read("file", &data);
+        let expected = Format::from_path(Path::new(name)).unwrap();
+        assert_eq!(loaded.format, expected, "{name}");
+        // A wrong name does not mislead.
+        assert_eq!(read("wrong.obj", &data).format, expected, "{name}");
+    }
+}
+
+#[test]
+fn ply_of_every_encoding_gives_the_same() {
+    let mesh = cube();
+    let little = common::saved_mesh("a.ply", &mesh, &SaveMesh::default());
+    let ascii = common::saved_mesh("a.ply", &mesh, &SaveMesh { ascii: true, ..SaveMesh::default() });
+    assert_eq!(read("a.ply", &little).into_mesh(), mesh);
+    assert_eq!(read("a.ply", &ascii).into_mesh(), mesh);
+    let mut big = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty short z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n".to_vec();
+    big.extend(1e-3f64.to_be_bytes());
+    big.extend(2.5f32.to_be_bytes());
+    big.extend((-7i16).to_be_bytes());
+    big.extend([255, 0, 51]);
+    let cloud = read("a.ply", &big).cloud;
+    assert_eq!(cloud.positions, [[1e-3, 2.5, -7.0]]);
+    assert_eq!(cloud.colors, Some(vec![[1.0, 0.0, 0.2, 1.0]]));
+}
+
+#[test]
+fn ply_polygons_strips_range_grids_and_odd_properties() {
+    let text = b"ply\nformat ascii 1.0\nobj_info num_cols 2\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uint scan_id\nproperty list uchar float pair\nelement range_grid 2\nproperty list uchar int vertex_indices\nelement face 3\nproperty list uchar int vertex_index\nend_header\n0 0 0 7 2 1 2\n1 0 0 8 2 3 4\n1 1 0 9 2 5 6\n0 1 0 4000000000 2 7 8\n0\n1 3\n4 0 1 2 3\n3 0 1 9\n2 0 1\n";
+    let l = read("a.ply", text);
+    assert_eq!(l.faces, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(l.cloud.attributes[0].values, [7.0, 8.0, 9.0, 4e9]);
+    assert_eq!(l.cloud.attributes[0].kind, ScalarKind::U32);
+    assert_eq!((l.cloud.attributes[1].width, l.cloud.attributes[1].values.len()), (2, 8));
+    let notes = notes(&l);
+    assert!(notes.contains("1 polygons, cut into triangles"), "{notes}");
+    assert!(notes.contains("1 faces that name a vertex that is not there"), "{notes}");
+    assert!(notes.contains("1 faces of fewer than 3 corners"), "{notes}");
+    assert!(notes.contains("2 rows of the element \"range_grid\""), "{notes}");
+    let strips = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n";
+    assert_eq!(read("a.ply", strips).faces, [[0, 1, 2], [2, 1, 3], [0, 1, 2]]);
+}
+
+#[test]
+fn u_and_v_of_a_cloud_are_numbers_like_others() {
+    let text = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty double u\nproperty double v\nend_header\n0 0 0 0.1 1e9\n";
+    let cloud = read("a.ply", text).cloud;
+    assert_eq!((cloud.attributes[1].name.as_str(), cloud.attributes[1].values[0]), ("v", 1e9));
+    assert_eq!(read("a.ply", &common::saved_cloud("a.ply", &cloud)).cloud, cloud);
+}
+
+#[test]
+fn a_concave_polygon_is_cut_without_folds() {
+    // An arrow head: the fan from its first corner would leave the polygon.
+    let obj = b"v 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nv 1 0.1 5\nf 2 3 4 1\nf 1 2 3 4\n";
+    let l = read("a.obj", obj);
+    let area: f64 = l
+        .faces
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| l.cloud.positions[v as usize]);
+            let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            assert!(cross > 0.0, "a triangle is turned over: {t:?}");
+            cross / 2.0
+        })
+        .sum();
+    assert!((area - 2.0 * 0.5).abs() < 1e-12, "{area}");
+}
+
+#[test]
+fn obj_corners_of_all_forms_relative_indices_and_continued_lines() {
+    let obj = b"\xEF\xBB\xBFmtllib a.mtl\r\nv 0 0 0 1 0 0\r\nv 1 0 0 0 1 0\r\nv 0 1 0 0 0 \\\r\n1\r\nvt 0 0\r\nvt 1 0\r\nvt 0,5 1\r\nvn 0 0 1\r\nusemtl m\r\nf 1/1/1 2/2/1 3/1/1\r\nf -3//-1 -2//-1 -1//-1\r\n";
+    let l = read("a.obj", obj);
+    assert_eq!(l.faces, [[0, 1, 2], [0, 1, 2]]);
+    assert_eq!(l.cloud.colors.as_ref().unwrap()[2], [0.0, 0.0, 1.0, 1.0]);
+    assert_eq!(l.cloud.normals, Some(vec![[0.0, 0.0, 1.0]; 3]));
+    assert_eq!(l.corner_uv.as_ref().unwrap()[0], [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]);
+    assert!(notes(&l).contains("1 triangles without texture coordinates"), "{}", notes(&l));
+}
+
+#[test]
+fn off_with_colours_and_normals_on_one_line_and_with_comments() {
+    let l = read(
+        "a.off",
+        b"COFF # c\n3 1 0\n\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 51 255\n3 0 1 2 1 0 0\n",
+    );
+    assert_eq!(l.cloud.colors.unwrap()[2], [0.0, 0.0, 0.2, 1.0]);
+    assert_eq!(l.faces, [[0, 1, 2]]);
+    let one = read("a.off", b"OFF 4 2 0 0 0 0 1 0 0 0 1 0 1 1 1.5D+00 3 0 1 2 3 1 3 2");
+    assert_eq!(one.faces, [[0, 1, 2], [1, 3, 2]]);
+    assert_eq!(one.cloud.positions[3], [1.0, 1.0, 1.5]);
+    assert_eq!(read("a.off", b"  OFF1 0 0 # c\n1 2 3\n").cloud.positions, [[1.0, 2.0, 3.0]]);
+    let noff = read("a.off", b"NOFF\n1 0 0\n1 2 3 0 0 1\n");
+    assert_eq!(noff.cloud.normals, Some(vec![[0.0, 0.0, 1.0]]));
+}
+
+#[test]
+fn stl_corners_are_joined_and_a_cut_file_says_so() {
+    let mesh = TriMesh {
+        normals: None,
+        colors: None,
+        attributes: vec![],
+        corner_uv: None,
+        face_chart: None,
+        ..cube()
+    };
+    for ascii in [false, true] {
+        let data = common::saved_mesh("a.stl", &mesh, &SaveMesh { ascii, ..SaveMesh::default() });
+        let l = read("a.stl", &data);
+        assert_eq!((l.cloud.len(), l.faces.len()), (8, 12));
+        assert!(notes(&l).contains("28 repeated corners"), "{}", notes(&l));
+    }
+    let data = common::saved_mesh("a.stl", &mesh, &SaveMesh::default());
+    let cut = read("a.stl", &data[..data.len() - 60]);
+    assert_eq!(cut.faces.len(), 10);
+    assert!(notes(&cut).contains("2 triangles announced"), "{}", notes(&cut));
+}
+
+#[test]
+fn columns_of_numbers_whatever_separates_and_names_them() {
+    let expected = [[1.5, 2.0, -3.0], [4.0, 5.25, 6.0]];
+    for text in [
+        "1.5 2 -3\n4 5.25 6\n",
+        "1.5,2,-3\n4,5.25,6\n",
+        "1,5;2;-3\n4;5,25;6\n",
+        "1,5\t2,0\t-3\n4,0\t5,25\t6\n",
+        "x y z\n1.5 2 -3\n4 5.25 6\n",
+        "2\n1.5 2 -3\n4 5.25 6\n",
+        "# made by hand\n\n1.5 2 -3\n// more\n4 5.25 6\n",
+        "\"z\",\"id\",\"x\",\"y\"\n-3,a,1.5,2\n6,b,4,5.25\n",
+    ] {
+        assert_eq!(read("a.txt", text.as_bytes()).cloud.positions, expected, "{text}");
+    }
+    let l = read("a.pts", b"2\n0 0 0 -1200 255 0 0\n1 1 1 37 0 51 255\n");
+    assert_eq!(l.cloud.colors.unwrap()[1], [0.0, 0.2, 1.0, 1.0]);
+    assert_eq!(
+        (l.cloud.attributes[0].name.as_str(), l.cloud.attributes[0].values[0]),
+        ("intensity", -1200.0)
+    );
+    let l = read("a.xyz", b"0 0 0 0 0.6 0.8\n1 1 1 1 0 0\n");
+    assert_eq!(l.cloud.normals, Some(vec![[0.0, 0.6, 0.8], [1.0, 0.0, 0.0]]));
+    let l = read(
+        "a.csv",
+        b"x,y,z,nx,ny,nz,r,g,b,label\n0,0,0,0,0,1,255,255,255,3\nbad line\n1,1,1,0,0,1,0,0,0,4\n",
+    );
+    assert_eq!(l.cloud.len(), 2);
+    assert_eq!((l.cloud.attributes[0].name.as_str(), l.cloud.attributes[0].kind), ("label", ScalarKind::I32));
+    assert!(
+        notes(&l).contains("1 lines that are not rows of numbers, left out (first: line 3)"),
+        "{}",
+        notes(&l)
+    );
+}
+
+#[test]
+fn pcd_of_every_encoding_gives_the_same() {
+    let samples: Vec<_> = common::samples().into_iter().filter(|s| s.0.ends_with("pcd")).collect();
+    let check = |data: &[u8], n: usize| {
+        let cloud = read("a.pcd", data).cloud;
+        assert_eq!(cloud.len(), n);
+        for i in 0..n {
+            let (p, c, label) = common::pcd_point(i);
+            assert_eq!(cloud.positions[i], p.map(f64::from));
+            let color = [16, 8, 0].map(|s| f32::from((c >> s) as u8) / 255.0);
+            assert_eq!(cloud.colors.as_ref().unwrap()[i], [color[0], color[1], color[2], 1.0]);
+            assert_eq!(cloud.attributes[0].values[i], f64::from(label));
+        }
+    };
+    check(&common::pcd_binary(50), 50);
+    check(&common::pcd_compressed(50), 50);
+    check(&samples.iter().find(|s| s.0 == "ascii.pcd").unwrap().1, 20);
+    assert!(common::pcd_compressed(50).len() < common::pcd_binary(50).len() * 2);
+}
+
+#[test]
+fn las_and_laz_keep_survey_coordinates_and_attributes() {
+    for data in [common::las(40), common::laz(40, 3), common::laz(40, 7)] {
+        let cloud = read("a.las", &data).cloud;
+        assert_eq!(cloud.len(), 40);
+        for (i, p) in cloud.positions.iter().enumerate() {
+            let i = i as f64;
+            assert_eq!(*p, [i * 0.001 + 1e6, 2.0 * i * 0.001 + 2e6, -i * 0.001 + 3e6]);
+        }
+        assert_eq!(cloud.colors.as_ref().unwrap()[1][..2], [1.0, 32768.0 / 65535.0]);
+        let value = |name: &str| cloud.attributes.iter().find(|a| a.name == name).unwrap().values[3];
+        assert_eq!(value("intensity"), 103.0);
+        assert_eq!(value("classification"), 2.0);
+        assert_eq!(value("number_of_returns"), 2.0);
+        assert_eq!(value("point_source_id"), 9.0);
+        assert_eq!(value("gps_time"), 1e5 + 3.0);
+        // All zero: not kept.
+        assert!(cloud.attributes.iter().all(|a| a.name != "user_data"));
+    }
+    // Colours that never leave the low byte are 8-bit colours.
+    let mut dim = common::las(3);
+    let from = dim.len() - 3 * 34;
+    for r in 0..3 {
+        for (k, c) in [255u16, 51, 0].into_iter().enumerate() {
+            dim[from + r * 34 + 28 + 2 * k..][..2].copy_from_slice(&c.to_le_bytes());
+        }
+    }
+    assert_eq!(read("a.las", &dim).cloud.colors.unwrap()[2], [1.0, 0.2, 0.0, 1.0]);
+    let big = common::laz(200_000, 7);
+    assert_eq!(read("a.laz", &big).cloud.len(), 200_000);
+}
+
+#[test]
+fn e57_scans_are_moved_by_their_poses_and_numbered() {
+    let cloud = read("a.e57", &common::e57()).cloud;
+    assert_eq!(cloud.len(), 6);
+    assert_eq!(cloud.positions[1], [1.0, 0.125, 1e6]);
+    assert_eq!(cloud.positions[4], [11.0, 0.125, 1e6]);
+    assert_eq!(cloud.attributes[0].values, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    assert_eq!(cloud.colors.unwrap()[2], [1.0, 0.0, 2.0 / 255.0, 1.0]);
+}
+
+#[test]
+fn glb_comes_back_joined_and_far_coordinates_survive() {
+    let mut mesh = cube();
+    mesh.face_chart = None;
+    mesh.positions.iter_mut().for_each(|p| *p = [p[0] + 4.5e6, p[1] - 3e5, p[2] + 100.0]);
+    let folder = Folder::new();
+    let path = folder.join("a.glb");
+    let png = [0x89, b'P', b'N', b'G'];
+    let saved =
+        save_mesh(&path, &mesh, &SaveMesh { texture: Some(Texture::Png(&png)), ..SaveMesh::default() })
+            .unwrap();
+    assert!(saved.lost.is_empty(), "{:?}", saved.lost);
+    let back = load(&path, &LoadOptions::default()).unwrap().into_mesh();
+    assert_eq!(back.positions, mesh.positions);
+    assert_eq!(back.triangles, mesh.triangles);
+    assert_eq!(back.normals, mesh.normals);
+    assert_eq!(back.attributes, mesh.attributes);
+    let close = |a: f32, b: f32| (a - b).abs() < 1e-6;
+    let (a, b) = (back.corner_uv.unwrap(), mesh.corner_uv.unwrap());
+    assert!(a.iter().flatten().flatten().zip(b.iter().flatten().flatten()).all(|(a, b)| close(*a, *b)));
+    let (a, b) = (back.colors.unwrap(), mesh.colors.unwrap());
+    assert!(a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| close(*a, *b)));
+}
+
+#[test]
+fn gltf_nodes_strips_and_embedded_buffers() {
+    // One triangle as three floats each, twice: moved by a matrix, and mirrored by a scale.
+    let bytes: Vec<u8> =
+        [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let text: String = bytes
+        .chunks(3)
+        .flat_map(|c| {
+            let n = u32::from(c[0]) << 16 | u32::from(c[1]) << 8 | u32::from(c[2]);
+            [18, 12, 6, 0].map(|s| char::from(DIGITS[(n >> s) as usize & 63]))
+        })
+        .collect();
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1]}}],
+        "nodes":[{{"children":[2],"translation":[100,0,0]}},{{"mesh":0,"scale":[-1,1,1]}},{{"mesh":0,"translation":[0,0,5.0000001]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":5}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "buffers":[{{"byteLength":36,"uri":"data:application/octet-stream;base64,{text}"}}]}}"#
+    );
+    let l = read("a.gltf", json.as_bytes());
+    assert_eq!(l.cloud.positions[1], [101.0, 0.0, 5.000_000_1]);
+    assert_eq!(l.cloud.positions[4], [-1.0, 0.0, 0.0]);
+    assert_eq!(l.faces, [[0, 1, 2], [3, 5, 4]]);
+    let folder = Folder::new();
+    std::fs::write(folder.join("my data.bin"), &bytes).unwrap();
+    let beside = json.replace(&format!("data:application/octet-stream;base64,{text}"), "my%20data.bin");
+    std::fs::write(folder.join("a.gltf"), beside).unwrap();
+    let l = load(&folder.join("a.gltf"), &LoadOptions::default()).unwrap();
+    assert_eq!(l.cloud.positions[1], [101.0, 0.0, 5.000_000_1]);
+    let outside = json.replace("data:application/octet-stream;base64,", "../");
+    assert!(error("a.gltf", outside.as_bytes()).contains("outside of the folder"));
+}
+
+#[test]
+fn points_that_are_not_finite_stay_in_place_and_are_counted() {
+    let l = read("a.xyz", b"0 0 0\nnan 1 1\n2 2 inf\n3 3 3\n");
+    assert_eq!(l.cloud.len(), 4);
+    assert_eq!(l.cloud.positions[3], [3.0; 3]);
+    assert!(
+        notes(&l).contains("2 points with a coordinate that is not finite, kept in place (first: point 1)")
+    );
+}
+
+#[test]
+fn errors_name_file_place_finding_and_expectation() {
+    let text = error("scan.ply", b"ply\nformat ascii 1.0\nelement vertex many\nend_header\n");
+    assert!(text.starts_with("scan.ply, line 3: found \"element vertex many\", expected"), "{text}");
+    assert!(error("a.ply", b"").contains("an empty file"));
+    assert!(error("a.obj", &[0x1F, 0x8B, 8, 0]).contains("gunzip"));
+    let huge = b"ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n012345678901";
+    assert!(error("a.ply", huge).contains("2000000000 rows"));
+    assert!(
+        error(
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+        .contains("\"vertex\"")
+    );
+}
+
+#[test]
+fn the_memory_limit_holds_for_every_format() {
+    for (name, data) in common::samples() {
+        let options = LoadOptions { max_memory_bytes: Some(data.len() as u64 + 100) };
+        let result = load_bytes(Path::new(name), &data, &options);
+        assert!(matches!(result, Err(Error::OutOfMemory { .. })), "{name}: {:?}", result.map(|l| l.format));
+    }
+}
+
+#[test]
+fn a_failed_write_leaves_the_old_file_and_no_rest() {
+    let folder = Folder::new();
+    let path = folder.join("out.ply");
+    std::fs::write(&path, "precious").unwrap();
+    let bad = TriMesh::new(vec![[0.0; 3]], vec![[0, 0, 9]]);
+    assert!(save_mesh(&path, &bad, &SaveMesh::default()).is_err());
+    let empty = folder.join("out.glb");
+    assert!(save_cloud(&empty, &PointCloud::default(), &SaveCloud::default()).is_err());
+    assert_eq!(std::fs::read(&path).unwrap(), b"precious");
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1);
+    assert!(save_cloud(&folder.join("a.las"), &PointCloud::default(), &SaveCloud::default()).is_err());
+    assert!(save_cloud(&folder.join("a.what"), &PointCloud::default(), &SaveCloud::default()).is_err());
+}
+
+#[test]
+fn a_textured_obj_comes_with_its_material_and_image() {
+    let folder = Folder::new();
+    let path = folder.join("my mesh.obj");
+    let saved =
+        save_mesh(&path, &cube(), &SaveMesh { texture: Some(Texture::Png(b"png")), ..SaveMesh::default() })
+            .unwrap();
+    let names: Vec<_> = saved.files.iter().map(|f| f.file_name().unwrap().to_str().unwrap()).collect();
+    assert_eq!(names, ["my mesh.obj", "my_mesh.png", "my_mesh.mtl"]);
+    assert!(std::fs::read_to_string(&saved.files[2]).unwrap().contains("map_Kd my_mesh.png"));
+    assert_eq!(std::fs::read(&saved.files[1]).unwrap(), b"png");
+    assert_eq!(saved.lost, ["attributes, which OBJ cannot hold: intensity", "chart numbers of the faces"]);
+}
