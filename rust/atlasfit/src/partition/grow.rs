@@ -290,7 +290,7 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bo
     if near < MIN_MEMBERS {
         return false;
     }
-    let rms = (sum / (total - 6.0).max(1.0)).sqrt();
+    let rms = (sum / total).sqrt();
     s.residual = rms;
     // The fit's basis can follow more than a quadric: an eighth of the radius of unexplained height is still fine.
     rms <= (1.35 * sigma).max(0.06 * small) && astray * 5 <= near
