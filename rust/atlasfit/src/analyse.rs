@@ -23,6 +23,10 @@ pub struct Analysis {
 
 /// Neighbours that the local spacing is taken from: 8 points on a surface of density 1/s^2 lie within r with pi r^2 = 8 s^2.
 const SPACING_K: usize = 8;
+/// Scanners sample in lines: within a line the nearest points are close, the next line is far. More neighbours see both; on an even sampling
+/// their estimate, taken at this share, is the smaller one.
+const WIDE_K: usize = 32;
+const WIDE_SHARE: f64 = 0.85;
 /// Points at which the noise is estimated. The median of this many has an error of a few percent.
 const NOISE_SAMPLES: usize = 1500;
 /// Neighbourhood sizes tried (points), each with the ratio of the median residual to the true noise on a plane (simulated: the median of
@@ -52,9 +56,12 @@ pub fn spacing(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<
             let out: Vec<f32> = chunk
                 .iter()
                 .map(|&p| {
-                    tree.nearest(p, SPACING_K + 1, &mut found);
-                    let last = found.last().map_or(0.0, |f| f.dist2);
-                    (last * std::f64::consts::PI / found.len().max(2).saturating_sub(1) as f64).sqrt() as f32
+                    tree.nearest(p, WIDE_K + 1, &mut found);
+                    let side = |k: usize| {
+                        let k = k.min(found.len() - 1);
+                        (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
+                    };
+                    side(SPACING_K).max(WIDE_SHARE * side(WIDE_K)) as f32
                 })
                 .collect();
             ctx.advance(chunk.len());

@@ -357,7 +357,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     ctx.advance(1);
     let projected = project::project_members(&points, &fitted, &members, ctx)?;
     ctx.advance(1);
-    let anchors = project::anchors(&points, &projected, &fitted, &members, &analysis.spacing);
+    let anchors = project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing);
     ctx.advance(1);
 
     let voxel = VOXEL * median_spacing / options.detail;

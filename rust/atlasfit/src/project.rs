@@ -114,9 +114,14 @@ fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Pr
     }
 }
 
+/// Points carry the surface no farther than if their spacing were this many times the median: beyond, a scan is too thin to show one, and the
+/// voxels needed to bridge the gaps grow with the square.
+const WIDEST: f64 = 6.0;
+
 /// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no chart claims are left out.
 #[must_use]
-pub fn anchors(points: &[Vec3], projected: &[Projected], fitted: &[Fitted], members: &Membership, spacing: &[f32]) -> Vec<Anchor> {
+pub fn anchors(points: &[Vec3], projected: &[Projected], fitted: &[Fitted], members: &Membership, spacing: &[f32], median_spacing: f64) -> Vec<Anchor> {
+    let limit = WIDEST * median_spacing;
     (0..points.len())
         .into_par_iter()
         .filter_map(|i| {
@@ -136,7 +141,12 @@ pub fn anchors(points: &[Vec3], projected: &[Projected], fitted: &[Fitted], memb
             for (to, from) in charts.iter_mut().zip(best) {
                 *to = from;
             }
-            Some(Anchor { position: projected[i].position, spacing: f64::from(spacing[i]), charts })
+            Some(Anchor {
+                position: projected[i].position,
+                normal: projected[i].normal,
+                spacing: f64::from(spacing[i]).min(limit),
+                charts,
+            })
         })
         .collect()
 }

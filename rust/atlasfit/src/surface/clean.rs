@@ -9,6 +9,9 @@ use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, mul_add, norm, normali
 /// Layers of triangles peeled from open boundaries: two triangles a voxel, for each round of filling, and one round more.
 const PEEL: usize = 2 * (super::field::FILL_ROUNDS as usize + 1);
 
+/// A surface is an open sheet when its mean normal is longer than the first (1 = flat, 0.5 = a hemisphere, 0 = closed) and the volume it spans
+/// with its centroid, relative to a sphere of its area, is less than the second.
+const OPEN_SHEET: (f64, f64) = (0.3, 0.1);
 /// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal.
 const STEP_APART: f64 = 0.05;
 
@@ -170,12 +173,24 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
             mean = add(mean, sub(s.positions[s.triangles[t as usize][0] as usize], centre));
         }
         let centre = add(centre, scale(mean, 1.0 / component.len() as f64));
-        let mut volume = 0.0;
+        let (mut volume, mut area, mut mean_normal) = (0.0, 0.0, [0.0; 3]);
         for &t in &component {
             let [a, b, c] = s.triangles[t as usize].map(|v| sub(s.positions[v as usize], centre));
-            let six = dot(a, cross(b, c));
-            volume += if state[t as usize] == 2 { -six } else { six };
+            let sign = if state[t as usize] == 2 { -0.5 } else { 0.5 };
+            let n = scale(cross(sub(b, a), sub(c, a)), sign);
+            mean_normal = add(mean_normal, n);
+            area += norm(n);
+            volume += dot(a, n) / 3.0;
         }
+        // A closed surface faces outward. An open sheet like a terrain faces along the axis that it faces most, upward.
+        let facing = norm(mean_normal) / area.max(1e-300);
+        let roundness = 6.0 * std::f64::consts::PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
+        let volume = if facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1 {
+            let axis = (0..3).max_by(|&i, &j| mean_normal[i].abs().total_cmp(&mean_normal[j].abs())).unwrap_or(2);
+            mean_normal[axis]
+        } else {
+            volume
+        };
         let invert = volume < 0.0;
         for &t in &component {
             if (state[t as usize] == 2) != invert {

@@ -6,7 +6,7 @@
 
 use crate::atlas::Chart;
 use crate::error::Result;
-use crate::geometry::vec3::{Vec3, add, dist2, mul_add, norm, scale, sub};
+use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale, sub};
 use crate::orient::Relation;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -61,6 +61,8 @@ fn unkey(k: u64) -> [i32; 3] {
 pub struct Anchor {
     /// Position on the atlas.
     pub position: Vec3,
+    /// Unit normal.
+    pub normal: Vec3,
     /// Point spacing there.
     pub spacing: f64,
     /// Its strongest charts with their blend weights; `u32::MAX` marks unused places.
@@ -238,32 +240,32 @@ fn sample<'c>(
     ctx: &Context<'_>,
 ) -> Result<Grid<'c>> {
     let size = h * f64::from(BLOCK);
-    // Anchors sorted by the block they lie in.
-    let mut home: Vec<(u64, u32)> = anchors
+    // Blocks that each anchor influences: those that its reach touches near its tangent plane.
+    let mut pairs: Vec<(u64, u32)> = anchors
         .par_iter()
         .enumerate()
-        .map(|(i, a)| (block_key(a.position.map(|x| (x / size).floor() as i32)), i as u32))
-        .collect();
-    home.par_sort_unstable();
-    let homes: Vec<(u64, usize, usize)> = {
-        let mut out: Vec<(u64, usize, usize)> = Vec::new();
-        for (i, &(k, _)) in home.iter().enumerate() {
-            match out.last_mut() {
-                Some(l) if l.0 == k => l.2 = i + 1,
-                _ => out.push((k, i, i + 1)),
-            }
-        }
-        out
-    };
-    let mut wanted: Vec<u64> = homes
-        .par_iter()
-        .flat_map_iter(|&(k, ..)| {
-            let b = unkey(k);
-            (0..27).map(move |n| block_key([b[0] + n % 3 - 1, b[1] + n / 3 % 3 - 1, b[2] + n / 9 - 1]))
+        .flat_map_iter(|(i, a)| {
+            let reach = REACH * a.spacing;
+            let lo = a.position.map(|x| ((x - reach) / size).floor() as i32);
+            let hi = a.position.map(|x| ((x + reach) / size).floor() as i32);
+            // Half a block's diagonal, the band, and what a curved surface leaves its tangent plane by within reach.
+            let slab = 0.87 * size + BAND * h + 0.5 * reach;
+            let far = reach + 0.87 * size;
+            (lo[2]..=hi[2]).flat_map(move |z| {
+                (lo[1]..=hi[1]).flat_map(move |y| {
+                    (lo[0]..=hi[0]).filter_map(move |x| {
+                        let d = sub([x, y, z].map(|b| (f64::from(b) + 0.5) * size), a.position);
+                        (dot(d, a.normal).abs() <= slab && norm(d) <= far)
+                            .then(|| (block_key([x, y, z]), i as u32))
+                    })
+                })
+            })
         })
         .collect();
-    wanted.par_sort_unstable();
-    wanted.dedup();
+    pairs.par_sort_unstable();
+    let wanted: Vec<(u64, Vec<u32>)> =
+        pairs.chunk_by(|a, b| a.0 == b.0).map(|g| (g[0].0, g.iter().map(|p| p.1).collect())).collect();
+    drop(pairs);
     ctx.stage(crate::run::Stage::Surface, 2 * wanted.len());
     let mut conflict = vec![false; charts.len()];
     for &(a, b) in conflicts {
@@ -272,28 +274,10 @@ fn sample<'c>(
     }
     let blocks: Vec<_> = wanted
         .into_par_iter()
-        .map(|key| {
+        .map(|(key, near)| {
             ctx.check()?;
             ctx.advance(1);
             let at = unkey(key);
-            let (lo, hi) = (at.map(|b| f64::from(b) * size), at.map(|b| f64::from(b + 1) * size));
-            let mut near: Vec<u32> = Vec::new();
-            for n in 0..27 {
-                let k = block_key([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1]);
-                let Ok(i) = homes.binary_search_by_key(&k, |h| h.0) else { continue };
-                for &(_, a) in &home[homes[i].1..homes[i].2] {
-                    let anchor = &anchors[a as usize];
-                    let away: f64 = (0..3)
-                        .map(|k| (lo[k] - anchor.position[k]).max(anchor.position[k] - hi[k]).max(0.0).powi(2))
-                        .sum();
-                    if away < (REACH * anchor.spacing).powi(2) {
-                        near.push(a);
-                    }
-                }
-            }
-            if near.is_empty() {
-                return Ok(None);
-            }
             let mut list: Vec<u32> = near
                 .iter()
                 .flat_map(|&a| anchors[a as usize].charts.iter().map(|c| c.0).filter(|&c| c != u32::MAX))
