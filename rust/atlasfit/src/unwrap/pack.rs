@@ -504,13 +504,17 @@ fn strip(
     let mut places = vec![Place { page: 0, rotation: [1.0, 0.0], scale: 1.0, shift: [0.0; 2] }; poses.len()];
     for &c in order {
         let tallest = poses[c].iter().map(|p| p.grown.height).max()?;
+        let al: f64 = std::env::var("UWAL").map_or(0.5, |x| x.parse().unwrap());
+        let be: f64 = std::env::var("UWBE").map_or(0.0, |x| x.parse().unwrap());
         let mut found: Option<(usize, usize, usize, usize)> = None;
+        let mut best = f64::INFINITY;
         for (i, pose) in poses[c].iter().enumerate() {
-            // A place counts by its top edge; later rotations must beat earlier ones.
-            let room = found.map_or(top + tallest, |f| f.0 - 1);
-            if let Some((x, y)) = strip.find(&pose.grown, room)
-                && found.is_none_or(|f| y + pose.grown.height < f.0)
+            let score = |x: usize, y: usize| y as f64 + pose.grown.height as f64 * al + x as f64 * be;
+            let room = ((best - score(0, 0)).min((top + tallest) as f64) as usize) + pose.grown.height;
+            if let Some((x, y)) = strip.find(&pose.grown, room.min(top + tallest).min(limit))
+                && score(x, y) < best
             {
+                best = score(x, y);
                 found = Some((y + pose.grown.height, i, x, y));
             }
         }
