@@ -78,6 +78,20 @@ pub(super) fn project(s: &Surface, chart: &mut Chart, n: Vec3) {
     }
 }
 
+/// Half the cotangent at each corner of rest triangles, kept inside [`COT`].
+pub(super) fn cotangents(rest: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    rest.iter()
+        .map(|&[l, x, y]| {
+            // Dot over cross of the two edges at each corner.
+            let twice = l * y;
+            let c0 = x * l / twice;
+            let c1 = (l - x) * l / twice;
+            let c2 = (x * (x - l) + y * y) / twice;
+            [c0, c1, c2].map(|c| (0.5 * c).clamp(COT.0, COT.1))
+        })
+        .collect()
+}
+
 /// How strongly a vertex is held where it is: just enough to fix the free translation, or for good.
 fn hold(pinned: &[bool], v: usize) -> f64 {
     if pinned.get(v).is_some_and(|&x| x) { 1e6 } else { 1e-9 }
@@ -94,17 +108,7 @@ impl Arap {
     /// Prepares the matrix of a chart; the present positions only serve the ordering. Vertices marked in `pinned`
     /// (which may be empty) stay where they are.
     pub(super) fn new(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, uv: &[[f64; 2]], pinned: &[bool]) -> Self {
-        let cot: Vec<[f64; 3]> = rest
-            .iter()
-            .map(|&[l, x, y]| {
-                // Corner angles by dot over cross of the two edges at each corner.
-                let twice = l * y;
-                let c0 = x * l / twice;
-                let c1 = (l - x) * l / twice;
-                let c2 = (x * (x - l) + y * y) / twice;
-                [c0, c1, c2].map(|c| (0.5 * c).clamp(COT.0, COT.1))
-            })
-            .collect();
+        let cot = cotangents(&rest);
         let graph = Graph::from_triangles(uv.len(), tris, &cot);
         let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v));
         Self { factor, cot, rest }

@@ -7,10 +7,12 @@
 //! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`.
 
 mod chart;
+mod coarse;
 mod flatten;
 mod inject;
 mod merge;
 mod pack;
+mod refine;
 mod segment;
 mod solver;
 mod surface;
@@ -21,6 +23,11 @@ use crate::run::{Context, Stage};
 use chart::Chart;
 use rayon::prelude::*;
 use surface::{NONE, Surface};
+
+/// Meshes with more faces than this have their charts found on a coarse stand-in.
+const LARGE: usize = 20_000;
+/// Faces of the coarse stand-in, about.
+const COARSE: usize = 10_000;
 
 /// How to unwrap.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,26 +124,57 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options)?;
     ctx.check()?;
-    let flatness = std::env::var("UWFLAT").map_or(0.06, |x| x.parse::<f64>().unwrap()) * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
+    let flatness = std::env::var("UWFLAT").map_or(0.06, |x| x.parse::<f64>().unwrap())
+        * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
     let (label, count) = segment::patches(&s, flatness, ctx)?;
     ctx.stage(Stage::Parametrize, count);
-    let mut charts = first_charts(&s, &label, count, options.max_stretch, ctx)?;
-    merge::merge(&s, &mut charts, options.max_stretch, ctx)?;
-    let list: Vec<Chart> = charts.list.into_iter().flatten().collect();
+    let bound = options.max_stretch;
+    let large = std::env::var("UWBIG").map_or(LARGE, |x| x.parse().unwrap());
+    let list: Vec<Chart> = if mesh.triangles.len() <= large {
+        let mut charts = merge::Charts::new(s.faces(), first_charts(&s, &label, count, Some(bound), ctx)?);
+        merge::merge(&s, &mut charts, bound, ctx)?;
+        charts.list.into_iter().flatten().collect()
+    } else {
+        let t0 = std::time::Instant::now();
+        let dbg = |what: &str| {
+            if std::env::var("UWT").is_ok() {
+                eprintln!("{what} {:.3}", t0.elapsed().as_secs_f64())
+            }
+        };
+        let pieces = first_charts(&s, &label, count, None, ctx)?;
+        let merge::Charts { list, owner: label, .. } = merge::Charts::new(s.faces(), pieces);
+        dbg("pieces");
+        let (path, paths) = coarse::border_paths(&s, &label);
+        dbg("paths");
+        let coarse = coarse::coarsen(&s, &label, list.len(), path.clone(), COARSE, ctx)?;
+        dbg("coarse");
+        if std::env::var("UWT").is_ok() {
+            eprintln!("patches {} coarse faces {}", list.len(), coarse.surface.faces());
+        }
+        let first = first_charts(&coarse.surface, &coarse.label, list.len(), Some(bound), ctx)?;
+        dbg("first");
+        let mut charts = merge::Charts::new(coarse.surface.faces(), first);
+        merge::merge(&coarse.surface, &mut charts, bound, ctx)?;
+        dbg("merge");
+        let l = refine::refine(&s, &label, list.len(), &path, paths, &coarse, &charts, bound, ctx)?;
+        dbg("refine");
+        l
+    };
     ctx.stage(Stage::Pack, list.len());
     let places = pack::pack(&list, options.page_size, options.padding_px);
     ctx.check()?;
     Ok(layout(&s, &list, &places, options))
 }
 
-/// Flattens the first patches; one that cannot be laid out flat is cut into its faces.
+/// Flattens the first patches; one that cannot be laid out flat is cut further. Without a stretch bound they are only
+/// projected, which is enough to see whether they lie flat.
 fn first_charts(
     s: &Surface,
     label: &[u32],
     count: usize,
-    bound: f64,
+    bound: Option<f64>,
     ctx: &Context<'_>,
-) -> Result<merge::Charts> {
+) -> Result<Vec<Chart>> {
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
     let mut index_of = vec![NONE; label.len()];
     for (f, &l) in label.iter().enumerate() {
@@ -149,7 +187,7 @@ fn first_charts(
         .into_par_iter()
         .enumerate()
         .map(|(id, faces)| {
-            if ctx.check().is_err() {
+            if ctx.check().is_err() || faces.is_empty() {
                 return Vec::new();
             }
             let chart = Chart::glue(s, faces, |e| {
@@ -160,35 +198,48 @@ fn first_charts(
         })
         .collect();
     ctx.check()?;
-    let list: Vec<Option<Chart>> = built.into_iter().flatten().map(Some).collect();
-    let mut owner = vec![NONE; label.len()];
-    for (id, c) in list.iter().flatten().enumerate() {
-        for (i, &f) in c.faces.iter().enumerate() {
-            owner[f as usize] = id as u32;
-            index_of[f as usize] = i as u32;
-        }
-    }
-    Ok(merge::Charts { list, owner, index_of })
+    Ok(built.into_iter().flatten().collect())
+}
+
+/// Charts of the patches among some faces.
+fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64) -> Vec<Chart> {
+    let mut sorted: Vec<(u32, u32)> = faces.iter().map(|&f| (label[f as usize], f)).collect();
+    sorted.sort_unstable();
+    sorted
+        .chunk_by(|a, b| a.0 == b.0)
+        .flat_map(|group| {
+            let own: Vec<u32> = group.iter().map(|g| g.1).collect();
+            let chart = Chart::glue(s, own.clone(), |e| {
+                let h = s.mate[e as usize / 3][e as usize % 3];
+                if h == NONE { None } else { own.binary_search(&(h / 3)).ok().map(|i| i as u32) }
+            });
+            flatten_first(s, chart, Some(bound))
+        })
+        .collect()
 }
 
 /// Lays a patch flat; one that flips or overlaps is cut in two until it does not.
-fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
+fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
     if c.faces.len() == 1 {
         return vec![single(s, c.faces[0])];
     }
     let n = flatten::mean_normal(s, &c.faces);
     flatten::project(s, &mut c, n);
     if flatten::all_positive(&c.tris, &c.uv) {
-        let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
-        let (mut rhs, mut work) = (Vec::new(), Vec::new());
-        let mut uv = c.uv.clone();
-        for _ in 0..5 {
-            arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
+        if bound.is_some() {
+            let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
+            let (mut rhs, mut work) = (Vec::new(), Vec::new());
+            let mut uv = c.uv.clone();
+            for _ in 0..5 {
+                arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
+            }
+            flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         }
-        flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         if inject::injective(&c.tris, &c.uv, &c.border) {
-            c.over = flatten::over_area(s, &c, bound);
-            c.waste = merge::waste(&c.uv, c.area);
+            if let Some(bound) = bound {
+                c.over = flatten::over_area(s, &c, bound);
+                c.waste = merge::waste(&c.uv, c.area);
+            }
             return vec![c];
         }
     }

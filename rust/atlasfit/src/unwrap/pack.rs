@@ -453,8 +453,10 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
         let tries: Vec<Option<(usize, Vec<Place>)>> = (0..variants)
             .into_par_iter()
             .map(|v| {
-                let mut keyed: Vec<(u64, usize)> =
-                    order.iter().map(|&c| ((extent(c).0 as f64 * jitter(round * variants + v, c)) as u64, c)).collect();
+                let mut keyed: Vec<(u64, usize)> = order
+                    .iter()
+                    .map(|&c| ((extent(c).0 as f64 * jitter(round * variants + v, c)) as u64, c))
+                    .collect();
                 keyed.sort_by_key(|&(k, c)| (std::cmp::Reverse(k), c));
                 let order: Vec<usize> = keyed.into_iter().map(|k| k.1).collect();
                 strip(&poses, &order, target, grow, cell, target)
@@ -483,7 +485,9 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
 
 /// A factor within a third of 1, fixed by its arguments (an integer hash after Steele, Lea, Flood 2014).
 fn jitter(variant: u64, chart: usize) -> f64 {
-    let mut z = (variant << 32 | chart as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = (variant << 32 | chart as u64)
+        .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+        .wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^= z >> 31;

@@ -54,7 +54,11 @@ fn cone(a: &Cluster, b: &Cluster, axis: Vec3) -> f64 {
     [a, b].iter().map(|c| dot(normalize(c.sum), axis).clamp(-1.0, 1.0).acos() + c.angle).fold(0.0, f64::max)
 }
 
-fn compact_w() -> f64 { static W: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("UWCO").map_or(0.01, |x| x.parse().unwrap())); *W }
+fn compact_w() -> f64 {
+    static W: std::sync::LazyLock<f64> =
+        std::sync::LazyLock::new(|| std::env::var("UWCO").map_or(0.01, |x| x.parse().unwrap()));
+    *W
+}
 /// Cost of joining two clusters; `None` where the result would not be flat enough.
 fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -> Option<f64> {
     let area = a.area + b.area;
