@@ -14,6 +14,11 @@ fn orient(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     orient2d(k(a), k(b), k(c))
 }
 
+/// Whether a triangle is counter-clockwise, exactly.
+pub(super) fn positive(p: [[f64; 2]; 3]) -> bool {
+    orient(p[0], p[1], p[2]) > 0.0
+}
+
 /// Whether closed segments ab and cd share a point.
 fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     for k in 0..2 {

@@ -451,7 +451,7 @@ fn glue(
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
-    let mu = std::env::var("UWMU").map_or(27.0, |x| x.parse::<f64>().unwrap());
+    let mu = std::env::var("UWMU").map_or(30.0, |x| x.parse::<f64>().unwrap());
     for step in 0..STEPS {
         arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
         if step % 3 != 1 && step + 1 != STEPS {

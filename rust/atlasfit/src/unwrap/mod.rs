@@ -26,6 +26,8 @@ use surface::{NONE, Surface};
 
 /// Meshes with more faces than this have their charts found on a coarse stand-in.
 const LARGE: usize = 20_000;
+/// Rounds of cutting out what single precision spoils.
+const REPAIRS: usize = 5;
 /// Faces of the coarse stand-in, about.
 const COARSE: usize = 10_000;
 
@@ -151,19 +153,87 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
         if std::env::var("UWT").is_ok() {
             eprintln!("patches {} coarse faces {}", list.len(), coarse.surface.faces());
         }
+        let cb: f64 = std::env::var("UWCB").map_or(1.3, |x| x.parse().unwrap());
+        let fine_bound = bound; let bound = 1.0 + (bound - 1.0) * cb;
         let first = first_charts(&coarse.surface, &coarse.label, list.len(), Some(bound), ctx)?;
         dbg("first");
         let mut charts = merge::Charts::new(coarse.surface.faces(), first);
         merge::merge(&coarse.surface, &mut charts, bound, ctx)?;
         dbg("merge");
-        let l = refine::refine(&s, &label, list.len(), &path, paths, &coarse, &charts, bound, ctx)?;
+        let l = refine::refine(&s, &label, list.len(), &path, paths, &coarse, &charts, fine_bound, ctx)?;
         dbg("refine");
         l
     };
     ctx.stage(Stage::Pack, list.len());
-    let places = pack::pack(&list, options.page_size, options.padding_px);
-    ctx.check()?;
-    Ok(layout(&s, &list, &places, options))
+    let (list, places, repaired) = settle(&s, list, options, ctx)?;
+    Ok(layout(&s, &list, &places, repaired, options))
+}
+
+/// Packs, and checks the charts once more as they leave: in single precision, in place. What rounding spoils (faces
+/// far below a texel) is cut out, and everything packed again.
+fn settle(
+    s: &Surface,
+    mut list: Vec<Chart>,
+    options: &UnwrapOptions,
+    ctx: &Context<'_>,
+) -> Result<(Vec<Chart>, Vec<pack::Place>, usize)> {
+    let mut repaired = 0;
+    for round in 0.. {
+        let places = pack::pack(&list, options.page_size, options.padding_px, ctx)?;
+        let spoiled: Vec<Option<Vec<bool>>> =
+            list.par_iter().zip(&places).map(|(c, p)| spoiled(c, &p.positions(&c.uv), round)).collect();
+        if round == REPAIRS || spoiled.iter().all(Option::is_none) {
+            return Ok((list, places, repaired));
+        }
+        let mut next = Vec::with_capacity(list.len());
+        for (c, spoiled) in list.into_iter().zip(spoiled) {
+            let Some(side) = spoiled else {
+                next.push(c);
+                continue;
+            };
+            repaired += 1;
+            if round + 1 == REPAIRS {
+                next.extend(c.faces.iter().map(|&f| single(s, f)));
+                continue;
+            }
+            for (mut piece, members) in pieces(s, &c, &side) {
+                if piece.faces.len() == 1 {
+                    next.push(single(s, piece.faces[0]));
+                    continue;
+                }
+                for (t, &i) in piece.tris.iter().zip(&members) {
+                    for k in 0..3 {
+                        piece.uv[t[k] as usize] = c.uv[c.tris[i as usize][k] as usize];
+                    }
+                }
+                next.push(piece);
+            }
+        }
+        list = next;
+    }
+    Err(Error::internal("charts did not settle"))
+}
+
+/// The faces of a chart to be cut out of it because rounding flipped them; where its border touches itself, half of
+/// it. `None` if all is well.
+fn spoiled(c: &Chart, at: &[[f32; 2]], round: usize) -> Option<Vec<bool>> {
+    let at: Vec<[f64; 2]> = at.iter().map(|p| p.map(f64::from)).collect();
+    let bad: Vec<bool> = c.tris.iter().map(|t| !inject::positive(flatten::corners(*t, &at))).collect();
+    if c.faces.len() == 1 {
+        return None;
+    }
+    if bad.iter().any(|&b| b) {
+        // All of them bad would cut nothing.
+        return Some(if bad.iter().all(|&b| b) { (0..bad.len()).map(|i| i % 2 == 0).collect() } else { bad });
+    }
+    inject::border_touches(&c.tris, &at, &c.border).then(|| {
+        let x = |i: usize| c.tris[i].iter().map(|&v| at[v as usize][round % 2]).sum::<f64>();
+        let mut order: Vec<usize> = (0..c.tris.len()).collect();
+        order.sort_by(|&i, &j| x(i).total_cmp(&x(j)).then(i.cmp(&j)));
+        let mut side = vec![false; order.len()];
+        order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
+        side
+    })
 }
 
 /// Flattens the first patches; one that cannot be laid out flat is cut further. Without a stretch bound they are only
@@ -264,11 +334,11 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
         order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
         side
     };
-    pieces(s, &c, &side).into_iter().flat_map(|piece| flatten_first(s, piece, bound)).collect()
+    pieces(s, &c, &side).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound)).collect()
 }
 
-/// The connected parts of a chart's faces of equal `side`.
-fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
+/// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart.
+fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<(Chart, Vec<u32>)> {
     let place: std::collections::HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
     let border: std::collections::HashSet<(u32, u8)> = c.border.iter().copied().collect();
     let mut part = vec![NONE; c.faces.len()];
@@ -297,15 +367,17 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
         groups.push(group);
     }
     groups
-        .iter()
+        .into_iter()
         .map(|g| {
             let within: std::collections::HashMap<u32, u32> = g.iter().copied().zip(0..).collect();
-            Chart::glue(s, g.iter().map(|&i| c.faces[i as usize]).collect(), |e| {
+            let faces = g.iter().map(|&i| c.faces[i as usize]).collect();
+            let piece = Chart::glue(s, faces, |e| {
                 if border.contains(&(place[&(e / 3)], (e % 3) as u8)) {
                     return None;
                 }
                 within.get(&place[&(s.mate[e as usize / 3][e as usize % 3] / 3)]).copied()
-            })
+            });
+            (piece, g)
         })
         .collect()
 }
@@ -324,22 +396,23 @@ fn single(s: &Surface, f: u32) -> Chart {
     }
 }
 
-fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], options: &UnwrapOptions) -> UvLayout {
+fn layout(
+    s: &Surface,
+    list: &[Chart],
+    places: &[pack::Place],
+    repaired_charts: usize,
+    options: &UnwrapOptions,
+) -> UvLayout {
     let m = s.faces();
     let mut corner_uv = vec![[[0f32; 2]; 3]; m];
     let mut face_chart = vec![NONE; m];
     let mut face_page = vec![0; m];
     for (id, (c, p)) in list.iter().zip(places).enumerate() {
-        let [rc, rs] = p.rotation;
-        for (f, t) in c.faces.iter().zip(&c.tris) {
-            face_chart[*f as usize] = id as u32;
-            face_page[*f as usize] = p.page;
-            corner_uv[*f as usize] = flatten::corners(*t, &c.uv).map(|q| {
-                [
-                    ((rc * q[0] - rs * q[1]) * p.scale + p.shift[0]).clamp(0.0, 1.0) as f32,
-                    ((rs * q[0] + rc * q[1]) * p.scale + p.shift[1]).clamp(0.0, 1.0) as f32,
-                ]
-            });
+        let at = p.positions(&c.uv);
+        for (&f, t) in c.faces.iter().zip(&c.tris) {
+            face_chart[f as usize] = id as u32;
+            face_page[f as usize] = p.page;
+            corner_uv[f as usize] = t.map(|v| at[v as usize]);
         }
     }
     // Faces without a shape share a point inside the first chart's first face.
@@ -365,6 +438,6 @@ fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], options: &UnwrapO
         degenerate_faces: s.degenerate,
         duplicate_faces: s.duplicate,
         non_manifold_edges: s.non_manifold,
-        repaired_charts: 0,
+        repaired_charts,
     }
 }
