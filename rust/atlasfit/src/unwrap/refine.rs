@@ -6,10 +6,10 @@
 
 use super::chart::Chart;
 use super::coarse::Coarse;
-use super::flatten::{Arap, all_positive, over_area};
+use super::flatten::{Arap, all_positive, cotangents, over_area};
 use super::inject::injective;
 use super::merge::{self, Charts};
-use super::solver::{Factor, Graph};
+use super::solver::Graph;
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::run::Context;
@@ -18,6 +18,8 @@ use std::collections::HashMap;
 
 /// Local-global iterations after the interpolated start.
 const STEPS: usize = 8;
+/// Conjugate gradient steps for the start: pins are a few edges apart.
+const RELAX: usize = 20;
 /// A chart stretched beyond the bound on more than this share of its area is cut up again.
 const OVER: f64 = 0.12;
 
@@ -161,12 +163,7 @@ fn flatten(
     // Everything between the pins by a harmonic map, then everything free.
     let rest = c.rest(s);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
-    let cot = super::flatten::cotangents(&rest);
-    let graph = Graph::from_triangles(c.vertices(), &c.tris, &cot);
-    let factor = Factor::laplacian(&graph, &c.uv, |v| if pinned[v] { 1e6 } else { 1e-9 });
-    rhs.extend(c.uv.iter().zip(&pinned).map(|(p, &pin)| if pin { p.map(|x| x * 1e6) } else { [0.0; 2] }));
-    factor.solve(&mut rhs, &mut work);
-    c.uv.copy_from_slice(&rhs);
+    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest)).relax(&mut c.uv, &pinned, RELAX);
     let arap = Arap::new(&c.tris, rest, &c.uv, &[]);
     for _ in 0..3 {
         for _ in 0..STEPS {
