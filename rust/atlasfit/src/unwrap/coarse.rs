@@ -5,6 +5,7 @@
 //! patch moves to any neighbour and a vertex between two patches only along their border (after Hoppe 1996; no
 //! quadrics: patches are nearly flat, and even triangles serve the flattening best).
 
+use super::refine::Patches;
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::geometry::vec3::{cross, dist2, dot, norm, sub};
@@ -130,16 +131,10 @@ impl Mesh<'_> {
 }
 
 /// Decimates the surface to about `target` faces.
-pub(super) fn coarsen(
-    s: &Surface,
-    label: &[u32],
-    patches: usize,
-    path: Vec<[u32; 3]>,
-    target: usize,
-    ctx: &Context<'_>,
-) -> Result<Coarse> {
+pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Context<'_>) -> Result<Coarse> {
+    let label = &patches.label;
     let (m, n) = (s.faces(), s.pos.len());
-    let mut patch_area = vec![0f64; patches];
+    let mut patch_area = vec![0f64; patches.count];
     for f in 0..m {
         if label[f] != NONE {
             patch_area[label[f] as usize] += s.area[f];
@@ -149,7 +144,14 @@ pub(super) fn coarsen(
     let wanted = 1.52 / (target as f64).sqrt();
     let limit: Vec<f64> =
         patch_area.iter().map(|a| wanted.min(1.52 * (a / PER_PATCH).sqrt()).powi(2)).collect();
-    let mut mesh = Mesh { s, tri: s.tri.clone(), mate: s.mate.clone(), path, label, out: vec![NONE; n] };
+    let mut mesh = Mesh {
+        s,
+        tri: s.tri.clone(),
+        mate: s.mate.clone(),
+        path: patches.path.clone(),
+        label,
+        out: vec![NONE; n],
+    };
     // Movable: one closed fan and at most two label runs.
     let mut corners = vec![0u32; n];
     let mut first = vec![NONE; n];
@@ -330,23 +332,19 @@ fn collapse(mesh: &mut Mesh<'_>, h: u32, fan: &[u32]) {
         }
         // Faces that vanish must not be anyone's way in.
         let apex = mesh.tri[f][y] as usize;
-        for w in [v as usize, apex] {
-            if mesh.out[w] != NONE && mesh.out[w] as usize / 3 == f {
-                // From a surviving neighbour: p's start is the apex's or v's half-edge.
-                mesh.out[w] = way_in(mesh, w as u32, p).or_else(|| way_in(mesh, w as u32, q)).unwrap_or(NONE);
-            }
+        if mesh.out[apex] != NONE && mesh.out[apex] as usize / 3 == f {
+            mesh.out[apex] =
+                way_in(mesh, apex as u32, p).or_else(|| way_in(mesh, apex as u32, q)).unwrap_or(NONE);
         }
         mesh.tri[f] = [NONE; 3];
         mesh.mate[f] = [NONE; 3];
     }
     mesh.out[u as usize] = NONE;
-    // The second face may have held v's way in when the first was removed.
-    for w in [v] {
-        if let Some(&e) = fan.iter().find(|&&e| mesh.tri[e as usize / 3][0] != NONE)
-            && mesh.out[w as usize] != NONE
-        {
-            mesh.out[w as usize] = e;
-        }
+    // What is left of the moved fan starts at v now: a sure way in.
+    if mesh.out[v as usize] != NONE
+        && let Some(&e) = fan.iter().find(|&&e| mesh.tri[e as usize / 3][0] != NONE)
+    {
+        mesh.out[v as usize] = e;
     }
 }
 

@@ -26,6 +26,11 @@ const PASSES: usize = 2;
 /// Merges whose score is at least this share of the round's best are tried in the same round.
 const FLOOR: f64 = 0.2;
 
+/// Seam length that must be saved per hull area newly left empty (the surface has area 1). Larger means more, rounder
+/// charts that pack better: on 20 test shapes 8, 18, 27, 40 gave 0.37, 0.43, 0.48, 0.51 of a peer's charts, 0.66,
+/// 0.70, 0.71, 0.71 of its seams and 0.97, 1.00, 1.05, 1.06 of its coverage.
+const WASTE: f64 = 30.0;
+
 /// How far into the larger chart a merge may move vertices, in square roots of the smaller chart's area.
 const REACH: f64 = 1.5;
 
@@ -151,28 +156,6 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
             })
             .collect();
         ctx.check()?;
-        if std::env::var("UWDBG").is_ok() {
-            let sz = |x: u32| charts.list[x as usize].as_ref().map_or(0, |c| c.faces.len());
-            eprintln!(
-                "round alive {} pairs {} chosen {} ok {} faces-ok {} faces-fail {}",
-                charts.list.iter().flatten().count(),
-                scored.len(),
-                chosen.len(),
-                results.iter().flatten().count(),
-                chosen
-                    .iter()
-                    .zip(&results)
-                    .filter(|x| x.1.is_some())
-                    .map(|x| sz(x.0.0) + sz(x.0.1))
-                    .sum::<usize>(),
-                chosen
-                    .iter()
-                    .zip(&results)
-                    .filter(|x| x.1.is_none())
-                    .map(|x| sz(x.0.0) + sz(x.0.1))
-                    .sum::<usize>(),
-            );
-        }
         for (&(a, b), result) in chosen.iter().zip(results) {
             match result {
                 Some(merged) => {
@@ -234,12 +217,7 @@ fn join(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, b_id: u32, bound: f6
     let (motion, rms) = align(a, b, &best);
     let length: f64 = best.iter().map(|e| e.length).sum();
     // The gap that rigid motion leaves, against the size of what must stretch to close it.
-    if rms * rms
-        > std::env::var("UWMIS").map_or(MISMATCH, |x| x.parse::<f64>().unwrap())
-            * (bound - 1.0).powi(2)
-            * length
-            * a.area.min(b.area).sqrt()
-    {
+    if rms * rms > MISMATCH * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
     glue(s, charts, a, b, &best, motion, bound)
@@ -345,8 +323,7 @@ fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -
             hi[k] = hi[k].max(a.uv[v as usize][k]);
         }
     }
-    let margin = std::env::var("UWREACH").map_or(REACH, |x| x.parse::<f64>().unwrap()) * b.area.sqrt()
-        + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
+    let margin = REACH * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
     let inside: Vec<bool> =
         a.uv.iter().map(|p| (0..2).all(|k| p[k] >= lo[k] - margin && p[k] <= hi[k] + margin)).collect();
     let mut near: Vec<u32> = (0..a.tris.len() as u32)
@@ -447,11 +424,10 @@ fn glue(
             .map(|i| s.area[a.faces[i] as usize])
             .sum::<f64>();
     let area = a.area + b.area;
-    let allowed = std::env::var("UWOVER").map_or(OVER, |x| x.parse::<f64>().unwrap()) * area - far;
+    let allowed = OVER * area - far;
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
-    let mu = std::env::var("UWMU").map_or(30.0, |x| x.parse::<f64>().unwrap());
     for step in 0..STEPS {
         arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
         if step % 3 != 1 && step + 1 != STEPS {
@@ -463,7 +439,7 @@ fn glue(
             let mut c = assemble(s, charts, a, b, &p)?;
             c.over = far + now;
             c.waste = waste(&c.uv, c.area);
-            let worth = mu * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
+            let worth = WASTE * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
             return (worth
                 && turns_once(&p.tris, &p.uv, &p.pinned)
                 && !border_touches(&c.tris, &c.uv, &c.border))

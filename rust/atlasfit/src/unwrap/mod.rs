@@ -30,6 +30,11 @@ const LARGE: usize = 20_000;
 const REPAIRS: usize = 5;
 /// Faces of the coarse stand-in, about.
 const COARSE: usize = 10_000;
+/// The coarse surface is rougher than the full one: this much more stretch there means the same here.
+const COARSE_SLACK: f64 = 1.3;
+/// Bound on 1 - |mean normal| of the first patches for a stretch of 1.1. Finer patches leave merging more choice,
+/// coarser ones less work.
+const FLATNESS: f64 = 0.06;
 
 /// How to unwrap.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,43 +131,25 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options)?;
     ctx.check()?;
-    let flatness = std::env::var("UWFLAT").map_or(0.06, |x| x.parse::<f64>().unwrap())
-        * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
+    let flatness = FLATNESS * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
     let (label, count) = segment::patches(&s, flatness, ctx)?;
     ctx.stage(Stage::Parametrize, count);
     let bound = options.max_stretch;
-    let large = std::env::var("UWBIG").map_or(LARGE, |x| x.parse().unwrap());
-    let list: Vec<Chart> = if mesh.triangles.len() <= large {
+    let list: Vec<Chart> = if mesh.triangles.len() <= LARGE {
         let mut charts = merge::Charts::new(s.faces(), first_charts(&s, &label, count, Some(bound), ctx)?);
         merge::merge(&s, &mut charts, bound, ctx)?;
         charts.list.into_iter().flatten().collect()
     } else {
-        let t0 = std::time::Instant::now();
-        let dbg = |what: &str| {
-            if std::env::var("UWT").is_ok() {
-                eprintln!("{what} {:.3}", t0.elapsed().as_secs_f64())
-            }
-        };
         let pieces = first_charts(&s, &label, count, None, ctx)?;
         let merge::Charts { list, owner: label, .. } = merge::Charts::new(s.faces(), pieces);
-        dbg("pieces");
-        let (path, paths) = coarse::border_paths(&s, &label);
-        dbg("paths");
-        let coarse = coarse::coarsen(&s, &label, list.len(), path.clone(), COARSE, ctx)?;
-        dbg("coarse");
-        if std::env::var("UWT").is_ok() {
-            eprintln!("patches {} coarse faces {}", list.len(), coarse.surface.faces());
-        }
-        let cb: f64 = std::env::var("UWCB").map_or(1.3, |x| x.parse().unwrap());
-        let fine_bound = bound; let bound = 1.0 + (bound - 1.0) * cb;
-        let first = first_charts(&coarse.surface, &coarse.label, list.len(), Some(bound), ctx)?;
-        dbg("first");
+        let patches = refine::Patches::new(&s, label, list.len());
+        drop(list);
+        let coarse = coarse::coarsen(&s, &patches, COARSE, ctx)?;
+        let loose = 1.0 + (bound - 1.0) * COARSE_SLACK;
+        let first = first_charts(&coarse.surface, &coarse.label, patches.count, Some(loose), ctx)?;
         let mut charts = merge::Charts::new(coarse.surface.faces(), first);
-        merge::merge(&coarse.surface, &mut charts, bound, ctx)?;
-        dbg("merge");
-        let l = refine::refine(&s, &label, list.len(), &path, paths, &coarse, &charts, fine_bound, ctx)?;
-        dbg("refine");
-        l
+        merge::merge(&coarse.surface, &mut charts, loose, ctx)?;
+        refine::refine(&s, &patches, &coarse, &charts, bound, ctx)?
     };
     ctx.stage(Stage::Pack, list.len());
     let (list, places, repaired) = settle(&s, list, options, ctx)?;

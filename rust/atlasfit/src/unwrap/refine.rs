@@ -5,7 +5,7 @@
 //! lie flat here is cut back into its patches, which are merged again at full resolution.
 
 use super::chart::Chart;
-use super::coarse::Coarse;
+use super::coarse::{Coarse, border_paths};
 use super::flatten::{Arap, all_positive, cotangents, over_area};
 use super::inject::injective;
 use super::merge::{self, Charts};
@@ -23,21 +23,39 @@ const RELAX: usize = 20;
 /// A chart stretched beyond the bound on more than this share of its area is cut up again.
 const OVER: f64 = 0.12;
 
+/// The patches of a surface and the border paths between them.
+pub(super) struct Patches {
+    /// Patch per face; [`NONE`] for unusable faces.
+    pub label: Vec<u32>,
+    /// Number of patches.
+    pub count: usize,
+    /// Border path per half-edge slot; [`NONE`] inside patches.
+    pub path: Vec<[u32; 3]>,
+    /// Number of paths.
+    pub paths: usize,
+}
+
+impl Patches {
+    /// Names the paths between labelled patches.
+    pub(super) fn new(s: &Surface, label: Vec<u32>, count: usize) -> Self {
+        let (path, paths) = border_paths(s, &label);
+        Self { label, count, path, paths }
+    }
+}
+
 /// Builds and flattens the charts of the full surface.
 pub(super) fn refine(
     s: &Surface,
-    label: &[u32],
-    patches: usize,
-    path: &[[u32; 3]],
-    paths: usize,
+    patches: &Patches,
     coarse: &Coarse,
     charts: &Charts,
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Chart>> {
+    let (label, path) = (&patches.label, &patches.path);
     // Patches that stayed in one piece on the coarse surface, and the chart each belongs to.
-    let mut home = vec![NONE; patches];
-    let mut torn = vec![false; patches];
+    let mut home = vec![NONE; patches.count];
+    let mut torn = vec![false; patches.count];
     let mut inside = vec![[true; 3]; coarse.surface.faces()];
     for (id, c) in charts.list.iter().enumerate() {
         let Some(c) = c else { continue };
@@ -50,8 +68,8 @@ pub(super) fn refine(
             inside[c.faces[i as usize] as usize][k as usize] = false;
         }
     }
-    let mut glued = vec![false; paths];
-    let mut root: Vec<u32> = (0..patches as u32).collect();
+    let mut glued = vec![false; patches.paths];
+    let mut root: Vec<u32> = (0..patches.count as u32).collect();
     for f in 0..coarse.surface.faces() {
         for k in 0..3 {
             let (e, h) = (coarse.path[f][k], coarse.surface.mate[f][k]);
@@ -66,7 +84,7 @@ pub(super) fn refine(
             }
         }
     }
-    for p in 0..patches as u32 {
+    for p in 0..patches.count as u32 {
         root[p as usize] = merge::find(&mut root, p);
     }
     // Flat positions known from the coarse charts, by vertex and patch.
@@ -80,7 +98,7 @@ pub(super) fn refine(
             }
         }
     }
-    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); patches];
+    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); patches.count];
     let mut index_of = vec![NONE; s.faces()];
     for f in 0..s.faces() {
         if label[f] != NONE {

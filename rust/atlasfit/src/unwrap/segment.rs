@@ -105,7 +105,8 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
         let costs: Vec<f64> = edges
             .par_iter()
             .map(|&(a, b, l)| {
-                cost(&clusters[a as usize], &clusters[b as usize], l, flatness, cone_limit).unwrap_or(f64::INFINITY)
+                cost(&clusters[a as usize], &clusters[b as usize], l, flatness, cone_limit)
+                    .unwrap_or(f64::INFINITY)
             })
             .collect();
         let mut pick = vec![(f64::INFINITY, NONE); clusters.len()];

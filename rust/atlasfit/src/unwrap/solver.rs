@@ -85,8 +85,9 @@ impl Graph {
                 out[i] = y;
             }
         };
-        let scale: Vec<f64> =
-            (0..n).map(|i| 1.0 / self.row(i as u32).map(|e| self.weight[e]).sum::<f64>().max(1e-300)).collect();
+        let scale: Vec<f64> = (0..n)
+            .map(|i| 1.0 / self.row(i as u32).map(|e| self.weight[e]).sum::<f64>().max(1e-300))
+            .collect();
         let mut r = vec![[0.0; 2]; n];
         apply(uv, &mut r);
         r.iter_mut().for_each(|x| *x = x.map(|x| -x));
