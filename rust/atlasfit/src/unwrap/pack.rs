@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Cells across a page aimed at: fine enough that rounding to cells costs about 2 % of it with 20 charts.
-const CELLS: f64 = 480.0;
+const CELLS: f64 = 512.0;
 /// Share of the page expected to be covered, for choosing the size of a cell.
 const EXPECTED_FILL: f64 = 0.62;
 /// Strip widths tried one after the other.
@@ -21,7 +21,7 @@ const WIDTHS: usize = 4;
 /// Orders tried at once, and rounds of trying; with many charts only `ORDER_WORK` / charts rounds.
 const ORDERS: usize = 4;
 const ORDER_ROUNDS: usize = 16;
-const ORDER_WORK: usize = 1000;
+const ORDER_WORK: usize = 2000;
 /// Masks of at most this many cells each way count as alike if their boxes are.
 const SMALL: usize = 8;
 /// Charts above this share of the area are tried at eight rotations instead of four.
@@ -499,7 +499,7 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32, ctx: &Context
             Some((top, places)) => best = Some((top.max(target), places)),
             None => {
                 failures += 1;
-                if failures == 2 {
+                if failures == 3 {
                     break;
                 }
             }
