@@ -503,7 +503,8 @@ pub(super) fn waste(uv: &[[f64; 2]], area: f64) -> f64 {
     let hull = super::pack::hull(uv);
     let of_hull: f64 =
         (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
-    let longest = (hull.iter().flat_map(|p| hull.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
-        .fold(0.0, f64::max);
+    let longest =
+        (hull.iter().flat_map(|p| hull.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
+            .fold(0.0, f64::max);
     (of_hull - area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
 }
