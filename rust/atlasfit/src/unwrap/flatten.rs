@@ -97,9 +97,21 @@ fn hold(pinned: &[bool], v: usize) -> f64 {
     if pinned.get(v).is_some_and(|&x| x) { 1e6 } else { 1e-9 }
 }
 
+/// How the linear systems are solved.
+enum Solver {
+    /// Exactly.
+    Direct(Factor),
+    /// A few conjugate gradient steps from where the positions are: linear in the chart's size, and enough where only
+    /// fine detail is missing.
+    Iterative(Graph),
+}
+
+/// Conjugate gradient steps per iteration of the iterative solver.
+const GRADIENT_STEPS: usize = 12;
+
 /// Iterations of local rotations and global solves.
 pub(super) struct Arap {
-    factor: Factor,
+    solver: Solver,
     cot: Vec<[f64; 3]>,
     rest: Vec<[f64; 3]>,
 }
@@ -111,7 +123,14 @@ impl Arap {
         let cot = cotangents(&rest);
         let graph = Graph::from_triangles(uv.len(), tris, &cot);
         let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v));
-        Self { factor, cot, rest }
+        Self { solver: Solver::Direct(factor), cot, rest }
+    }
+
+    /// The same for large charts that are nearly in place: no factorisation, nothing pinned.
+    pub(super) fn iterative(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, vertices: usize) -> Self {
+        let cot = cotangents(&rest);
+        let graph = Graph::from_triangles(vertices, tris, &cot);
+        Self { solver: Solver::Iterative(graph), cot, rest }
     }
 
     /// Runs one iteration.
@@ -124,7 +143,12 @@ impl Arap {
         work: &mut Vec<[f64; 2]>,
     ) {
         rhs.clear();
-        rhs.extend(uv.iter().enumerate().map(|(v, p)| p.map(|x| x * hold(pinned, v))));
+        match self.solver {
+            Solver::Direct(_) => {
+                rhs.extend(uv.iter().enumerate().map(|(v, p)| p.map(|x| x * hold(pinned, v))));
+            }
+            Solver::Iterative(_) => rhs.resize(uv.len(), [0.0; 2]),
+        }
         for ((t, &[l, x, y]), cot) in tris.iter().zip(&self.rest).zip(&self.cot) {
             let p = corners(*t, uv);
             // Edge k runs opposite corner k, from corner k + 1 to k + 2.
@@ -147,11 +171,16 @@ impl Arap {
                 rhs[i][1] -= r[1];
             }
         }
-        self.factor.solve(rhs, work);
-        for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
-            if !pinned.get(v).is_some_and(|&x| x) {
-                *p = *q;
+        match &self.solver {
+            Solver::Direct(factor) => {
+                factor.solve(rhs, work);
+                for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
+                    if !pinned.get(v).is_some_and(|&x| x) {
+                        *p = *q;
+                    }
+                }
             }
+            Solver::Iterative(graph) => graph.relax(uv, rhs, pinned, GRADIENT_STEPS),
         }
     }
 }

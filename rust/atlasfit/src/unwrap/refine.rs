@@ -18,6 +18,8 @@ use std::collections::HashMap;
 
 /// Local-global iterations after the interpolated start.
 const STEPS: usize = 8;
+/// Charts with more vertices are relaxed iteratively: exact solves would cost n^1.5.
+const DIRECT: usize = 6000;
 /// Conjugate gradient steps for the start: pins are a few edges apart.
 const RELAX: usize = 20;
 /// A chart stretched beyond the bound on more than this share of its area is cut up again.
@@ -181,8 +183,12 @@ fn flatten(
     // Everything between the pins by a harmonic map, then everything free.
     let rest = c.rest(s);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
-    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest)).relax(&mut c.uv, &pinned, RELAX);
-    let arap = Arap::new(&c.tris, rest, &c.uv, &[]);
+    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest)).relax(&mut c.uv, &[], &pinned, RELAX);
+    let arap = if c.vertices() > DIRECT {
+        Arap::iterative(&c.tris, rest, c.vertices())
+    } else {
+        Arap::new(&c.tris, rest, &c.uv, &[])
+    };
     for _ in 0..3 {
         for _ in 0..STEPS {
             arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);

@@ -69,14 +69,14 @@ impl Graph {
         }
         out
     }
-    /// Moves free points towards the weighted means of their neighbours by conjugate gradients with diagonal
-    /// scaling; pinned ones stay.
-    pub(super) fn relax(&self, uv: &mut [[f64; 2]], pinned: &[bool], steps: usize) {
+    /// Takes `steps` of conjugate gradients with diagonal scaling towards the solution of Laplacian * uv = `rhs`
+    /// (an empty one is zero: weighted means of neighbours), from the present positions; pinned ones stay.
+    pub(super) fn relax(&self, uv: &mut [[f64; 2]], rhs: &[[f64; 2]], pinned: &[bool], steps: usize) {
         let n = uv.len();
         let apply = |x: &[[f64; 2]], out: &mut [[f64; 2]]| {
             for i in 0..n {
                 let mut y = [0.0; 2];
-                if !pinned[i] {
+                if !pinned.get(i).is_some_and(|&p| p) {
                     for e in self.row(i as u32) {
                         let (w, q) = (self.weight[e], x[self.to[e] as usize]);
                         y = [y[0] + w * (x[i][0] - q[0]), y[1] + w * (x[i][1] - q[1])];
@@ -90,7 +90,11 @@ impl Graph {
             .collect();
         let mut r = vec![[0.0; 2]; n];
         apply(uv, &mut r);
-        r.iter_mut().for_each(|x| *x = x.map(|x| -x));
+        for (i, r) in r.iter_mut().enumerate() {
+            let free = !pinned.get(i).is_some_and(|&p| p);
+            let b = if free { rhs.get(i).copied().unwrap_or([0.0; 2]) } else { [0.0; 2] };
+            *r = [b[0] - r[0], b[1] - r[1]];
+        }
         let mut d: Vec<[f64; 2]> = r.iter().zip(&scale).map(|(r, s)| r.map(|x| x * s)).collect();
         let mut q = vec![[0.0; 2]; n];
         let scaled = |r: &[[f64; 2]]| -> [f64; 2] {
