@@ -102,7 +102,6 @@ struct Mesh<'a> {
     tri: Vec<[u32; 3]>,
     mate: Vec<[u32; 3]>,
     path: Vec<[u32; 3]>,
-    label: &'a [u32],
     /// A half-edge that starts at each movable vertex; [`NONE`] for fixed and removed ones.
     out: Vec<u32>,
 }
@@ -144,14 +143,8 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     let wanted = 1.52 / (target as f64).sqrt();
     let limit: Vec<f64> =
         patch_area.iter().map(|a| wanted.min(1.52 * (a / PER_PATCH).sqrt()).powi(2)).collect();
-    let mut mesh = Mesh {
-        s,
-        tri: s.tri.clone(),
-        mate: s.mate.clone(),
-        path: patches.path.clone(),
-        label,
-        out: vec![NONE; n],
-    };
+    let mut mesh =
+        Mesh { s, tri: s.tri.clone(), mate: s.mate.clone(), path: patches.path.clone(), out: vec![NONE; n] };
     // Movable: one closed fan and at most two label runs.
     let mut corners = vec![0u32; n];
     let mut first = vec![NONE; n];
@@ -183,7 +176,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     loop {
         let mut over = true;
         for u in 0..n {
-            if u % 4096 == 0 {
+            if u.is_multiple_of(4096) {
                 ctx.check()?;
             }
             if mesh.out[u] == NONE {

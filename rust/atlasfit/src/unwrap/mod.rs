@@ -6,6 +6,9 @@
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `flatten` + `inject` (positions, exact
 //! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`.
 
+// Corners and faces are indexed in several arrays at once; an index says so plainly.
+#![allow(clippy::needless_range_loop)]
+
 mod chart;
 mod coarse;
 mod flatten;
@@ -183,18 +186,10 @@ fn settle(
                 next.extend(c.faces.iter().map(|&f| single(s, f)));
                 continue;
             }
-            for (mut piece, members) in pieces(s, &c, &side) {
-                if piece.faces.len() == 1 {
-                    next.push(single(s, piece.faces[0]));
-                    continue;
-                }
-                for (t, &i) in piece.tris.iter().zip(&members) {
-                    for k in 0..3 {
-                        piece.uv[t[k] as usize] = c.uv[c.tris[i as usize][k] as usize];
-                    }
-                }
-                next.push(piece);
-            }
+            next.extend(cut(s, &c, &side).into_iter().map(|piece| match piece.faces[..] {
+                [f] => single(s, f),
+                _ => piece,
+            }));
         }
         list = next;
     }
@@ -367,6 +362,19 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<(Chart, Vec<u32>)> {
             (piece, g)
         })
         .collect()
+}
+
+/// Cuts a chart in two or more by `side`; everything stays where it lies.
+fn cut(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
+    let mut parts = pieces(s, c, side);
+    for (piece, members) in &mut parts {
+        for (t, &i) in piece.tris.iter().zip(members.iter()) {
+            for k in 0..3 {
+                piece.uv[t[k] as usize] = c.uv[c.tris[i as usize][k] as usize];
+            }
+        }
+    }
+    parts.into_iter().map(|p| p.0).collect()
 }
 
 /// The chart of one face.

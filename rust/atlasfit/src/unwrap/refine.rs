@@ -7,7 +7,7 @@
 use super::chart::Chart;
 use super::coarse::{Coarse, border_paths};
 use super::flatten::{Arap, all_positive, cotangents, over_area};
-use super::inject::injective;
+use super::inject::{touching, turns_once};
 use super::merge::{self, Charts};
 use super::solver::Graph;
 use super::surface::{NONE, Surface};
@@ -132,11 +132,8 @@ pub(super) fn refine(
             let mut c = Chart::glue(s, faces, across);
             let own = root[label[c.faces[0] as usize] as usize];
             c.zip(s, |f| (label[f] != NONE && root[label[f] as usize] == own).then(|| index_of[f]));
-            if flatten(s, &mut c, label, coarse, &known) && {
-                c.over = over_area(s, &c, bound);
-                c.over <= OVER * c.area
-            } {
-                return (vec![c], Vec::new());
+            if flatten(s, &mut c, label, coarse, &known) {
+                return untangle(s, c, label, bound);
             }
             (Vec::new(), super::patch_charts(s, &c.faces, label, bound))
         })
@@ -153,7 +150,37 @@ pub(super) fn refine(
     Ok(good)
 }
 
-/// Flattens a chart from the known positions; false if a triangle is flipped or the chart overlaps itself.
+/// Takes patches off a flattened chart until its borders touch nowhere (at full resolution the two sides of a narrow
+/// slit may). Returns the sound charts, and those to be merged anew because they stretch too much or touch within a
+/// patch.
+fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64) -> (Vec<Chart>, Vec<Chart>) {
+    let (mut good, mut bad) = (Vec::new(), Vec::new());
+    let mut open = vec![c];
+    while let Some(mut c) = open.pop() {
+        let Some(pair) = touching(&c.tris, &c.uv, &c.border) else {
+            c.over = over_area(s, &c, bound);
+            if c.over <= OVER * c.area {
+                good.push(c);
+            } else {
+                bad.extend(super::patch_charts(s, &c.faces, label, bound));
+            }
+            continue;
+        };
+        let of = |i: u32| label[c.faces[i as usize] as usize];
+        let [p, q] = pair.map(of);
+        if p == q {
+            bad.extend(super::patch_charts(s, &c.faces, label, bound));
+            continue;
+        }
+        let size = |p: u32| (0..c.faces.len() as u32).filter(|&i| of(i) == p).count();
+        let off = if (size(p), p) < (size(q), q) { p } else { q };
+        let side: Vec<bool> = (0..c.faces.len() as u32).map(|i| of(i) == off).collect();
+        open.extend(super::cut(s, &c, &side));
+    }
+    (good, bad)
+}
+
+/// Flattens a chart from the known positions; false if a triangle is flipped or a vertex wound round twice.
 fn flatten(
     s: &Surface,
     c: &mut Chart,
@@ -194,7 +221,7 @@ fn flatten(
             arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);
         }
         if all_positive(&c.tris, &c.uv) {
-            return injective(&c.tris, &c.uv, &c.border);
+            return turns_once(&c.tris, &c.uv, &[]);
         }
     }
     false

@@ -189,7 +189,7 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
             continue;
         }
         steps += 1;
-        if steps % 1024 == 0 {
+        if steps.is_multiple_of(1024) {
             ctx.check()?;
             ctx.advance(1024);
         }
