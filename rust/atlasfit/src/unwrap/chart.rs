@@ -69,6 +69,22 @@ impl Chart {
         Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 }
     }
 
+    /// Takes border edges off the border whose two sides have the same end points: they are inside. `place(f)` gives
+    /// the place of face `f` if it belongs to the chart.
+    pub(super) fn zip(&mut self, s: &Surface, place: impl Fn(usize) -> Option<u32>) {
+        let (faces, tris) = (&self.faces, &self.tris);
+        self.border.retain(|&(i, k)| {
+            let h = s.mate[faces[i as usize] as usize][k as usize];
+            if h == NONE {
+                return true;
+            }
+            let Some(j) = place(h as usize / 3) else { return true };
+            let (t, u) = (tris[i as usize], tris[j as usize]);
+            let (k, l) = (k as usize, h as usize % 3);
+            t[k] != u[(l + 1) % 3] || t[(k + 1) % 3] != u[l]
+        });
+    }
+
     /// Rest triangles of the faces.
     pub(super) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
         self.faces.iter().map(|&f| s.rest[f as usize]).collect()

@@ -78,14 +78,40 @@ pub(super) fn project(s: &Surface, chart: &mut Chart, n: Vec3) {
     }
 }
 
+/// Half the cotangent at each corner of rest triangles, kept inside [`COT`].
+pub(super) fn cotangents(rest: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    rest.iter()
+        .map(|&[l, x, y]| {
+            // Dot over cross of the two edges at each corner.
+            let twice = l * y;
+            let c0 = x * l / twice;
+            let c1 = (l - x) * l / twice;
+            let c2 = (x * (x - l) + y * y) / twice;
+            [c0, c1, c2].map(|c| (0.5 * c).clamp(COT.0, COT.1))
+        })
+        .collect()
+}
+
 /// How strongly a vertex is held where it is: just enough to fix the free translation, or for good.
 fn hold(pinned: &[bool], v: usize) -> f64 {
     if pinned.get(v).is_some_and(|&x| x) { 1e6 } else { 1e-9 }
 }
 
+/// How the linear systems are solved.
+enum Solver {
+    /// Exactly.
+    Direct(Factor),
+    /// A few conjugate gradient steps from where the positions are: linear in the chart's size, and enough where only
+    /// fine detail is missing.
+    Iterative(Graph),
+}
+
+/// Conjugate gradient steps per iteration of the iterative solver.
+const GRADIENT_STEPS: usize = 12;
+
 /// Iterations of local rotations and global solves.
 pub(super) struct Arap {
-    factor: Factor,
+    solver: Solver,
     cot: Vec<[f64; 3]>,
     rest: Vec<[f64; 3]>,
 }
@@ -94,20 +120,17 @@ impl Arap {
     /// Prepares the matrix of a chart; the present positions only serve the ordering. Vertices marked in `pinned`
     /// (which may be empty) stay where they are.
     pub(super) fn new(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, uv: &[[f64; 2]], pinned: &[bool]) -> Self {
-        let cot: Vec<[f64; 3]> = rest
-            .iter()
-            .map(|&[l, x, y]| {
-                // Corner angles by dot over cross of the two edges at each corner.
-                let twice = l * y;
-                let c0 = x * l / twice;
-                let c1 = (l - x) * l / twice;
-                let c2 = (x * (x - l) + y * y) / twice;
-                [c0, c1, c2].map(|c| (0.5 * c).clamp(COT.0, COT.1))
-            })
-            .collect();
+        let cot = cotangents(&rest);
         let graph = Graph::from_triangles(uv.len(), tris, &cot);
         let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v));
-        Self { factor, cot, rest }
+        Self { solver: Solver::Direct(factor), cot, rest }
+    }
+
+    /// The same for large charts that are nearly in place: no factorisation, nothing pinned.
+    pub(super) fn iterative(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, vertices: usize) -> Self {
+        let cot = cotangents(&rest);
+        let graph = Graph::from_triangles(vertices, tris, &cot);
+        Self { solver: Solver::Iterative(graph), cot, rest }
     }
 
     /// Runs one iteration.
@@ -120,7 +143,12 @@ impl Arap {
         work: &mut Vec<[f64; 2]>,
     ) {
         rhs.clear();
-        rhs.extend(uv.iter().enumerate().map(|(v, p)| p.map(|x| x * hold(pinned, v))));
+        match self.solver {
+            Solver::Direct(_) => {
+                rhs.extend(uv.iter().enumerate().map(|(v, p)| p.map(|x| x * hold(pinned, v))));
+            }
+            Solver::Iterative(_) => rhs.resize(uv.len(), [0.0; 2]),
+        }
         for ((t, &[l, x, y]), cot) in tris.iter().zip(&self.rest).zip(&self.cot) {
             let p = corners(*t, uv);
             // Edge k runs opposite corner k, from corner k + 1 to k + 2.
@@ -143,11 +171,16 @@ impl Arap {
                 rhs[i][1] -= r[1];
             }
         }
-        self.factor.solve(rhs, work);
-        for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
-            if !pinned.get(v).is_some_and(|&x| x) {
-                *p = *q;
+        match &self.solver {
+            Solver::Direct(factor) => {
+                factor.solve(rhs, work);
+                for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
+                    if !pinned.get(v).is_some_and(|&x| x) {
+                        *p = *q;
+                    }
+                }
             }
+            Solver::Iterative(graph) => graph.relax(uv, rhs, pinned, GRADIENT_STEPS),
         }
     }
 }

@@ -14,6 +14,11 @@ fn orient(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     orient2d(k(a), k(b), k(c))
 }
 
+/// Whether a triangle is counter-clockwise, exactly.
+pub(super) fn positive(p: [[f64; 2]; 3]) -> bool {
+    orient(p[0], p[1], p[2]) > 0.0
+}
+
 /// Whether closed segments ab and cd share a point.
 fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     for k in 0..2 {
@@ -60,15 +65,20 @@ pub(super) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> b
 
 /// Whether the border curves touch or cross themselves or each other.
 pub(super) fn border_touches(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
+    touching(tris, uv, border).is_some()
+}
+
+/// Two triangles whose border edges touch, if any do.
+pub(super) fn touching(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> Option<[u32; 2]> {
     let segments: Vec<[u32; 2]> = border
         .iter()
         .map(|&(t, k)| [tris[t as usize][k as usize], tris[t as usize][(k as usize + 1) % 3]])
         .collect();
-    segments_touch(&segments, uv)
+    segments_touch(&segments, uv).map(|pair| pair.map(|i| border[i as usize].0))
 }
 
-/// Whether two segments that share no vertex touch.
-fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> bool {
+/// Two segments that touch without sharing a vertex, if there are any.
+fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
     let n = segments.len();
     let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let mut total = 0.0;
@@ -83,7 +93,7 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> bool {
         total += (a[0] - b[0]).abs() + (a[1] - b[1]).abs();
     }
     if n < 4 {
-        return false;
+        return None;
     }
     let size = [hi[0] - lo[0], hi[1] - lo[1]];
     // Cells about one mean segment wide, but never many more cells than segments.
@@ -128,10 +138,10 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> bool {
                 }
                 let [a, b, c, d] = [s[0], s[1], t[0], t[1]].map(|v| uv[v as usize]);
                 if touch(a, b, c, d) {
-                    return true;
+                    return Some([p, q]);
                 }
             }
         }
     }
-    false
+    None
 }

@@ -26,6 +26,14 @@ const PASSES: usize = 2;
 /// Merges whose score is at least this share of the round's best are tried in the same round.
 const FLOOR: f64 = 0.2;
 
+/// Seam length that must be saved per hull area newly left empty (the surface has area 1). Larger means more, rounder
+/// charts that pack better: on 20 test shapes 8, 18, 27, 40 gave 0.37, 0.43, 0.48, 0.51 of a peer's charts, 0.66,
+/// 0.70, 0.71, 0.71 of its seams and 0.97, 1.00, 1.05, 1.06 of its coverage.
+const WASTE: f64 = 36.0;
+
+/// Squared length of the longest chart that fits on a page without making it larger, some way to its diagonal.
+const PAGE: f64 = 2.0;
+
 /// How far into the larger chart a merge may move vertices, in square roots of the smaller chart's area.
 const REACH: f64 = 1.5;
 
@@ -37,6 +45,18 @@ pub(super) struct Charts {
 }
 
 impl Charts {
+    /// Numbers the charts of a surface of `faces` faces, of which they need not cover all.
+    pub(super) fn new(faces: usize, charts: Vec<Chart>) -> Self {
+        let (mut owner, mut index_of) = (vec![NONE; faces], vec![NONE; faces]);
+        for (id, c) in charts.iter().enumerate() {
+            for (i, &f) in c.faces.iter().enumerate() {
+                owner[f as usize] = id as u32;
+                index_of[f as usize] = i as u32;
+            }
+        }
+        Self { list: charts.into_iter().map(Some).collect(), owner, index_of }
+    }
+
     /// Replaces charts `a` and `b` by `merged`; returns its id.
     fn replace(&mut self, a: u32, b: u32, merged: Chart) -> u32 {
         let id = self.list.len() as u32;
@@ -92,7 +112,10 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
             }
             let shared: f64 = p.iter().map(|p| p.2).sum();
             let (pa, pb) = (perimeter[a as usize], perimeter[b as usize]);
-            let (x, y) = (charts.list[a as usize].as_ref().map_or(0.0, |c| c.area), charts.list[b as usize].as_ref().map_or(0.0, |c| c.area));
+            let (x, y) = (
+                charts.list[a as usize].as_ref().map_or(0.0, |c| c.area),
+                charts.list[b as usize].as_ref().map_or(0.0, |c| c.area),
+            );
             // Half way between the share of the smaller one's border and the length against its size.
             let score = shared / (pa.min(pb) * x.min(y).sqrt()).max(1e-300).sqrt();
             scored.push((score, a, b));
@@ -136,28 +159,6 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
             })
             .collect();
         ctx.check()?;
-        if std::env::var("UWDBG").is_ok() {
-            let sz = |x: u32| charts.list[x as usize].as_ref().map_or(0, |c| c.faces.len());
-            eprintln!(
-                "round alive {} pairs {} chosen {} ok {} faces-ok {} faces-fail {}",
-                charts.list.iter().flatten().count(),
-                scored.len(),
-                chosen.len(),
-                results.iter().flatten().count(),
-                chosen
-                    .iter()
-                    .zip(&results)
-                    .filter(|x| x.1.is_some())
-                    .map(|x| sz(x.0.0) + sz(x.0.1))
-                    .sum::<usize>(),
-                chosen
-                    .iter()
-                    .zip(&results)
-                    .filter(|x| x.1.is_none())
-                    .map(|x| sz(x.0.0) + sz(x.0.1))
-                    .sum::<usize>(),
-            );
-        }
         for (&(a, b), result) in chosen.iter().zip(results) {
             match result {
                 Some(merged) => {
@@ -219,7 +220,7 @@ fn join(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, b_id: u32, bound: f6
     let (motion, rms) = align(a, b, &best);
     let length: f64 = best.iter().map(|e| e.length).sum();
     // The gap that rigid motion leaves, against the size of what must stretch to close it.
-    if rms * rms > std::env::var("UWMIS").map_or(MISMATCH, |x| x.parse::<f64>().unwrap()) * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
+    if rms * rms > MISMATCH * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
     glue(s, charts, a, b, &best, motion, bound)
@@ -307,7 +308,8 @@ struct Patch {
     of_b: Vec<u32>,
 }
 
-fn find(root: &mut [u32], mut i: u32) -> u32 {
+/// The representative of `i` in a union-find forest.
+pub(super) fn find(root: &mut [u32], mut i: u32) -> u32 {
     while root[i as usize] != i {
         root[i as usize] = root[root[i as usize] as usize];
         i = root[i as usize];
@@ -324,7 +326,7 @@ fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -
             hi[k] = hi[k].max(a.uv[v as usize][k]);
         }
     }
-    let margin = std::env::var("UWREACH").map_or(REACH, |x| x.parse::<f64>().unwrap()) * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
+    let margin = REACH * b.area.sqrt() + 0.2 * (hi[0] - lo[0] + hi[1] - lo[1]);
     let inside: Vec<bool> =
         a.uv.iter().map(|p| (0..2).all(|k| p[k] >= lo[k] - margin && p[k] <= hi[k] + margin)).collect();
     let mut near: Vec<u32> = (0..a.tris.len() as u32)
@@ -425,11 +427,10 @@ fn glue(
             .map(|i| s.area[a.faces[i] as usize])
             .sum::<f64>();
     let area = a.area + b.area;
-    let allowed = std::env::var("UWOVER").map_or(OVER, |x| x.parse::<f64>().unwrap()) * area - far;
+    let allowed = OVER * area - far;
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
-    let mu = std::env::var("UWMU").map_or(27.0, |x| x.parse::<f64>().unwrap());
     for step in 0..STEPS {
         arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
         if step % 3 != 1 && step + 1 != STEPS {
@@ -441,9 +442,11 @@ fn glue(
             let mut c = assemble(s, charts, a, b, &p)?;
             c.over = far + now;
             c.waste = waste(&c.uv, c.area);
-            let worth = mu * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
-            return (worth && turns_once(&p.tris, &p.uv, &p.pinned) && !border_touches(&c.tris, &c.uv, &c.border))
-                .then_some(c);
+            let worth = WASTE * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
+            return (worth
+                && turns_once(&p.tris, &p.uv, &p.pinned)
+                && !border_touches(&c.tris, &c.uv, &c.border))
+            .then_some(c);
         }
         // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
         let hope = if step == 1 { 5.0 } else { 2.0 };
@@ -484,40 +487,24 @@ fn assemble(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, p: &Patch) -> Op
         over: 0.0,
         waste: 0.0,
     };
-    // Edges whose two sides now have the same end points are inside.
+    c.border = a.border.iter().copied().chain(b.border.iter().map(|&(i, k)| (i + offset, k))).collect();
     let ids = [charts.owner[a.faces[0] as usize], charts.owner[b.faces[0] as usize]];
-    let place = |f: usize| {
-        let o = charts.owner[f];
-        if o == ids[0] {
-            charts.index_of[f]
-        } else if o == ids[1] {
-            charts.index_of[f] + offset
-        } else {
-            NONE
-        }
-    };
-    let both = a.border.iter().copied().chain(b.border.iter().map(|&(i, k)| (i + offset, k)));
-    for (i, k) in both {
-        let h = s.mate[c.faces[i as usize] as usize][k as usize];
-        let inside = h != NONE && {
-            let j = place(h as usize / 3);
-            j != NONE && {
-                let (t, u) = (c.tris[i as usize], c.tris[j as usize]);
-                let (k, l) = (k as usize, h as usize % 3);
-                t[k] == u[(l + 1) % 3] && t[(k + 1) % 3] == u[l]
-            }
-        };
-        if !inside {
-            c.border.push((i, k));
-        }
-    }
+    c.zip(s, |f| match charts.owner[f] {
+        o if o == ids[0] => Some(charts.index_of[f]),
+        o if o == ids[1] => Some(charts.index_of[f] + offset),
+        _ => None,
+    });
     (!c.border.is_empty()).then_some(c)
 }
 
-/// Area of the convex hull that a chart leaves empty: what it wastes when packed, roughly.
+/// What a chart wastes when packed, roughly: the area of its convex hull that it leaves empty, and what it makes the
+/// page larger by being longer than the page.
 pub(super) fn waste(uv: &[[f64; 2]], area: f64) -> f64 {
     let hull = super::pack::hull(uv);
     let of_hull: f64 =
         (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
-    (of_hull - area).max(0.0)
+    let longest =
+        (hull.iter().flat_map(|p| hull.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
+            .fold(0.0, f64::max);
+    (of_hull - area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
 }

@@ -6,11 +6,16 @@
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `flatten` + `inject` (positions, exact
 //! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`.
 
+// Corners and faces are indexed in several arrays at once; an index says so plainly.
+#![allow(clippy::needless_range_loop)]
+
 mod chart;
+mod coarse;
 mod flatten;
 mod inject;
 mod merge;
 mod pack;
+mod refine;
 mod segment;
 mod solver;
 mod surface;
@@ -21,6 +26,18 @@ use crate::run::{Context, Stage};
 use chart::Chart;
 use rayon::prelude::*;
 use surface::{NONE, Surface};
+
+/// Meshes with more faces than this have their charts found on a coarse stand-in.
+const LARGE: usize = 20_000;
+/// Rounds of cutting out what single precision spoils.
+const REPAIRS: usize = 5;
+/// Faces of the coarse stand-in, about.
+const COARSE: usize = 10_000;
+/// The coarse surface is rougher than the full one: this much more stretch there means the same here.
+const COARSE_SLACK: f64 = 1.3;
+/// Bound on 1 - |mean normal| of the first patches for a stretch of 1.1. Finer patches leave merging more choice,
+/// coarser ones less work.
+const FLATNESS: f64 = 0.06;
 
 /// How to unwrap.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,26 +134,99 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options)?;
     ctx.check()?;
-    let flatness = std::env::var("UWFLAT").map_or(0.06, |x| x.parse::<f64>().unwrap()) * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
+    let flatness = FLATNESS * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
     let (label, count) = segment::patches(&s, flatness, ctx)?;
     ctx.stage(Stage::Parametrize, count);
-    let mut charts = first_charts(&s, &label, count, options.max_stretch, ctx)?;
-    merge::merge(&s, &mut charts, options.max_stretch, ctx)?;
-    let list: Vec<Chart> = charts.list.into_iter().flatten().collect();
+    let bound = options.max_stretch;
+    let list: Vec<Chart> = if mesh.triangles.len() <= LARGE {
+        let mut charts = merge::Charts::new(s.faces(), first_charts(&s, &label, count, Some(bound), ctx)?);
+        merge::merge(&s, &mut charts, bound, ctx)?;
+        charts.list.into_iter().flatten().collect()
+    } else {
+        let pieces = first_charts(&s, &label, count, None, ctx)?;
+        let merge::Charts { list, owner: label, .. } = merge::Charts::new(s.faces(), pieces);
+        let patches = refine::Patches::new(&s, label, list.len());
+        drop(list);
+        let coarse = coarse::coarsen(&s, &patches, COARSE, ctx)?;
+        let loose = 1.0 + (bound - 1.0) * COARSE_SLACK;
+        let first = first_charts(&coarse.surface, &coarse.label, patches.count, Some(loose), ctx)?;
+        let mut charts = merge::Charts::new(coarse.surface.faces(), first);
+        merge::merge(&coarse.surface, &mut charts, loose, ctx)?;
+        refine::refine(&s, &patches, &coarse, &charts, bound, ctx)?
+    };
     ctx.stage(Stage::Pack, list.len());
-    let places = pack::pack(&list, options.page_size, options.padding_px);
-    ctx.check()?;
-    Ok(layout(&s, &list, &places, options))
+    let (list, places, repaired) = settle(&s, list, options, ctx)?;
+    Ok(layout(&s, &list, &places, repaired, options))
 }
 
-/// Flattens the first patches; one that cannot be laid out flat is cut into its faces.
+/// Packs, and checks the charts once more as they leave: in single precision, in place. What rounding spoils (faces
+/// far below a texel) is cut out, and everything packed again.
+fn settle(
+    s: &Surface,
+    mut list: Vec<Chart>,
+    options: &UnwrapOptions,
+    ctx: &Context<'_>,
+) -> Result<(Vec<Chart>, Vec<pack::Place>, usize)> {
+    let mut repaired = 0;
+    for round in 0.. {
+        let places = pack::pack(&list, options.page_size, options.padding_px, ctx)?;
+        let spoiled: Vec<Option<Vec<bool>>> =
+            list.par_iter().zip(&places).map(|(c, p)| spoiled(c, &p.positions(&c.uv), round)).collect();
+        if round == REPAIRS || spoiled.iter().all(Option::is_none) {
+            return Ok((list, places, repaired));
+        }
+        let mut next = Vec::with_capacity(list.len());
+        for (c, spoiled) in list.into_iter().zip(spoiled) {
+            let Some(side) = spoiled else {
+                next.push(c);
+                continue;
+            };
+            repaired += 1;
+            if round + 1 == REPAIRS {
+                next.extend(c.faces.iter().map(|&f| single(s, f)));
+                continue;
+            }
+            next.extend(cut(s, &c, &side).into_iter().map(|piece| match piece.faces[..] {
+                [f] => single(s, f),
+                _ => piece,
+            }));
+        }
+        list = next;
+    }
+    Err(Error::internal("charts did not settle"))
+}
+
+/// The faces of a chart to be cut out of it because rounding flipped them; where its border touches itself, half of
+/// it. `None` if all is well.
+fn spoiled(c: &Chart, at: &[[f32; 2]], round: usize) -> Option<Vec<bool>> {
+    let at: Vec<[f64; 2]> = at.iter().map(|p| p.map(f64::from)).collect();
+    let bad: Vec<bool> = c.tris.iter().map(|t| !inject::positive(flatten::corners(*t, &at))).collect();
+    if c.faces.len() == 1 {
+        return None;
+    }
+    if bad.iter().any(|&b| b) {
+        // All of them bad would cut nothing.
+        return Some(if bad.iter().all(|&b| b) { (0..bad.len()).map(|i| i % 2 == 0).collect() } else { bad });
+    }
+    inject::border_touches(&c.tris, &at, &c.border).then(|| {
+        let x = |i: usize| c.tris[i].iter().map(|&v| at[v as usize][round % 2]).sum::<f64>();
+        let mut order: Vec<usize> = (0..c.tris.len()).collect();
+        order.sort_by(|&i, &j| x(i).total_cmp(&x(j)).then(i.cmp(&j)));
+        let mut side = vec![false; order.len()];
+        order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
+        side
+    })
+}
+
+/// Flattens the first patches; one that cannot be laid out flat is cut further. Without a stretch bound they are only
+/// projected, which is enough to see whether they lie flat.
 fn first_charts(
     s: &Surface,
     label: &[u32],
     count: usize,
-    bound: f64,
+    bound: Option<f64>,
     ctx: &Context<'_>,
-) -> Result<merge::Charts> {
+) -> Result<Vec<Chart>> {
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
     let mut index_of = vec![NONE; label.len()];
     for (f, &l) in label.iter().enumerate() {
@@ -149,7 +239,7 @@ fn first_charts(
         .into_par_iter()
         .enumerate()
         .map(|(id, faces)| {
-            if ctx.check().is_err() {
+            if ctx.check().is_err() || faces.is_empty() {
                 return Vec::new();
             }
             let chart = Chart::glue(s, faces, |e| {
@@ -160,35 +250,48 @@ fn first_charts(
         })
         .collect();
     ctx.check()?;
-    let list: Vec<Option<Chart>> = built.into_iter().flatten().map(Some).collect();
-    let mut owner = vec![NONE; label.len()];
-    for (id, c) in list.iter().flatten().enumerate() {
-        for (i, &f) in c.faces.iter().enumerate() {
-            owner[f as usize] = id as u32;
-            index_of[f as usize] = i as u32;
-        }
-    }
-    Ok(merge::Charts { list, owner, index_of })
+    Ok(built.into_iter().flatten().collect())
+}
+
+/// Charts of the patches among some faces.
+fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64) -> Vec<Chart> {
+    let mut sorted: Vec<(u32, u32)> = faces.iter().map(|&f| (label[f as usize], f)).collect();
+    sorted.sort_unstable();
+    sorted
+        .chunk_by(|a, b| a.0 == b.0)
+        .flat_map(|group| {
+            let own: Vec<u32> = group.iter().map(|g| g.1).collect();
+            let chart = Chart::glue(s, own.clone(), |e| {
+                let h = s.mate[e as usize / 3][e as usize % 3];
+                if h == NONE { None } else { own.binary_search(&(h / 3)).ok().map(|i| i as u32) }
+            });
+            flatten_first(s, chart, Some(bound))
+        })
+        .collect()
 }
 
 /// Lays a patch flat; one that flips or overlaps is cut in two until it does not.
-fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
+fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
     if c.faces.len() == 1 {
         return vec![single(s, c.faces[0])];
     }
     let n = flatten::mean_normal(s, &c.faces);
     flatten::project(s, &mut c, n);
     if flatten::all_positive(&c.tris, &c.uv) {
-        let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
-        let (mut rhs, mut work) = (Vec::new(), Vec::new());
-        let mut uv = c.uv.clone();
-        for _ in 0..5 {
-            arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
+        if bound.is_some() {
+            let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
+            let (mut rhs, mut work) = (Vec::new(), Vec::new());
+            let mut uv = c.uv.clone();
+            for _ in 0..5 {
+                arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
+            }
+            flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         }
-        flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         if inject::injective(&c.tris, &c.uv, &c.border) {
-            c.over = flatten::over_area(s, &c, bound);
-            c.waste = merge::waste(&c.uv, c.area);
+            if let Some(bound) = bound {
+                c.over = flatten::over_area(s, &c, bound);
+                c.waste = merge::waste(&c.uv, c.area);
+            }
             return vec![c];
         }
     }
@@ -213,11 +316,11 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: f64) -> Vec<Chart> {
         order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
         side
     };
-    pieces(s, &c, &side).into_iter().flat_map(|piece| flatten_first(s, piece, bound)).collect()
+    pieces(s, &c, &side).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound)).collect()
 }
 
-/// The connected parts of a chart's faces of equal `side`.
-fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
+/// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart.
+fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<(Chart, Vec<u32>)> {
     let place: std::collections::HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
     let border: std::collections::HashSet<(u32, u8)> = c.border.iter().copied().collect();
     let mut part = vec![NONE; c.faces.len()];
@@ -246,17 +349,32 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
         groups.push(group);
     }
     groups
-        .iter()
+        .into_iter()
         .map(|g| {
             let within: std::collections::HashMap<u32, u32> = g.iter().copied().zip(0..).collect();
-            Chart::glue(s, g.iter().map(|&i| c.faces[i as usize]).collect(), |e| {
+            let faces = g.iter().map(|&i| c.faces[i as usize]).collect();
+            let piece = Chart::glue(s, faces, |e| {
                 if border.contains(&(place[&(e / 3)], (e % 3) as u8)) {
                     return None;
                 }
                 within.get(&place[&(s.mate[e as usize / 3][e as usize % 3] / 3)]).copied()
-            })
+            });
+            (piece, g)
         })
         .collect()
+}
+
+/// Cuts a chart in two or more by `side`; everything stays where it lies.
+fn cut(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
+    let mut parts = pieces(s, c, side);
+    for (piece, members) in &mut parts {
+        for (t, &i) in piece.tris.iter().zip(members.iter()) {
+            for k in 0..3 {
+                piece.uv[t[k] as usize] = c.uv[c.tris[i as usize][k] as usize];
+            }
+        }
+    }
+    parts.into_iter().map(|p| p.0).collect()
 }
 
 /// The chart of one face.
@@ -273,22 +391,23 @@ fn single(s: &Surface, f: u32) -> Chart {
     }
 }
 
-fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], options: &UnwrapOptions) -> UvLayout {
+fn layout(
+    s: &Surface,
+    list: &[Chart],
+    places: &[pack::Place],
+    repaired_charts: usize,
+    options: &UnwrapOptions,
+) -> UvLayout {
     let m = s.faces();
     let mut corner_uv = vec![[[0f32; 2]; 3]; m];
     let mut face_chart = vec![NONE; m];
     let mut face_page = vec![0; m];
     for (id, (c, p)) in list.iter().zip(places).enumerate() {
-        let [rc, rs] = p.rotation;
-        for (f, t) in c.faces.iter().zip(&c.tris) {
-            face_chart[*f as usize] = id as u32;
-            face_page[*f as usize] = p.page;
-            corner_uv[*f as usize] = flatten::corners(*t, &c.uv).map(|q| {
-                [
-                    ((rc * q[0] - rs * q[1]) * p.scale + p.shift[0]).clamp(0.0, 1.0) as f32,
-                    ((rs * q[0] + rc * q[1]) * p.scale + p.shift[1]).clamp(0.0, 1.0) as f32,
-                ]
-            });
+        let at = p.positions(&c.uv);
+        for (&f, t) in c.faces.iter().zip(&c.tris) {
+            face_chart[f as usize] = id as u32;
+            face_page[f as usize] = p.page;
+            corner_uv[f as usize] = t.map(|v| at[v as usize]);
         }
     }
     // Faces without a shape share a point inside the first chart's first face.
@@ -314,6 +433,6 @@ fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], options: &UnwrapO
         degenerate_faces: s.degenerate,
         duplicate_faces: s.duplicate,
         non_manifold_edges: s.non_manifold,
-        repaired_charts: 0,
+        repaired_charts,
     }
 }

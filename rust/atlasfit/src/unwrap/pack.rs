@@ -7,14 +7,23 @@
 
 use super::chart::Chart;
 use super::flatten::corners;
+use crate::error::Result;
+use crate::run::Context;
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Cells across a page aimed at: fine enough that rounding to cells costs about 2 % of it with 20 charts.
-const CELLS: f64 = 480.0;
+const CELLS: f64 = 512.0;
 /// Share of the page expected to be covered, for choosing the size of a cell.
 const EXPECTED_FILL: f64 = 0.62;
 /// Strip widths tried one after the other.
 const WIDTHS: usize = 4;
+/// Orders tried at once, and rounds of trying; with many charts only `ORDER_WORK` / charts rounds.
+const ORDERS: usize = 4;
+const ORDER_ROUNDS: usize = 16;
+const ORDER_WORK: usize = 2000;
+/// Masks of at most this many cells each way count as alike if their boxes are.
+const SMALL: usize = 8;
 /// Charts above this share of the area are tried at eight rotations instead of four.
 const TURN_MORE: f64 = 0.01;
 
@@ -28,6 +37,19 @@ pub(super) struct Place {
     pub rotation: [f64; 2],
     pub scale: f64,
     pub shift: [f64; 2],
+}
+
+impl Place {
+    /// A chart's vertices on the page.
+    pub(super) fn positions(&self, uv: &[[f64; 2]]) -> Vec<[f32; 2]> {
+        let [c, s] = self.rotation;
+        uv.iter()
+            .map(|q| {
+                let p = [c * q[0] - s * q[1], s * q[0] + c * q[1]];
+                [0, 1].map(|k| (p[k] * self.scale + self.shift[k]).clamp(0.0, 1.0) as f32)
+            })
+            .collect()
+    }
 }
 
 /// A chart's cells in one rotation.
@@ -217,8 +239,8 @@ impl Strip {
         Self { words: width.div_ceil(64), width, single: Rows::default(), block: Rows::default() }
     }
 
-    /// The lowest, then leftmost, free position whose top stays at or below `limit`.
-    fn find(&self, m: &Mask, limit: usize) -> Option<(usize, usize)> {
+    /// The lowest, then leftmost, free position from row `from` whose top stays at or below `limit`.
+    fn find(&self, m: &Mask, from: usize, limit: usize) -> Option<(usize, usize)> {
         if m.width > self.width || m.height > limit {
             return None;
         }
@@ -226,7 +248,7 @@ impl Strip {
         let mut blocked = vec![0u64; self.words];
         let mut a = vec![0u64; self.words];
         let mut b = vec![0u64; self.words];
-        'rows: for y in 0..=limit - m.height {
+        'rows: for y in from..=limit - m.height {
             for (rows, runs) in [(&self.block, &m.blocks), (&self.single, &m.runs)] {
                 for &(r, from, to) in runs.iter().take(12) {
                     if rows.free.get(y + r as usize).is_some_and(|&f| f < to - from) {
@@ -404,9 +426,17 @@ fn poses(c: &Chart, upright: [f64; 2], cell: f64, grow: usize, more: bool) -> Ve
 }
 
 /// Packs everything on one square page.
-pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place> {
+pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32, ctx: &Context<'_>) -> Result<Vec<Place>> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
-    let cell = (area / EXPECTED_FILL).sqrt() / CELLS;
+    // A chart far longer than the page's expected side decides the page, and so the cells.
+    let longest = charts
+        .iter()
+        .map(|c| {
+            let (lo, hi) = bounds(&c.uv);
+            (hi[0] - lo[0]).hypot(hi[1] - lo[1])
+        })
+        .fold(0.0, f64::max);
+    let cell = (area / EXPECTED_FILL).sqrt().max(longest * 0.8) / CELLS;
     let grow = ((f64::from(padding) * CELLS / f64::from(page_size)).ceil() as usize).max(1);
     let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.uv)).collect();
     let poses: Vec<Vec<Pose>> = charts
@@ -422,7 +452,8 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
         poses.iter().map(|p| p.iter().map(|q| q.grown.width).min().unwrap_or(0)).max().unwrap_or(0);
     let mut best: Option<(usize, Vec<Place>)> = None;
     let mut width = ((area / 0.8).sqrt() / cell) as usize;
-    for _ in 0..WIDTHS {
+    for _ in 0..if charts.len() > ORDER_WORK { 1 } else { WIDTHS } {
+        ctx.check()?;
         width = width.max(narrowest);
         let limit = best.as_ref().map_or(usize::MAX / 4, |b| b.0);
         let Some((top, places)) = strip(&poses, &order, width, grow, cell, limit) else { break };
@@ -441,10 +472,12 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
         width = next;
     }
     // Then other orders, each into a page a little smaller than the best so far; those that fail stop early.
-    let rounds: u64 = std::env::var("UWRO").map_or(6, |x| x.parse().unwrap());
-    let variants: u64 = std::env::var("UWVA").map_or(4, |x| x.parse().unwrap());
+    // Many charts fill the gaps anyway, and each try costs more.
+    let rounds = (ORDER_WORK / charts.len().max(1)).min(ORDER_ROUNDS) as u64;
+    let variants = ORDERS as u64;
     let mut failures = 0;
     for round in 0..rounds {
+        ctx.check()?;
         let Some((size, _)) = &best else { break };
         let target = size - size.div_ceil(100);
         if target < narrowest {
@@ -453,8 +486,10 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
         let tries: Vec<Option<(usize, Vec<Place>)>> = (0..variants)
             .into_par_iter()
             .map(|v| {
-                let mut keyed: Vec<(u64, usize)> =
-                    order.iter().map(|&c| ((extent(c).0 as f64 * jitter(round * variants + v, c)) as u64, c)).collect();
+                let mut keyed: Vec<(u64, usize)> = order
+                    .iter()
+                    .map(|&c| ((extent(c).0 as f64 * jitter(round * variants + v, c)) as u64, c))
+                    .collect();
                 keyed.sort_by_key(|&(k, c)| (std::cmp::Reverse(k), c));
                 let order: Vec<usize> = keyed.into_iter().map(|k| k.1).collect();
                 strip(&poses, &order, target, grow, cell, target)
@@ -464,7 +499,7 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
             Some((top, places)) => best = Some((top.max(target), places)),
             None => {
                 failures += 1;
-                if failures == 2 {
+                if failures == 3 {
                     break;
                 }
             }
@@ -478,12 +513,14 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32) -> Vec<Place>
         p.scale = 1.0 / size;
         p.shift = p.shift.map(|x| x / size);
     }
-    places
+    Ok(places)
 }
 
 /// A factor within a third of 1, fixed by its arguments (an integer hash after Steele, Lea, Flood 2014).
 fn jitter(variant: u64, chart: usize) -> f64 {
-    let mut z = (variant << 32 | chart as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = (variant << 32 | chart as u64)
+        .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+        .wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^= z >> 31;
@@ -502,16 +539,27 @@ fn strip(
     let mut strip = Strip::new(width);
     let mut top = 0;
     let mut places = vec![Place { page: 0, rotation: [1.0, 0.0], scale: 1.0, shift: [0.0; 2] }; poses.len()];
+    // Where masks of a size were last put: below that there is no room for small ones of the same size.
+    let mut lowest: HashMap<(usize, usize), usize> = HashMap::new();
     for &c in order {
         let tallest = poses[c].iter().map(|p| p.grown.height).max()?;
         let mut found: Option<(usize, usize, usize, usize)> = None;
+        let mut best = usize::MAX / 4;
         for (i, pose) in poses[c].iter().enumerate() {
-            // A place counts by its top edge; later rotations must beat earlier ones.
-            let room = found.map_or(top + tallest, |f| f.0 - 1);
-            if let Some((x, y)) = strip.find(&pose.grown, room)
-                && found.is_none_or(|f| y + pose.grown.height < f.0)
+            // A place counts by how high its middle lies: twice that, to stay whole.
+            let height = pose.grown.height;
+            let room = (top + tallest).min(limit).min((best - height.min(best)) / 2 + height);
+            let size = (pose.grown.width, height);
+            let from = if size.0.max(size.1) <= SMALL { *lowest.get(&size).unwrap_or(&0) } else { 0 };
+            let at = strip.find(&pose.grown, from, room);
+            if let Some((_, y)) = at {
+                lowest.insert(size, y);
+            }
+            if let Some((x, y)) = at
+                && 2 * y + height < best
             {
-                found = Some((y + pose.grown.height, i, x, y));
+                best = 2 * y + height;
+                found = Some((y + height, i, x, y));
             }
         }
         let (t, i, x, y) = found?;

@@ -8,6 +8,7 @@ use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, add, dot, norm, normalize, scale};
 use crate::run::Context;
+use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -15,6 +16,11 @@ use std::collections::BinaryHeap;
 const COMPACT: f64 = 0.01;
 /// A patch's normals must stay within this angle of its mean, so that projection to a plane cannot flip: cos 70°.
 const CONE_COS: f64 = 0.342;
+
+/// Passes of [`seeds`] at most: each leaves about two thirds of the clusters.
+const SEED_PASSES: usize = 6;
+/// Seeds are flatter than patches by this factor, so that the queue decides everything that matters.
+const SEED_FLATNESS: f64 = 0.3;
 
 #[derive(Clone, Copy, PartialEq)]
 struct Candidate {
@@ -54,7 +60,6 @@ fn cone(a: &Cluster, b: &Cluster, axis: Vec3) -> f64 {
     [a, b].iter().map(|c| dot(normalize(c.sum), axis).clamp(-1.0, 1.0).acos() + c.angle).fold(0.0, f64::max)
 }
 
-fn compact_w() -> f64 { static W: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("UWCO").map_or(0.01, |x| x.parse().unwrap())); *W }
 /// Cost of joining two clusters; `None` where the result would not be flat enough.
 fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -> Option<f64> {
     let area = a.area + b.area;
@@ -67,14 +72,15 @@ fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -
     if cone(a, b, normalize(sum)) > cone_limit {
         return None;
     }
-    Some((gain.max(0.0) + compact_w() * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
+    Some((gain.max(0.0) + COMPACT * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
 }
 
-/// Cuts the surface into patches. `flatness` bounds 1 - |mean normal| of a patch. Returns patch per face
-/// ([`NONE`] for unusable faces) and the number of patches.
-pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<u32>, usize)> {
+/// Groups faces a few at a time without a queue: every cluster picks its cheapest neighbour, and pairs that pick
+/// each other join; repeated until it stops paying. Returns clusters with their neighbours, and one per face.
+fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>, Vec<u32>)> {
     let m = s.faces();
     let cone_limit = CONE_COS.acos();
+    let mut of_face: Vec<u32> = (0..m as u32).collect();
     let mut clusters: Vec<Cluster> = (0..m)
         .map(|f| Cluster {
             area: s.area[f],
@@ -84,31 +90,98 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
             near: Vec::new(),
         })
         .collect();
-    let mut heap = Vec::with_capacity(m * 2);
+    // Edges (a, b, length) with a < b, sorted.
+    let mut edges: Vec<(u32, u32, f64)> = Vec::with_capacity(m * 3 / 2);
     for f in 0..m {
         for k in 0..3 {
             let h = s.mate[f][k];
-            if h == NONE || h / 3 == f as u32 {
-                continue;
-            }
-            let (g, l) = (h / 3, f64::from(s.length[f][k]));
-            match clusters[f].near.iter_mut().find(|n| n.0 == g) {
-                Some(n) => n.1 += l,
-                None => clusters[f].near.push((g, l)),
+            if h != NONE && h / 3 > f as u32 {
+                edges.push((f as u32, h / 3, f64::from(s.length[f][k])));
             }
         }
     }
-    for f in 0..m {
-        for &(g, l) in &clusters[f].near {
-            if (f as u32) < g
-                && let Some(c) = cost(&clusters[f], &clusters[g as usize], l, flatness, cone_limit)
+    for _ in 0..SEED_PASSES {
+        ctx.check()?;
+        let costs: Vec<f64> = edges
+            .par_iter()
+            .map(|&(a, b, l)| {
+                cost(&clusters[a as usize], &clusters[b as usize], l, flatness, cone_limit)
+                    .unwrap_or(f64::INFINITY)
+            })
+            .collect();
+        let mut pick = vec![(f64::INFINITY, NONE); clusters.len()];
+        for (e, (&(a, b, _), &c)) in edges.iter().zip(&costs).enumerate() {
+            for v in [a, b] {
+                if c < pick[v as usize].0 {
+                    pick[v as usize] = (c, e as u32);
+                }
+            }
+        }
+        let mut name = vec![NONE; clusters.len()];
+        let mut joined: Vec<Cluster> = Vec::with_capacity(clusters.len() * 2 / 3);
+        for c in 0..clusters.len() {
+            if name[c] != NONE {
+                continue;
+            }
+            name[c] = joined.len() as u32;
+            let e = pick[c].1;
+            let mate = if e == NONE { NONE } else { edges[e as usize].0 ^ edges[e as usize].1 ^ c as u32 };
+            let one = &clusters[c];
+            if mate != NONE && pick[mate as usize].1 == e {
+                let two = &clusters[mate as usize];
+                name[mate as usize] = name[c];
+                let sum = add(one.sum, two.sum);
+                let angle = cone(one, two, normalize(sum));
+                joined.push(Cluster { area: one.area + two.area, sum, angle, stamp: 0, near: Vec::new() });
+            } else {
+                joined.push(Cluster { near: Vec::new(), ..*one });
+            }
+        }
+        of_face.par_iter_mut().for_each(|c| *c = name[*c as usize]);
+        edges.par_iter_mut().for_each(|e| {
+            let (a, b) = (name[e.0 as usize], name[e.1 as usize]);
+            (e.0, e.1) = (a.min(b), a.max(b));
+        });
+        edges.retain(|e| e.0 != e.1);
+        edges.par_sort_unstable_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)));
+        edges.dedup_by(|x, kept| {
+            let same = (x.0, x.1) == (kept.0, kept.1);
+            if same {
+                kept.2 += x.2;
+            }
+            same
+        });
+        let fewer = clusters.len() - joined.len();
+        clusters = joined;
+        if fewer * 8 < clusters.len() {
+            break;
+        }
+    }
+    for &(a, b, l) in &edges {
+        clusters[a as usize].near.push((b, l));
+        clusters[b as usize].near.push((a, l));
+    }
+    Ok((clusters, of_face))
+}
+
+/// Cuts the surface into patches. `flatness` bounds 1 - |mean normal| of a patch. Returns patch per face
+/// ([`NONE`] for unusable faces) and the number of patches.
+pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<u32>, usize)> {
+    let m = s.faces();
+    let cone_limit = CONE_COS.acos();
+    let (mut clusters, seed_of) = seeds(s, flatness * SEED_FLATNESS, ctx)?;
+    let mut heap = Vec::with_capacity(clusters.len() * 3);
+    for (a, ca) in clusters.iter().enumerate() {
+        for &(b, l) in &ca.near {
+            if (a as u32) < b
+                && let Some(c) = cost(ca, &clusters[b as usize], l, flatness, cone_limit)
             {
-                heap.push(Candidate { cost: c, a: f as u32, b: g, stamp: 0 });
+                heap.push(Candidate { cost: c, a: a as u32, b, stamp: 0 });
             }
         }
     }
     let mut heap = BinaryHeap::from(heap);
-    let mut owner: Vec<u32> = (0..m as u32).collect();
+    let mut owner: Vec<u32> = (0..clusters.len() as u32).collect();
     let mut steps = 0usize;
     while let Some(Candidate { a, b, stamp, .. }) = heap.pop() {
         let (ca, cb) = (&clusters[a as usize], &clusters[b as usize]);
@@ -116,7 +189,7 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
             continue;
         }
         steps += 1;
-        if steps % 1024 == 0 {
+        if steps.is_multiple_of(1024) {
             ctx.check()?;
             ctx.advance(1024);
         }
@@ -167,7 +240,7 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
     let mut label = vec![NONE; m];
     for f in 0..m {
         if s.usable[f] {
-            let mut r = f as u32;
+            let mut r = seed_of[f];
             while owner[r as usize] != r {
                 owner[r as usize] = owner[owner[r as usize] as usize];
                 r = owner[r as usize];

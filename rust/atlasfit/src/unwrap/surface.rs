@@ -97,26 +97,32 @@ impl Surface {
         for p in &mut pos {
             *p = if p.iter().all(|x| x.is_finite()) { scale(*p, s) } else { [0.0; 3] };
         }
+        let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options);
+        let mut out = Self::from_parts(pos, tri, mate);
+        for f in (0..m).filter(|&f| !usable[f]) {
+            out.normal[f] = [0.0; 3];
+            out.area[f] = 0.0;
+        }
+        out.degenerate = (0..m).filter(|&f| !usable[f] || out.normal[f] == [0.0; 3]).count();
+        Ok(Self { usable, unit: extent / s, duplicate, non_manifold, ..out })
+    }
+
+    /// Measures the faces of a mesh with known adjacency; all count as usable.
+    pub(super) fn from_parts(pos: Vec<Vec3>, tri: Vec<[u32; 3]>, mate: Vec<[u32; 3]>) -> Self {
+        let m = tri.len();
         let mut normal = vec![[0.0; 3]; m];
         let mut area = vec![0.0; m];
         let mut rest = vec![[MIN_EDGE, 0.0, MIN_EDGE]; m];
         let mut length = vec![[0f32; 3]; m];
-        let mut degenerate = 0;
         for f in 0..m {
-            if !usable[f] {
-                degenerate += 1;
-                continue;
-            }
             let [a, b, c] = tri[f].map(|v| pos[v as usize]);
             let (ab, ac) = (sub(b, a), sub(c, a));
             let n = cross(ab, ac);
             let twice = norm(n);
             length[f] = [norm(ab) as f32, norm(sub(c, b)) as f32, norm(ac) as f32];
             area[f] = twice * 0.5;
-            let longest = length[f].iter().fold(0f32, |x, &y| x.max(y)) as f64;
-            if twice <= 1e-12 * longest * longest || twice == 0.0 {
-                degenerate += 1;
-            } else {
+            let longest = f64::from(length[f].iter().fold(0f32, |x, &y| x.max(y)));
+            if twice > 1e-12 * longest * longest && twice > 0.0 {
                 normal[f] = scale(n, 1.0 / twice);
             }
             let l = norm(ab).max(MIN_EDGE).max(MIN_HEIGHT * longest);
@@ -124,21 +130,9 @@ impl Surface {
             let y = (twice / l).max(MIN_HEIGHT * longest).max(MIN_EDGE);
             rest[f] = [l, x, y];
         }
-        let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options);
-        Ok(Self {
-            tri,
-            mate,
-            normal,
-            area,
-            rest,
-            length,
-            pos,
-            usable,
-            unit: extent / s,
-            degenerate,
-            duplicate,
-            non_manifold,
-        })
+        let usable = vec![true; m];
+        let (unit, degenerate, duplicate, non_manifold) = (1.0, 0, 0, 0);
+        Self { tri, mate, normal, area, rest, length, pos, usable, unit, degenerate, duplicate, non_manifold }
     }
 
     /// Number of faces, unusable ones included.

@@ -1,0 +1,216 @@
+//! What every UV layout must satisfy, on small meshes made here.
+
+use atlasfit::geometry::TriMesh;
+use atlasfit::unwrap::{UnwrapOptions, UvLayout, unwrap};
+use atlasfit::{CancelToken, Error, Run};
+use proptest::prelude::*;
+
+fn run(mesh: &TriMesh, options: &UnwrapOptions, threads: usize) -> Result<UvLayout, Error> {
+    Run { threads, ..Run::default() }.execute(|ctx| unwrap(mesh, options, ctx))
+}
+
+/// A sphere of `n` by `2n` quads, pinched at the poles, radii (1, b, c).
+fn ellipsoid(n: usize, b: f64, c: f64) -> TriMesh {
+    let point = |i: usize, j: usize| {
+        let (t, p) = (std::f64::consts::PI * i as f64 / n as f64, std::f64::consts::PI * j as f64 / n as f64);
+        [t.sin() * p.cos(), b * t.sin() * p.sin(), c * t.cos()]
+    };
+    let mut positions = vec![point(0, 0)];
+    for i in 1..n {
+        positions.extend((0..2 * n).map(|j| point(i, j)));
+    }
+    positions.push(point(n, 0));
+    let south = positions.len() as u32 - 1;
+    let at = |i: usize, j: usize| (1 + (i - 1) * 2 * n + j % (2 * n)) as u32;
+    let mut triangles = Vec::new();
+    for j in 0..2 * n {
+        triangles.push([0, at(1, j), at(1, j + 1)]);
+        triangles.push([south, at(n - 1, j + 1), at(n - 1, j)]);
+        for i in 1..n - 1 {
+            triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    TriMesh::new(positions, triangles)
+}
+
+fn torus(n: usize) -> TriMesh {
+    let tau = std::f64::consts::TAU;
+    let positions = (0..n * n)
+        .map(|k| {
+            let (u, v) = (tau * (k / n) as f64 / n as f64, tau * (k % n) as f64 / n as f64);
+            [(2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin()]
+        })
+        .collect();
+    let at = |i: usize, j: usize| ((i % n) * n + j % n) as u32;
+    let triangles = (0..n * n)
+        .flat_map(|k| {
+            let (i, j) = (k / n, k % n);
+            [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+        })
+        .collect();
+    TriMesh::new(positions, triangles)
+}
+
+fn cube() -> TriMesh {
+    let positions = (0..8).map(|k| [f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)]).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    TriMesh::new(positions, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
+}
+
+fn twice(t: &[[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = t.map(|p| p.map(f64::from));
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Largest share of a page's sample points that more than one face covers, and the worst flip.
+fn check(mesh: &TriMesh, uv: &UvLayout) {
+    assert_eq!(uv.corner_uv.len(), mesh.triangles.len());
+    assert_eq!(uv.face_chart.len(), mesh.triangles.len());
+    assert!(uv.face_chart.iter().all(|&c| (c as usize) < uv.charts));
+    assert!(uv.corner_uv.iter().flatten().flatten().all(|x| (0.0..=1.0).contains(x)));
+    const R: usize = 512;
+    let mut count = vec![0u8; R * R * uv.pages];
+    for (f, t) in uv.corner_uv.iter().enumerate() {
+        if twice(t) == 0.0 {
+            continue;
+        }
+        assert!(twice(t) > 0.0, "face {f} is flipped");
+        let p = t.map(|p| p.map(|x| f64::from(x) * R as f64));
+        let range = |k: usize| {
+            let x = p.map(|q| q[k]);
+            (
+                x.iter().fold(f64::MAX, |a, &b| a.min(b)) as usize,
+                x.iter().fold(0f64, |a, &b| a.max(b)) as usize,
+            )
+        };
+        let ((x0, x1), (y0, y1)) = (range(0), range(1));
+        for y in y0..=y1.min(R - 1) {
+            for x in x0..=x1.min(R - 1) {
+                let q = [x as f64 + 0.5, y as f64 + 0.5];
+                let side =
+                    |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0]);
+                if (0..3).all(|k| side(p[k], p[(k + 1) % 3]) > 1e-3) {
+                    count[(uv.face_page[f] as usize * R + y) * R + x] += 1;
+                }
+            }
+        }
+    }
+    assert!(count.iter().all(|&c| c <= 1), "faces overlap");
+}
+
+#[test]
+fn closed_surfaces_of_any_genus_unwrap_without_flips_or_overlaps_and_within_the_bound() {
+    for (mesh, most) in
+        [(ellipsoid(24, 1.0, 1.0), 16), (ellipsoid(20, 0.4, 2.0), 14), (torus(40), 20), (cube(), 6)]
+    {
+        let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+        check(&mesh, &uv);
+        assert!(uv.over_stretched <= 0.05, "{}", uv.over_stretched);
+        assert!(uv.charts <= most, "{} charts", uv.charts);
+    }
+}
+
+#[test]
+fn a_looser_bound_never_needs_many_more_charts() {
+    let mesh = torus(48);
+    let charts =
+        |s: f64| run(&mesh, &UnwrapOptions { max_stretch: s, ..UnwrapOptions::default() }, 0).unwrap().charts;
+    assert!(charts(1.5) <= charts(1.05));
+}
+
+#[test]
+fn large_meshes_take_the_coarse_way_and_keep_the_promises() {
+    let mesh = torus(140);
+    assert!(mesh.triangles.len() > 30_000);
+    let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+    check(&mesh, &uv);
+    assert!(uv.over_stretched <= 0.05 && uv.charts <= 30, "{} {}", uv.over_stretched, uv.charts);
+}
+
+#[test]
+fn the_result_does_not_depend_on_the_number_of_threads() {
+    for mesh in [torus(40), torus(110)] {
+        let one = run(&mesh, &UnwrapOptions::default(), 1).unwrap();
+        assert_eq!(one, run(&mesh, &UnwrapOptions::default(), 4).unwrap());
+    }
+}
+
+#[test]
+fn groups_and_seam_edges_are_borders() {
+    let mesh = cube();
+    let group = (0..12).collect();
+    let uv = run(&mesh, &UnwrapOptions { face_group: Some(group), ..UnwrapOptions::default() }, 0).unwrap();
+    assert_eq!(uv.charts, 12);
+    let flat = TriMesh::new(
+        vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    assert_eq!(run(&flat, &UnwrapOptions::default(), 0).unwrap().charts, 1);
+    let cut = UnwrapOptions { seam_edges: Some(vec![[2, 0]]), ..UnwrapOptions::default() };
+    assert_eq!(run(&flat, &cut, 0).unwrap().charts, 2);
+}
+
+#[test]
+fn broken_faces_are_counted_and_mapped() {
+    let mut mesh = cube();
+    mesh.positions.push([f64::NAN; 3]);
+    mesh.positions.push([0.5, 0.0, 0.0]);
+    mesh.triangles.push([0, 0, 1]);
+    mesh.triangles.push([0, 1, 8]);
+    mesh.triangles.push([0, 9, 1]);
+    mesh.triangles.push(mesh.triangles[3]);
+    let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+    check(&mesh, &uv);
+    assert_eq!((uv.degenerate_faces, uv.duplicate_faces), (3, 1));
+}
+
+#[test]
+fn what_cannot_be_unwrapped_is_a_clear_error() {
+    let line = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]);
+    assert!(matches!(run(&line, &UnwrapOptions::default(), 0), Err(Error::Degenerate { .. })));
+    assert!(matches!(run(&TriMesh::default(), &UnwrapOptions::default(), 0), Err(Error::Degenerate { .. })));
+    let bad = TriMesh::new(vec![[0.0; 3]], vec![[0, 1, 2]]);
+    assert!(matches!(run(&bad, &UnwrapOptions::default(), 0), Err(Error::IndexOutOfRange { .. })));
+    for max_stretch in [1.0, f64::NAN, f64::INFINITY] {
+        let options = UnwrapOptions { max_stretch, ..UnwrapOptions::default() };
+        assert!(matches!(run(&cube(), &options, 0), Err(Error::InvalidArgument { .. })));
+    }
+    let token = CancelToken::new();
+    token.cancel();
+    let mut cancelled = Run { cancel: Some(token), ..Run::default() };
+    assert_eq!(
+        cancelled.execute(|ctx| unwrap(&torus(60), &UnwrapOptions::default(), ctx)),
+        Err(Error::Cancelled)
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn any_soup_of_triangles_keeps_the_promises(
+        points in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64), 4..14),
+        picks in prop::collection::vec(prop::array::uniform3(0usize..1000), 1..40),
+    ) {
+        let n = points.len();
+        let triangles = picks.iter().map(|t| t.map(|k| (k % n) as u32)).collect();
+        let mesh = TriMesh::new(points, triangles);
+        match run(&mesh, &UnwrapOptions::default(), 1) {
+            Ok(uv) => check(&mesh, &uv),
+            Err(e) => prop_assert!(matches!(e, Error::Degenerate { .. }), "{e}"),
+        }
+    }
+
+    #[test]
+    fn scale_and_position_do_not_matter(scale in 1e-3..1e3f64, shift in prop::array::uniform3(-1e3..1e3f64)) {
+        let mesh = cube();
+        let mut moved = mesh.clone();
+        for p in &mut moved.positions {
+            *p = [0, 1, 2].map(|k| p[k] * scale + shift[k]);
+        }
+        let (a, b) = (run(&mesh, &UnwrapOptions::default(), 1).unwrap(), run(&moved, &UnwrapOptions::default(), 1).unwrap());
+        prop_assert_eq!(a.charts, b.charts);
+        prop_assert!((a.texels_per_unit - b.texels_per_unit * scale).abs() < 1e-3 * a.texels_per_unit);
+    }
+}
