@@ -129,14 +129,14 @@ pub struct Denoised {
     pub report: Report,
 }
 
-/// Voxels are this share of the point spacing: fine enough to follow what the points show, coarse enough that triangles are about as
-/// dense as twice the points.
-const VOXEL: f64 = 0.6;
+/// Voxels are this share of the point spacing: finer ones follow the surface no better, coarser ones begin to cost completeness; triangles are then about
+/// four times as many as the points.
+const VOXEL: f64 = 0.75;
 /// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave gaps about four
 /// spacings wide.
 const GAP: f64 = 16.0;
 /// Parts of the surface with fewer triangles, those of about fifty points, are specks.
-const SPECK: usize = 280;
+const SPECK: usize = 180;
 /// The least number of distinct points that make a surface.
 const MIN_POINTS: usize = 12;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.

@@ -11,7 +11,7 @@ const PEEL: usize = 2 * (super::field::FILL_ROUNDS as usize + 1);
 
 /// A surface is an open sheet when its mean normal is longer than the first (1 = flat, 0.5 = a hemisphere, 0 = closed) and the volume it spans
 /// with its centroid, relative to a sphere of its area, is less than the second.
-const OPEN_SHEET: (f64, f64) = (0.3, 0.1);
+const OPEN_SHEET: (f64, f64) = (0.3, 0.3);
 /// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal.
 const STEP_APART: f64 = 0.05;
 
