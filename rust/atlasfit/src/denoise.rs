@@ -158,10 +158,16 @@ fn validate(o: &DenoiseOptions) -> Result<()> {
     if let Some(noise) = o.noise
         && !(noise > 0.0 && noise.is_finite())
     {
-        return Err(Error::invalid(format!("noise is {noise}"), "Give a positive length, or none to estimate it"));
+        return Err(Error::invalid(
+            format!("noise is {noise}"),
+            "Give a positive length, or none to estimate it",
+        ));
     }
     if !(0.1..=10.0).contains(&o.detail) {
-        return Err(Error::invalid(format!("detail is {}", o.detail), "Give 0.1 to 10; 1 is what the data supports"));
+        return Err(Error::invalid(
+            format!("detail is {}", o.detail),
+            "Give 0.1 to 10; 1 is what the data supports",
+        ));
     }
     if o.charts == Some(0) {
         return Err(Error::invalid("charts is 0", "Give at least 1, or none to choose from the data"));
@@ -186,7 +192,10 @@ struct Prepared {
 fn prepare(cloud: &PointCloud) -> Result<Prepared> {
     let n = cloud.len();
     if n == 0 {
-        return Err(Error::empty("the scan has no points", "Give a file with at least a few hundred points on a surface"));
+        return Err(Error::empty(
+            "the scan has no points",
+            "Give a file with at least a few hundred points on a surface",
+        ));
     }
     let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
     let count = cloud.positions.iter().filter(|p| finite(p)).count();
@@ -213,8 +222,7 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
             advice: "Give points that lie on a surface".into(),
         });
     }
-    let normalised: Vec<Vec3> =
-        cloud.positions.iter().map(|p| sub(*p, origin).map(|x| x / scale)).collect();
+    let normalised: Vec<Vec3> = cloud.positions.iter().map(|p| sub(*p, origin).map(|x| x / scale)).collect();
     // Equal positions become one point. Sorting by bits is exact and fast.
     let mut order: Vec<u32> = (0..n as u32).filter(|&i| finite(&normalised[i as usize])).collect();
     let bits = |i: u32| normalised[i as usize].map(|x| (x + 0.0).to_bits());
@@ -238,13 +246,23 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         }
     }
     let finite_now = of_input.iter().filter(|&&i| i != u32::MAX).count();
-    Ok(Prepared { duplicates: finite_now - points.len(), not_finite: n - finite_now, points, of_input, origin, scale })
+    Ok(Prepared {
+        duplicates: finite_now - points.len(),
+        not_finite: n - finite_now,
+        points,
+        of_input,
+        origin,
+        scale,
+    })
 }
 
 /// Fails on points that span no surface: too few, or all on a line.
 fn check_surface(points: &[Vec3]) -> Result<()> {
     let degenerate = |what: String| {
-        Err(Error::Degenerate { what, advice: "Give points that lie on a surface, a few hundred at least".into() })
+        Err(Error::Degenerate {
+            what,
+            advice: "Give points that lie on a surface, a few hundred at least".into(),
+        })
     };
     if points.len() < MIN_POINTS {
         return degenerate(format!("only {} distinct points", points.len()));
@@ -388,7 +406,11 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     transfer(cloud, &projected, &sources, &mut mesh, ctx)?;
 
     if options.uv {
-        let how = UnwrapOptions { max_stretch: UV_STRETCH, page_size: options.texture_size, ..UnwrapOptions::default() };
+        let how = UnwrapOptions {
+            max_stretch: UV_STRETCH,
+            page_size: options.texture_size,
+            ..UnwrapOptions::default()
+        };
         let layout = unwrap::unwrap(&mesh, &how, ctx)?;
         report.uv_charts = layout.charts;
         mesh.corner_uv = Some(layout.corner_uv);
@@ -473,7 +495,13 @@ const TRANSFER_K: usize = 4;
 
 /// Carries colours and attributes from the denoised points to the mesh's vertices: averages over the nearest points by inverse squared
 /// distance; whole numbers are labels and come from the nearest point alone.
-fn transfer(cloud: &PointCloud, projected: &[Projected], sources: &[u32], mesh: &mut TriMesh, ctx: &Context<'_>) -> Result<()> {
+fn transfer(
+    cloud: &PointCloud,
+    projected: &[Projected],
+    sources: &[u32],
+    mesh: &mut TriMesh,
+    ctx: &Context<'_>,
+) -> Result<()> {
     if cloud.colors.is_none() && cloud.attributes.is_empty() {
         return Ok(());
     }
@@ -512,7 +540,10 @@ fn transfer(cloud: &PointCloud, projected: &[Projected], sources: &[u32], mesh: 
     };
     if let Some(colors) = &cloud.colors {
         mesh.colors = Some(
-            weights.iter().map(|w| [0, 1, 2, 3].map(|k| blend(w, &|i| f64::from(colors[i][k])) as f32)).collect(),
+            weights
+                .iter()
+                .map(|w| [0, 1, 2, 3].map(|k| blend(w, &|i| f64::from(colors[i][k])) as f32))
+                .collect(),
         );
     }
     mesh.attributes = cloud

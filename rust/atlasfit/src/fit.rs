@@ -4,8 +4,8 @@
 //! that a chart can change) and the prior are quadratic in the chart's coefficients, so each round is one solve (paper, equation 3,
 //! with the prior in its Gaussian-process limit). Robust weights keep stray points and other sheets out.
 
-use crate::atlas::{Chart, Local};
 use crate::atlas::mask::Mask;
+use crate::atlas::{Chart, Local};
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, dot, sub};
 use crate::partition::grow::{Patch, RIM, TUKEY, tukey};
@@ -209,7 +209,10 @@ fn two_sheets(
         let (mut like, mut total, mut sum, mut square) = (0.0, 0.0, [0.0; 2], 0.0);
         for (x, r) in e.iter().zip(&mut r) {
             let d = [x - m[0], x - m[1]];
-            let p = [(1.0 - share) * (-d[0] * d[0] / (2.0 * s2)).exp(), share * (-d[1] * d[1] / (2.0 * s2)).exp()];
+            let p = [
+                (1.0 - share) * (-d[0] * d[0] / (2.0 * s2)).exp(),
+                share * (-d[1] * d[1] / (2.0 * s2)).exp(),
+            ];
             let all = (p[0] + p[1]).max(1e-300);
             *r = p[1] / all;
             like += all.ln();
@@ -236,7 +239,8 @@ fn two_sheets(
     }
     // Each sheet gets a chart of its own; points are shared by how well either explains them.
     let noise = s2.sqrt().min(sigma * 1.5);
-    let mut pair = [(empty_chart(patch, noise), vec![0.0; e.len()]), (empty_chart(patch, noise), vec![0.0; e.len()])];
+    let mut pair =
+        [(empty_chart(patch, noise), vec![0.0; e.len()]), (empty_chart(patch, noise), vec![0.0; e.len()])];
     let mut smoothness = [None, None];
     for (k, r) in r.iter().enumerate() {
         pair[0].1[k] = 1.0 - r;

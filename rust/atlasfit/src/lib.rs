@@ -24,6 +24,6 @@ pub mod run;
 pub mod surface;
 pub mod unwrap;
 
-pub use denoise::{Denoised, DenoiseOptions, denoise};
+pub use denoise::{DenoiseOptions, Denoised, denoise};
 pub use error::{Error, Result};
 pub use run::{CancelToken, Context, Progress, Run, Stage};

@@ -111,15 +111,17 @@ pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32
             parity[hang as usize] = pa * pb * same;
         }
     }
-    let signs: Vec<f64> = (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
+    let signs: Vec<f64> =
+        (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
     let conflicts: Vec<(u32, u32)> = relations
         .iter()
-        .filter(|r| r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0)
+        .filter(|r| {
+            r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
+        })
         .map(|r| (r.a, r.b))
         .collect();
     let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
-    let against =
-        sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
+    let against = sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
     let one_sided = against > ONE_SIDED * sum(&mut relations.iter());
     (signs, if one_sided { conflicts } else { Vec::new() })
 }

@@ -120,7 +120,14 @@ const WIDEST: f64 = 6.0;
 
 /// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no chart claims are left out.
 #[must_use]
-pub fn anchors(points: &[Vec3], projected: &[Projected], fitted: &[Fitted], members: &Membership, spacing: &[f32], median_spacing: f64) -> Vec<Anchor> {
+pub fn anchors(
+    points: &[Vec3],
+    projected: &[Projected],
+    fitted: &[Fitted],
+    members: &Membership,
+    spacing: &[f32],
+    median_spacing: f64,
+) -> Vec<Anchor> {
     let limit = WIDEST * median_spacing;
     (0..points.len())
         .into_par_iter()

@@ -38,7 +38,8 @@ impl Mask {
         let (i, j) = (x as usize, y as usize);
         let (s, t) = (x - i as f64, y - j as f64);
         let at = |i: usize, j: usize| f64::from(self.0[i * SIDE + j]);
-        ((1.0 - s) * ((1.0 - t) * at(i, j) + t * at(i, j + 1)) + s * ((1.0 - t) * at(i + 1, j) + t * at(i + 1, j + 1)))
+        ((1.0 - s) * ((1.0 - t) * at(i, j) + t * at(i, j + 1))
+            + s * ((1.0 - t) * at(i + 1, j) + t * at(i + 1, j + 1)))
             / 255.0
     }
 

@@ -79,11 +79,9 @@ pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
                 row[p] = c * x - s * y;
                 row[q] = s * x + c * y;
             }
-            for k in 0..3 {
-                let (x, y) = (a[p][k], a[q][k]);
-                a[p][k] = c * x - s * y;
-                a[q][k] = s * x + c * y;
-            }
+            let (x, y) = (a[p], a[q]);
+            a[p] = [0, 1, 2].map(|k| c * x[k] - s * y[k]);
+            a[q] = [0, 1, 2].map(|k| s * x[k] + c * y[k]);
             for row in &mut v {
                 let (x, y) = (row[p], row[q]);
                 row[p] = c * x - s * y;

@@ -47,7 +47,7 @@ impl Neighbours {
                 .nearest_n::<SquaredEuclidean<f64>>(k)
                 .execute()
                 .into_iter()
-                .map(|r| Neighbour { dist2: r.distance, index: r.item as u32 }),
+                .map(|r| Neighbour { dist2: r.distance, index: r.item }),
         );
         sort(out);
     }
@@ -56,7 +56,7 @@ impl Neighbours {
     #[must_use]
     pub fn nearest_one(&self, query: Vec3) -> Neighbour {
         let r = self.tree.query(&query).nearest_one::<SquaredEuclidean<f64>>().execute();
-        Neighbour { dist2: r.distance, index: r.item as u32 }
+        Neighbour { dist2: r.distance, index: r.item }
     }
 
     /// All points within `radius` of `query`, nearest first, written to `out`.
@@ -69,7 +69,7 @@ impl Neighbours {
                 .unsorted()
                 .execute()
                 .into_iter()
-                .map(|r| Neighbour { dist2: r.distance, index: r.item as u32 }),
+                .map(|r| Neighbour { dist2: r.distance, index: r.item }),
         );
         sort(out);
     }

@@ -89,7 +89,13 @@ struct State {
 
 /// Grows a patch from point `seed`. `hint` is a first guess of the normal, if there is one.
 #[must_use]
-pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scratch: &mut Scratch) -> Option<Patch> {
+pub fn grow(
+    points: &[Vec3],
+    tree: &Neighbours,
+    seed: usize,
+    p: &GrowParams,
+    scratch: &mut Scratch,
+) -> Option<Patch> {
     let origin = points[seed];
     tree.within(origin, p.max_radius * RIM, &mut scratch.found);
     if scratch.found.len() < MIN_MEMBERS {
@@ -116,7 +122,11 @@ pub fn grow(points: &[Vec3], tree: &Neighbours, seed: usize, p: &GrowParams, scr
     loop {
         let reach = radius * RIM * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
-        let Some(mut next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, &mut scratch.local) else { break };
+        let Some(mut next) =
+            step(points, &found[..take.max(near)], &state, radius, p.sigma, &mut scratch.local)
+        else {
+            break;
+        };
         let first = best.is_none();
         let ok = accept(points, &found[..take.max(near)], &mut next, p.sigma);
         if !ok && !first {
@@ -175,15 +185,30 @@ fn plane(points: &[Vec3], near: &[Neighbour], radius: f64) -> (Vec3, Vec3) {
 }
 
 /// Refits the quadric within `radius`, turns the base plane to it, and bounds the domain by its curvature.
-fn step(points: &[Vec3], found: &[Neighbour], from: &State, radius: f64, sigma: f64, local: &mut Vec<[f64; 3]>) -> Option<State> {
+fn step(
+    points: &[Vec3],
+    found: &[Neighbour],
+    from: &State,
+    radius: f64,
+    sigma: f64,
+    local: &mut Vec<[f64; 3]>,
+) -> Option<State> {
     let mut s = State { ..*from };
     // The old quadric predicts heights; in the new units its coefficients scale.
     let grow = [radius / s.radii[0], radius / s.radii[1]];
     s.radii = [radius; 2];
     let q = s.quadric;
-    s.quadric = [q[0], q[1] * grow[0], q[2] * grow[1], q[3] * grow[0] * grow[0], q[4] * grow[0] * grow[1], q[5] * grow[1] * grow[1]];
+    s.quadric = [
+        q[0],
+        q[1] * grow[0],
+        q[2] * grow[1],
+        q[3] * grow[0] * grow[0],
+        q[4] * grow[0] * grow[1],
+        q[5] * grow[1] * grow[1],
+    ];
     let mut deviation = [0.0; 2];
-    let mut domain = from.radii.map(|r| if r < from.radii[0].max(from.radii[1]) * 0.999 { r } else { radius });
+    let mut domain =
+        from.radii.map(|r| if r < from.radii[0].max(from.radii[1]) * 0.999 { r } else { radius });
     for turn in 0..2 {
         local.clear();
         for f in found {

@@ -44,7 +44,12 @@ pub static BASIS: LazyLock<Basis> = LazyLock::new(make_basis);
 fn spline(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     let (t2, t3) = (t * t, t * t * t);
-    [s * s * s / 6.0, (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0, (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0, t3 / 6.0]
+    [
+        s * s * s / 6.0,
+        (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0,
+        (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
+        t3 / 6.0,
+    ]
 }
 #[inline]
 fn spline_d1(t: f64) -> [f64; 4] {
@@ -72,7 +77,11 @@ pub fn value(coeffs: &[f32; COEFFS], u: f64, v: f64) -> f64 {
     let mut sum = 0.0;
     for (k, ak) in a.iter().enumerate() {
         let row = &coeffs[(i + k) * SIDE + j..(i + k) * SIDE + j + 4];
-        sum += ak * (b[0] * f64::from(row[0]) + b[1] * f64::from(row[1]) + b[2] * f64::from(row[2]) + b[3] * f64::from(row[3]));
+        sum += ak
+            * (b[0] * f64::from(row[0])
+                + b[1] * f64::from(row[1])
+                + b[2] * f64::from(row[2])
+                + b[3] * f64::from(row[3]));
     }
     sum
 }
@@ -133,8 +142,10 @@ pub fn mode_row(basis: &Basis, u: f64, v: f64, row: &mut [f64]) {
 
 fn make_basis() -> Basis {
     // Gauss-Legendre, 4 points an interval: exact for products of cubics.
-    const NODES: [f64; 4] = [0.069_431_844_202_973_71, 0.330_009_478_207_571_9, 0.669_990_521_792_428_1, 0.930_568_155_797_026_3];
-    const WEIGHTS: [f64; 4] = [0.173_927_422_568_727, 0.326_072_577_431_273, 0.326_072_577_431_273, 0.173_927_422_568_727];
+    const NODES: [f64; 4] =
+        [0.069_431_844_202_973_71, 0.330_009_478_207_571_9, 0.669_990_521_792_428_1, 0.930_568_155_797_026_3];
+    const WEIGHTS: [f64; 4] =
+        [0.173_927_422_568_727, 0.326_072_577_431_273, 0.326_072_577_431_273, 0.173_927_422_568_727];
     let n = COEFFS;
     let (mut energy, mut mass) = (DMatrix::<f64>::zeros(n, n), DMatrix::<f64>::zeros(n, n));
     let scale = INTERVALS as f64 * 0.5;
@@ -184,7 +195,8 @@ fn make_basis() -> Basis {
     let mut basis = Basis { modes: vec![0.0; COEFFS * MODES], precision: vec![0.0; MODES] };
     for (m, &k) in order.iter().take(MODES).enumerate() {
         let vector = eigen.eigenvectors.column(k).into_owned();
-        let coeffs = factor.transpose().solve_upper_triangular(&vector).expect("a Cholesky factor is invertible");
+        let coeffs =
+            factor.transpose().solve_upper_triangular(&vector).expect("a Cholesky factor is invertible");
         for c in 0..COEFFS {
             basis.modes[c * MODES + m] = coeffs[c];
         }

@@ -73,7 +73,8 @@ pub fn triangulate(contour: Contour, one_sided: bool, min_triangles: usize) -> S
     triangles.retain(|_| keep.next().unwrap_or(true));
     peel(&mut triangles, &contour.filled);
     let filled = contour.filled;
-    let mut surface = Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
+    let mut surface =
+        Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
     orient(&mut surface, one_sided, min_triangles);
     smooth(&mut surface, filled);
     split_bowties(&mut surface);
@@ -186,7 +187,8 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
         let facing = norm(mean_normal) / area.max(1e-300);
         let roundness = 6.0 * std::f64::consts::PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
         let volume = if facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1 {
-            let axis = (0..3).max_by(|&i, &j| mean_normal[i].abs().total_cmp(&mean_normal[j].abs())).unwrap_or(2);
+            let axis =
+                (0..3).max_by(|&i, &j| mean_normal[i].abs().total_cmp(&mean_normal[j].abs())).unwrap_or(2);
             mean_normal[axis]
         } else {
             volume
@@ -312,17 +314,18 @@ fn split_bowties(s: &mut Surface) {
             let p = s.positions[v];
             mul_add(p, sub(scale(sum, 1.0 / count), p), STEP_APART)
         };
-        let moved: Vec<Vec3> = (0..tris.len()).map(|i| if root(&fan, i) == i { apart(s, i) } else { [0.0; 3] }).collect();
+        let moved: Vec<Vec3> =
+            (0..tris.len()).map(|i| if root(&fan, i) == i { apart(s, i) } else { [0.0; 3] }).collect();
         s.positions[v] = moved[0];
-        for i in 1..tris.len() {
+        for (i, &position) in moved.iter().enumerate().skip(1) {
             if root(&fan, i) == i {
                 let copy = s.positions.len() as u32;
-                s.positions.push(moved[i]);
+                s.positions.push(position);
                 s.normals.push(s.normals[v]);
                 s.chart.push(s.chart[v]);
-                for j in i..tris.len() {
+                for (j, &t) in tris.iter().enumerate().skip(i) {
                     if root(&fan, j) == i {
-                        for x in &mut s.triangles[tris[j] as usize] {
+                        for x in &mut s.triangles[t as usize] {
                             if *x == v as u32 {
                                 *x = copy;
                             }

@@ -192,8 +192,13 @@ pub fn contour(
             if b % 16 == 0 {
                 ctx.check()?;
             }
-            let mut out =
-                BlockOut { positions: vec![], normals: vec![], chart: vec![], filled: vec![], records: vec![] };
+            let mut out = BlockOut {
+                positions: vec![],
+                normals: vec![],
+                chart: vec![],
+                filled: vec![],
+                records: vec![],
+            };
             for z in 0..BLOCK {
                 for y in 0..BLOCK {
                     for x in 0..BLOCK {
@@ -295,7 +300,8 @@ fn sample<'c>(
         .collect();
     let keys: Vec<u64> = blocks.iter().map(|b| b.0).collect();
     let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
-    let mut grid = Grid { charts, h, at: vec![], lists: vec![], local: vec![], around: vec![], cells: vec![] };
+    let mut grid =
+        Grid { charts, h, at: vec![], lists: vec![], local: vec![], around: vec![], cells: vec![] };
     for (_, (at, list, local, corners)) in blocks {
         grid.around.push(std::array::from_fn(|n| {
             let n = n as i32;
@@ -417,7 +423,8 @@ const fn corner(c: usize) -> [i32; 3] {
 const EDGES: [(usize, usize); 12] =
     [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
 /// The faces of a voxel: four corners in cyclic order.
-const FACES: [[usize; 4]; 6] = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+const FACES: [[usize; 4]; 6] =
+    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
 fn edge_between(a: usize, b: usize) -> usize {
     let (lo, hi) = (a.min(b), a.max(b));
@@ -572,8 +579,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
         }
     };
     for face in FACES {
-        let crossed: Vec<usize> =
-            (0..4).filter(|&k| inside(face[k]) != inside(face[(k + 1) % 4])).collect();
+        let crossed: Vec<usize> = (0..4).filter(|&k| inside(face[k]) != inside(face[(k + 1) % 4])).collect();
         let e = |k: usize| edge_between(face[k], face[(k + 1) % 4]);
         if crossed.len() == 2 {
             link(e(crossed[0]), e(crossed[1]));
@@ -609,7 +615,8 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             count += 1.0;
             if filled || (f[a] - f[b]).abs() <= MAX_JUMP * h {
                 let o = corner(a);
-                let k = [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
+                let k =
+                    [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
                 let key = (k[2] << 40 | k[1] << 20 | k[0]) << 2 | (e / 4) as u64;
                 out.records.push((key, slot(e), vertex, f[b] > f[a]));
             }
