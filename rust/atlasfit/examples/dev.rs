@@ -12,6 +12,7 @@ fn main() {
     for x in &a[3..] {
         if let Some(s) = x.strip_prefix("noise=") { o.noise = s.parse().ok(); }
         if let Some(s) = x.strip_prefix("detail=") { o.detail = s.parse().unwrap(); }
+        if let Some(s) = x.strip_prefix("mlp=") { o.prior = atlasfit::denoise::Prior::Mlp(prior::mlp::MlpOptions { iterations: s.parse().unwrap(), ..Default::default() }); }
         if let Some(s) = x.strip_prefix("charts=") { o.charts = s.parse().ok(); }
     }
     let t = Instant::now();

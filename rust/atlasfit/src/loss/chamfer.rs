@@ -25,14 +25,22 @@ impl Chamfer {
     /// # Errors
     /// [`crate::Error::EmptyInput`] without points.
     pub fn new(points: &[Vec3]) -> Result<Self> {
-        Ok(Self { points: points.iter().map(|p| p.map(|x| x as f32)).collect(), tree: Neighbours::build(points)? })
+        Ok(Self {
+            points: points.iter().map(|p| p.map(|x| x as f32)).collect(),
+            tree: Neighbours::build(points)?,
+        })
     }
 
     /// The Chamfer distance to finite `samples`; its gradient is added to `gradient`, one per sample.
     ///
     /// # Errors
     /// Cancelled, out of time; [`crate::Error::EmptyInput`] without samples.
-    pub fn value_gradient(&mut self, samples: &[Sample], gradient: &mut [Sample], ctx: &Context<'_>) -> Result<f64> {
+    pub fn value_gradient(
+        &mut self,
+        samples: &[Sample],
+        gradient: &mut [Sample],
+        ctx: &Context<'_>,
+    ) -> Result<f64> {
         let wide: Vec<Vec3> = samples.iter().map(|s| s.map(f64::from)).collect();
         let moving = Neighbours::build(&wide)?;
         let to_points: f64 = samples
@@ -108,7 +116,9 @@ mod tests {
     fn slow(points: &[Vec3], samples: &[Vec3]) -> f64 {
         let one_way = |from: &[Vec3], to: &[Vec3]| -> f64 {
             from.iter()
-                .map(|a| to.iter().map(|b| crate::geometry::vec3::dist2(*a, *b)).fold(f64::INFINITY, f64::min))
+                .map(|a| {
+                    to.iter().map(|b| crate::geometry::vec3::dist2(*a, *b)).fold(f64::INFINITY, f64::min)
+                })
                 .sum()
         };
         one_way(points, samples) + one_way(samples, points)

@@ -55,13 +55,22 @@ impl MlpOptions {
     /// [`Error::InvalidArgument`].
     pub fn validate(&self) -> Result<()> {
         if self.charts == 0 {
-            return Err(Error::invalid("the network prior has 0 charts", "Give at least 1; the paper uses 8"));
+            return Err(Error::invalid(
+                "the network prior has 0 charts",
+                "Give at least 1; the paper uses 8",
+            ));
         }
         if !(self.stretch_weight >= 0.0 && self.stretch_weight.is_finite()) {
-            return Err(Error::invalid(format!("stretch_weight is {}", self.stretch_weight), "Give 0 or more"));
+            return Err(Error::invalid(
+                format!("stretch_weight is {}", self.stretch_weight),
+                "Give 0 or more",
+            ));
         }
         if !(self.learning_rate > 0.0 && self.learning_rate.is_finite()) {
-            return Err(Error::invalid(format!("learning_rate is {}", self.learning_rate), "Give a positive number"));
+            return Err(Error::invalid(
+                format!("learning_rate is {}", self.learning_rate),
+                "Give a positive number",
+            ));
         }
         Ok(())
     }
@@ -232,5 +241,136 @@ impl MlpAtlas {
     pub fn project(&self, points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<Vec3>> {
         let feet = Locator::new(&self.surface())?.nearest_all(points, ctx)?;
         Ok(points.iter().zip(feet).map(|(p, foot)| foot.map_or(*p, |f| f.point)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3::{dist2, norm, normalize, scale};
+    use crate::run::{CancelToken, Run};
+    use std::time::{Duration, Instant};
+
+    fn sphere(n: usize) -> Vec<Vec3> {
+        let mut rng = Rng::new(4);
+        (0..n).map(|_| scale(normalize([0; 3].map(|_| rng.normal())), 0.5)).collect()
+    }
+
+    fn trained(points: &[Vec3], how: MlpOptions, grid: [usize; 2], threads: usize) -> (MlpAtlas, Vec<Loss>) {
+        Run { threads, seed: 3, ..Run::default() }
+            .execute(|ctx| {
+                let mut trainer = Trainer::on_grid(points, &how, grid, ctx)?;
+                let losses = (0..how.iterations).map(|_| trainer.step(ctx)).collect::<Result<_>>()?;
+                Ok((trainer.finish(ctx)?, losses))
+            })
+            .unwrap()
+    }
+
+    #[test]
+    fn training_gives_the_same_bytes_for_any_number_of_threads_and_others_for_another_seed() {
+        // Two bands per chart, the last block not full.
+        let how = MlpOptions { charts: 3, iterations: 4, ..MlpOptions::default() };
+        let points = sphere(500);
+        let (one, losses) = trained(&points, how, [47, 49], 1);
+        for threads in [2, 5] {
+            let (other, again) = trained(&points, how, [47, 49], threads);
+            assert_eq!(one.samples, other.samples);
+            assert_eq!(losses, again);
+        }
+        let other = Run { seed: 4, ..Run::default() }
+            .execute(|ctx| Trainer::on_grid(&points, &how, [47, 49], ctx)?.finish(ctx))
+            .unwrap();
+        assert_ne!(one.samples, other.samples);
+    }
+
+    #[test]
+    fn a_sphere_is_learned_and_points_are_drawn_to_it() {
+        let points = sphere(1500);
+        let how = MlpOptions { charts: 4, iterations: 250, ..MlpOptions::default() };
+        let (atlas, losses) = trained(&points, how, [16, 16], 0);
+        assert!(losses[249].chamfer < 0.02 * losses[0].chamfer, "{:?} {:?}", losses[0], losses[249]);
+        let mut rng = Rng::new(8);
+        let noisy: Vec<Vec3> = points.iter().map(|p| p.map(|x| x + 0.03 * rng.normal())).collect();
+        let clean = Run::default().execute(|ctx| atlas.project(&noisy, ctx)).unwrap();
+        let off = |points: &[Vec3]| -> f64 {
+            (points.iter().map(|p| (norm(*p) - 0.5).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
+        };
+        assert!(off(&clean) < 0.6 * off(&noisy), "{} {}", off(&clean), off(&noisy));
+    }
+
+    #[test]
+    fn projection_is_no_farther_than_any_sample_and_stays_put() {
+        for (dim, grid) in [(Dim::Surface, [12, 11]), (Dim::Contour, [1, 40])] {
+            let points = sphere(300);
+            let how = MlpOptions { charts: 2, dim, iterations: 20, ..MlpOptions::default() };
+            let (atlas, _) = trained(&points, how, grid, 0);
+            let (clean, again) = Run::default()
+                .execute(|ctx| {
+                    let clean = atlas.project(&points, ctx)?;
+                    let again = atlas.project(&clean, ctx)?;
+                    Ok((clean, again))
+                })
+                .unwrap();
+            for ((p, c), a) in points.iter().zip(&clean).zip(&again) {
+                let nearest = atlas.samples.iter().map(|s| dist2(*p, *s)).fold(f64::INFINITY, f64::min);
+                assert!(dist2(*p, *c) <= nearest + 1e-12);
+                assert!(dist2(*c, *a) < 1e-16);
+            }
+            assert_eq!(atlas.charts(), 2);
+            assert_eq!(atlas.evaluate(2, [0.5, 0.5]), None);
+            let corner = atlas.evaluate(1, [0.0, 0.0]).unwrap();
+            assert!(dist2(corner, atlas.samples[grid[0] * grid[1]]) < 1e-8);
+            assert_eq!(atlas.surface().validate(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_stronger_stretch_gives_smaller_charts() {
+        let points = sphere(400);
+        let end = |stretch_weight| {
+            let how = MlpOptions { charts: 2, iterations: 60, stretch_weight, ..MlpOptions::default() };
+            let (atlas, _) = trained(&points, how, [12, 12], 0);
+            let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.map(|x| x as f32)).collect();
+            samples.chunks(144).map(|s| stretch(s, [12, 12], 1.0, &mut vec![[0.0; 3]; 144])).sum::<f64>()
+        };
+        let (none, some, much) = (end(0.0), end(30.0), end(1000.0));
+        assert!(none > some && some > much, "{none} {some} {much}");
+    }
+
+    #[test]
+    fn options_out_of_range_and_no_points_are_errors() {
+        let attempt = |points: &[Vec3], how: MlpOptions| {
+            Run::default().execute(|ctx| fit(points, &how, ctx).map(|_| ())).unwrap_err()
+        };
+        let ok = MlpOptions { iterations: 1, ..MlpOptions::default() };
+        for bad in [
+            MlpOptions { charts: 0, ..ok },
+            MlpOptions { stretch_weight: -1.0, ..ok },
+            MlpOptions { stretch_weight: f64::NAN, ..ok },
+            MlpOptions { learning_rate: 0.0, ..ok },
+            MlpOptions { learning_rate: f64::INFINITY, ..ok },
+        ] {
+            assert!(matches!(attempt(&sphere(20), bad), Error::InvalidArgument { .. }));
+        }
+        assert!(matches!(attempt(&[], ok), Error::EmptyInput { .. }));
+    }
+
+    #[test]
+    fn a_cancel_takes_effect_inside_a_step() {
+        let token = CancelToken::new();
+        let points = sphere(16_000);
+        let watch = token.clone();
+        let canceller = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(300));
+            watch.cancel();
+            Instant::now()
+        });
+        let how = MlpOptions { iterations: 100_000, ..MlpOptions::default() };
+        let result =
+            Run { cancel: Some(token), ..Run::default() }.execute(|ctx| fit(&points, &how, ctx).map(|_| ()));
+        let late = canceller.join().unwrap().elapsed();
+        assert_eq!(result, Err(Error::Cancelled));
+        // The promise is 100 ms; a loaded machine must not fail the test.
+        assert!(late < Duration::from_secs(5), "{late:?}");
     }
 }

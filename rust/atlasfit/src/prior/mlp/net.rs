@@ -450,8 +450,7 @@ impl Band {
             let mut from = self.rows.start + block.start;
             for (i, (r, d)) in (from..).zip(r.chunks_exact(width).zip(d.chunks_exact(width))) {
                 let v = place(grid, i)[1];
-                for (((((r, d), p), q), s), t) in
-                    r.iter().zip(d).zip(p).zip(q).zip(&mut line).zip(&mut along)
+                for (((((r, d), p), q), s), t) in r.iter().zip(d).zip(p).zip(q).zip(&mut line).zip(&mut along)
                 {
                     let x = if *r > 0.0 { d + p * r + q } else { 0.0 };
                     *s += x;
@@ -573,7 +572,9 @@ mod tests {
             };
             let mut rng = Rng::new(2);
             let tensors = (0..LAYERS).flat_map(|l| {
-                [weights(l), bias(l)].into_iter().chain((l + 1 < LAYERS).then(|| [gain(l), shift(l)]).into_iter().flatten())
+                [weights(l), bias(l)]
+                    .into_iter()
+                    .chain((l + 1 < LAYERS).then(|| [gain(l), shift(l)]).into_iter().flatten())
             });
             for range in tensors {
                 // A random direction of the whole tensor. Biases before ReLU and batch norm included.
@@ -587,9 +588,14 @@ mod tests {
                 };
                 let h = 1e-6;
                 let expected = (at(h) - at(-h)) / (2.0 * h);
-                let got: f64 = net.grads[range.clone()].iter().zip(&direction).map(|(g, d)| f64::from(*g) * d).sum();
-                let size: f64 = net.grads[range.clone()].iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
-                assert!((got - expected).abs() < 2e-3 * size + 1e-4, "{grid:?} {range:?}: {got} {expected} {size}");
+                let got: f64 =
+                    net.grads[range.clone()].iter().zip(&direction).map(|(g, d)| f64::from(*g) * d).sum();
+                let size: f64 =
+                    net.grads[range.clone()].iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
+                assert!(
+                    (got - expected).abs() < 2e-3 * size + 1e-4,
+                    "{grid:?} {range:?}: {got} {expected} {size}"
+                );
             }
         }
     }
