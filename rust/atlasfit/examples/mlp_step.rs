@@ -22,7 +22,7 @@ fn floor() -> f64 {
         [[256, 128], [128, 64]]
             .map(|[i, o]| [matrix(i, BLOCK), matrix(o, i), matrix(i, o), matrix(BLOCK, i), matrix(o, BLOCK)])
     };
-    (0..8 * 4096 / BLOCK).into_par_iter().for_each_init(setup, |layers| {
+    (0..8 * 4096 / BLOCK).into_par_iter().for_each_init(setup, |layers, _| {
         for [x, w, wt, xt, z] in layers {
             z.gemm(1e-9, w, x, 0.0);
             w.gemm(1e-9, z, xt, 1.0);

@@ -8,11 +8,11 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, sub};
+use crate::geometry::vec3::{Vec3, dist2, sub};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
-use crate::partition::{self, PATCH_SIZE};
+use crate::partition::{self, PATCH_SIZE, grow};
 use crate::prior::mlp::{self, MlpOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
@@ -340,9 +340,17 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         drop(tree);
         let atlas = mlp::fit(&points, how, ctx)?;
         ctx.stage(Stage::Project, points.len());
+        let mut clean = atlas.project(&points, ctx)?;
+        // Where the networks have not followed the scan, it stays as it is: a limit as for any other chart and its points.
+        let limit = (grow::TUKEY * noise).powi(2);
+        for (c, p) in clean.iter_mut().zip(&points) {
+            if dist2(*c, *p) > limit {
+                *c = *p;
+            }
+        }
         // Points beyond a chart's border meet at the border.
         let place;
-        (points, place) = distinct(&atlas.project(&points, ctx)?);
+        (points, place) = distinct(&clean);
         for p in &mut of_prepared {
             *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
         }

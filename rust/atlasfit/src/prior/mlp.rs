@@ -127,7 +127,7 @@ impl Trainer {
             options: *options,
             grid,
             nets,
-            target: Chamfer::new(points)?,
+            target: Chamfer::new(points, ctx)?,
             samples: vec![[0.0; 3]; options.charts * batch],
             gradient: vec![[0.0; 3]; options.charts * batch],
         })

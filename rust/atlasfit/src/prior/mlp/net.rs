@@ -350,12 +350,10 @@ impl Band {
                         *base = b + u * wu;
                     }
                 }
-                for ((((r, base), wv), s), q) in row.iter_mut().zip(&base).zip(wv).zip(&mut s).zip(&mut q) {
-                    let x = (base + v * wv).max(0.0);
-                    *r = x;
-                    *s += x;
-                    *q += x * x;
+                for ((r, base), wv) in row.iter_mut().zip(&base).zip(wv) {
+                    *r = base + v * wv;
                 }
+                rectify(row, &mut s, &mut q);
             }
             flush(&mut self.sum, &mut s);
             flush(&mut self.square, &mut q);
@@ -375,12 +373,10 @@ impl Band {
             gemm(z, Mat::new(r, inputs), Mat::new(w, width), false);
             for row in z.chunks_exact_mut(width) {
                 if l + 1 < LAYERS {
-                    for (((z, b), s), q) in row.iter_mut().zip(b).zip(&mut s).zip(&mut q) {
-                        let x = (*z + b).max(0.0);
-                        *z = x;
-                        *s += x;
-                        *q += x * x;
+                    for (z, b) in row.iter_mut().zip(b) {
+                        *z += b;
                     }
+                    rectify(row, &mut s, &mut q);
                 } else {
                     for (z, b) in row[..3].iter_mut().zip(b) {
                         *z = (*z + b).tanh();
@@ -436,11 +432,8 @@ impl Band {
             gemm(d, Mat::new(dz, outputs), Mat::new(w, outputs).t(), false);
             if l > 1 {
                 for (r, d) in r.chunks_exact_mut(width).zip(d.chunks_exact(width)) {
-                    for ((((r, d), p), q), s) in r.iter_mut().zip(d).zip(p).zip(q).zip(&mut self.db) {
-                        let x = if *r > 0.0 { d + p * *r + q } else { 0.0 };
-                        *r = x;
-                        *s += x;
-                    }
+                    normalised_gradient(r, d, p, q);
+                    accumulate(&mut self.db, r, 1.0);
                 }
                 let x = &lowest[l - 2][block.start * below..block.end * below];
                 gemm(&mut self.dw, Mat::new(x, below).t(), Mat::new(r, width), true);
@@ -448,14 +441,11 @@ impl Band {
             }
             // The inputs of the first layer are the grid's: sums along each line first, u once per line.
             let mut from = self.rows.start + block.start;
-            for (i, (r, d)) in (from..).zip(r.chunks_exact(width).zip(d.chunks_exact(width))) {
+            for (i, (r, d)) in (from..).zip(r.chunks_exact_mut(width).zip(d.chunks_exact(width))) {
                 let v = place(grid, i)[1];
-                for (((((r, d), p), q), s), t) in r.iter().zip(d).zip(p).zip(q).zip(&mut line).zip(&mut along)
-                {
-                    let x = if *r > 0.0 { d + p * r + q } else { 0.0 };
-                    *s += x;
-                    *t += v * x;
-                }
+                normalised_gradient(r, d, p, q);
+                accumulate(&mut line, r, 1.0);
+                accumulate(&mut along, r, v);
                 if (i + 1) % grid[1] == 0 || i + 1 == self.rows.start + block.end {
                     let u = place(grid, from)[0];
                     let (du, dv) = self.dw.split_at_mut(width);
@@ -478,6 +468,31 @@ impl Band {
         self.dw.resize(weights, 0.0);
         self.db.clear();
         self.db.resize(biases, 0.0);
+    }
+}
+
+/// ReLU in place; its values and their squares are added to the column sums.
+fn rectify(row: &mut [f32], sum: &mut [f32], square: &mut [f32]) {
+    for ((z, s), q) in row.iter_mut().zip(sum).zip(square) {
+        let x = z.max(0.0);
+        *z = x;
+        *s += x;
+        *q += x * x;
+    }
+}
+
+/// Replaces activations `r` by the gradient before ReLU, from `d`, the product part of the gradient after it, and batch norm's p and q.
+fn normalised_gradient(r: &mut [f32], d: &[f32], p: &[f32], q: &[f32]) {
+    for (((r, d), p), q) in r.iter_mut().zip(d).zip(p).zip(q) {
+        let g = d + p * *r + q;
+        *r = if *r > 0.0 { g } else { 0.0 };
+    }
+}
+
+/// sum += factor * row.
+fn accumulate(sum: &mut [f32], row: &[f32], factor: f32) {
+    for (s, x) in sum.iter_mut().zip(row) {
+        *s += factor * x;
     }
 }
 
