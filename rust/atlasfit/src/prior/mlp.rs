@@ -338,6 +338,25 @@ mod tests {
     }
 
     #[test]
+    fn denoising_with_networks_answers_for_every_point_and_gives_one_surface() {
+        use crate::denoise::{DenoiseOptions, Prior, denoise};
+        let mut rng = Rng::new(9);
+        let noisy = sphere(3000).iter().map(|p| p.map(|x| 20.0 * x + 3.0 + 0.1 * rng.normal())).collect();
+        let cloud = crate::geometry::PointCloud::from_positions(noisy);
+        // Far from trained: what the networks do not reach must come out as with the default prior.
+        let prior = Prior::Mlp(MlpOptions { charts: 1, iterations: 5, ..MlpOptions::default() });
+        let how = DenoiseOptions { prior, uv: false, ..DenoiseOptions::default() };
+        let result = denoise(&cloud, &how, &mut Run::default()).unwrap();
+        assert_eq!(result.points.len(), 3000);
+        assert!((result.report.noise / 0.1 - 1.0).abs() < 0.3, "{}", result.report.noise);
+        assert_eq!(result.report.parts, 1);
+        let off = |points: &[Vec3]| -> f64 {
+            points.iter().map(|p| (norm(p.map(|x| x - 3.0)) - 10.0).powi(2)).sum::<f64>()
+        };
+        assert!(off(&result.points.positions) < off(&cloud.positions));
+    }
+
+    #[test]
     fn options_out_of_range_and_no_points_are_errors() {
         let attempt = |points: &[Vec3], how: MlpOptions| {
             Run::default().execute(|ctx| fit(points, &how, ctx).map(|_| ())).unwrap_err()
