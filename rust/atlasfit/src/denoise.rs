@@ -1,6 +1,6 @@
 //! The main job: a noisy scan in; denoised points, one stitched surface and chart UVs out.
 //!
-//! Flow: clean and normalise → neighbours, spacing, noise, outliers → patches → charts → projected points → orientation →
+//! Flow: clean and normalise → neighbours, spacing, noise, outliers → (network prior) → patches → charts → projected points → orientation →
 //! surface → UVs → back to the user's frame. Every stage is a function of its own module; this file only joins them.
 
 use crate::analyse::{self, Analysis};
@@ -8,11 +8,12 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, sub};
+use crate::geometry::vec3::{Vec3, dist2, sub};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
-use crate::partition::{self, PATCH_SIZE};
+use crate::partition::{self, PATCH_SIZE, grow};
+use crate::prior::mlp::{self, MlpOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
 use crate::surface::{clean, field, holes};
@@ -20,12 +21,15 @@ use crate::unwrap::{self, UnwrapOptions};
 use rayon::prelude::*;
 
 /// Which prior the charts are fitted with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Prior {
     /// The Gaussian-process limit of the paper's networks.
     #[default]
     Gp,
+    /// The paper's networks. The scan is projected onto a few large network charts first; what is left of the noise is then taken
+    /// for the scan's, and everything after that is the same as for the default.
+    Mlp(MlpOptions),
 }
 
 /// What to do with points that no chart claims.
@@ -175,7 +179,10 @@ fn validate(o: &DenoiseOptions) -> Result<()> {
     if !(o.fill_holes >= 0.0 && o.fill_holes.is_finite()) {
         return Err(Error::invalid(format!("fill_holes is {}", o.fill_holes), "Give a length, 0 or more"));
     }
-    Ok(())
+    match &o.prior {
+        Prior::Gp => Ok(()),
+        Prior::Mlp(how) => how.validate(),
+    }
 }
 
 /// Distinct finite points in the normalised frame.
@@ -223,28 +230,7 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         });
     }
     let normalised: Vec<Vec3> = cloud.positions.iter().map(|p| sub(*p, origin).map(|x| x / scale)).collect();
-    // Equal positions become one point. Sorting by bits is exact and fast.
-    let mut order: Vec<u32> = (0..n as u32).filter(|&i| finite(&normalised[i as usize])).collect();
-    let bits = |i: u32| normalised[i as usize].map(|x| (x + 0.0).to_bits());
-    order.par_sort_unstable_by_key(|&i| (bits(i), i));
-    let mut first = vec![u32::MAX; n];
-    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
-        for &i in group {
-            first[i as usize] = group[0];
-        }
-    }
-    let mut of_input = vec![u32::MAX; n];
-    let mut points = Vec::new();
-    for i in 0..n {
-        let f = first[i];
-        if f == i as u32 {
-            of_input[i] = points.len() as u32;
-            points.push(normalised[i]);
-        } else if f != u32::MAX {
-            // The first of equal points has the least index, so it has its place already.
-            of_input[i] = of_input[f as usize];
-        }
-    }
+    let (points, of_input) = distinct(&normalised);
     let finite_now = of_input.iter().filter(|&&i| i != u32::MAX).count();
     Ok(Prepared {
         duplicates: finite_now - points.len(),
@@ -254,6 +240,36 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         origin,
         scale,
     })
+}
+
+/// Points with equal positions become one; points that are not finite are left out. Gives the distinct points in the order of their first
+/// appearance, and for each given point its distinct one (`u32::MAX` where it is left out).
+fn distinct(given: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
+    let n = given.len();
+    // Sorting by bits is exact and fast.
+    let mut order: Vec<u32> =
+        (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
+    let bits = |i: u32| given[i as usize].map(|x| (x + 0.0).to_bits());
+    order.par_sort_unstable_by_key(|&i| (bits(i), i));
+    let mut first = vec![u32::MAX; n];
+    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
+        for &i in group {
+            first[i as usize] = group[0];
+        }
+    }
+    let mut place = vec![u32::MAX; n];
+    let mut points = Vec::new();
+    for i in 0..n {
+        let f = first[i];
+        if f == i as u32 {
+            place[i] = points.len() as u32;
+            points.push(given[i]);
+        } else if f != u32::MAX {
+            // The first of equal points has the least index, so it has its place already.
+            place[i] = place[f as usize];
+        }
+    }
+    (points, place)
 }
 
 /// Fails on points that span no surface: too few, or all on a line.
@@ -335,19 +351,46 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
             kept_spacing.push(spacing[i]);
         }
     }
-    let spacing = kept_spacing;
     check_surface(&points)?;
-    let tree = Neighbours::build(&points)?;
-    let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
-    let sigma = match options.noise {
+    let mut tree = Neighbours::build(&points)?;
+    let noise = match options.noise {
         Some(noise) => noise / prepared.scale,
         None => {
+            let median = analyse::median(&mut kept_spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
             let first = analyse::noise(&points, &tree, ctx)?;
-            partition::check_noise(&points, &tree, &spacing, median_spacing, first, ctx)?
+            partition::check_noise(&points, &tree, &kept_spacing, median, first, ctx)?
         }
+    };
+    let mut sigma = noise;
+    let mut spacing = kept_spacing;
+    if let Prior::Mlp(how) = &options.prior {
+        drop(tree);
+        let atlas = mlp::fit(&points, how, ctx)?;
+        ctx.stage(Stage::Project, points.len());
+        let mut clean = atlas.project(&points, ctx)?;
+        // Where the networks have not followed the scan, it stays as it is: a limit as for any other chart and its points.
+        let limit = (grow::TUKEY * noise).powi(2);
+        for (c, p) in clean.iter_mut().zip(&points) {
+            if dist2(*c, *p) > limit {
+                *c = *p;
+            }
+        }
+        // Points beyond a chart's border meet at the border.
+        let place;
+        (points, place) = distinct(&clean);
+        for p in &mut of_prepared {
+            *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
+        }
+        check_surface(&points)?;
+        ctx.stage(Stage::Analyse, points.len());
+        tree = Neighbours::build(&points)?;
+        spacing = analyse::spacing(&points, &tree, ctx)?;
+        sigma = analyse::noise(&points, &tree, ctx)?;
     }
+    let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
     // Scans without any noise: rounding of the coordinates is the least there is.
-    .max(1e-7 * median_spacing.max(1e-9));
+    let least = 1e-7 * median_spacing.max(1e-9);
+    let (noise, sigma) = (noise.max(least), sigma.max(least));
     let analysis = Analysis { spacing, median_spacing, sigma };
 
     let size = match options.charts {
@@ -450,7 +493,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
 
     report.spacing = median_spacing * prepared.scale;
-    report.noise = sigma * prepared.scale;
+    report.noise = noise * prepared.scale;
     report.charts = charts.len();
     report.one_sided = !conflicts.is_empty();
     report.voxel = voxel * prepared.scale;

@@ -14,6 +14,7 @@ pub mod denoise;
 pub mod error;
 pub mod fit;
 pub mod geometry;
+pub mod loss;
 pub mod measure;
 pub mod orient;
 pub mod partition;
