@@ -48,6 +48,8 @@ const MAX_BEND: f64 = 0.75;
 /// Prior deviation of a quadric's curved coefficients relative to the patch radius: surfaces that bend by more than a third of the radius
 /// within it are rare, and without this a handful of noisy points looks like a spike.
 const CURVED: f64 = 0.35;
+/// A narrow patch may become this many times longer than a round one.
+const MAX_LENGTHEN: f64 = 2.5;
 /// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
 const GROWTH: f64 = 1.3;
 /// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 % efficiency for Gaussian
@@ -96,15 +98,28 @@ pub fn grow(
     p: &GrowParams,
     scratch: &mut Scratch,
 ) -> Option<Patch> {
+    let mut found = std::mem::take(&mut scratch.found);
+    let patch = grow_from(points, tree, seed, p, &mut found, &mut scratch.local);
+    scratch.found = found;
+    patch
+}
+
+fn grow_from(
+    points: &[Vec3],
+    tree: &Neighbours,
+    seed: usize,
+    p: &GrowParams,
+    found: &mut Vec<Neighbour>,
+    local: &mut Vec<[f64; 3]>,
+) -> Option<Patch> {
     let origin = points[seed];
-    tree.within(origin, p.max_radius * RIM, &mut scratch.found);
-    if scratch.found.len() < MIN_MEMBERS {
-        tree.nearest(origin, MIN_MEMBERS + 3, &mut scratch.found);
-        if scratch.found.len() < MIN_MEMBERS {
+    tree.within(origin, p.max_radius * RIM, found);
+    if found.len() < MIN_MEMBERS {
+        tree.nearest(origin, MIN_MEMBERS + 3, found);
+        if found.len() < MIN_MEMBERS {
             return None;
         }
     }
-    let found = &scratch.found;
     let start = found[found.len().min(10) - 1].dist2.sqrt().max(2.5 * p.sigma).max(1e-12);
     // First plane: principal directions of the nearest points, weighted towards the seed.
     let near = found.partition_point(|f| f.dist2 <= start * start).max(MIN_MEMBERS).min(found.len());
@@ -119,11 +134,12 @@ pub fn grow(
     let mut best: Option<State> = None;
     let mut radius = start;
     let mut sound = false;
+    let mut wide = false;
     loop {
         let reach = radius * RIM * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
         let Some(mut next) =
-            step(points, &found[..take.max(near)], &state, radius, p.sigma, &mut scratch.local)
+            step(points, &found[..take.max(near)], &state, radius, p.sigma, local)
         else {
             break;
         };
@@ -136,10 +152,17 @@ pub fn grow(
         let bent = next.radii[0] < radius * 0.999 && next.radii[1] < radius * 0.999;
         state = State { ..next };
         best = Some(State { ..next });
-        if !ok || bent || radius >= p.max_radius {
+        // Where curvature keeps a patch narrow it may grow longer: as many points, the same smoothing.
+        let narrow = state.radii[0].min(state.radii[1]);
+        let limit = p.max_radius * (0.6 * p.max_radius / narrow).clamp(1.0, MAX_LENGTHEN);
+        if !ok || bent || radius >= limit {
             break;
         }
-        radius = (radius * GROWTH).min(p.max_radius);
+        radius = (radius * GROWTH).min(limit);
+        if radius > p.max_radius && !wide {
+            wide = true;
+            tree.within(origin, MAX_LENGTHEN * p.max_radius * RIM, found);
+        }
     }
     let s = best?;
     let limit = TUKEY * p.sigma + 0.03 * s.radii[0].min(s.radii[1]);
