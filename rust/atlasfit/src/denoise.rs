@@ -421,6 +421,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let anchors = project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing);
     ctx.advance(1);
 
+    // Contouring needs the most memory: what is done with goes first.
+    drop(tree);
+    drop(members);
     let voxel = VOXEL * median_spacing / options.detail;
     let charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
     let contour = field::contour(&charts, &anchors, &relations, &conflicts, voxel, ctx)?;
