@@ -148,7 +148,8 @@ fn point_json(d: &PointDistance) -> Value {
     })
 }
 
-fn topology_text(t: &Topology) -> String {
+/// A topology for people.
+pub fn topology_text(t: &Topology) -> String {
     let mut s = format!(
         "mesh           {} vertices, {} edges, {} faces, {} part{}\n",
         count(t.vertices),
