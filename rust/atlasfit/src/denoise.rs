@@ -15,7 +15,7 @@ use crate::orient;
 use crate::partition::{self, PATCH_SIZE};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
-use crate::surface::{clean, field};
+use crate::surface::{clean, field, holes};
 use crate::unwrap::{self, UnwrapOptions};
 use rayon::prelude::*;
 
@@ -97,6 +97,8 @@ pub struct Report {
     pub voxel: f64,
     /// Connected parts of the surface.
     pub parts: usize,
+    /// Holes that were filled.
+    pub filled_holes: usize,
     /// Boundary loops of the surface.
     pub boundary_loops: usize,
     /// Edges on the boundary.
@@ -130,8 +132,11 @@ pub struct Denoised {
 /// Voxels are this share of the point spacing: fine enough to follow what the points show, coarse enough that triangles are about as
 /// dense as twice the points.
 const VOXEL: f64 = 0.6;
-/// Parts of the surface with fewer triangles are specks.
-const SPECK: usize = 100;
+/// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave gaps about four
+/// spacings wide.
+const GAP: f64 = 16.0;
+/// Parts of the surface with fewer triangles, those of about fifty points, are specks.
+const SPECK: usize = 280;
 /// The least number of distinct points that make a surface.
 const MIN_POINTS: usize = 12;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.
@@ -358,7 +363,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let voxel = VOXEL * median_spacing / options.detail;
     let charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
     let contour = field::contour(&charts, &anchors, &relations, &conflicts, voxel, ctx)?;
-    let surface = clean::triangulate(contour, SPECK);
+    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), SPECK);
+    let longest = (GAP * median_spacing).max(options.fill_holes / prepared.scale);
+    report.filled_holes = holes::fill(&mut surface, longest, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::Degenerate {
             what: "the charts make no connected surface".into(),

@@ -4,7 +4,7 @@
 //! that a chart can change) and the prior are quadratic in the chart's coefficients, so each round is one solve (paper, equation 3,
 //! with the prior in its Gaussian-process limit). Robust weights keep stray points and other sheets out.
 
-use crate::atlas::Chart;
+use crate::atlas::{Chart, Local};
 use crate::atlas::mask::Mask;
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, dot, sub};
@@ -27,7 +27,7 @@ pub struct Fitted {
     pub members: Vec<(u32, f32)>,
 }
 
-/// Fits every patch.
+/// Fits every patch. A patch that turns out to hold two sheets gives two charts.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -37,8 +37,11 @@ pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) ->
         .par_chunks(8)
         .map(|chunk| {
             ctx.check()?;
-            let (mut normal, mut work) = (Normal::new(), gp::Work::default());
-            let out: Vec<_> = chunk.iter().filter_map(|p| fit_patch(points, p, sigma, &mut normal, &mut work)).collect();
+            let mut tools = Tools::default();
+            let mut out = Vec::new();
+            for p in chunk {
+                fit_patch(points, p, sigma, &mut tools, &mut out);
+            }
             ctx.advance(chunk.len());
             Ok(out)
         })
@@ -46,8 +49,27 @@ pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) ->
     Ok(fitted.into_iter().flatten().collect())
 }
 
-fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal, work: &mut gp::Work) -> Option<Fitted> {
-    let basis = &*BASIS;
+/// Working memory of one worker.
+#[derive(Default)]
+struct Tools {
+    normal: Normal,
+    work: gp::Work,
+}
+
+fn empty_chart(patch: &Patch, sigma: f64) -> Chart {
+    Chart {
+        center: patch.center,
+        axes: patch.axes,
+        radii: patch.radii,
+        coeffs: Box::new([0.0; gp::COEFFS]),
+        mask: Mask::full(),
+        sigma,
+        sign: 1.0,
+        support: 0.0,
+    }
+}
+
+fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, tools: &mut Tools, out: &mut Vec<Fitted>) {
     let local: Vec<[f64; 3]> = patch
         .members
         .iter()
@@ -65,59 +87,184 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, normal: &mut Normal, wo
         .iter()
         .map(|&[u, v, z]| {
             let e = z - (q[0] + q[1] * u + q[2] * v + q[3] * u * u + q[4] * u * v + q[5] * v * v);
-            tukey(e, TUKEY * sigma.max(patch.residual) + 1e-12)
+            tukey(e, TUKEY * sigma + 1e-12)
         })
         .collect();
-    let mut chart = Chart {
-        center: patch.center,
-        axes: patch.axes,
-        radii: patch.radii,
-        coeffs: Box::new([0.0; gp::COEFFS]),
-        mask: Mask::full(),
-        sigma,
-        sign: 1.0,
-        support: 0.0,
-    };
-    let mut row = [0.0; MODES];
-    let floor = 1e-6 * patch.radii[0].min(patch.radii[1]);
+    let mut chart = empty_chart(patch, sigma);
     let mut smoothness = None;
     for round in 0..ROUNDS {
-        normal.clear();
-        for (&[u, v, z], &w) in local.iter().zip(&weights) {
-            if w <= 0.0 {
-                continue;
-            }
-            let (fu, fv, target, cos2) = if round == 0 {
-                (u, v, z, 1.0)
-            } else {
-                let (fu, fv) = chart.foot(crate::atlas::Local { u, v, z });
-                let (_, hu, hv) = gp::value_gradient(&chart.coeffs, fu, fv);
-                let (a, b) = (hu / chart.radii[0], hv / chart.radii[1]);
-                (fu, fv, z - hu * (u - fu) - hv * (v - fv), 1.0 / (1.0 + a * a + b * b))
-            };
-            gp::mode_row(basis, fu, fv, &mut row);
-            normal.add(&row, target, w * cos2, w);
+        if solve(&mut chart, &local, &weights, round == 0, sigma, &mut smoothness, tools).is_none() {
+            return;
         }
-        let fit = gp::fit(basis, normal, sigma.max(floor), NOISE_STRENGTH, smoothness, work)?;
-        smoothness = Some(fit.log_kappa);
-        *chart.coeffs = gp::spline_coefficients(basis, &fit.modes);
-        chart.sigma = fit.sigma;
-        chart.support = normal.count;
-        let limit = TUKEY * fit.sigma.max(floor);
-        for (w, &[u, v, z]) in weights.iter_mut().zip(&local) {
-            let (h, c, _) = chart.height_normal(u, v);
-            *w = tukey((z - h) * c, limit);
+        let limit = TUKEY * chart.sigma;
+        for (w, e) in weights.iter_mut().zip(residuals(&chart, &local)) {
+            *w = tukey(e, limit);
         }
     }
+    if let Some(pair) = two_sheets(&chart, &local, patch, sigma, tools) {
+        for (chart, weights) in pair {
+            finish(chart, &local, &weights, patch, out);
+        }
+    } else {
+        finish(chart, &local, &weights, patch, out);
+    }
+}
+
+/// One solve for the chart's coefficients with given weights; foot points from the chart as it is, or on the first round the points' own
+/// coordinates. Sets the chart's noise and support.
+fn solve(
+    chart: &mut Chart,
+    local: &[[f64; 3]],
+    weights: &[f64],
+    first: bool,
+    sigma: f64,
+    smoothness: &mut Option<f64>,
+    tools: &mut Tools,
+) -> Option<()> {
+    let basis = &*BASIS;
+    let floor = 1e-6 * chart.radii[0].min(chart.radii[1]);
+    let mut row = [0.0; MODES];
+    tools.normal.clear();
+    for (&[u, v, z], &w) in local.iter().zip(weights) {
+        if w <= 1e-3 {
+            continue;
+        }
+        let (fu, fv, target, cos2) = if first {
+            (u, v, z, 1.0)
+        } else {
+            let (fu, fv) = chart.foot(Local { u, v, z });
+            let (_, hu, hv) = gp::value_gradient(&chart.coeffs, fu, fv);
+            let (a, b) = (hu / chart.radii[0], hv / chart.radii[1]);
+            (fu, fv, z - hu * (u - fu) - hv * (v - fv), 1.0 / (1.0 + a * a + b * b))
+        };
+        gp::mode_row(basis, fu, fv, &mut row);
+        tools.normal.add(&row, target, w * cos2, w);
+    }
+    let fit = gp::fit(basis, &tools.normal, sigma.max(floor), NOISE_STRENGTH, *smoothness, &mut tools.work)?;
+    *smoothness = Some(fit.log_kappa);
+    *chart.coeffs = gp::spline_coefficients(basis, &fit.modes);
+    chart.sigma = fit.sigma.max(floor);
+    chart.support = tools.normal.count;
+    chart.coeffs.iter().all(|c| c.is_finite()).then_some(())
+}
+
+/// Signed distances of the points to the chart, along its normal.
+fn residuals<'a>(chart: &'a Chart, local: &'a [[f64; 3]]) -> impl Iterator<Item = f64> + 'a {
+    local.iter().map(|&[u, v, z]| {
+        let (h, c, _) = chart.height_normal(u, v);
+        (z - h) * c
+    })
+}
+
+fn finish(mut chart: Chart, local: &[[f64; 3]], weights: &[f64], patch: &Patch, out: &mut Vec<Fitted>) {
     let inside: Vec<[f64; 2]> =
-        local.iter().zip(&weights).filter(|(_, w)| **w > 0.0).map(|(l, _)| [l[0], l[1]]).collect();
+        local.iter().zip(weights).filter(|(_, w)| **w > 0.0).map(|(l, _)| [l[0], l[1]]).collect();
     chart.mask = Mask::build(&inside, chart.radii, patch.spacing);
     let members = patch
         .members
         .iter()
-        .zip(local.iter().zip(&weights))
+        .zip(local.iter().zip(weights))
         .filter(|(_, (l, w))| l[0] * l[0] + l[1] * l[1] < RIM * RIM && **w > 0.0)
         .map(|(&m, (_, &w))| (m, w as f32))
         .collect::<Vec<_>>();
-    (chart.coeffs.iter().all(|c| c.is_finite()) && !members.is_empty()).then_some(Fitted { chart, members })
+    if !members.is_empty() {
+        out.push(Fitted { chart, members });
+    }
+}
+
+/// Sheets closer than this many standard deviations of the noise cannot be told apart (two equal Gaussians have two modes beyond 2).
+const SHEETS_APART: f64 = 2.3;
+/// Each of two sheets must hold this share of the points.
+const SHEET_SHARE: f64 = 0.2;
+/// Twice the gain in log likelihood that two sheets must bring, beyond what three more parameters bring by chance in a patch of a few hundred
+/// points (3 ln n is 18).
+const SHEET_EVIDENCE: f64 = 24.0;
+/// Fewer points do not tell two sheets from one rough one.
+const SHEET_POINTS: usize = 40;
+
+/// Looks for two sheets, such as the sides of a thin wall, in the points about one fitted chart: two Gaussians against one along the normal, then
+/// expectation maximisation with a chart each.
+fn two_sheets(
+    chart: &Chart,
+    local: &[[f64; 3]],
+    patch: &Patch,
+    sigma: f64,
+    tools: &mut Tools,
+) -> Option<[(Chart, Vec<f64>); 2]> {
+    let e: Vec<f64> = residuals(chart, local).collect();
+    let n = e.len() as f64;
+    if e.len() < SHEET_POINTS {
+        return None;
+    }
+    let mean = e.iter().sum::<f64>() / n;
+    let variance = e.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n;
+    let spread = variance.sqrt();
+    if spread <= 0.0 {
+        return None;
+    }
+    let (mut m, mut s2, mut share) = ([mean - spread, mean + spread], variance * 0.3, 0.5);
+    let mut r: Vec<f64> = vec![0.0; e.len()];
+    let mut gain = 0.0;
+    for _ in 0..40 {
+        let (mut like, mut total, mut sum, mut square) = (0.0, 0.0, [0.0; 2], 0.0);
+        for (x, r) in e.iter().zip(&mut r) {
+            let d = [x - m[0], x - m[1]];
+            let p = [(1.0 - share) * (-d[0] * d[0] / (2.0 * s2)).exp(), share * (-d[1] * d[1] / (2.0 * s2)).exp()];
+            let all = (p[0] + p[1]).max(1e-300);
+            *r = p[1] / all;
+            like += all.ln();
+            total += *r;
+            sum[0] += (1.0 - *r) * x;
+            sum[1] += *r * x;
+        }
+        let previous = gain;
+        // Against the single Gaussian's n/2 (1 + ln variance), constants left out.
+        gain = 2.0 * like - n * s2.ln() + n * (1.0 + variance.ln());
+        share = (total / n).clamp(1e-6, 1.0 - 1e-6);
+        m = [sum[0] / (n - total).max(1e-9), sum[1] / total.max(1e-9)];
+        for (x, r) in e.iter().zip(&r) {
+            square += (1.0 - r) * (x - m[0]).powi(2) + r * (x - m[1]).powi(2);
+        }
+        s2 = (square / n).max(1e-6 * variance);
+        if (gain - previous).abs() < 1e-3 {
+            break;
+        }
+    }
+    let apart = (m[1] - m[0]) / s2.sqrt();
+    if apart < SHEETS_APART || share.min(1.0 - share) < SHEET_SHARE || gain < SHEET_EVIDENCE {
+        return None;
+    }
+    // Each sheet gets a chart of its own; points are shared by how well either explains them.
+    let noise = s2.sqrt().min(sigma * 1.5);
+    let mut pair = [(empty_chart(patch, noise), vec![0.0; e.len()]), (empty_chart(patch, noise), vec![0.0; e.len()])];
+    let mut smoothness = [None, None];
+    for (k, r) in r.iter().enumerate() {
+        pair[0].1[k] = 1.0 - r;
+        pair[1].1[k] = *r;
+    }
+    for round in 0..ROUNDS + 1 {
+        for (k, (chart, weights)) in pair.iter_mut().enumerate() {
+            solve(chart, local, weights, round == 0, noise, &mut smoothness[k], tools)?;
+        }
+        let s = pair[0].0.sigma.max(pair[1].0.sigma);
+        let limit = TUKEY * s;
+        let [a, b] = &mut pair;
+        let ea: Vec<f64> = residuals(&a.0, local).collect();
+        let eb: Vec<f64> = residuals(&b.0, local).collect();
+        for k in 0..e.len() {
+            let p = [ea[k], eb[k]].map(|x| (-x * x / (2.0 * s * s)).exp().max(1e-30));
+            let r = p[1] / (p[0] + p[1]);
+            a.1[k] = (1.0 - r) * tukey(ea[k], limit);
+            b.1[k] = r * tukey(eb[k], limit);
+        }
+    }
+    // A point belongs to the sheet that explains it better.
+    for k in 0..e.len() {
+        if pair[0].1[k] < pair[1].1[k] {
+            pair[0].1[k] = 0.0;
+        } else {
+            pair[1].1[k] = 0.0;
+        }
+    }
+    pair.iter().all(|p| p.0.support >= 0.1 * n).then_some(pair)
 }

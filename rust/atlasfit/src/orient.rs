@@ -27,6 +27,10 @@ pub struct Relation {
 /// over whole overlaps.
 const MIN_CONFLICT: f64 = 1.0;
 
+/// Share of all agreement that must be contradicted before a surface counts as one-sided. A Moebius strip must be cut across its whole width,
+/// which takes one or two percent of its overlaps; stray charts contradict in far fewer.
+const ONE_SIDED: f64 = 0.004;
+
 /// Finds the relations of all overlapping charts.
 #[must_use]
 pub fn relations(points: &[Vec3], fitted: &[Fitted], members: &Membership) -> Vec<Relation> {
@@ -108,10 +112,14 @@ pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32
         }
     }
     let signs: Vec<f64> = (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
-    let conflicts = relations
+    let conflicts: Vec<(u32, u32)> = relations
         .iter()
         .filter(|r| r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0)
         .map(|r| (r.a, r.b))
         .collect();
-    (signs, conflicts)
+    let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
+    let against =
+        sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
+    let one_sided = against > ONE_SIDED * sum(&mut relations.iter());
+    (signs, if one_sided { conflicts } else { Vec::new() })
 }

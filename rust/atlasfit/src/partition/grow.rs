@@ -23,7 +23,7 @@ pub struct Patch {
     pub quadric: [f64; 6],
     /// Points that follow the quadric, with domain coordinates inside the unit disk (and a little beyond).
     pub members: Vec<u32>,
-    /// Root mean square distance of the members to the quadric.
+    /// Standard deviation of the points about the quadric, its six degrees of freedom taken into account.
     pub residual: f64,
     /// Point spacing about the seed.
     pub spacing: f64,
@@ -290,8 +290,14 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bo
     if near < MIN_MEMBERS {
         return false;
     }
-    let rms = (sum / (total - 6.0).max(1.0)).sqrt();
-    s.residual = rms;
-    // The fit's basis can follow more than a quadric: an eighth of the radius of unexplained height is still fine.
-    rms <= (1.35 * sigma).max(0.06 * small) && astray * 5 <= near
+    let rms = (sum / total).sqrt();
+    s.residual = (sum / (total - 6.0).max(1.0)).sqrt();
+    explains(rms, small, sigma) && astray * 5 <= near
+}
+
+/// Whether a residual is the noise's, on a domain whose smaller half axis is `small`.
+#[must_use]
+pub fn explains(residual: f64, small: f64, sigma: f64) -> bool {
+    // The fit's basis can follow more than a quadric: a sixteenth of the radius of unexplained height is still fine.
+    residual <= (1.35 * sigma).max(0.06 * small)
 }

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::vec3::{Vec3, dot, sub};
 use crate::run::Context;
-use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, grow};
+use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, explains, grow};
 use rayon::prelude::*;
 
 /// A point counts as covered by a patch when it lies within this share of the domain: there the blend weight of the patch is
@@ -79,7 +79,8 @@ pub fn check_noise(
                         let s = f64::from(spacing[i]);
                         let max_radius = (PATCH_SIZE.spacings * s).max(PATCH_SIZE.sigmas * sigma);
                         let params = GrowParams { sigma, spacing: s, max_radius };
-                        grow(points, tree, i, &params, &mut scratch).map(|p| p.sound)
+                        grow(points, tree, i, &params, &mut scratch)
+                            .map(|p| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma))
                     })
                     .collect::<Vec<_>>())
             })

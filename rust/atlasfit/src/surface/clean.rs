@@ -4,10 +4,13 @@
 //! specks.
 
 use super::field::Contour;
-use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, norm, scale, sub};
+use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, mul_add, norm, normalize, scale, sub};
 
 /// Layers of triangles peeled from open boundaries: two triangles a voxel, for each round of filling, and one round more.
 const PEEL: usize = 2 * (super::field::FILL_ROUNDS as usize + 1);
+
+/// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal.
+const STEP_APART: f64 = 0.05;
 
 /// A triangle mesh in the making.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +40,7 @@ fn edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32, u32, bool)> {
 
 /// Splits the quads, drops what is not manifold, orients, removes specks smaller than `min_triangles`.
 #[must_use]
-pub fn triangulate(contour: Contour, min_triangles: usize) -> Surface {
+pub fn triangulate(contour: Contour, one_sided: bool, min_triangles: usize) -> Surface {
     let p = &contour.positions;
     let mut triangles = Vec::with_capacity(contour.quads.len() * 2);
     for &[a, b, c, d] in &contour.quads {
@@ -66,8 +69,10 @@ pub fn triangulate(contour: Contour, min_triangles: usize) -> Surface {
     let mut keep = bad.iter().map(|b| !b);
     triangles.retain(|_| keep.next().unwrap_or(true));
     peel(&mut triangles, &contour.filled);
+    let filled = contour.filled;
     let mut surface = Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
-    orient(&mut surface, min_triangles);
+    orient(&mut surface, one_sided, min_triangles);
+    smooth(&mut surface, filled);
     split_bowties(&mut surface);
     compact(&mut surface);
     surface
@@ -112,16 +117,17 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool]) {
     triangles.retain(|_| !g.next().unwrap_or(&false));
 }
 
-/// Orients each component consistently (breadth first), outward by its signed volume; drops components of fewer than
+/// Orients each component consistently (breadth first where the field's orientation is only local), outward by its signed volume; drops components of fewer than
 /// `min_triangles`. One-sided components keep a seam of disagreeing neighbours.
-fn orient(s: &mut Surface, min_triangles: usize) {
+fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
     let list = edges(&s.triangles);
     let n = s.triangles.len();
     let mut neighbours = vec![[(u32::MAX, false); 3]; n];
     let mut count = vec![0u8; n];
     for g in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
         if let [x, y] = g {
-            let flip = x.3 == y.3;
+            // Two-sided surfaces come consistently oriented from the field.
+            let flip = one_sided && x.3 == y.3;
             for (a, b) in [(x.2, y.2), (y.2, x.2)] {
                 neighbours[a as usize][count[a as usize] as usize] = (b, flip);
                 count[a as usize] += 1;
@@ -181,6 +187,56 @@ fn orient(s: &mut Surface, min_triangles: usize) {
     s.triangles.retain(|_| *k.next().unwrap_or(&true));
 }
 
+/// Sweeps of the smoothing.
+const SMOOTH: usize = 6;
+/// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the scale of a voxel: no data carries it.
+const SPIKE: f64 = 0.42;
+
+/// Smooths vertices that no data carries: filled in, or part of spikes. The others stay where the charts put them.
+fn smooth(s: &mut Surface, mut free: Vec<bool>) {
+    let normal: Vec<Vec3> = s
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| s.positions[v as usize]);
+            normalize(cross(sub(b, a), sub(c, a)))
+        })
+        .collect();
+    let list = edges(&s.triangles);
+    let mut rim = vec![false; s.positions.len()];
+    for g in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
+        match g {
+            [x, y] if dot(normal[x.2 as usize], normal[y.2 as usize]) < SPIKE && x.3 != y.3 => {
+                free[x.0 as usize] = true;
+                free[x.1 as usize] = true;
+            }
+            [x] => {
+                rim[x.0 as usize] = true;
+                rim[x.1 as usize] = true;
+            }
+            _ => {}
+        }
+    }
+    let links: Vec<(u32, u32)> = list
+        .chunk_by(|x, y| x.0 == y.0 && x.1 == y.1)
+        .flat_map(|g| [(g[0].0, g[0].1), (g[0].1, g[0].0)])
+        .filter(|l| free[l.0 as usize] && (!rim[l.0 as usize] || rim[l.1 as usize]))
+        .collect();
+    for _ in 0..SMOOTH {
+        let mut sum = vec![([0.0; 3], 0.0); s.positions.len()];
+        for &(v, w) in &links {
+            let t = &mut sum[v as usize];
+            t.0 = add(t.0, s.positions[w as usize]);
+            t.1 += 1.0;
+        }
+        for (p, (total, count)) in s.positions.iter_mut().zip(&sum) {
+            if *count > 1.0 {
+                *p = mul_add(scale(*p, 0.5), *total, 0.5 / count);
+            }
+        }
+    }
+}
+
 /// Gives each fan of triangles around a vertex its own vertex, so that every vertex has one fan (no bow ties).
 fn split_bowties(s: &mut Surface) {
     let n = s.positions.len();
@@ -225,10 +281,28 @@ fn split_bowties(s: &mut Surface) {
                 }
             }
         }
+        if (1..tris.len()).all(|i| root(&fan, i) != i) {
+            continue;
+        }
+        // Each fan's copy steps a little into its fan: two vertices in one place would be one again for whoever merges by position.
+        let apart = |s: &Surface, i: usize| {
+            let mut sum = [0.0; 3];
+            let mut count = 0.0;
+            for j in (0..tris.len()).filter(|&j| root(&fan, j) == i) {
+                for &x in &s.triangles[tris[j] as usize] {
+                    sum = add(sum, s.positions[x as usize]);
+                    count += 1.0;
+                }
+            }
+            let p = s.positions[v];
+            mul_add(p, sub(scale(sum, 1.0 / count), p), STEP_APART)
+        };
+        let moved: Vec<Vec3> = (0..tris.len()).map(|i| if root(&fan, i) == i { apart(s, i) } else { [0.0; 3] }).collect();
+        s.positions[v] = moved[0];
         for i in 1..tris.len() {
             if root(&fan, i) == i {
                 let copy = s.positions.len() as u32;
-                s.positions.push(s.positions[v]);
+                s.positions.push(moved[i]);
                 s.normals.push(s.normals[v]);
                 s.chart.push(s.chart[v]);
                 for j in i..tris.len() {
@@ -267,7 +341,7 @@ fn compact(s: &mut Surface) {
         s.positions[at] = s.positions[v];
         s.chart[at] = s.chart[v];
         let n = if dot(s.normals[v], sum[v]) < 0.0 { scale(s.normals[v], -1.0) } else { s.normals[v] };
-        s.normals[at] = if norm(n) > 0.5 { n } else { crate::geometry::vec3::normalize(sum[v]) };
+        s.normals[at] = if norm(n) > 0.5 { n } else { normalize(sum[v]) };
         at += 1;
     }
     s.positions.truncate(at);

@@ -6,3 +6,4 @@
 
 pub mod clean;
 pub mod field;
+pub mod holes;

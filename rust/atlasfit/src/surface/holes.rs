@@ -1,0 +1,207 @@
+//! Filling small holes.
+//!
+//! In: an oriented triangle surface, the longest boundary to fill. Out: the same surface with those holes triangulated. Each hole gets the
+//! triangulation of its boundary with the least area, which bends least for the small holes that are meant (dynamic programming; Barequet
+//! and Sharir 1995, Liepa 2003). A triangle that would repeat an edge of the surface is never used, so the result stays manifold.
+
+use super::clean::Surface;
+use crate::error::Result;
+use crate::geometry::vec3::{Vec3, cross, dist2, norm, sub};
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// Holes of more edges are left open: the triangulation costs the cube of it.
+const MAX_EDGES: usize = 220;
+
+/// Boundary loops as vertices in the order in which new triangles run along them. Vertices where boundaries touch make no loop.
+fn loops(s: &Surface) -> Vec<Vec<u32>> {
+    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(s.triangles.len() * 3);
+    for t in &s.triangles {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            edges.push((a.min(b), a.max(b), a > b));
+        }
+    }
+    edges.sort_unstable();
+    // The missing triangle runs against the one that is there.
+    let mut next: Vec<(u32, u32)> = edges
+        .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
+        .filter(|g| g.len() == 1)
+        .map(|g| if g[0].2 { (g[0].0, g[0].1) } else { (g[0].1, g[0].0) })
+        .collect();
+    next.sort_unstable();
+    let successor = |v: u32| {
+        let i = next.partition_point(|e| e.0 < v);
+        match next.get(i) {
+            Some(e) if e.0 == v && next.get(i + 1).is_none_or(|f| f.0 != v) => Some((i, e.1)),
+            _ => None,
+        }
+    };
+    let mut seen = vec![false; next.len()];
+    let mut out = Vec::new();
+    for start in 0..next.len() {
+        if seen[start] {
+            continue;
+        }
+        let (first, mut v) = next[start];
+        let mut ring = vec![first];
+        seen[start] = true;
+        let closed = loop {
+            if v == first {
+                break true;
+            }
+            let Some((i, to)) = successor(v) else { break false };
+            if seen[i] {
+                break false;
+            }
+            seen[i] = true;
+            ring.push(v);
+            v = to;
+        };
+        if closed && ring.len() >= 3 {
+            out.push(ring);
+        }
+    }
+    out
+}
+
+/// Fills every hole whose boundary is at most `longest` long; returns how many were filled.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
+    let length = |r: &[u32]| {
+        (0..r.len())
+            .map(|i| dist2(s.positions[r[i] as usize], s.positions[r[(i + 1) % r.len()] as usize]).sqrt())
+            .sum::<f64>()
+    };
+    let holes: Vec<Vec<u32>> =
+        loops(s).into_iter().filter(|r| r.len() <= MAX_EDGES && length(r) <= longest).collect();
+    if holes.is_empty() {
+        return Ok(0);
+    }
+    // Edges among the holes' vertices: a filling must not use them again.
+    let mut of_hole = vec![false; s.positions.len()];
+    for &v in holes.iter().flatten() {
+        of_hole[v as usize] = true;
+    }
+    let mut taken: Vec<(u32, u32)> = Vec::new();
+    for t in &s.triangles {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            if of_hole[a as usize] && of_hole[b as usize] {
+                taken.push((a.min(b), a.max(b)));
+            }
+        }
+    }
+    taken.sort_unstable();
+    let positions = &s.positions;
+    let patches: Vec<Option<Vec<[u32; 3]>>> = holes
+        .par_iter()
+        .map(|ring| {
+            ctx.check()?;
+            Ok(triangulate(positions, ring, &taken))
+        })
+        .collect::<Result<_>>()?;
+    let mut filled = 0;
+    for patch in patches.into_iter().flatten() {
+        s.triangles.extend(patch);
+        filled += 1;
+    }
+    Ok(filled)
+}
+
+/// The triangulation of a closed polygon with the least area; `None` where every one would use a taken edge.
+fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option<Vec<[u32; 3]>> {
+    let n = ring.len();
+    let at = |i: usize| positions[ring[i] as usize];
+    let free = |i: usize, j: usize| {
+        let neighbours = j == i + 1 || (i == 0 && j == n - 1);
+        let (a, b) = (ring[i].min(ring[j]), ring[i].max(ring[j]));
+        neighbours || taken.binary_search(&(a, b)).is_err()
+    };
+    let mut cost = vec![f64::INFINITY; n * n];
+    let mut split = vec![0u32; n * n];
+    for i in 0..n - 1 {
+        cost[i * n + i + 1] = 0.0;
+    }
+    for span in 2..n {
+        for i in 0..n - span {
+            let j = i + span;
+            if !free(i, j) {
+                continue;
+            }
+            for k in i + 1..j {
+                let below = cost[i * n + k] + cost[k * n + j];
+                if below >= cost[i * n + j] {
+                    continue;
+                }
+                let (e, f) = (sub(at(k), at(i)), sub(at(j), at(i)));
+                let c = below + norm(cross(e, f));
+                if c < cost[i * n + j] {
+                    cost[i * n + j] = c;
+                    split[i * n + j] = k as u32;
+                }
+            }
+        }
+    }
+    if !cost[n - 1].is_finite() {
+        return None;
+    }
+    let mut out = Vec::with_capacity(n - 2);
+    let mut stack = vec![(0, n - 1)];
+    while let Some((i, j)) = stack.pop() {
+        if j < i + 2 {
+            continue;
+        }
+        let k = split[i * n + j] as usize;
+        out.push([ring[i], ring[k], ring[j]]);
+        stack.push((i, k));
+        stack.push((k, j));
+    }
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::geometry::vec3::dot;
+
+    /// An open box: four walls and a floor.
+    fn open_box() -> Surface {
+        let positions: Vec<Vec3> =
+            (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
+        let quads = [[0, 2, 3, 1], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]];
+        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        Surface { normals: vec![[0.0; 3]; 8], chart: vec![0; 8], positions, triangles }
+    }
+
+    fn boundary(s: &Surface) -> usize {
+        loops(s).iter().map(Vec::len).sum()
+    }
+
+    #[test]
+    fn an_open_box_is_closed_by_two_triangles_that_face_out() {
+        let mut s = open_box();
+        assert_eq!(boundary(&s), 4);
+        let filled = Run::default().execute(|ctx| fill(&mut s, 4.5, ctx)).unwrap();
+        assert_eq!((filled, s.triangles.len(), boundary(&s)), (1, 12, 0));
+        let volume: f64 = s
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| s.positions[v as usize]);
+                dot(a, cross(b, c)) / 6.0
+            })
+            .sum();
+        assert!((volume.abs() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hole_longer_than_asked_stays() {
+        let mut s = open_box();
+        let filled = Run::default().execute(|ctx| fill(&mut s, 3.9, ctx)).unwrap();
+        assert_eq!((filled, boundary(&s)), (0, 4));
+    }
+}
