@@ -25,7 +25,7 @@ import zlib
 
 SECONDS = 30
 # On the clock: a run that waits for ever uses no processor time.
-PATIENCE = 8 * SECONDS
+PATIENCE = 20 * SECONDS
 MEMORY = 2 << 30
 COMMANDS = ["info", "denoise", "measure"]
 
@@ -180,6 +180,8 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
         for r in pool.map(lambda w: check(*w), work):
             results.append(r)
+            if len(results) % 500 == 0:
+                print(f"{len(results)} of {len(work)} runs", file=sys.stderr, flush=True)
             if r["fault"]:
                 print(f"FAILS {r['file']} ({r['kind']}) {r['command']}: {r['fault']}  [{r['seconds']:.1f} s]", flush=True)
     if args.table:

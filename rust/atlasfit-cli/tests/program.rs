@@ -286,6 +286,10 @@ fn limits_are_errors_that_name_the_limit() {
         run(&[&"measure", &mesh, &"--against", &mesh, &"--time-limit", &"0.05", &"--samples", &"1000000"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(err(&output).contains("time limit of 0.05 s"), "{}", err(&output));
+    let picture = folder.0.join("out.png");
+    let output = run(&[&"render", &mesh, &"-o", &picture, &"--size", &"2000x2000", &"--max-memory", &"1M"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err(&output).contains("1048576") && !picture.exists(), "{}", err(&output));
     let output = run(&[&"measure", &mesh, &"--max-memory", &"100"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(err(&output).contains("100"), "{}", err(&output));
