@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Puts every file of the zoo of difficult files, and damaged copies of it, through `atlasfit info`, `denoise` and `measure`.
 
-usage: zoo.py PROGRAM [FOLDER] [--table FILE.md] [--only WORD] [--commands info,denoise,measure] [--cuts 10] [--jobs 2]
+usage: zoo.py PROGRAM [FOLDER] [--table FILE.md] [--only WORD] [--commands info,denoise,measure] [--kinds whole,changed] [--jobs 2]
        zoo.py --damage FILE KIND OUT        writes one damaged copy, to look at a failure (KIND: cut0 ... cut9, changed)
+
+--kinds: which copies; by default whole, cut0 ... cut9, changed.
 
 Damaged copies: the file cut off at 10 random places, and the file with 20 random bytes changed; always the same ones, by the file's
 name. Each run may take 30 s of processor time with one thread (so that a busy machine does not decide) and 2 GB. A run passes when it ends with a valid result or with a clear error: exit code 0, 1 or 2, one
@@ -27,6 +29,7 @@ SECONDS = 30
 # On the clock: a run that waits for ever uses no processor time.
 PATIENCE = 20 * SECONDS
 MEMORY = 2 << 30
+KINDS = ["whole", *(f"cut{i}" for i in range(10)), "changed"]
 COMMANDS = ["info", "denoise", "measure"]
 
 
@@ -142,6 +145,9 @@ def table(results, commands):
         cells = []
         for command in commands:
             whole = [r for r in rows if r["kind"] == "whole" and r["command"] == command]
+            if not whole:
+                cells.append("not run")
+                continue
             r = whole[0]
             said = "**FAILS: " + r["fault"] + "**" if r["fault"] else "result" if r["code"] == 0 else "error: " + r["text"]
             cells.append(said[:160].replace("|", "\\|"))
@@ -166,14 +172,14 @@ def main():
     parser.add_argument("--table", type=pathlib.Path)
     parser.add_argument("--only", default="")
     parser.add_argument("--commands", default=",".join(COMMANDS))
-    parser.add_argument("--cuts", type=int, default=10)
+    parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args()
     folder = pathlib.Path(args.folder)
     program = str(pathlib.Path(args.program).resolve())
     commands = args.commands.split(",")
     files = [p for p in sorted(folder.rglob("*")) if p.is_file() and args.only in str(p.relative_to(folder))]
-    kinds = ["whole"] + [f"cut{i}" for i in range(args.cuts)] + (["changed"] if args.cuts else [])
+    kinds = args.kinds.split(",")
     # Whole files first: their failures matter most.
     work = [(program, folder, p, kind, command) for kind in kinds for p in files for command in commands]
     results = []
