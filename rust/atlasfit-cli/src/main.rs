@@ -1,4 +1,4 @@
-//! The `atlasfit` program: denoises scans, measures results, draws pictures.
+//! The `atlasfit` program: denoises scans, tells what files hold, converts them, measures results, draws pictures.
 //!
 //! Results go to standard output (text, or one JSON object with `--json`), progress and warnings to standard error.
 //! Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
@@ -31,6 +31,10 @@ struct Cli {
 enum Command {
     /// Denoise a scan: clean points, one stitched surface, chart UVs
     Denoise(Box<commands::denoise::Args>),
+    /// Tell what a file holds: counts, attributes, extent, defects, spacing and noise
+    Info(commands::info::Args),
+    /// Write a file in another format
+    Convert(commands::convert::Args),
     /// Measure a result: distance to a true surface, topology, UV quality
     Measure(commands::measure::Args),
     /// Draw a mesh or points to a PNG picture
@@ -42,6 +46,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    silence_handled_panics();
     let console = match Console::new(cli.quiet, cli.json) {
         Ok(console) => console,
         Err(e) => return fail(&e),
@@ -49,10 +54,22 @@ fn main() -> ExitCode {
     let done = match &cli.command {
         Command::Denoise(args) => commands::denoise::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
+        Command::Info(args) => commands::info::run(args, &console),
+        Command::Convert(args) => commands::convert::run(args, &console),
         Command::Measure(args) => commands::measure::run(args, &console),
         Command::Render(args) => commands::render::run(args, &console),
     };
     done.map_or_else(|e| fail(&e), |()| ExitCode::SUCCESS)
+}
+
+/// Panics of third-party readers on damaged files become errors, which say more than the panic's own text.
+fn silence_handled_panics() {
+    let tell = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !atlasfit_io::panics_become_errors() {
+            tell(panic);
+        }
+    }));
 }
 
 fn fail(error: &anyhow::Error) -> ExitCode {

@@ -286,9 +286,84 @@ fn limits_are_errors_that_name_the_limit() {
         run(&[&"measure", &mesh, &"--against", &mesh, &"--time-limit", &"0.05", &"--samples", &"1000000"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(err(&output).contains("time limit of 0.05 s"), "{}", err(&output));
+    let picture = folder.0.join("out.png");
+    let output = run(&[&"render", &mesh, &"-o", &picture, &"--size", &"2000x2000", &"--max-memory", &"1M"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err(&output).contains("1048576") && !picture.exists(), "{}", err(&output));
     let output = run(&[&"measure", &mesh, &"--max-memory", &"100"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(err(&output).contains("100"), "{}", err(&output));
+}
+
+#[test]
+fn info_tells_counts_columns_extent_and_defects() {
+    let folder = Folder::new("info");
+    let report = |path: &Path| -> Value {
+        let output = run(&[&"info", &path, &"--json", &"--quiet"]);
+        assert!(output.status.success(), "{}", err(&output));
+        serde_json::from_str(&out(&output)).unwrap()
+    };
+    let mesh = report(&folder.file("box.obj", BOX));
+    assert_eq!((&mesh["format"], &mesh["points"], &mesh["faces"]), (&"OBJ".into(), &8.into(), &10.into()));
+    assert_eq!(mesh["extent"]["max"], serde_json::json!([1.0, 1.0, 1.0]));
+    assert_eq!((&mesh["parts"], &mesh["topology"]["boundary_edges"]), (&1.into(), &4.into()));
+    assert_eq!(mesh["attributes"][0]["name"], "uv");
+    assert_eq!(mesh["repairs"][0]["what"], "polygons, cut into triangles");
+
+    // A face twice, one collapsed, a vertex that no face uses.
+    let odd = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nf 3 1 2\nf 1 1 2\n";
+    let odd = report(&folder.file("odd.obj", odd));
+    assert_eq!(odd["duplicate_faces"], 1);
+    let warnings = odd["warnings"].to_string();
+    assert!(warnings.contains("1 faces repeat") && warnings.contains("1 vertices belong"), "{warnings}");
+    assert!(odd["spacing"].is_null() && warnings.contains("only 4 distinct points"), "{warnings}");
+
+    // Two flat grids far apart, one point at a place twice, one not finite, far from the origin.
+    let grid: String = (0..800)
+        .map(|i| format!("{} {} {}\n", 1e7 + f64::from(i % 20), i / 20 % 20, i / 400 * 1000))
+        .collect();
+    let cloud = report(&folder.file("grids.xyz", &format!("{grid}10000000 0 0\nnan 0 0\n")));
+    assert_eq!((&cloud["not_finite"], &cloud["duplicates"]), (&1.into(), &1.into()));
+    assert_eq!((&cloud["parts"], &cloud["stray"]), (&2.into(), &0.into()));
+    assert!((cloud["spacing"].as_f64().unwrap() - 1.0).abs() < 0.3, "{}", cloud["spacing"]);
+    assert!(cloud["noise"].as_f64().unwrap() < 1e-3, "{}", cloud["noise"]);
+    assert!(cloud["warnings"].to_string().contains("32-bit"), "{}", cloud["warnings"]);
+
+    let text = out(&run(&[&"info", &folder.0.join("box.obj")]));
+    assert!(text.contains("8 points, 10 faces") && text.contains("genus 0"), "{text}");
+    // The limit holds for reading and for what comes after.
+    for limit in ["100", "100000"] {
+        let output = run(&[&"info", &folder.0.join("grids.xyz"), &"--max-memory", &limit]);
+        assert_eq!(output.status.code(), Some(1), "{limit}");
+        assert!(err(&output).contains("memory"), "{}", err(&output));
+    }
+}
+
+#[test]
+fn convert_keeps_the_data_and_says_what_it_cannot_keep() {
+    let folder = Folder::new("convert");
+    let mesh = folder.file("box.obj", BOX);
+    let load =
+        |path: &Path| atlasfit_io::load(path, &atlasfit_io::LoadOptions::default()).unwrap().into_mesh();
+    let there = folder.0.join("box.ply");
+    assert!(run(&[&"convert", &mesh, &there]).status.success());
+    assert_eq!(load(&mesh), load(&there));
+
+    let output = run(&[&"convert", &there, &folder.0.join("box.stl"), &"--json"]);
+    assert!(err(&output).contains("not kept: texture coordinates"), "{}", err(&output));
+    let report: Value = serde_json::from_str(&out(&output)).unwrap();
+    assert_eq!(
+        (&report["format"], &report["written"], &report["faces"]),
+        (&"PLY".into(), &"STL".into(), &10.into())
+    );
+    assert!(report["lost"].to_string().contains("texture coordinates"));
+
+    let cloud = folder.file("cloud.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+    for (from, to) in [(&cloud, "cloud.stl"), (&mesh, "box.las"), (&mesh, "box.unknown")] {
+        let output = run(&[&"convert", from, &folder.0.join(to)]);
+        assert_eq!(output.status.code(), Some(2), "{to}");
+        assert!(!folder.0.join(to).exists());
+    }
 }
 
 fn example() -> PathBuf {

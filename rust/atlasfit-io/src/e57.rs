@@ -22,11 +22,9 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 #[cfg(feature = "e57")]
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     use crate::error::Place;
-    use std::panic::{AssertUnwindSafe, catch_unwind};
-    // The crate is not hardened against every damaged file: a panic there is a damaged file.
-    match catch_unwind(AssertUnwindSafe(|| scans(input))) {
-        Ok(result) => result,
-        Err(_) => Err(input.malformed(
+    match crate::foreign::guarded(|| scans(input)) {
+        Some(result) => result,
+        None => Err(input.malformed(
             Place::Whole,
             "data that cannot be read",
             "the points that the file describes",

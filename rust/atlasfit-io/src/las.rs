@@ -350,7 +350,7 @@ fn unpack(input: &mut Input<'_>, _: &mut Points, _: usize) -> Result<()> {
 /// Unpacks LAZ.
 #[cfg(feature = "laz")]
 fn unpack(input: &mut Input<'_>, reader: &mut Points, per_point: usize) -> Result<()> {
-    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use crate::foreign::guarded;
     let damaged = |input: &Input<'_>, found: String| {
         input.malformed(
             Place::Byte(reader_start(input) as u64),
@@ -371,12 +371,11 @@ fn unpack(input: &mut Input<'_>, reader: &mut Points, per_point: usize) -> Resul
     let data = input.data;
     let mut source = std::io::Cursor::new(data);
     source.set_position(start as u64);
-    // The crate indexes its tables with numbers from the file: a panic there is a damaged file.
-    let opened = catch_unwind(AssertUnwindSafe(|| laz::LasZipDecompressor::new(source, vlr)));
-    let mut unpacker = match opened {
-        Ok(Ok(u)) => u,
-        Ok(Err(e)) => return Err(damaged(input, format!("data that do not unpack ({e})"))),
-        Err(_) => return Err(damaged(input, "data that do not unpack".into())),
+    // The crate indexes its tables with numbers from the file.
+    let mut unpacker = match guarded(|| laz::LasZipDecompressor::new(source, vlr)) {
+        Some(Ok(u)) => u,
+        Some(Err(e)) => return Err(damaged(input, format!("data that do not unpack ({e})"))),
+        None => return Err(damaged(input, "data that do not unpack".into())),
     };
     let record = reader.header.record;
     let mut block = vec![0u8; BLOCK * record];
@@ -386,14 +385,14 @@ fn unpack(input: &mut Input<'_>, reader: &mut Points, per_point: usize) -> Resul
         input.reserve(n, per_point)?;
         let bytes = &mut block[..n * record];
         let mut whole = 0;
-        let result = catch_unwind(AssertUnwindSafe(|| {
+        let result = guarded(|| {
             for point in bytes.chunks_exact_mut(record) {
                 unpacker.decompress_one(point)?;
                 whole += 1;
             }
             Ok::<(), std::io::Error>(())
-        }));
-        let broken = !matches!(result, Ok(Ok(())));
+        });
+        let broken = !matches!(result, Some(Ok(())));
         if broken {
             n = whole;
         }

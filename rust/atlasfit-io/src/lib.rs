@@ -27,6 +27,7 @@ mod bytes;
 mod e57;
 mod error;
 mod faces;
+mod foreign;
 mod format;
 mod gltf;
 mod las;
@@ -42,6 +43,7 @@ mod weld;
 mod xyz;
 
 pub use error::{Error, Place, Result};
+pub use foreign::panics_become_errors;
 pub use format::Format;
 pub use load::{LoadOptions, LoadReport, Loaded, Note, load, load_bytes, load_reader};
 pub use save::{SaveCloud, SaveMesh, Saved, Texture, save_cloud, save_mesh};

@@ -1,12 +1,12 @@
 //! `atlasfit denoise`: points in; clean points, a stitched surface and chart UVs out.
 
-use crate::console::{Console, RunArgs, Usage};
+use crate::console::{Console, RunArgs};
 use crate::files;
 use crate::number::{count, json as number, short};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::denoise::{self, Report};
-use atlasfit_io::{Format, SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};
+use atlasfit_io::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -102,13 +102,7 @@ fn not_negative(s: &str) -> Result<f64, String> {
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     // A wrong extension must not cost a fit.
     for path in [&args.output, &args.points].into_iter().flatten() {
-        if Format::from_path(path).is_none() {
-            return Err(Usage(format!(
-                "{}: no known format has this extension. Use .ply, .obj, .glb or .xyz",
-                path.display()
-            ))
-            .into());
-        }
+        files::output_format(path)?;
     }
     let started = Instant::now();
     let loaded = files::load(&args.scan, &args.run, console)?;

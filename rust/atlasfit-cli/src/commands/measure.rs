@@ -36,6 +36,11 @@ pub struct Args {
     run: RunArgs,
 }
 
+/// Memory for one face of a mesh while its topology or its UVs are measured: edges, fans, patches (measured, rounded up).
+const BYTES_PER_FACE: usize = 150;
+/// Memory for one face of either mesh while distances are measured: the tree over them too (measured, rounded up).
+const BYTES_PER_SEARCHED_FACE: usize = 220;
+
 /// Measures.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let loaded = files::load(&args.result, &args.run, console)?;
@@ -57,11 +62,19 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         json["against"] = json!(path);
         if as_points {
             let cloud = mesh.to_cloud();
-            let d = run.execute(|ctx| points(&cloud, &truth, &options, ctx))?;
+            let bytes = BYTES_PER_SEARCHED_FACE * truth.triangles.len();
+            let d = run.execute(|ctx| {
+                ctx.reserve(bytes as u64)?;
+                points(&cloud, &truth, &options, ctx)
+            })?;
             text += &point_text(&d);
             json["points"] = point_json(&d);
         } else {
-            let d = run.execute(|ctx| surface(&mesh, &truth, &options, ctx))?;
+            let bytes = BYTES_PER_SEARCHED_FACE * (mesh.triangles.len() + truth.triangles.len());
+            let d = run.execute(|ctx| {
+                ctx.reserve(bytes as u64)?;
+                surface(&mesh, &truth, &options, ctx)
+            })?;
             text += &surface_text(&d);
             json["surface"] = surface_json(&d);
             known = Some(d.topology);
@@ -76,7 +89,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     if !as_points {
         let t = match known {
             Some(t) => t,
-            None => run.execute(|ctx| topology(&mesh, ctx))?,
+            None => run.execute(|ctx| {
+                ctx.reserve((BYTES_PER_FACE * mesh.triangles.len()) as u64)?;
+                topology(&mesh, ctx)
+            })?,
         };
         text += &topology_text(&t);
         json["topology"] = topology_json(&t);
@@ -148,7 +164,8 @@ fn point_json(d: &PointDistance) -> Value {
     })
 }
 
-fn topology_text(t: &Topology) -> String {
+/// A topology for people.
+pub fn topology_text(t: &Topology) -> String {
     let mut s = format!(
         "mesh           {} vertices, {} edges, {} faces, {} part{}\n",
         count(t.vertices),

@@ -1,6 +1,8 @@
 //! The subcommands, one file each.
 
 pub mod bench;
+pub mod convert;
 pub mod denoise;
+pub mod info;
 pub mod measure;
 pub mod render;

@@ -62,6 +62,10 @@ fn diameter(s: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number of pixels from 0.1 to 200".into())
 }
 
+/// Memory for one face while it is drawn, and for one pixel of the picture (measured, rounded up).
+const BYTES_PER_FACE: usize = 200;
+const BYTES_PER_PIXEL: usize = 40;
+
 /// Draws.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let loaded = files::load(&args.file, &args.run, console)?;
@@ -77,7 +81,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         colors: !args.plain,
         point_size: args.point_size,
     };
-    let picture = console.start(&args.run).execute(|ctx| render(&mesh, &style, ctx))?;
+    let bytes = BYTES_PER_FACE * mesh.triangles.len() + BYTES_PER_PIXEL * args.size[0] * args.size[1];
+    let picture = console.start(&args.run).execute(|ctx| {
+        ctx.reserve(bytes as u64)?;
+        render(&mesh, &style, ctx)
+    })?;
     if picture.not_shown > 0 {
         console.note(format_args!(
             "{} faces or points are not finite and are not shown",

@@ -148,7 +148,8 @@ fn las_record(i: i32) -> Vec<u8> {
     r
 }
 
-fn las_header(points: u32, format: u8, vlr: &[u8], record: u16) -> Vec<u8> {
+/// A LAS 1.2 header: numbers are thousandths, (1e6, 2e6, 3e6) is added.
+pub fn las_header(points: u32, format: u8, vlr: &[u8], record: u16) -> Vec<u8> {
     let mut h = vec![0u8; 227];
     h[..4].copy_from_slice(b"LASF");
     h[24] = 1;
@@ -192,11 +193,15 @@ fn las14_record(i: i32) -> Vec<u8> {
 
 /// LAZ of point format 3 or 7.
 pub fn laz(points: u32, format: u8) -> Vec<u8> {
+    laz_of(points, format, if format == 3 { las_record } else { las14_record })
+}
+
+/// LAZ of these records.
+pub fn laz_of(points: u32, format: u8, record: impl Fn(i32) -> Vec<u8>) -> Vec<u8> {
     let items = laz::LazItemRecordBuilder::default_for_point_format_id(format, 0).unwrap();
     let vlr = laz::LazVlr::from_laz_items(items);
     let mut bytes = Vec::new();
     vlr.write_to(&mut bytes).unwrap();
-    let record: fn(i32) -> Vec<u8> = if format == 3 { las_record } else { las14_record };
     let header = las_header(points, format | 0x80, &bytes, record(0).len() as u16);
     let mut out = std::io::Cursor::new(header);
     out.set_position(out.get_ref().len() as u64);

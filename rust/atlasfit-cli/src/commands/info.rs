@@ -1,0 +1,313 @@
+//! `atlasfit info`: what a file holds, and what is odd about it.
+//!
+//! Spacing and noise are those that `denoise` would start from: of the distinct finite points, estimated by the core.
+
+use crate::commands::measure::topology_json;
+use crate::console::{Console, RunArgs};
+use crate::files;
+use crate::number::{count, json as number, short};
+use anyhow::Result;
+use atlasfit::geometry::neighbours::Neighbours;
+use atlasfit::geometry::{ScalarKind, TriMesh};
+use atlasfit::measure::{Topology, topology};
+use atlasfit::{Context, Stage, analyse, partition};
+use atlasfit_io::Format;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Options of `info`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Points or a mesh, in any format
+    file: PathBuf,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// What was found out about the points and faces.
+#[derive(Default)]
+struct Facts {
+    not_finite: usize,
+    /// Points at the place of an earlier one.
+    duplicates: usize,
+    /// Faces that name the same places as an earlier one, in any order.
+    duplicate_faces: usize,
+    extent: Option<[[f64; 3]; 2]>,
+    spacing: Option<f64>,
+    noise: Option<f64>,
+    /// Groups of a cloud's points, and the points that belong to none.
+    groups: Option<(usize, usize)>,
+    topology: Option<Topology>,
+}
+
+/// Fewer distinct points show neither spacing nor noise.
+const FEW: usize = 12;
+/// Points of a cloud hang together when they are nearer than this many spacings.
+const LINK: f64 = 5.0;
+/// Neighbours that a point may hang together with.
+const LINKS: usize = 8;
+/// Fewer points that hang together are no part of a scan but stray.
+const GROUP: usize = 10;
+/// Memory for one point: copies, tree, neighbours (measured, rounded up).
+const BYTES_PER_POINT: u64 = 250;
+/// Memory for one face: edges and their order.
+const BYTES_PER_FACE: u64 = 150;
+
+/// Tells.
+pub fn run(args: &Args, console: &Console) -> Result<()> {
+    let bytes = std::fs::metadata(&args.file).map(|m| m.len()).unwrap_or_default();
+    let loaded = files::load(&args.file, &args.run, console)?;
+    let (format, repairs) = (loaded.format, files::repairs(&loaded));
+    let mesh = loaded.into_mesh();
+    let facts = console.start(&args.run).execute(|ctx| facts(&mesh, ctx))?;
+    let warnings = warnings(&mesh, &facts);
+    let json = json!({
+        "file": args.file, "format": format.name(), "bytes": bytes, "points": mesh.positions.len(),
+        "faces": mesh.triangles.len(), "attributes": attributes(&mesh),
+        "extent": facts.extent.map(|[min, max]| json!({ "min": min.map(number), "max": max.map(number) })),
+        "not_finite": facts.not_finite, "duplicates": facts.duplicates, "duplicate_faces": facts.duplicate_faces,
+        "spacing": facts.spacing.map(number), "noise": facts.noise.map(number),
+        "parts": facts.topology.as_ref().map(|t| t.parts).or(facts.groups.map(|g| g.0)),
+        "stray": facts.groups.map(|g| g.1), "topology": facts.topology.as_ref().map(topology_json),
+        "repairs": repairs, "warnings": warnings,
+    });
+    console.report(&text(args, format, bytes, &mesh, &facts, &warnings), &json);
+    Ok(())
+}
+
+fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
+    let n = mesh.positions.len();
+    ctx.reserve(BYTES_PER_POINT * n as u64 + BYTES_PER_FACE * mesh.triangles.len() as u64)?;
+    let mut out = Facts::default();
+    // The first point at each place.
+    let bits = |i: u32| mesh.positions[i as usize].map(|x| (x + 0.0).to_bits());
+    let finite = |p: &[f64; 3]| p.iter().all(|x| x.is_finite());
+    let mut order: Vec<u32> = (0..n as u32).filter(|&i| finite(&mesh.positions[i as usize])).collect();
+    order.sort_unstable_by_key(|&i| (bits(i), i));
+    ctx.check()?;
+    out.not_finite = n - order.len();
+    let mut place: Vec<u32> = (0..n as u32).collect();
+    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
+        group.iter().for_each(|&i| place[i as usize] = group[0]);
+    }
+    let mut points: Vec<[f64; 3]> =
+        order.iter().filter(|&&i| place[i as usize] == i).map(|&i| mesh.positions[i as usize]).collect();
+    out.duplicates = order.len() - points.len();
+    drop(order);
+
+    if !mesh.triangles.is_empty() {
+        let mut faces: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
+        faces.iter_mut().for_each(|f| f.sort_unstable());
+        faces.retain(|[a, b, c]| a != b && b != c);
+        faces.sort_unstable();
+        out.duplicate_faces = faces.chunk_by(|a, b| a == b).map(|g| g.len() - 1).sum();
+        ctx.check()?;
+        out.topology = Some(topology(mesh, ctx)?);
+    }
+    let Some(&first) = points.first() else { return Ok(out) };
+    let [min, max] = points.iter().fold([first; 2], |[lo, hi], p| {
+        [[0, 1, 2].map(|k| lo[k].min(p[k])), [0, 1, 2].map(|k| hi[k].max(p[k]))]
+    });
+    out.extent = Some([min, max]);
+    let side = [0, 1, 2].map(|k| max[k] - min[k]).into_iter().fold(0.0, f64::max);
+    if points.len() < FEW || !(side > 0.0 && side.is_finite()) {
+        return Ok(out);
+    }
+    points.iter_mut().for_each(|p| *p = [0, 1, 2].map(|k| (p[k] - min[k]) / side - 0.5));
+    ctx.stage(Stage::Analyse, points.len());
+    let tree = Neighbours::build(&points)?;
+    let spacing = analyse::spacing(&points, &tree, ctx)?;
+    let median = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+    let noise = analyse::noise(&points, &tree, ctx)?;
+    let noise = partition::check_noise(&points, &tree, &spacing, median, noise, ctx)?;
+    out.spacing = Some(median * side);
+    out.noise = Some(noise * side);
+    if mesh.triangles.is_empty() {
+        out.groups = Some(groups(&points, &tree, LINK * median, ctx)?);
+    }
+    Ok(out)
+}
+
+/// How many groups of points hang together by links no longer than `link`, and how many points are in none.
+fn groups(
+    points: &[[f64; 3]],
+    tree: &Neighbours,
+    link: f64,
+    ctx: &Context<'_>,
+) -> atlasfit::Result<(usize, usize)> {
+    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    let mut found = Vec::new();
+    for (i, p) in points.iter().enumerate() {
+        if i % 256 == 0 {
+            ctx.check()?;
+        }
+        tree.nearest(*p, LINKS + 1, &mut found);
+        for f in found.iter().take_while(|f| f.dist2 <= link * link) {
+            let (a, b) = (root(&mut parent, i as u32), root(&mut parent, f.index));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut size = vec![0usize; points.len()];
+    (0..points.len() as u32).for_each(|i| size[root(&mut parent, i) as usize] += 1);
+    let stray = size.iter().filter(|&&s| s < GROUP).sum();
+    Ok((size.iter().filter(|&&s| s >= GROUP).count(), stray))
+}
+
+/// Name, kind and width of each column.
+fn attributes(mesh: &TriMesh) -> Value {
+    let mut out = Vec::new();
+    let mut add = |name: &str, kind: &str, width: usize, of: &str| {
+        out.push(json!({ "name": name, "kind": kind, "width": width, "of": of }));
+    };
+    if mesh.normals.is_some() {
+        add("normal", "f32", 3, "point");
+    }
+    if mesh.colors.is_some() {
+        add("colour", "f32", 4, "point");
+    }
+    for a in &mesh.attributes {
+        add(&a.name, kind(a.kind), a.width, "point");
+    }
+    if mesh.corner_uv.is_some() {
+        add("uv", "f32", 2, "corner");
+    }
+    if mesh.face_chart.is_some() {
+        add("chart", "u32", 1, "face");
+    }
+    out.into()
+}
+
+fn kind(kind: ScalarKind) -> &'static str {
+    match kind {
+        ScalarKind::U8 => "u8",
+        ScalarKind::I8 => "i8",
+        ScalarKind::U16 => "u16",
+        ScalarKind::I16 => "i16",
+        ScalarKind::U32 => "u32",
+        ScalarKind::I32 => "i32",
+        ScalarKind::F32 => "f32",
+        ScalarKind::F64 => "f64",
+    }
+}
+
+/// What may surprise, in words.
+fn warnings(mesh: &TriMesh, facts: &Facts) -> Vec<String> {
+    let mut out = Vec::new();
+    let n = mesh.positions.len();
+    let mut add = |some: usize, what: &str| {
+        if some > 0 {
+            out.push(format!("{} {what}", count(some)));
+        }
+    };
+    add(facts.not_finite, "points have a coordinate that is not finite");
+    if mesh.triangles.is_empty() {
+        add(facts.duplicates, "points repeat the position of an earlier one");
+    }
+    if let Some(t) = &facts.topology {
+        add(t.degenerate_faces, "faces name the same place twice");
+        add(facts.duplicate_faces, "faces repeat an earlier one");
+        add(t.non_manifold_edges, "edges have more than two faces");
+        add(t.non_manifold_vertices, "vertices join faces that share no edge there");
+        add(t.inconsistent_edges, "edges have faces that are turned against each other");
+        add(t.unused_vertices, "vertices belong to no face");
+    }
+    if n == 0 {
+        out.push("there are no points".into());
+    } else if let Some([min, max]) = facts.extent {
+        let distinct = n - facts.not_finite - facts.duplicates;
+        if distinct < FEW {
+            out.push(format!("only {distinct} distinct points: too few to fit a surface"));
+        } else if facts.spacing.is_none() {
+            out.push("the extent is too large for numbers: scale the points down".into());
+        }
+        let far = min.iter().chain(&max).fold(0.0f64, |a, &b| a.max(b.abs()));
+        if facts.spacing.is_some_and(|s| far * f64::from(f32::EPSILON) > 0.1 * s) {
+            out.push("so far from the origin that programs with 32-bit floats lose the detail".into());
+        }
+    }
+    out
+}
+
+fn text(
+    args: &Args,
+    format: Format,
+    bytes: u64,
+    mesh: &TriMesh,
+    facts: &Facts,
+    warnings: &[String],
+) -> String {
+    let mut s = String::new();
+    let _ = writeln!(
+        s,
+        "file           {}, {}, {} bytes",
+        args.file.display(),
+        format.name(),
+        count(bytes as usize)
+    );
+    let _ = writeln!(
+        s,
+        "content        {} points, {} faces",
+        count(mesh.positions.len()),
+        count(mesh.triangles.len())
+    );
+    let names: Vec<String> = attributes(mesh)
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|a| {
+            let width = a["width"].as_u64().filter(|&w| w > 1).map(|w| format!(" x {w}")).unwrap_or_default();
+            format!(
+                "{} ({}{width})",
+                a["name"].as_str().unwrap_or_default(),
+                a["kind"].as_str().unwrap_or_default()
+            )
+        })
+        .collect();
+    if !names.is_empty() {
+        let _ = writeln!(s, "attributes     {}", names.join(", "));
+    }
+    if let Some([min, max]) = facts.extent {
+        let size = [0, 1, 2].map(|k| short(max[k] - min[k]));
+        let _ = writeln!(
+            s,
+            "extent         {} from ({}) to ({})",
+            size.join(" x "),
+            min.map(|x| x.to_string()).join(", "),
+            max.map(|x| x.to_string()).join(", ")
+        );
+    }
+    if let (Some(spacing), Some(noise)) = (facts.spacing, facts.noise) {
+        let _ = writeln!(s, "spacing        {}", short(spacing));
+        let _ = writeln!(s, "noise          {}", short(noise));
+    }
+    if let Some((groups, stray)) = facts.groups {
+        let _ = writeln!(
+            s,
+            "parts          {}, {} stray points, {} duplicates",
+            count(groups),
+            count(stray),
+            count(facts.duplicates)
+        );
+    }
+    if let Some(t) = &facts.topology {
+        s += &super::measure::topology_text(t);
+        let _ = writeln!(
+            s,
+            "duplicates     {} points, {} faces",
+            count(facts.duplicates),
+            count(facts.duplicate_faces)
+        );
+    }
+    for w in warnings {
+        let _ = writeln!(s, "warning        {w}");
+    }
+    s
+}
