@@ -138,9 +138,7 @@ fn grow_from(
     loop {
         let reach = radius * RIM * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
-        let Some(mut next) =
-            step(points, &found[..take.max(near)], &state, radius, p.sigma, local)
-        else {
+        let Some(mut next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, local) else {
             break;
         };
         let first = best.is_none();
