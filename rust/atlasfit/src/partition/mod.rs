@@ -91,7 +91,7 @@ pub fn check_noise(
     };
     // Patches follow a tenth of the spacing whatever the noise: below that the test says nothing.
     let floor = 0.12 * median_spacing;
-    if estimate < floor {
+    if !(floor > 0.0 && estimate >= floor) {
         return Ok(estimate);
     }
     let half = |below: (f64, f64), above: (f64, f64)| {
