@@ -49,6 +49,10 @@ const LINK: f64 = 5.0;
 const LINKS: usize = 8;
 /// Fewer points that hang together are no part of a scan but stray.
 const GROUP: usize = 10;
+/// Points farther from the bulk than this many of its sides take no part in spacing and noise.
+const FAR: f64 = 10.0;
+/// Spacing, as a share of the bulk's side, that rounding alone could make.
+const LEAST_SPACING: f64 = 1e-12;
 /// Memory for one point: copies, tree, neighbours (measured, rounded up).
 const BYTES_PER_POINT: u64 = 250;
 /// Memory for one face: edges and their order.
@@ -110,23 +114,46 @@ fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
         [[0, 1, 2].map(|k| lo[k].min(p[k])), [0, 1, 2].map(|k| hi[k].max(p[k]))]
     });
     out.extent = Some([min, max]);
-    let side = [0, 1, 2].map(|k| max[k] - min[k]).into_iter().fold(0.0, f64::max);
+    // The frame is that of the bulk: one point far away must not squeeze the rest into rounding noise.
+    let [low, high] = bulk(&points);
+    let side = [0, 1, 2].map(|k| high[k] - low[k]).into_iter().fold(0.0, f64::max);
     if points.len() < FEW || !(side > 0.0 && side.is_finite()) {
         return Ok(out);
     }
-    points.iter_mut().for_each(|p| *p = [0, 1, 2].map(|k| (p[k] - min[k]) / side - 0.5));
+    points.iter_mut().for_each(|p| *p = [0, 1, 2].map(|k| (p[k] - low[k]) / side - 0.5));
+    let all = points.len();
+    points.retain(|p| p.iter().all(|x| x.abs() < FAR));
+    let far = all - points.len();
+    if points.len() < FEW {
+        return Ok(out);
+    }
     ctx.stage(Stage::Analyse, points.len());
     let tree = Neighbours::build(&points)?;
     let spacing = analyse::spacing(&points, &tree, ctx)?;
     let median = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+    // Where most points all but coincide, nothing can be said.
+    if median < LEAST_SPACING {
+        return Ok(out);
+    }
     let noise = analyse::noise(&points, &tree, ctx)?;
     let noise = partition::check_noise(&points, &tree, &spacing, median, noise, ctx)?;
     out.spacing = Some(median * side);
     out.noise = Some(noise * side);
     if mesh.triangles.is_empty() {
-        out.groups = Some(groups(&points, &tree, LINK * median, ctx)?);
+        let (groups, stray) = groups(&points, &tree, LINK * median, ctx)?;
+        out.groups = Some((groups, stray + far));
     }
     Ok(out)
+}
+
+/// The box of all but a twentieth of the points at each end of each axis.
+fn bulk(points: &[[f64; 3]]) -> [[f64; 3]; 2] {
+    let (n, cut) = (points.len(), points.len() / 20);
+    let end = |axis: usize, at: usize| {
+        let mut v: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        *v.select_nth_unstable_by(at, f64::total_cmp).1
+    };
+    [[0, 1, 2].map(|k| end(k, cut)), [0, 1, 2].map(|k| end(k, n - 1 - cut))]
 }
 
 /// How many groups of points hang together by links no longer than `link`, and how many points are in none.
@@ -226,7 +253,10 @@ fn warnings(mesh: &TriMesh, facts: &Facts) -> Vec<String> {
         if distinct < FEW {
             out.push(format!("only {distinct} distinct points: too few to fit a surface"));
         } else if facts.spacing.is_none() {
-            out.push("the extent is too large for numbers: scale the points down".into());
+            out.push(
+                "neither spacing nor noise can be told: most points all but coincide beside the extent"
+                    .into(),
+            );
         }
         let far = min.iter().chain(&max).fold(0.0f64, |a, &b| a.max(b.abs()));
         if facts.spacing.is_some_and(|s| far * f64::from(f32::EPSILON) > 0.1 * s) {
