@@ -1,0 +1,307 @@
+//! Claims about one chart: its spline, its prior, the fit to a patch, foot points and curvature.
+
+#[path = "denoise_shapes/mod.rs"]
+mod shapes;
+
+use atlasfit::Run;
+use atlasfit::atlas::mask::Mask;
+use atlasfit::atlas::{Chart, Local};
+use atlasfit::partition::grow::Patch;
+use atlasfit::prior::gp::{self, BASIS, COEFFS, INTERVALS, MODES, Normal, SIDE};
+use atlasfit::rng::Rng;
+use proptest::prelude::*;
+use shapes::{Vec3, norm, rms, sub};
+
+fn random_coeffs(seed: u64) -> [f32; COEFFS] {
+    let mut rng = Rng::new(seed);
+    std::array::from_fn(|_| rng.normal() as f32)
+}
+
+/// Spline coefficients of c + a u + b v: splines reproduce affine functions when each coefficient is the function at its node.
+fn affine(c: f64, a: f64, b: f64) -> [f32; COEFFS] {
+    let node = |k: usize| (k as f64 - 1.0) * 2.0 / INTERVALS as f64 - 1.0;
+    std::array::from_fn(|i| (c + a * node(i / SIDE) + b * node(i % SIDE)) as f32)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn gradient_and_hessian_are_the_derivatives(seed in any::<u64>(), u in -0.99..0.99f64, v in -0.99..0.99f64) {
+        let c = random_coeffs(seed);
+        let e = 1e-5;
+        let (h, hu, hv) = gp::value_gradient(&c, u, v);
+        prop_assert!((h - gp::value(&c, u, v)).abs() < 1e-12);
+        let d = |f: &dyn Fn(f64) -> f64| (f(e) - f(-e)) / (2.0 * e);
+        let tolerance = 2e-4; // Of values of size 10 to 100: third derivatives jump from one interval to the next.
+        prop_assert!((hu - d(&|t| gp::value(&c, u + t, v))).abs() < tolerance);
+        prop_assert!((hv - d(&|t| gp::value(&c, u, v + t))).abs() < tolerance);
+        let (uu, uv, vv) = gp::hessian(&c, u, v);
+        let tolerance = 2e-2;
+        prop_assert!((uu - d(&|t| gp::value_gradient(&c, u + t, v).1)).abs() < tolerance);
+        prop_assert!((uv - d(&|t| gp::value_gradient(&c, u + t, v).2)).abs() < tolerance);
+        prop_assert!((uv - d(&|t| gp::value_gradient(&c, u, v + t).1)).abs() < tolerance);
+        prop_assert!((vv - d(&|t| gp::value_gradient(&c, u, v + t).2)).abs() < tolerance);
+    }
+
+    #[test]
+    fn eigenfunctions_and_their_spline_agree(seed in any::<u64>(), u in -1.0..1.0f64, v in -1.0..1.0f64) {
+        let mut rng = Rng::new(seed);
+        let modes: Vec<f64> = (0..MODES).map(|_| rng.normal()).collect();
+        let mut row = [0.0; MODES];
+        gp::mode_row(&BASIS, u, v, &mut row);
+        let direct: f64 = row.iter().zip(&modes).map(|(a, b)| a * b).sum();
+        let spline = gp::value(&gp::spline_coefficients(&BASIS, &modes), u, v);
+        prop_assert!((direct - spline).abs() < 1e-4 * (1.0 + direct.abs()), "{} {}", direct, spline);
+    }
+}
+
+#[test]
+fn only_the_affine_functions_are_free() {
+    assert!(BASIS.precision[..3].iter().all(|p| *p == 0.0));
+    assert!(BASIS.precision[3] > 0.0);
+    assert!(BASIS.precision[3..].windows(2).all(|w| w[0] <= w[1]), "smooth functions come first");
+    // The three free functions have no bending anywhere on the disk, and none is made of the others.
+    for m in 0..3 {
+        let mut one = [0.0; MODES];
+        one[m] = 1.0;
+        let c = gp::spline_coefficients(&BASIS, &one);
+        for (u, v) in [(0.0, 0.0), (0.6, 0.3), (-0.5, 0.7), (0.1, -0.9)] {
+            let (uu, uv, vv) = gp::hessian(&c, u, v);
+            let (h, hu, hv) = gp::value_gradient(&c, u, v);
+            assert!(
+                uu.abs().max(uv.abs()).max(vv.abs()) < 1e-3 * (h.abs() + hu.abs() + hv.abs()),
+                "{m}: {uu} {uv} {vv}"
+            );
+        }
+    }
+}
+
+/// Fits heights over the disk; `noise` is told to the fit as what to expect.
+fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (gp::Fit, [f32; COEFFS]) {
+    let mut data = Normal::new();
+    let mut row = [0.0; MODES];
+    for (p, z) in at.iter().zip(heights) {
+        gp::mode_row(&BASIS, p[0], p[1], &mut row);
+        data.add(&row, *z, 1.0, 1.0);
+    }
+    let fit = gp::fit(&BASIS, &data, noise, strength, None, &mut gp::Work::default()).unwrap();
+    let coeffs = gp::spline_coefficients(&BASIS, &fit.modes);
+    (fit, coeffs)
+}
+
+fn disk(n: usize, seed: u64) -> Vec<[f64; 2]> {
+    let mut rng = Rng::new(seed);
+    let mut out = Vec::new();
+    while out.len() < n {
+        let p = [2.0 * rng.uniform() - 1.0, 2.0 * rng.uniform() - 1.0];
+        if p[0].hypot(p[1]) < 1.0 {
+            out.push(p);
+        }
+    }
+    out
+}
+
+#[test]
+fn a_plane_is_reproduced_however_tilted() {
+    let at = disk(100, 1);
+    for (c, a, b) in [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.1, 0.5, -0.7), (-2.0, 1.0, 2.0)] {
+        let z: Vec<f64> = at.iter().map(|p| c + a * p[0] + b * p[1]).collect();
+        let (_, coeffs) = fit_heights(&at, &z, 0.01, 40.0);
+        let size = c.abs() + a.abs() + b.abs();
+        for p in &at {
+            let e = gp::value(&coeffs, p[0], p[1]) - (c + a * p[0] + b * p[1]);
+            assert!(e.abs() <= 1e-6 * size, "{e} at {p:?}");
+        }
+    }
+}
+
+#[test]
+fn the_noise_of_a_smooth_patch_is_recovered() {
+    let height = |p: &[f64; 2]| 0.3 * p[0] * p[0] - 0.2 * p[0] * p[1] + 0.1 * (2.0 * p[1]).sin();
+    for noise in [0.003, 0.01, 0.03] {
+        let mut ratios = 0.0;
+        for seed in 0..8 {
+            let at = disk(150, seed);
+            let mut rng = Rng::new(seed + 100);
+            let z: Vec<f64> = at.iter().map(|p| height(p) + noise * rng.normal()).collect();
+            // A wrong expectation worth a few points only.
+            let (fit, coeffs) = fit_heights(&at, &z, 2.0 * noise, 2.0);
+            let ratio = fit.sigma / noise;
+            assert!((0.75..1.25).contains(&ratio), "noise {noise}, seed {seed}: {ratio}");
+            ratios += ratio / 8.0;
+            let error = rms(at.iter().map(|p| gp::value(&coeffs, p[0], p[1]) - height(p)));
+            assert!(error < 0.8 * noise, "noise {noise}, seed {seed}: error {error}");
+        }
+        assert!((0.88..1.12).contains(&ratios), "noise {noise}: {ratios} on average");
+    }
+}
+
+#[test]
+fn the_weights_of_a_fit_count() {
+    // Half of the points are nonsense of no weight.
+    let at = disk(200, 3);
+    let mut data = Normal::new();
+    let mut row = [0.0; MODES];
+    for (i, p) in at.iter().enumerate() {
+        gp::mode_row(&BASIS, p[0], p[1], &mut row);
+        let good = i % 2 == 0;
+        data.add(
+            &row,
+            if good { 0.2 * p[0] } else { 9.0 },
+            if good { 1.0 } else { 0.0 },
+            if good { 1.0 } else { 0.0 },
+        );
+    }
+    assert_eq!(data.count, 100.0);
+    let fit = gp::fit(&BASIS, &data, 0.01, 40.0, None, &mut gp::Work::default()).unwrap();
+    let c = gp::spline_coefficients(&BASIS, &fit.modes);
+    assert!((gp::value(&c, 0.5, 0.5) - 0.1).abs() < 1e-6);
+    data.clear();
+    assert!(data.count == 0.0 && data.matrix.iter().all(|x| *x == 0.0));
+}
+
+/// A patch of points over a tilted frame, heights `z(x, y)`, domain half axes `radii`.
+fn patch(
+    n: usize,
+    radii: [f64; 2],
+    noise: f64,
+    seed: u64,
+    z: impl Fn(f64, f64) -> f64,
+) -> (Vec<Vec3>, Patch) {
+    let normal = [0.36, 0.48, 0.8];
+    let axes = Chart::frame(normal, [1.0, 0.0, 0.0]);
+    let center = [5.0, -3.0, 2.0];
+    let mut rng = Rng::stream(seed, 1);
+    let points: Vec<Vec3> = disk(n, seed)
+        .iter()
+        .map(|p| {
+            let (x, y) = (p[0] * radii[0], p[1] * radii[1]);
+            let h = z(x, y) + noise * rng.normal();
+            [0, 1, 2].map(|k| center[k] + x * axes[0][k] + y * axes[1][k] + h * axes[2][k])
+        })
+        .collect();
+    let spacing = (std::f64::consts::PI * radii[0] * radii[1] / n as f64).sqrt();
+    let members = (0..n as u32).collect();
+    (points, Patch { center, axes, radii, quadric: [0.0; 6], members, residual: noise, spacing, sound: true })
+}
+
+fn fit_chart(points: &[Vec3], patch: &Patch, sigma: f64) -> Vec<Chart> {
+    let fitted = Run::default()
+        .execute(|ctx| atlasfit::fit::fit(points, std::slice::from_ref(patch), sigma, ctx))
+        .unwrap();
+    fitted.into_iter().map(|f| f.chart).collect()
+}
+
+#[test]
+fn a_chart_of_a_sphere_has_the_spheres_curvature_and_normals() {
+    let r = 2.0;
+    let cap = |x: f64, y: f64| (r * r - x * x - y * y).sqrt() - r;
+    // A loose noise figure, as the first weights are about the quadric, which is flat here.
+    let (points, mut p) = patch(300, [0.8, 0.6], 1e-5, 1, cap);
+    p.quadric = [0.0, 0.0, 0.0, -0.5 * 0.64 / r, 0.0, -0.5 * 0.36 / r];
+    let charts = fit_chart(&points, &p, 2e-3);
+    assert_eq!(charts.len(), 1);
+    let chart = &charts[0];
+    // Bends away from the third axis: negative, twice 1 / r. Fifty eigenfunctions ripple about it.
+    let k: Vec<f64> = disk(200, 9).iter().map(|p| chart.curvature_sum(0.8 * p[0], 0.8 * p[1])).collect();
+    let mean = k.iter().sum::<f64>() / 200.0;
+    assert!((mean + 2.0 / r).abs() < 0.08 * 2.0 / r, "curvature sum {mean} on average");
+    assert!(k.iter().all(|k| (k + 2.0 / r).abs() < 0.35 * 2.0 / r), "{k:?}");
+    let ball = [0, 1, 2].map(|k| p.center[k] - r * p.axes[2][k]);
+    for (u, v) in [(0.0, 0.0), (0.4, 0.0), (0.0, -0.5), (0.35, 0.35), (-0.3, 0.4)] {
+        let (h, cos, n) = chart.height_normal(u, v);
+        let radial = sub(chart.lift(u, v, h), ball);
+        assert!((norm(radial) - r).abs() < 1e-3, "{}", norm(radial));
+        assert!((0..3).map(|k| radial[k] / r * n[k]).sum::<f64>() > 0.999);
+        assert!((cos - (0..3).map(|k| n[k] * chart.axes[2][k]).sum::<f64>()).abs() < 1e-9);
+        assert!(norm(sub(chart.point(u, v), chart.lift(u, v, h))) < 1e-12);
+        let l = chart.local(chart.lift(u, v, h));
+        assert!((l.u - u).abs() < 1e-9 && (l.v - v).abs() < 1e-9 && (l.z - h).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn foot_points_are_the_nearest_points() {
+    let wave = |x: f64, y: f64| 0.15 * x * x - 0.1 * y * y + 0.05 * x * y + 0.1 * x;
+    let (points, p) = patch(300, [1.0, 0.7], 1e-6, 2, wave);
+    let mut rng = Rng::new(5);
+    // The first weights are about a zero quadric: all points must stand within four deviations of it.
+    let chart = &fit_chart(&points, &p, 0.2)[0];
+    for _ in 0..40 {
+        let (a, b) = (1.4 * (rng.uniform() - 0.5), 1.4 * (rng.uniform() - 0.5));
+        // Off the surface by up to a tenth of the domain.
+        let q = Local { u: a, v: b, z: gp::value(&chart.coeffs, a, b) + 0.2 * (rng.uniform() - 0.5) };
+        let at = chart.lift(q.u, q.v, q.z);
+        let (u, v) = chart.foot(q);
+        let found = norm(sub(chart.point(u, v), at));
+        // Brute force on a fine grid about the point.
+        let mut least = f64::MAX;
+        for i in -100..=100 {
+            for j in -100..=100 {
+                let (s, t) = (a + f64::from(i) * 0.002, b + f64::from(j) * 0.002);
+                least = least.min(norm(sub(chart.point(s, t), at)));
+            }
+        }
+        assert!(found < least * 1.002 + 1e-6, "{found} but {least} is possible");
+    }
+}
+
+#[test]
+fn foot_points_stay_about_the_domain_wherever_the_point_is() {
+    let (points, p) = patch(200, [1.0, 0.7], 1e-3, 3, |x, y| 0.1 * x * y);
+    let chart = &fit_chart(&points, &p, 0.05)[0];
+    for z in [0.0, 1e3, -1e12] {
+        for (u, v) in [(0.0, 0.0), (1e3, -1e3), (1e15, 0.0)] {
+            let (u, v) = chart.foot(Local { u, v, z });
+            assert!(u.hypot(v) <= 1.2 + 1e-9, "{u} {v}");
+        }
+    }
+}
+
+#[test]
+fn two_sheets_in_one_patch_give_two_charts_and_one_sheet_one() {
+    let noise = 0.01;
+    let mut rng = Rng::new(8);
+    let side: Vec<f64> = (0..240).map(|_| if rng.uniform() < 0.5 { 0.04 } else { -0.04 }).collect();
+    let (mut points, p) = patch(240, [0.5; 2], noise, 4, |x, _| 0.1 * x * x);
+    let single = fit_chart(&points, &p, 2.0 * noise);
+    assert_eq!(single.len(), 1);
+    for (q, s) in points.iter_mut().zip(&side) {
+        *q = [0, 1, 2].map(|k| q[k] + s * p.axes[2][k]);
+    }
+    let pair = fit_chart(&points, &p, 2.0 * noise);
+    assert_eq!(pair.len(), 2);
+    let mut heights = [0, 1].map(|k| gp::value(&pair[k].coeffs, 0.0, 0.0));
+    heights.sort_by(f64::total_cmp);
+    assert!((heights[0] + 0.04).abs() < 0.01 && (heights[1] - 0.04).abs() < 0.01, "{heights:?}");
+}
+
+#[test]
+fn a_mask_is_full_inside_and_empty_beyond_the_edge_of_the_data() {
+    let all = disk(400, 6);
+    let half: Vec<[f64; 2]> = all.iter().copied().filter(|p| p[0] < 0.0).collect();
+    let spacing = (std::f64::consts::PI / 400.0f64).sqrt();
+    let (full, cut) = (Mask::build(&all, [1.0; 2], spacing), Mask::build(&half, [1.0; 2], spacing));
+    for (u, v) in [(0.0, 0.0), (0.5, 0.2), (-0.4, -0.5)] {
+        assert!(full.value(u, v) > 0.9, "{}", full.value(u, v));
+    }
+    assert!(cut.value(-0.5, 0.0) > 0.9 && cut.value(0.5, 0.0) < 0.1);
+    let edge = (-6..=6).map(|i| cut.value(0.0, f64::from(i) * 0.1)).sum::<f64>() / 13.0;
+    assert!((0.2..0.8).contains(&edge), "{edge} along the edge");
+    assert!((0..=20).all(|i| (0.0..=1.0).contains(&full.value(f64::from(i) * 0.3 - 3.0, 0.3))));
+    assert!(Mask::build(&[], [1.0; 2], spacing).0.iter().all(|m| *m == 0), "no data, no surface");
+}
+
+#[test]
+fn affine_splines_are_affine() {
+    let c = affine(1.0, 0.5, -0.25);
+    for (u, v) in [(0.0, 0.0), (0.9, -0.3), (-1.0, 1.0), (0.333, 0.777)] {
+        let (h, hu, hv) = gp::value_gradient(&c, u, v);
+        assert!(
+            (h - (1.0 + 0.5 * u - 0.25 * v)).abs() < 1e-6
+                && (hu - 0.5).abs() < 1e-5
+                && (hv + 0.25).abs() < 1e-5
+        );
+    }
+}
