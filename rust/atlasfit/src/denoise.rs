@@ -155,7 +155,24 @@ const STRAY: f64 = 4.0;
 /// on a line), [`Error::InvalidArgument`] for options out of range, and those of a cancelled or limited run.
 pub fn denoise(cloud: &PointCloud, options: &DenoiseOptions, run: &mut Run<'_>) -> Result<Denoised> {
     validate(options)?;
+    check_columns(cloud)?;
     run.execute(|ctx| denoise_in(cloud, options, ctx))
+}
+
+/// Every column has an entry per point.
+fn check_columns(cloud: &PointCloud) -> Result<()> {
+    let n = cloud.len();
+    let normals = cloud.normals.iter().map(|c| ("normals".to_string(), c.len(), n));
+    let colors = cloud.colors.iter().map(|c| ("colors".to_string(), c.len(), n));
+    let others =
+        cloud.attributes.iter().map(|a| (format!("attribute \"{}\"", a.name), a.values.len(), n * a.width));
+    match normals.chain(colors).chain(others).find(|(_, have, want)| have != want) {
+        Some((name, have, want)) => Err(Error::invalid(
+            format!("{name}: {have} values for {n} points"),
+            format!("Give {want} values, or leave the column out"),
+        )),
+        None => Ok(()),
+    }
 }
 
 fn validate(o: &DenoiseOptions) -> Result<()> {
@@ -301,6 +318,10 @@ fn check_surface(points: &[Vec3]) -> Result<()> {
 
 /// Points that are much lonelier than the points around them.
 fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<bool>> {
+    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan too.
+    let mut all = spacing.to_vec();
+    let at = all.len() * 9 / 10;
+    let lonely = project::WIDEST * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
     points
         .par_chunks(1024)
         .enumerate()
@@ -315,7 +336,7 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
                     tree.nearest(*p, 9, &mut found);
                     let mut around: Vec<f64> =
                         found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize])).collect();
-                    own > STRAY * analyse::median(&mut around)
+                    own > lonely || own > STRAY * analyse::median(&mut around)
                 })
                 .collect::<Vec<_>>())
         })
@@ -325,7 +346,6 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
 
 fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<Denoised> {
     let prepared = prepare(cloud)?;
-    check_surface(&prepared.points)?;
     // Points, tree, neighbours, memberships and charts, and the contour's blocks: measured at about 900 bytes a point.
     ctx.reserve(900 * prepared.points.len() as u64)?;
     let mut report = Report {

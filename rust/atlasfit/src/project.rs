@@ -116,7 +116,7 @@ fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Pr
 
 /// Points carry the surface no farther than if their spacing were this many times the median: beyond, a scan is too thin to show one, and the
 /// voxels needed to bridge the gaps grow with the square.
-const WIDEST: f64 = 6.0;
+pub(crate) const WIDEST: f64 = 6.0;
 
 /// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no chart claims are left out.
 #[must_use]

@@ -89,7 +89,7 @@ struct State {
     residual: f64,
 }
 
-/// Grows a patch from point `seed`. `hint` is a first guess of the normal, if there is one.
+/// Grows a patch from point `seed`.
 #[must_use]
 pub fn grow(
     points: &[Vec3],
@@ -116,13 +116,15 @@ fn grow_from(
     tree.within(origin, p.max_radius * RIM, found);
     if found.len() < MIN_MEMBERS {
         tree.nearest(origin, MIN_MEMBERS + 3, found);
-        if found.len() < MIN_MEMBERS {
+        // The few nearest may stand a little beyond; strays have theirs far away.
+        if found.len() < MIN_MEMBERS || found[MIN_MEMBERS - 1].dist2.sqrt() > 2.0 * p.max_radius {
             return None;
         }
     }
     let start = found[found.len().min(10) - 1].dist2.sqrt().max(2.5 * p.sigma).max(1e-12);
     // First plane: principal directions of the nearest points, weighted towards the seed.
-    let near = found.partition_point(|f| f.dist2 <= start * start).max(MIN_MEMBERS).min(found.len());
+    let near =
+        found.partition_point(|f| f.dist2 <= start * start * (1.0 + 1e-9)).max(MIN_MEMBERS).min(found.len());
     let (mean, normal) = plane(points, &found[..near], start);
     let mut state = State {
         center: mul_add(origin, normal, dot(sub(mean, origin), normal)),

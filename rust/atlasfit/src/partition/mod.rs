@@ -145,7 +145,10 @@ pub fn partition(
 ) -> Result<Vec<Patch>> {
     let n = points.len();
     let sigma = analysis.sigma;
-    let max_radius = |i: usize| (size.spacings * f64::from(analysis.spacing[i])).max(size.sigmas * sigma);
+    // Where points stand farther apart than this there is no surface to show, only strays.
+    let widest = crate::project::WIDEST * analysis.median_spacing;
+    let max_radius =
+        |i: usize| (size.spacings * f64::from(analysis.spacing[i]).min(widest)).max(size.sigmas * sigma);
     let order = shuffled(n, ctx.seed);
     let mut covered = vec![false; n];
     let mut patches: Vec<Patch> = Vec::new();

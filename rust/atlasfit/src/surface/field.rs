@@ -26,6 +26,11 @@ pub const FILL_ROUNDS: u8 = 4;
 const RELAX: usize = 8;
 /// An edge whose ends differ by more than this many voxels joins two different sheets: no surface passes between.
 const MAX_JUMP: f64 = 1.9;
+/// The same where the field is filled in: values two voxels apart across the surface differ by two.
+const FILL_JUMP: f64 = 2.2;
+
+/// Voxels from the origin that the keys of blocks and edges can name.
+const KEY_RANGE: f64 = 500_000.0;
 
 /// A contoured surface before cleaning.
 #[derive(Debug, Clone, Default)]
@@ -249,6 +254,8 @@ fn sample<'c>(
     let mut pairs: Vec<(u64, u32)> = anchors
         .par_iter()
         .enumerate()
+        // Beyond the range of the keys there can only be strays: scans are a few hundred thousand voxels wide at the most.
+        .filter(|(_, a)| a.position.iter().all(|x| x.abs() < KEY_RANGE * h))
         .flat_map_iter(|(i, a)| {
             let reach = REACH * a.spacing;
             let lo = a.position.map(|x| ((x - reach) / size).floor() as i32);
@@ -320,9 +327,13 @@ fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
     const NEIGHBOURS: [[i32; 3]; 6] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
     let average = |grid: &Grid<'_>, b: usize, i: [i32; 3]| {
         let (mut sum, mut count, mut from) = (0.0, 0.0, u32::MAX);
+        let (own, known, _) = grid.fetch(b, i);
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for o in NEIGHBOURS {
             let (value, level, chart) = grid.fetch(b, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
-            if level > 0 {
+            if level > 0 && (known == 0 || (value - own).abs() <= FILL_JUMP * grid.h) {
+                lo = lo.min(value);
+                hi = hi.max(value);
                 // A chart of another gauge cannot be averaged: the first one found sets the gauge, which is the block's own.
                 sum += value;
                 count += 1.0;
@@ -331,7 +342,8 @@ fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
                 }
             }
         }
-        (count > 0.0).then(|| ((sum / count) as f32, from))
+        // Between two sheets that face the same way the field jumps: no surface passes there.
+        (count > 0.0 && (known > 0 || hi - lo <= FILL_JUMP * grid.h)).then(|| ((sum / count) as f32, from))
     };
     for round in 0..usize::from(FILL_ROUNDS) + RELAX {
         let growing = round < usize::from(FILL_ROUNDS);
@@ -613,7 +625,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             let t = f[a] / (f[a] - f[b]);
             sum = add(sum, mul_add(place(a), sub(place(b), place(a)), t));
             count += 1.0;
-            if filled || (f[a] - f[b]).abs() <= MAX_JUMP * h {
+            if (f[a] - f[b]).abs() <= if filled { FILL_JUMP } else { MAX_JUMP } * h {
                 let o = corner(a);
                 let k =
                     [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
