@@ -145,6 +145,13 @@ const SPECK: usize = 180;
 const MIN_POINTS: usize = 12;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.
 const UV_STRETCH: f64 = 1.25;
+/// Times the noise may be corrected by the fit.
+const NOISE_ROUNDS: usize = 3;
+/// The noise is settled when the charts see at least this share of it.
+const NOISE_SETTLED: f64 = 0.85;
+/// The share of the charts that see the noise truly even where others hold two sheets unseen, and how far below the median that quantile lies where
+/// all see it truly.
+const SEEN: (f64, f64) = (0.3, 1.05);
 /// Points whose neighbours are this many times farther than their neighbours' neighbours are stray.
 const STRAY: f64 = 4.0;
 
@@ -417,9 +424,24 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         None => PATCH_SIZE,
         Some(charts) => PATCH_SIZE.for_count(charts, points.len()),
     };
-    let patches = partition::partition(&points, &tree, &analysis, size, ctx)?;
-    let mut fitted = fit::fit(&points, &patches, sigma, ctx)?;
-    drop(patches);
+    let mut analysis = analysis;
+    let mut fitted = Vec::new();
+    for _ in 0..NOISE_ROUNDS {
+        let patches = partition::partition(&points, &tree, &analysis, size, ctx)?;
+        fitted = fit::fit(&points, &patches, analysis.sigma, ctx)?;
+        // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
+        // mislead upwards. Patches are then cut anew.
+        let mut sigmas: Vec<f64> = fitted.iter().map(|f| f.chart.sigma).collect();
+        let at = (SEEN.0 * sigmas.len() as f64) as usize;
+        let seen = match sigmas.is_empty() {
+            true => break,
+            false => SEEN.1 * *sigmas.select_nth_unstable_by(at, f64::total_cmp).1,
+        };
+        if options.noise.is_some() || seen >= NOISE_SETTLED * analysis.sigma || seen <= least {
+            break;
+        }
+        analysis.sigma = seen;
+    }
     if fitted.is_empty() {
         return Err(Error::Degenerate {
             what: "no part of the points looks like a surface".into(),
@@ -516,7 +538,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
 
     report.spacing = median_spacing * prepared.scale;
-    report.noise = noise * prepared.scale;
+    // What the networks left is theirs, not the scan's.
+    let scan_noise = if options.prior == Prior::Gp { analysis.sigma } else { noise };
+    report.noise = scan_noise * prepared.scale;
     report.charts = charts.len();
     report.one_sided = !conflicts.is_empty();
     report.voxel = voxel * prepared.scale;
