@@ -43,16 +43,6 @@ impl Mask {
             / 255.0
     }
 
-    /// Whether the mask is positive anywhere within `reach` of (u, v) (conservative).
-    #[must_use]
-    pub fn near(&self, u: f64, v: f64, reach: f64) -> bool {
-        const CELLS: f64 = (SIDE - 1) as f64;
-        let f = |x: f64| ((x + 1.0) * 0.5 * CELLS).clamp(0.0, CELLS);
-        let span = |x: f64| (f(x - reach) as usize, (f(x + reach).ceil() as usize).min(SIDE - 1));
-        let ((i0, i1), (j0, j1)) = (span(u), span(v));
-        (i0..=i1).any(|i| (j0..=j1).any(|j| self.0[i * SIDE + j] > 0))
-    }
-
     /// Builds the mask from the domain coordinates of the chart's points. `radii` are the domain's half axes and `spacing` the point spacing, in
     /// the same unit.
     #[must_use]

@@ -124,7 +124,7 @@ impl Chart {
         let g = 1.0 + a * a + b * b;
         ((1.0 + b * b) * xx - 2.0 * a * b * xy + (1.0 + a * a) * yy) / (g * g.sqrt())
     }
-    /// Turns the base plane's axes by the angle whose cosine and sine are given.
+    /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the plane.
     #[must_use]
     pub fn frame(normal: Vec3, along: Vec3) -> [Vec3; 3] {
         let e1 = sub(along, scale(normal, dot(along, normal)));
