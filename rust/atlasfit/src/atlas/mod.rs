@@ -8,8 +8,10 @@ use crate::geometry::vec3::Vec3;
 
 pub mod mask;
 pub mod monge;
+pub mod tube;
 
 pub use monge::Monge;
+pub use tube::Tube;
 
 /// One chart.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +31,8 @@ pub struct Chart {
 pub enum Map {
     /// A height over an elliptic disk.
     Monge(Monge),
+    /// A radius about an axis.
+    Tube(Tube),
 }
 
 /// A chart seen from a point in space near it.
@@ -64,6 +68,7 @@ impl Chart {
     pub fn view(&self, p: Vec3) -> Option<View> {
         match &self.map {
             Map::Monge(m) => m.view(p),
+            Map::Tube(t) => t.view(p),
         }
     }
     /// The chart's point nearest to `p`, as far as `p` is near the chart.
@@ -71,6 +76,7 @@ impl Chart {
     pub fn nearest(&self, p: Vec3) -> Foot {
         match &self.map {
             Map::Monge(m) => m.nearest(p),
+            Map::Tube(t) => t.nearest(p),
         }
     }
     /// Weight in the blend at `p`.
@@ -78,6 +84,7 @@ impl Chart {
     pub fn weight(&self, p: Vec3) -> f64 {
         match &self.map {
             Map::Monge(m) => m.weight(p),
+            Map::Tube(t) => t.weight(p),
         }
     }
     /// Unit normal at the chart's point over `p`.
@@ -85,6 +92,7 @@ impl Chart {
     pub fn normal_over(&self, p: Vec3) -> Vec3 {
         match &self.map {
             Map::Monge(m) => m.normal_over(p),
+            Map::Tube(t) => t.normal_over(p),
         }
     }
 }
