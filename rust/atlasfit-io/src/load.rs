@@ -1,6 +1,7 @@
 //! Reading: finds the format, calls its reader, checks limits, gathers the report.
 
 use crate::error::{Error, Place, Result};
+use crate::faces::Polygons;
 use crate::format::Format;
 use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
 use atlasfit::geometry::{PointCloud, TriMesh};
@@ -65,6 +66,8 @@ pub struct Loaded {
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
     /// UV chart per face where the file names one (PLY face property `chart`).
     pub face_chart: Option<Vec<u32>>,
+    /// The faces as the file has them, where some have more than three corners.
+    pub polygons: Option<Polygons>,
     /// The format found.
     pub format: Format,
     /// What was repaired or left out.
@@ -94,6 +97,7 @@ pub(crate) struct Content {
     pub faces: Vec<[u32; 3]>,
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
     pub face_chart: Option<Vec<u32>>,
+    pub polygons: Option<Polygons>,
 }
 
 /// What a reader works on: the bytes, the memory limit, the report.
@@ -233,6 +237,7 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
         faces: content.faces,
         corner_uv: content.corner_uv,
         face_chart: content.face_chart,
+        polygons: content.polygons,
         format,
         report: input.report,
     })

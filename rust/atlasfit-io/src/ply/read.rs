@@ -91,10 +91,11 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 
 fn finish(input: &mut Input<'_>, mut columns: Columns, faces: Faces) -> Result<Content> {
     let mut content = Content::default();
-    let (triangles, corner_uv, chart) = faces.finish(&columns.positions, &mut input.report);
-    content.faces = triangles;
-    content.corner_uv = corner_uv;
-    content.face_chart = chart;
+    let faces = faces.finish(&columns.positions, &mut input.report);
+    content.faces = faces.triangles;
+    content.corner_uv = faces.corner_uv;
+    content.face_chart = faces.chart;
+    content.polygons = faces.polygons;
     let n = columns.positions.len();
     let mut attributes = Vec::new();
     for target in &columns.order {
