@@ -7,6 +7,7 @@ use crate::geometry::vec3::{Vec3, add, cross, dot, mul_add, norm, normalize, sca
 use crate::prior::gp::{self, COEFFS};
 
 pub mod mask;
+pub mod query;
 use mask::Mask;
 
 /// One chart.
