@@ -498,7 +498,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     if options.uv {
         let how = UnwrapOptions {
             max_stretch: UV_STRETCH,
-            page_size: options.texture_size,
+            page_size: [options.texture_size; 2],
             ..UnwrapOptions::default()
         };
         let layout = unwrap::unwrap(&mesh, &how, ctx)?;
