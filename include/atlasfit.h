@@ -7,6 +7,22 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Conventions
+ *
+ * Status    0 is success. After a failure atlasfit_last_error() gives this thread's text: what was wrong, where, what to do. A call that fails
+ *           writes nothing, but NULL to a handle it was to make.
+ * Handles   Each has one _free, which takes NULL. They are checked: one that was freed, or is of another kind, is a status and no crash. A handle
+ *           given as const may be used by any number of threads at once; all results are immutable.
+ * Structs   Each begins with struct_size. Fill those that go in with their _init, set struct_size of those that come out. Structs
+ *           only grow, at the end: a program keeps working with newer libraries of the same major version (of the same minor one, while major is 0).
+ * Memory    Inputs are borrowed for the call, outputs are copied to the caller's buffers; a capacity counts numbers (floats, indices) unless
+ *           said otherwise. Strides are in bytes, 0 = tightly packed; nothing needs to be aligned. Strings are UTF-8.
+ * Lengths   All in the caller's unit and frame. f64 positions keep survey coordinates.
+ * Threads   Each long call has worker threads of its own, gone when it returns. Progress is called on the calling thread only.
+ * Same in, same out: input, options, seed and version decide every byte, the number of threads does not.
+ * Nothing unwinds out of the library: no panic, no exception. It prints nothing and reads no environment variable or file.
+ * Never unload the library (dlclose). */
+
 /* Defined as ATLASFIT_STATIC when linking libatlasfit.a on Windows; nothing to define elsewhere. */
 #ifndef ATLASFIT_API
 #if defined(_WIN32) && !defined(ATLASFIT_STATIC)
@@ -176,6 +192,16 @@
  * A defect of this library; please report it with the input that caused it.
  */
 #define ATLASFIT_INTERNAL 100
+
+/**
+ * atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
+ */
+#define ATLASFIT_PACK_SHAPES 0
+
+/**
+ * atlasfit_unwrap_options.packer: by their bounding boxes, in rows: fastest, and wastes most.
+ */
+#define ATLASFIT_PACK_BOXES 1
 
 /**
  * A fitted atlas: overlapping charts, each a smooth map from the unit disk into space. Immutable: any number of threads may use one at once.
@@ -604,6 +630,11 @@ typedef struct {
    */
   const uint32_t *face_group;
   /**
+   * The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
+   * atlasfit_unwrap().
+   */
+  const uint32_t *face_polygon;
+  /**
    * Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
    */
   const uint32_t *seam_edges;
@@ -864,13 +895,46 @@ typedef struct {
    */
   double max_stretch;
   /**
-   * Side of a square page in texels, 16 to 65536. Default 1024.
+   * Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
+   * Default 0.
    */
-  uint32_t page_size;
+  uint32_t max_charts;
+  /**
+   * Width of a page in texels, 16 to 65536. Default 1024.
+   */
+  uint32_t page_width;
+  /**
+   * Height of a page in texels, 16 to 65536. Default 1024.
+   */
+  uint32_t page_height;
   /**
    * Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
    */
   uint32_t padding;
+  /**
+   * Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+   */
+  uint32_t pages;
+  /**
+   * #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
+   */
+  uint32_t packer;
+  /**
+   * 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+   */
+  uint32_t keep_uv_seams;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+  /**
+   * Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
+   */
+  double texels_per_unit;
+  /**
+   * Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
+   */
+  double hard_edge_angle;
 } atlasfit_unwrap_options;
 
 /**
@@ -914,6 +978,10 @@ typedef struct {
    */
   size_t repaired_charts;
   /**
+   * Polygons that could not stay in one piece because they do not lie flat.
+   */
+  size_t split_polygons;
+  /**
    * Width of a page in texels.
    */
   uint32_t width;
@@ -925,6 +993,10 @@ typedef struct {
    * Texels per unit of length on the surface.
    */
   double texels_per_unit;
+  /**
+   * The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+   */
+  double stretch_bound;
   /**
    * Share of the area stretched beyond the bound.
    */
@@ -1338,7 +1410,7 @@ atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
  * Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
  * the order of its triangles.
  *
- * @param mesh    The mesh; face_group and seam_edges are heeded, corner_uv is not.
+ * @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
  * @param options How to unwrap; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().

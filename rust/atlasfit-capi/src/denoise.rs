@@ -106,16 +106,8 @@ impl atlasfit_denoise_options {
             ATLASFIT_OUTLIERS_DROP => Outliers::Drop,
             other => return unknown("outliers", other, "ATLASFIT_OUTLIERS_KEEP or ATLASFIT_OUTLIERS_DROP"),
         };
-        if self.uv > 1 {
-            return unknown("uv", self.uv, "0 or 1");
-        }
-        if self.reserved != 0 {
-            return unknown(
-                "reserved",
-                self.reserved,
-                "0: fill the struct with atlasfit_denoise_options_init",
-            );
-        }
+        let uv = input::flag(self.uv, "uv")?;
+        input::zero(self.reserved)?;
         Ok(DenoiseOptions {
             // 0 asks for an estimate; whatever else is no positive length is refused by the core.
             noise: (self.noise != 0.0).then_some(self.noise),
@@ -125,7 +117,7 @@ impl atlasfit_denoise_options {
             fill_holes: self.fill_holes,
             texture_size: self.texture_size,
             outliers,
-            uv: self.uv == 1,
+            uv,
         })
     }
 }

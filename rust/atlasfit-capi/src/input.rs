@@ -138,6 +138,9 @@ pub struct atlasfit_mesh {
     pub corner_uv: *const f32,
     /// A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
     pub face_group: *const u32,
+    /// The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
+    /// atlasfit_unwrap().
+    pub face_polygon: *const u32,
     /// Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
     pub seam_edges: *const u32,
     /// Number of seam edges.
@@ -160,6 +163,7 @@ unsafe impl Sized for atlasfit_mesh {
             triangle_count: 0,
             corner_uv: std::ptr::null(),
             face_group: std::ptr::null(),
+            face_polygon: std::ptr::null(),
             seam_edges: std::ptr::null(),
             seam_edge_count: 0,
         }
@@ -197,6 +201,24 @@ pub unsafe extern "C" fn atlasfit_points_init(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_mesh_init(mesh: *mut atlasfit_mesh, struct_size: usize) -> atlasfit_status {
     guard("atlasfit_mesh_init", || unsafe { sized::init(mesh, struct_size) })
+}
+
+/// A field that later versions may give a meaning.
+pub(crate) fn zero(reserved: u32) -> Outcome {
+    if reserved != 0 {
+        return Err(Failure::invalid(format!(
+            "reserved is {reserved}, not 0. Fill the struct with its _init"
+        )));
+    }
+    Ok(())
+}
+
+/// A yes or no.
+pub(crate) fn flag(value: u32, name: &str) -> Outcome<bool> {
+    match value {
+        0 | 1 => Ok(value == 1),
+        other => Err(Failure::invalid(format!("{name} is {other}. Give 0 or 1"))),
+    }
 }
 
 /// Indices are 32 bits, and the largest means "none".
@@ -433,15 +455,14 @@ unsafe fn attributes(p: &atlasfit_points) -> Outcome<Vec<Attribute>> {
 pub(crate) struct Mesh {
     pub mesh: TriMesh,
     pub face_group: Option<Vec<u32>>,
+    pub face_polygon: Option<Vec<u32>>,
     pub seam_edges: Option<Vec<[u32; 2]>>,
 }
 
 /// The caller's mesh as the core's; indices are checked there.
 pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
     let m = unsafe { sized::read(mesh) }?;
-    if m.reserved != 0 {
-        return Err(Failure::invalid("reserved is not 0. Fill the struct with atlasfit_mesh_init"));
-    }
+    zero(m.reserved)?;
     checked_count(m.vertex_count, MOST, "vertices")?;
     checked_count(m.triangle_count, MOST / 3, "triangles")?;
     checked_count(m.seam_edge_count, MOST, "seam edges")?;
@@ -454,17 +475,22 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
         } else {
             Some(packed(m.corner_uv.cast::<[[f32; 2]; 3]>(), m.triangle_count, "corner_uv")?)
         };
-        let face_group = if m.face_group.is_null() {
-            None
-        } else {
-            Some(packed(m.face_group, m.triangle_count, "face_group")?)
+        let column = |base: *const u32, name: &str| {
+            if base.is_null() { Ok(None) } else { packed(base, m.triangle_count, name).map(Some) }
         };
+        let face_group = column(m.face_group, "face_group")?;
+        let face_polygon = column(m.face_polygon, "face_polygon")?;
         let seam_edges = if m.seam_edge_count == 0 {
             None
         } else {
             Some(packed(m.seam_edges.cast::<[u32; 2]>(), m.seam_edge_count, "seam_edges")?)
         };
-        Ok(Mesh { mesh: TriMesh { corner_uv, ..TriMesh::new(positions, triangles) }, face_group, seam_edges })
+        Ok(Mesh {
+            mesh: TriMesh { corner_uv, ..TriMesh::new(positions, triangles) },
+            face_group,
+            face_polygon,
+            seam_edges,
+        })
     }
 }
 

@@ -121,9 +121,7 @@ pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>>
             r.threads
         )));
     }
-    if r.reserved != 0 {
-        return Err(Failure::invalid("reserved is not 0. Fill the struct with atlasfit_run_init"));
-    }
+    crate::input::zero(r.reserved)?;
     if !(r.time_limit_s >= 0.0 && r.time_limit_s.is_finite()) {
         return Err(Failure::invalid(format!(
             "time_limit_s is {}. Give a finite number of seconds, or 0 for no limit",

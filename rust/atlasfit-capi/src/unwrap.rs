@@ -4,9 +4,14 @@ use crate::handle::{self, Handle, Object};
 use crate::input::{self, atlasfit_mesh, copy_out};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
-use crate::status::{Failure, atlasfit_status, guard};
-use atlasfit::unwrap::{UnwrapOptions, UvLayout, unwrap};
+use crate::status::{Failure, Outcome, atlasfit_status, guard};
+use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
 use std::sync::Arc;
+
+/// atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
+pub const ATLASFIT_PACK_SHAPES: u32 = 0;
+/// atlasfit_unwrap_options.packer: by their bounding boxes, in rows: fastest, and wastes most.
+pub const ATLASFIT_PACK_BOXES: u32 = 1;
 
 /// How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
 #[repr(C)]
@@ -16,10 +21,27 @@ pub struct atlasfit_unwrap_options {
     pub struct_size: usize,
     /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
     pub max_stretch: f64,
-    /// Side of a square page in texels, 16 to 65536. Default 1024.
-    pub page_size: u32,
+    /// Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
+    /// Default 0.
+    pub max_charts: u32,
+    /// Width of a page in texels, 16 to 65536. Default 1024.
+    pub page_width: u32,
+    /// Height of a page in texels, 16 to 65536. Default 1024.
+    pub page_height: u32,
     /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
     pub padding: u32,
+    /// Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+    pub pages: u32,
+    /// #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
+    pub packer: u32,
+    /// 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+    pub keep_uv_seams: u32,
+    /// Must be 0.
+    pub reserved: u32,
+    /// Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
+    pub texels_per_unit: f64,
+    /// Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
+    pub hard_edge_angle: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -31,9 +53,52 @@ unsafe impl Sized for atlasfit_unwrap_options {
         Self {
             struct_size: size_of::<Self>(),
             max_stretch: d.max_stretch,
-            page_size: d.page_size,
+            max_charts: d.max_charts.map_or(0, |n| n as u32),
+            page_width: d.page_size[0],
+            page_height: d.page_size[1],
             padding: d.padding_px,
+            pages: d.pages.unwrap_or(0),
+            packer: match d.packer {
+                Packer::Shapes => ATLASFIT_PACK_SHAPES,
+                Packer::Boxes => ATLASFIT_PACK_BOXES,
+            },
+            keep_uv_seams: u32::from(d.keep_uv_seams),
+            reserved: 0,
+            texels_per_unit: d.texels_per_unit.unwrap_or(0.0),
+            hard_edge_angle: d.hard_edge_angle.unwrap_or(STRAIGHT),
         }
+    }
+}
+
+/// No edge is bent by more: none is hard.
+const STRAIGHT: f64 = 180.0;
+
+impl atlasfit_unwrap_options {
+    /// The core's options but for the mesh's own columns.
+    fn core(&self) -> Outcome<UnwrapOptions> {
+        let packer = match self.packer {
+            ATLASFIT_PACK_SHAPES => Packer::Shapes,
+            ATLASFIT_PACK_BOXES => Packer::Boxes,
+            other => {
+                return Err(Failure::invalid(format!(
+                    "packer is {other}. Give ATLASFIT_PACK_SHAPES or ATLASFIT_PACK_BOXES"
+                )));
+            }
+        };
+        let keep_uv_seams = input::flag(self.keep_uv_seams, "keep_uv_seams")?;
+        input::zero(self.reserved)?;
+        Ok(UnwrapOptions {
+            max_stretch: self.max_stretch,
+            max_charts: (self.max_charts > 0).then_some(self.max_charts as usize),
+            page_size: [self.page_width, self.page_height],
+            padding_px: self.padding,
+            texels_per_unit: (self.texels_per_unit != 0.0).then_some(self.texels_per_unit),
+            pages: (self.pages > 0).then_some(self.pages),
+            packer,
+            keep_uv_seams,
+            hard_edge_angle: (self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle),
+            ..UnwrapOptions::default()
+        })
     }
 }
 
@@ -107,7 +172,7 @@ impl Handle for atlasfit_uv {
 /// Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
 /// the order of its triangles.
 ///
-/// @param mesh    The mesh; face_group and seam_edges are heeded, corner_uv is not.
+/// @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
 /// @param options How to unwrap; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
@@ -122,16 +187,10 @@ pub unsafe extern "C" fn atlasfit_unwrap(
 ) -> atlasfit_status {
     guard("atlasfit_unwrap", || unsafe {
         handle::checked_out(out)?;
-        let o = sized::read_or_default(options)?;
+        let options = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
-        let input::Mesh { mesh, face_group, seam_edges } = input::mesh(mesh)?;
-        let options = UnwrapOptions {
-            max_stretch: o.max_stretch,
-            page_size: o.page_size,
-            padding_px: o.padding,
-            face_group,
-            seam_edges,
-        };
+        let input::Mesh { mesh, face_group, face_polygon, seam_edges } = input::mesh(mesh)?;
+        let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
         let layout = run.execute(|ctx| {
             let layout = unwrap(&mesh, &options, ctx)?;
             ctx.check()?;
@@ -171,12 +230,16 @@ pub struct atlasfit_uv_info {
     pub non_manifold_edges: usize,
     /// Charts that had to be cut further to stay free of flips and overlaps.
     pub repaired_charts: usize,
+    /// Polygons that could not stay in one piece because they do not lie flat.
+    pub split_polygons: usize,
     /// Width of a page in texels.
     pub width: u32,
     /// Height of a page in texels.
     pub height: u32,
     /// Texels per unit of length on the surface.
     pub texels_per_unit: f64,
+    /// The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+    pub stretch_bound: f64,
     /// Share of the area stretched beyond the bound.
     pub over_stretched: f64,
 }
@@ -212,9 +275,11 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             duplicate_faces: l.duplicate_faces,
             non_manifold_edges: l.non_manifold_edges,
             repaired_charts: l.repaired_charts,
+            split_polygons: l.split_polygons,
             width: l.width,
             height: l.height,
             texels_per_unit: l.texels_per_unit,
+            stretch_bound: l.stretch_bound,
             over_stretched: l.over_stretched,
         };
         sized::write(info, value)
