@@ -121,6 +121,8 @@ pub struct Denoised {
     pub points: PointCloud,
     /// For each denoised point, the input point it came from.
     pub point_source: Vec<u32>,
+    /// For each denoised point, the chart that weighs most there; `u32::MAX` for points on no chart: outliers, and those that are not finite.
+    pub point_chart: Vec<u32>,
     /// The stitched surface, with normals, UVs and the scan's attributes.
     pub surface: TriMesh,
     /// The charts, in the normalised frame.
@@ -520,12 +522,14 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let mut normals = vec![[0f32; 3]; cloud.len()];
     let mut source: Vec<u32> = (0..cloud.len() as u32).collect();
     let mut orphan = vec![false; cloud.len()];
+    let mut chart = vec![u32::MAX; cloud.len()];
     for (i, &p) in prepared.of_input.iter().enumerate() {
         let Some(&k) = of_prepared.get(p as usize) else { continue };
         match projected.get(k as usize) {
             Some(q) if q.chart != u32::MAX => {
                 out.positions[i] = back(q.position);
                 normals[i] = q.normal.map(|x| x as f32);
+                chart[i] = q.chart;
             }
             _ => {
                 orphan[i] = true;
@@ -539,6 +543,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     out.normals = Some(normals);
     if options.outliers == Outliers::Drop {
         source.retain(|&i| !orphan[i as usize]);
+        chart = source.iter().map(|&i| chart[i as usize]).collect();
         out = pick(&out, &source);
     }
 
@@ -556,6 +561,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     Ok(Denoised {
         points: out,
         point_source: source,
+        point_chart: chart,
         surface: mesh,
         charts,
         origin: prepared.origin,

@@ -8,6 +8,7 @@ use crate::geometry::vec3::Vec3;
 
 pub mod mask;
 pub mod monge;
+pub mod query;
 pub mod tube;
 
 pub use monge::Monge;
@@ -93,6 +94,39 @@ impl Chart {
         match &self.map {
             Map::Monge(m) => m.normal_over(p),
             Map::Tube(t) => t.normal_over(p),
+        }
+    }
+    /// The chart's point at domain coordinates: (u, v) over the unit disk of a patch; along a tube, and the angle over pi.
+    #[must_use]
+    pub fn at(&self, uv: [f64; 2]) -> Foot {
+        match &self.map {
+            Map::Monge(m) => m.at(uv),
+            Map::Tube(t) => t.at(uv),
+        }
+    }
+    /// How far the data say that there is surface at domain coordinates: 0 to 1, one half at an edge, 0 beyond the domain.
+    #[must_use]
+    pub fn mask_at(&self, uv: [f64; 2]) -> f64 {
+        match &self.map {
+            _ if self.reach(uv) > 1.0 + 1e-9 => 0.0,
+            Map::Monge(m) => m.mask.value(uv[0], uv[1]),
+            Map::Tube(t) => t.mask_at(uv[0]),
+        }
+    }
+    /// How far domain coordinates are from the domain's middle; 1 at its rim.
+    #[must_use]
+    pub fn reach(&self, uv: [f64; 2]) -> f64 {
+        match &self.map {
+            Map::Monge(_) => uv[0].hypot(uv[1]),
+            Map::Tube(_) => uv[0].abs(),
+        }
+    }
+    /// Domain coordinates moved to `t` times their reach.
+    #[must_use]
+    pub fn shrink(&self, uv: [f64; 2], t: f64) -> [f64; 2] {
+        match &self.map {
+            Map::Monge(_) => [uv[0] * t, uv[1] * t],
+            Map::Tube(_) => [uv[0] * t, uv[1]],
         }
     }
 }

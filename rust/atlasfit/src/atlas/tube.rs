@@ -103,17 +103,35 @@ impl Tube {
         }
         let s = s.clamp(-1.5, 1.5);
         let (foot, c1, c2) = self.axis_at(s);
-        let along = normalize(c1);
+        let [along, e2, e3] = self.section(c1);
         let w = sub(p, foot);
         let w = sub(w, scale(along, dot(w, along)));
-        let e2 = normalize(sub(self.axes[1], scale(along, dot(self.axes[1], along))));
-        let e3 = cross(along, e2);
         let d = norm(w);
         let (y, z) = (dot(w, e2), dot(w, e3));
         let out = if d > 0.0 { scale(w, 1.0 / d) } else { e2 };
         let speed2 = dot(c1, c1);
         let pace = speed2.sqrt() / (speed2 - dot(w, c2)).max(0.3 * speed2);
         Local { s, theta: z.atan2(y), d, foot, along, out, around: cross(along, out), pace }
+    }
+    /// Unit vectors along an axis with derivative `c1`, and the two across from which the angle counts.
+    fn section(&self, c1: Vec3) -> [Vec3; 3] {
+        let along = normalize(c1);
+        let e2 = normalize(sub(self.axes[1], scale(along, dot(self.axes[1], along))));
+        [along, e2, cross(along, e2)]
+    }
+    /// The tube's point at domain coordinates: along the axis, and the angle over pi.
+    #[must_use]
+    pub fn at(&self, uv: [f64; 2]) -> Foot {
+        let (s, theta) = (uv[0], uv[1] * std::f64::consts::PI);
+        let (foot, c1, c2) = self.axis_at(s);
+        let [along, e2, e3] = self.section(c1);
+        let out = add(scale(e2, theta.cos()), scale(e3, theta.sin()));
+        let d = self.radius_at(s, theta).0;
+        let speed2 = dot(c1, c1);
+        let pace = speed2.sqrt() / (speed2 - d * dot(out, c2)).max(0.3 * speed2);
+        let l = Local { s, theta, d, foot, along, out, around: cross(along, out), pace };
+        let (_, normal, r) = self.level(&l);
+        Foot { position: mul_add(foot, out, r), normal, taper: Self::taper(s), uv }
     }
     /// Radius and its derivatives with respect to `s` and the angle.
     #[must_use]
