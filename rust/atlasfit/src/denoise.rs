@@ -13,7 +13,7 @@ use crate::geometry::vec3::{Vec3, dist2, sub};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
-use crate::partition::{self, PATCH_SIZE, grow};
+use crate::partition::{self, PATCH_SIZE, grow, tubes};
 use crate::prior::mlp::{self, MlpOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
@@ -122,6 +122,8 @@ pub struct Denoised {
     pub points: PointCloud,
     /// For each denoised point, the input point it came from.
     pub point_source: Vec<u32>,
+    /// For each denoised point, the chart that weighs most there; `u32::MAX` for points on no chart: outliers, and those that are not finite.
+    pub point_chart: Vec<u32>,
     /// The stitched surface, with normals, UVs and the scan's attributes.
     pub surface: TriMesh,
     /// The charts, in the normalised frame.
@@ -428,9 +430,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         Some(charts) => PATCH_SIZE.for_count(charts, points.len()),
     };
     let mut analysis = analysis;
+    let tubes = tubes::find(&points, &tree, &analysis, options.noise.is_some(), ctx)?;
+    if let Some(sigma) = tubes.sigma {
+        analysis.sigma = sigma.max(least);
+    }
     let mut fitted = Vec::new();
     for _ in 0..NOISE_ROUNDS {
-        let patches = partition::partition(&points, &tree, &analysis, size, ctx)?;
+        let patches = partition::partition(&points, &tree, &analysis, size, &tubes.covered, ctx)?;
         fitted = fit::fit(&points, &patches, analysis.sigma, ctx)?;
         // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
         // mislead upwards. Patches are then cut anew.
@@ -445,6 +451,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         analysis.sigma = seen;
     }
+    fitted.extend(tubes.fitted);
     if fitted.is_empty() {
         return Err(Error::Degenerate {
             what: "no part of the points looks like a surface".into(),
@@ -499,7 +506,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     if options.uv {
         let how = UnwrapOptions {
             max_stretch: UV_STRETCH,
-            page_size: options.texture_size,
+            page_size: [options.texture_size; 2],
             ..UnwrapOptions::default()
         };
         let layout = unwrap::unwrap(&mesh, &how, ctx)?;
@@ -518,12 +525,14 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let mut normals = vec![[0f32; 3]; cloud.len()];
     let mut source: Vec<u32> = (0..cloud.len() as u32).collect();
     let mut orphan = vec![false; cloud.len()];
+    let mut chart = vec![u32::MAX; cloud.len()];
     for (i, &p) in prepared.of_input.iter().enumerate() {
         let Some(&k) = of_prepared.get(p as usize) else { continue };
         match projected.get(k as usize) {
             Some(q) if q.chart != u32::MAX => {
                 out.positions[i] = back(q.position);
                 normals[i] = q.normal.map(|x| x as f32);
+                chart[i] = q.chart;
             }
             _ => {
                 orphan[i] = true;
@@ -537,6 +546,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     out.normals = Some(normals);
     if options.outliers == Outliers::Drop {
         source.retain(|&i| !orphan[i as usize]);
+        chart = source.iter().map(|&i| chart[i as usize]).collect();
         out = pick(&out, &source);
     }
 
@@ -554,6 +564,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     Ok(Denoised {
         points: out,
         point_source: source,
+        point_chart: chart,
         surface: mesh,
         charts,
         origin: prepared.origin,

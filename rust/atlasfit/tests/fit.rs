@@ -195,6 +195,7 @@ fn fit_chart(points: &[Vec3], patch: &Patch, sigma: f64) -> Vec<Monge> {
         .into_iter()
         .map(|f| match f.chart.map {
             Map::Monge(m) => m,
+            Map::Tube(_) => panic!("a patch gives a patch"),
         })
         .collect()
 }

@@ -8,8 +8,11 @@ use crate::geometry::vec3::Vec3;
 
 pub mod mask;
 pub mod monge;
+pub mod query;
+pub mod tube;
 
 pub use monge::Monge;
+pub use tube::Tube;
 
 /// One chart.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +32,8 @@ pub struct Chart {
 pub enum Map {
     /// A height over an elliptic disk.
     Monge(Monge),
+    /// A radius about an axis.
+    Tube(Tube),
 }
 
 /// A chart seen from a point in space near it.
@@ -64,6 +69,7 @@ impl Chart {
     pub fn view(&self, p: Vec3) -> Option<View> {
         match &self.map {
             Map::Monge(m) => m.view(p),
+            Map::Tube(t) => t.view(p),
         }
     }
     /// The chart's point nearest to `p`, as far as `p` is near the chart.
@@ -71,6 +77,7 @@ impl Chart {
     pub fn nearest(&self, p: Vec3) -> Foot {
         match &self.map {
             Map::Monge(m) => m.nearest(p),
+            Map::Tube(t) => t.nearest(p),
         }
     }
     /// Weight in the blend at `p`.
@@ -78,6 +85,7 @@ impl Chart {
     pub fn weight(&self, p: Vec3) -> f64 {
         match &self.map {
             Map::Monge(m) => m.weight(p),
+            Map::Tube(t) => t.weight(p),
         }
     }
     /// Unit normal at the chart's point over `p`.
@@ -85,6 +93,40 @@ impl Chart {
     pub fn normal_over(&self, p: Vec3) -> Vec3 {
         match &self.map {
             Map::Monge(m) => m.normal_over(p),
+            Map::Tube(t) => t.normal_over(p),
+        }
+    }
+    /// The chart's point at domain coordinates: (u, v) over the unit disk of a patch; along a tube, and the angle over pi.
+    #[must_use]
+    pub fn at(&self, uv: [f64; 2]) -> Foot {
+        match &self.map {
+            Map::Monge(m) => m.at(uv),
+            Map::Tube(t) => t.at(uv),
+        }
+    }
+    /// How far the data say that there is surface at domain coordinates: 0 to 1, one half at an edge, 0 beyond the domain.
+    #[must_use]
+    pub fn mask_at(&self, uv: [f64; 2]) -> f64 {
+        match &self.map {
+            _ if self.reach(uv) > 1.0 + 1e-9 => 0.0,
+            Map::Monge(m) => m.mask.value(uv[0], uv[1]),
+            Map::Tube(t) => t.mask_at(uv[0]),
+        }
+    }
+    /// How far domain coordinates are from the domain's middle; 1 at its rim.
+    #[must_use]
+    pub fn reach(&self, uv: [f64; 2]) -> f64 {
+        match &self.map {
+            Map::Monge(_) => uv[0].hypot(uv[1]),
+            Map::Tube(_) => uv[0].abs(),
+        }
+    }
+    /// Domain coordinates moved to `t` times their reach.
+    #[must_use]
+    pub fn shrink(&self, uv: [f64; 2], t: f64) -> [f64; 2] {
+        match &self.map {
+            Map::Monge(_) => [uv[0] * t, uv[1] * t],
+            Map::Tube(_) => [uv[0] * t, uv[1]],
         }
     }
 }

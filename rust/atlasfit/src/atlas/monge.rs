@@ -140,13 +140,14 @@ impl Monge {
     #[must_use]
     pub fn nearest(&self, p: Vec3) -> Foot {
         let (u, v) = self.foot(self.local(p));
+        self.at([u, v])
+    }
+    /// The patch's point at (u, v).
+    #[must_use]
+    pub fn at(&self, uv: [f64; 2]) -> Foot {
+        let [u, v] = uv;
         let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
-        Foot {
-            position: self.lift(u, v, h),
-            normal: self.normal_of(hu, hv),
-            taper: Self::taper(u, v),
-            uv: [u, v],
-        }
+        Foot { position: self.lift(u, v, h), normal: self.normal_of(hu, hv), taper: Self::taper(u, v), uv }
     }
     /// Weight in the blend at `p`, without looking for the nearest point.
     #[must_use]

@@ -4,7 +4,8 @@
 //! of every triangle, in the mesh's own order.
 //!
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `flatten` + `inject` (positions, exact
-//! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`.
+//! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`. Large meshes are merged on a coarse
+//! stand-in (`coarse`, `refine`).
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -38,6 +39,20 @@ const COARSE_SLACK: f64 = 1.3;
 /// Bound on 1 - |mean normal| of the first patches for a stretch of 1.1. Finer patches leave merging more choice,
 /// coarser ones less work.
 const FLATNESS: f64 = 0.06;
+/// Factor on the excess stretch while there are too many charts.
+const LOOSEN: f64 = 1.6;
+/// Most pages.
+const MOST_PAGES: u32 = 4096;
+
+/// How charts are put on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Packer {
+    /// By their shapes: charts lie in each other's bays and holes. The default.
+    #[default]
+    Shapes,
+    /// By their bounding boxes, in rows: fastest, and wastes most.
+    Boxes,
+}
 
 /// How to unwrap.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,48 +60,109 @@ pub struct UnwrapOptions {
     /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1.
     /// Smaller gives more charts. Default 1.10.
     pub max_stretch: f64,
-    /// Side of a square page in texels, 16 to 65536. Default 1024.
-    pub page_size: u32,
+    /// Most charts; `max_stretch` is raised as far as that needs (up to [`STRETCH_LIMIT`]). `None` = any number.
+    /// More are still made where the topology or the constraints ask for them.
+    pub max_charts: Option<usize>,
+    /// Width and height of a page in texels, each 16 to 65536. Default 1024 by 1024.
+    pub page_size: [u32; 2],
     /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
     pub padding_px: u32,
+    /// Texels per user unit of length on the surface, positive; `None` = what fills the pages.
+    pub texels_per_unit: Option<f64>,
+    /// Most pages, at least 1. `None` = one page, or with `texels_per_unit` as many as that density needs. Where the
+    /// density needs more pages than this it is lowered.
+    pub pages: Option<u32>,
+    /// How charts are put on the page.
+    pub packer: Packer,
     /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
     pub face_group: Option<Vec<u32>>,
+    /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are then
+    /// those of the polygon. One entry per triangle; any numbers.
+    pub face_polygon: Option<Vec<u32>>,
     /// Edges that must be seams, as pairs of vertices.
     pub seam_edges: Option<Vec<[u32; 2]>>,
+    /// Whether the seams of the UVs that the mesh already has stay seams.
+    pub keep_uv_seams: bool,
+    /// Edges that are bent by more than this are seams: degrees in [0, 180]. `None` = none are for that reason.
+    pub hard_edge_angle: Option<f64>,
 }
+
+/// `max_charts` raises the stretch bound no further than this.
+pub const STRETCH_LIMIT: f64 = 8.0;
 
 impl Default for UnwrapOptions {
     fn default() -> Self {
-        Self { max_stretch: 1.10, page_size: 1024, padding_px: 2, face_group: None, seam_edges: None }
+        Self {
+            max_stretch: 1.10,
+            max_charts: None,
+            page_size: [1024; 2],
+            padding_px: 2,
+            texels_per_unit: None,
+            pages: None,
+            packer: Packer::Shapes,
+            face_group: None,
+            face_polygon: None,
+            seam_edges: None,
+            keep_uv_seams: false,
+            hard_edge_angle: None,
+        }
     }
 }
 
 impl UnwrapOptions {
-    fn validate(&self, faces: usize) -> Result<()> {
+    fn validate(&self, mesh: &TriMesh) -> Result<()> {
+        let faces = mesh.triangles.len();
         if !(self.max_stretch > 1.0 && self.max_stretch.is_finite()) {
             return Err(Error::invalid(
                 format!("max_stretch is {}", self.max_stretch),
                 "Give a finite number above 1, for example 1.1",
             ));
         }
-        if !(16..=65536).contains(&self.page_size) {
+        if self.max_charts == Some(0) {
+            return Err(Error::invalid("max_charts is 0", "Give at least 1, or none"));
+        }
+        let [width, height] = self.page_size;
+        if self.page_size.iter().any(|s| !(16..=65536).contains(s)) {
             return Err(Error::invalid(
-                format!("page_size is {}", self.page_size),
+                format!("page_size is {width} by {height}"),
                 "Give 16 to 65536 texels",
             ));
         }
-        if self.padding_px > self.page_size / 8 {
+        if self.padding_px > width.min(height) / 8 {
             return Err(Error::invalid(
-                format!("padding_px is {} on a page of {}", self.padding_px, self.page_size),
+                format!("padding_px is {} on a page of {width} by {height}", self.padding_px),
                 "Give at most an eighth of the page",
             ));
         }
-        if let Some(g) = &self.face_group
-            && g.len() != faces
+        if let Some(t) = self.texels_per_unit
+            && !(t > 0.0 && t.is_finite())
         {
+            return Err(Error::invalid(format!("texels_per_unit is {t}"), "Give a positive number, or none"));
+        }
+        if let Some(n) = self.pages
+            && !(1..=MOST_PAGES).contains(&n)
+        {
+            return Err(Error::invalid(format!("pages is {n}"), format!("Give 1 to {MOST_PAGES}, or none")));
+        }
+        if let Some(a) = self.hard_edge_angle
+            && !(0.0..=180.0).contains(&a)
+        {
+            return Err(Error::invalid(format!("hard_edge_angle is {a}"), "Give 0 to 180 degrees, or none"));
+        }
+        for (name, column) in [("face_group", &self.face_group), ("face_polygon", &self.face_polygon)] {
+            if let Some(c) = column
+                && c.len() != faces
+            {
+                return Err(Error::invalid(
+                    format!("{name} has {} entries for {faces} triangles", c.len()),
+                    "Give one entry per triangle",
+                ));
+            }
+        }
+        if self.keep_uv_seams && mesh.corner_uv.as_ref().is_some_and(|uv| uv.len() != faces) {
             return Err(Error::invalid(
-                format!("face_group has {} entries for {faces} triangles", g.len()),
-                "Give one group per triangle",
+                "corner_uv of the mesh has another length than its triangles",
+                "Give UVs for every triangle, or do not ask for their seams to be kept",
             ));
         }
         Ok(())
@@ -94,7 +170,7 @@ impl UnwrapOptions {
 }
 
 /// UVs of a mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct UvLayout {
     /// UV per corner of every triangle, in [0, 1], v up.
     pub corner_uv: Vec<[[f32; 2]; 3]>,
@@ -112,6 +188,8 @@ pub struct UvLayout {
     pub height: u32,
     /// Texels per user unit of length on the surface.
     pub texels_per_unit: f64,
+    /// The stretch bound that was held: `max_stretch`, or more where `max_charts` asked for it.
+    pub stretch_bound: f64,
     /// Share of the area stretched beyond the bound.
     pub over_stretched: f64,
     /// Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
@@ -122,6 +200,8 @@ pub struct UvLayout {
     pub non_manifold_edges: usize,
     /// Charts that had to be cut further to stay free of flips and overlaps.
     pub repaired_charts: usize,
+    /// Polygons that could not stay in one piece because they do not lie flat.
+    pub split_polygons: usize,
 }
 
 /// Unwraps `mesh`. Deterministic for any number of threads.
@@ -130,50 +210,79 @@ pub struct UvLayout {
 /// [`Error::InvalidArgument`] for options out of range, [`Error::IndexOutOfRange`] for a bad triangle,
 /// [`Error::Degenerate`] for a mesh without any area, and those of [`Context::check`].
 pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<UvLayout> {
-    options.validate(mesh.triangles.len())?;
+    options.validate(mesh)?;
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options)?;
     ctx.check()?;
-    let flatness = FLATNESS * ((options.max_stretch - 1.0) / 0.1).clamp(0.25, 2.0);
-    let (label, count) = segment::patches(&s, flatness, ctx)?;
+    let mut bound = options.max_stretch;
+    let list = loop {
+        let list = charts_within(&s, bound, ctx)?;
+        if bound >= STRETCH_LIMIT || options.max_charts.is_none_or(|most| list.len() <= most) {
+            break list;
+        }
+        bound = (1.0 + (bound - 1.0) * LOOSEN).min(STRETCH_LIMIT);
+    };
+    ctx.stage(Stage::Pack, list.len());
+    let (list, places, density, repaired_charts) = settle(&s, list, options, ctx)?;
+    let [width, height] = options.page_size;
+    let known = UvLayout {
+        width,
+        height,
+        texels_per_unit: density / s.unit,
+        stretch_bound: bound,
+        repaired_charts,
+        ..UvLayout::default()
+    };
+    Ok(layout(&s, &list, &places, known))
+}
+
+/// The surface in charts that are stretched by `bound` at most.
+fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart>> {
+    let flatness = FLATNESS * ((bound - 1.0) / 0.1).clamp(0.25, 2.0);
+    let (label, count) = segment::patches(s, flatness, ctx)?;
     ctx.stage(Stage::Parametrize, count);
-    let bound = options.max_stretch;
-    let list: Vec<Chart> = if mesh.triangles.len() <= LARGE {
-        let mut charts = merge::Charts::new(s.faces(), first_charts(&s, &label, count, Some(bound), ctx)?);
-        merge::merge(&s, &mut charts, bound, ctx)?;
-        charts.list.into_iter().flatten().collect()
+    if s.faces() <= LARGE {
+        let mut charts = merge::Charts::new(s.faces(), first_charts(s, &label, count, Some(bound), ctx)?);
+        merge::merge(s, &mut charts, bound, ctx)?;
+        Ok(charts.list.into_iter().flatten().collect())
     } else {
-        let pieces = first_charts(&s, &label, count, None, ctx)?;
+        let pieces = first_charts(s, &label, count, None, ctx)?;
         let merge::Charts { list, owner: label, .. } = merge::Charts::new(s.faces(), pieces);
-        let patches = refine::Patches::new(&s, label, list.len());
+        let patches = refine::Patches::new(s, label, list.len());
         drop(list);
-        let coarse = coarse::coarsen(&s, &patches, COARSE, ctx)?;
+        let coarse = coarse::coarsen(s, &patches, COARSE, ctx)?;
         let loose = 1.0 + (bound - 1.0) * COARSE_SLACK;
         let first = first_charts(&coarse.surface, &coarse.label, patches.count, Some(loose), ctx)?;
         let mut charts = merge::Charts::new(coarse.surface.faces(), first);
         merge::merge(&coarse.surface, &mut charts, loose, ctx)?;
-        refine::refine(&s, &patches, &coarse, &charts, bound, ctx)?
-    };
-    ctx.stage(Stage::Pack, list.len());
-    let (list, places, repaired) = settle(&s, list, options, ctx)?;
-    Ok(layout(&s, &list, &places, repaired, options))
+        refine::refine(s, &patches, &coarse, &charts, bound, ctx)
+    }
 }
 
 /// Packs, and checks the charts once more as they leave: in single precision, in place. What rounding spoils (faces
-/// far below a texel) is cut out, and everything packed again.
+/// far below a texel) is cut out, and everything packed again. Gives the charts, their places, the density in texels
+/// per unit of the surface's frame, and how many charts were cut.
 fn settle(
     s: &Surface,
     mut list: Vec<Chart>,
     options: &UnwrapOptions,
     ctx: &Context<'_>,
-) -> Result<(Vec<Chart>, Vec<pack::Place>, usize)> {
+) -> Result<(Vec<Chart>, Vec<pack::Place>, f64, usize)> {
+    let goal = pack::Goal {
+        page: options.page_size,
+        padding: options.padding_px,
+        density: options.texels_per_unit.map(|t| t * s.unit),
+        pages: options.pages.unwrap_or(if options.texels_per_unit.is_some() { MOST_PAGES } else { 1 }),
+        packer: options.packer,
+        seed: ctx.seed,
+    };
     let mut repaired = 0;
     for round in 0.. {
-        let places = pack::pack(&list, options.page_size, options.padding_px, ctx)?;
+        let (places, density) = pack::pack(&list, &goal, ctx)?;
         let spoiled: Vec<Option<Vec<bool>>> =
-            list.par_iter().zip(&places).map(|(c, p)| spoiled(c, &p.positions(&c.uv), round)).collect();
+            list.par_iter().zip(&places).map(|(c, p)| spoiled(s, c, &p.positions(&c.uv), round)).collect();
         if round == REPAIRS || spoiled.iter().all(Option::is_none) {
-            return Ok((list, places, repaired));
+            return Ok((list, places, density, repaired));
         }
         let mut next = Vec::with_capacity(list.len());
         for (c, spoiled) in list.into_iter().zip(spoiled) {
@@ -198,24 +307,57 @@ fn settle(
 
 /// The faces of a chart to be cut out of it because rounding flipped them; where its border touches itself, half of
 /// it. `None` if all is well.
-fn spoiled(c: &Chart, at: &[[f32; 2]], round: usize) -> Option<Vec<bool>> {
+fn spoiled(s: &Surface, c: &Chart, at: &[[f32; 2]], round: usize) -> Option<Vec<bool>> {
     let at: Vec<[f64; 2]> = at.iter().map(|p| p.map(f64::from)).collect();
     let bad: Vec<bool> = c.tris.iter().map(|t| !inject::positive(flatten::corners(*t, &at))).collect();
     if c.faces.len() == 1 {
         return None;
     }
     if bad.iter().any(|&b| b) {
-        // All of them bad would cut nothing.
-        return Some(if bad.iter().all(|&b| b) { (0..bad.len()).map(|i| i % 2 == 0).collect() } else { bad });
+        return Some(whole_cells(s, &c.faces, bad));
     }
-    inject::border_touches(&c.tris, &at, &c.border).then(|| {
-        let x = |i: usize| c.tris[i].iter().map(|&v| at[v as usize][round % 2]).sum::<f64>();
-        let mut order: Vec<usize> = (0..c.tris.len()).collect();
-        order.sort_by(|&i, &j| x(i).total_cmp(&x(j)).then(i.cmp(&j)));
-        let mut side = vec![false; order.len()];
-        order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
+    inject::border_touches(&c.tris, &at, &c.border)
+        .then(|| halves(s, &c.faces, |i| c.tris[i].iter().map(|&v| at[v as usize][round % 2]).sum::<f64>()))
+}
+
+/// Widens `side` so that it cuts no cell, if a cut is left then; a `side` that holds all faces becomes every other one.
+fn whole_cells(s: &Surface, faces: &[u32], side: Vec<bool>) -> Vec<bool> {
+    let mut marked: Vec<u32> = faces.iter().zip(&side).filter(|f| *f.1).map(|f| s.cell(*f.0)).collect();
+    marked.sort_unstable();
+    let wide: Vec<bool> = faces.iter().map(|&f| marked.binary_search(&s.cell(f)).is_ok()).collect();
+    let cuts = |side: &[bool]| side.iter().any(|&b| b) && !side.iter().all(|&b| b);
+    if cuts(&wide) {
+        wide
+    } else if cuts(&side) {
         side
-    })
+    } else {
+        (0..side.len()).map(|i| i % 2 == 0).collect()
+    }
+}
+
+/// Half of the faces, those of least `x` (of a place among them), without cutting a cell where there are several.
+fn halves(s: &Surface, faces: &[u32], x: impl Fn(usize) -> f64) -> Vec<bool> {
+    // A cell lies where its first face lies.
+    let mut first: Vec<(u32, f64)> = faces.iter().enumerate().map(|(i, &f)| (s.cell(f), x(i))).collect();
+    first.sort_by_key(|c| c.0);
+    first.dedup_by_key(|c| c.0);
+    let one = first.len() == 1;
+    let key = |i: usize| match first.binary_search_by_key(&s.cell(faces[i]), |c| c.0) {
+        Ok(c) if !one => (first[c].1, first[c].0),
+        _ => (x(i), faces[i]),
+    };
+    let mut order: Vec<usize> = (0..faces.len()).collect();
+    order.sort_by(|&i, &j| {
+        let (a, b) = (key(i), key(j));
+        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(i.cmp(&j))
+    });
+    // The first place at or behind the middle, or else before it, where another cell begins.
+    let begins = |k: &usize| one || key(order[*k]).1 != key(order[*k - 1]).1;
+    let half = (order.len() / 2).max(1);
+    let at = (half..order.len()).find(begins).or_else(|| (1..half).rev().find(begins)).unwrap_or(half);
+    let mut side = vec![false; order.len()];
+    order[..at].iter().for_each(|&i| side[i] = true);
+    side
 }
 
 /// Flattens the first patches; one that cannot be laid out flat is cut further. Without a stretch bound they are only
@@ -299,7 +441,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
     let facing = |f: u32| vec3::dot(s.normal[f as usize], n) > 0.2;
     let away = c.faces.iter().filter(|&&f| !facing(f)).count();
     let side: Vec<bool> = if away > 0 && away < c.faces.len() {
-        c.faces.iter().map(|&f| facing(f)).collect()
+        whole_cells(s, &c.faces, c.faces.iter().map(|&f| !facing(f)).collect())
     } else {
         let centre =
             |f: u32| s.tri[f as usize].iter().fold([0.0; 3], |a, &v| vec3::add(a, s.pos[v as usize]));
@@ -310,11 +452,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
             })
             .fold((-1.0, 0), |a, b| if b.0 > a.0 { b } else { a })
             .1;
-        let mut order: Vec<usize> = (0..c.faces.len()).collect();
-        order.sort_by(|&i, &j| centre(c.faces[i])[axis].total_cmp(&centre(c.faces[j])[axis]).then(i.cmp(&j)));
-        let mut side = vec![false; order.len()];
-        order[..order.len() / 2].iter().for_each(|&i| side[i] = true);
-        side
+        halves(s, &c.faces, |i| centre(c.faces[i])[axis])
     };
     pieces(s, &c, &side).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound)).collect()
 }
@@ -391,13 +529,8 @@ fn single(s: &Surface, f: u32) -> Chart {
     }
 }
 
-fn layout(
-    s: &Surface,
-    list: &[Chart],
-    places: &[pack::Place],
-    repaired_charts: usize,
-    options: &UnwrapOptions,
-) -> UvLayout {
+/// The layout of charts in their places; `known` holds what was decided before.
+fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], known: UvLayout) -> UvLayout {
     let m = s.faces();
     let mut corner_uv = vec![[[0f32; 2]; 3]; m];
     let mut face_chart = vec![NONE; m];
@@ -410,6 +543,14 @@ fn layout(
             corner_uv[f as usize] = t.map(|v| at[v as usize]);
         }
     }
+    let mut split_polygons = 0;
+    if let Some(cells) = &s.cells {
+        for c in 0..cells.count() as u32 {
+            let own = cells.faces(c);
+            split_polygons +=
+                usize::from(own.iter().any(|&f| face_chart[f as usize] != face_chart[own[0] as usize]));
+        }
+    }
     // Faces without a shape share a point inside the first chart's first face.
     for f in 0..m {
         if face_chart[f] == NONE {
@@ -419,20 +560,17 @@ fn layout(
             corner_uv[f] = [corner_uv[home][0]; 3];
         }
     }
-    let scale = places.first().map_or(1.0, |p| p.scale);
     UvLayout {
         corner_uv,
         face_chart,
         charts: list.len(),
         pages: face_page.iter().map(|&p| p as usize + 1).max().unwrap_or(1),
         face_page,
-        width: options.page_size,
-        height: options.page_size,
-        texels_per_unit: scale * f64::from(options.page_size) / s.unit,
         over_stretched: list.iter().map(|c| c.over).sum::<f64>(),
         degenerate_faces: s.degenerate,
         duplicate_faces: s.duplicate,
         non_manifold_edges: s.non_manifold,
-        repaired_charts,
+        split_polygons,
+        ..known
     }
 }

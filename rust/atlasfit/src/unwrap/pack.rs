@@ -2,9 +2,11 @@
 //!
 //! In: flattened charts (all at one scale), page size and padding in texels. Out: page, rotation and position per
 //! chart. Charts are rasterised to bit masks and put, largest first, at the lowest free place over several
-//! rotations, into strips of a few widths; the squarest result wins. A whole row of positions is tested at a time
-//! with word-wide shifts, so holes and bays of placed charts are used at no extra cost.
+//! rotations, into strips of a few widths; the result closest to the page's shape wins. A whole row of positions is
+//! tested at a time with word-wide shifts, so holes and bays of placed charts are used at no extra cost. Several
+//! pages, or a given density, are pages of fixed size filled one after the other.
 
+use super::Packer;
 use super::chart::Chart;
 use super::flatten::corners;
 use crate::error::Result;
@@ -27,16 +29,40 @@ const SMALL: usize = 8;
 /// Charts above this share of the area are tried at eight rotations instead of four.
 const TURN_MORE: f64 = 0.01;
 
+/// Densities tried before the best one found counts, where pages have a fixed size.
+const SCALES: usize = 12;
+
 /// Rows that are tested together first.
 const BLOCK: usize = 8;
 
-/// Where a chart goes: rotate by (c, s), scale, then add the shift; the result is in page units [0, 1].
+/// Where a chart goes: rotate by (c, s), add the shift, scale; the result is in page units [0, 1].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub page: u32,
     pub rotation: [f64; 2],
-    pub scale: f64,
     pub shift: [f64; 2],
+    pub scale: [f64; 2],
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Self { page: 0, rotation: [1.0, 0.0], shift: [0.0; 2], scale: [1.0; 2] }
+    }
+}
+
+/// What to pack for. Lengths on the surface are in its frame.
+#[derive(Clone, Copy)]
+pub(super) struct Goal {
+    /// Page width and height in texels.
+    pub page: [u32; 2],
+    /// Free texels round every chart.
+    pub padding: u32,
+    /// Texels per unit; `None` = what fills the pages.
+    pub density: Option<f64>,
+    /// Most pages.
+    pub pages: u32,
+    pub packer: Packer,
+    pub seed: u64,
 }
 
 impl Place {
@@ -46,7 +72,7 @@ impl Place {
         uv.iter()
             .map(|q| {
                 let p = [c * q[0] - s * q[1], s * q[0] + c * q[1]];
-                [0, 1].map(|k| (p[k] * self.scale + self.shift[k]).clamp(0.0, 1.0) as f32)
+                [0, 1].map(|k| ((p[k] + self.shift[k]) * self.scale[k]).clamp(0.0, 1.0) as f32)
             })
             .collect()
     }
@@ -71,6 +97,14 @@ struct Pose {
     tight: Mask,
     /// The same with the padding round it: `grow` more cells on every side.
     grown: Mask,
+}
+
+impl Pose {
+    /// The place of its tight mask at a cell.
+    fn at(&self, x: usize, y: usize, cell: f64) -> Place {
+        let shift = [x as f64 * cell - self.origin[0], y as f64 * cell - self.origin[1]];
+        Place { rotation: self.rotation, shift, ..Place::default() }
+    }
 }
 
 struct Cells {
@@ -425,9 +459,34 @@ fn poses(c: &Chart, upright: [f64; 2], cell: f64, grow: usize, more: bool) -> Ve
     out
 }
 
-/// Packs everything on one square page.
-pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32, ctx: &Context<'_>) -> Result<Vec<Place>> {
+/// Packs the charts. Returns a place for each, and texels per unit.
+pub(super) fn pack(charts: &[Chart], goal: &Goal, ctx: &Context<'_>) -> Result<(Vec<Place>, f64)> {
+    if charts.is_empty() {
+        return Ok((Vec::new(), 1.0));
+    }
+    let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.uv)).collect();
+    let (mut places, density) = match (goal.density, goal.pages, goal.packer) {
+        (None, 1, Packer::Boxes) => one_page_of_boxes(charts, &upright, goal),
+        (None, 1, Packer::Shapes) => one_page(charts, &upright, goal, ctx)?,
+        _ => several_pages(charts, &upright, goal, ctx)?,
+    };
+    for p in &mut places {
+        p.scale = goal.page.map(|texels| density / f64::from(texels));
+    }
+    Ok((places, density))
+}
+
+/// Fills one page as far as possible.
+fn one_page(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    goal: &Goal,
+    ctx: &Context<'_>,
+) -> Result<(Vec<Place>, f64)> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
+    // The page is `aspect` times as high as wide; sizes are measured by its width.
+    let aspect = f64::from(goal.page[1]) / f64::from(goal.page[0]);
+    let side = (area / EXPECTED_FILL / aspect).sqrt();
     // A chart far longer than the page's expected side decides the page, and so the cells.
     let longest = charts
         .iter()
@@ -436,31 +495,30 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32, ctx: &Context
             (hi[0] - lo[0]).hypot(hi[1] - lo[1])
         })
         .fold(0.0, f64::max);
-    let cell = (area / EXPECTED_FILL).sqrt().max(longest * 0.8) / CELLS;
-    let grow = ((f64::from(padding) * CELLS / f64::from(page_size)).ceil() as usize).max(1);
-    let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.uv)).collect();
+    let cell = side.max(longest * 0.8 / aspect.max(1.0)) * aspect.max(1.0) / CELLS;
+    let cells_per_texel = CELLS / f64::from(goal.page[0].max(goal.page[1]));
+    let grow = ((f64::from(goal.padding) * cells_per_texel).ceil() as usize).max(1);
     let poses: Vec<Vec<Pose>> = charts
         .par_iter()
-        .zip(&upright)
+        .zip(upright)
         .map(|(c, &r)| poses(c, r, cell, grow, c.area > TURN_MORE * area))
         .collect();
-    let mut order: Vec<usize> = (0..charts.len()).collect();
-    let extent =
-        |c: usize| (poses[c][0].tight.width * 10 + poses[c][0].tight.height * 3, poses[c][0].tight.height);
-    order.sort_by_key(|&c| (std::cmp::Reverse(extent(c)), c));
+    let order = largest_first(&poses);
     let narrowest =
         poses.iter().map(|p| p.iter().map(|q| q.grown.width).min().unwrap_or(0)).max().unwrap_or(0);
+    let size_of = |width: usize, top: usize| width.max((top as f64 / aspect).ceil() as usize);
     let mut best: Option<(usize, Vec<Place>)> = None;
-    let mut width = ((area / 0.8).sqrt() / cell) as usize;
+    let mut width = ((area / 0.8 / aspect).sqrt() / cell) as usize;
     for _ in 0..if charts.len() > ORDER_WORK { 1 } else { WIDTHS } {
         ctx.check()?;
         width = width.max(narrowest);
-        let limit = best.as_ref().map_or(usize::MAX / 4, |b| b.0);
+        let limit = best.as_ref().map_or(usize::MAX / 4, |b| (b.0 as f64 * aspect) as usize);
         let Some((top, places)) = strip(&poses, &order, width, grow, cell, limit) else { break };
-        let size = top.max(width);
+        let size = size_of(width, top);
         if best.as_ref().is_none_or(|b| size < b.0) {
             best = Some((size, places));
         }
+        let top = (top as f64 / aspect).ceil() as usize;
         let next = if top > width {
             ((top * width) as f64).sqrt() as usize
         } else {
@@ -483,20 +541,24 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32, ctx: &Context
         if target < narrowest {
             break;
         }
+        let limit = (target as f64 * aspect) as usize;
         let tries: Vec<Option<(usize, Vec<Place>)>> = (0..variants)
             .into_par_iter()
             .map(|v| {
                 let mut keyed: Vec<(u64, usize)> = order
                     .iter()
-                    .map(|&c| ((extent(c).0 as f64 * jitter(round * variants + v, c)) as u64, c))
+                    .map(|&c| {
+                        let seed = goal.seed.wrapping_mul(0x1_0000_01B3) ^ (round * variants + v);
+                        ((extent(&poses[c]).0 as f64 * jitter(seed, c)) as u64, c)
+                    })
                     .collect();
                 keyed.sort_by_key(|&(k, c)| (std::cmp::Reverse(k), c));
                 let order: Vec<usize> = keyed.into_iter().map(|k| k.1).collect();
-                strip(&poses, &order, target, grow, cell, target)
+                strip(&poses, &order, target, grow, cell, limit)
             })
             .collect();
         match tries.into_iter().flatten().min_by_key(|t| t.0) {
-            Some((top, places)) => best = Some((top.max(target), places)),
+            Some((top, places)) => best = Some((size_of(target, top), places)),
             None => {
                 failures += 1;
                 if failures == 3 {
@@ -505,15 +567,118 @@ pub(super) fn pack(charts: &[Chart], page_size: u32, padding: u32, ctx: &Context
             }
         }
     }
-    let (size, mut places) = match best {
-        Some((cells, places)) => (cells as f64 * cell, places),
-        None => shelves(charts, &upright),
+    Ok(match best {
+        Some((cells, places)) => (places, f64::from(goal.page[0]) / (cells as f64 * cell)),
+        None => one_page_of_boxes(charts, upright, goal),
+    })
+}
+
+/// How much a chart decides where others go, for the order of placing.
+fn extent(poses: &[Pose]) -> (usize, usize) {
+    (poses[0].tight.width * 10 + poses[0].tight.height * 3, poses[0].tight.height)
+}
+
+fn largest_first(poses: &[Vec<Pose>]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..poses.len()).collect();
+    order.sort_by_key(|&c| (std::cmp::Reverse(extent(&poses[c])), c));
+    order
+}
+
+/// Fills pages of fixed size: at the density asked for, or the highest at which all fit.
+fn several_pages(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    goal: &Goal,
+    ctx: &Context<'_>,
+) -> Result<(Vec<Place>, f64)> {
+    let area: f64 = charts.iter().map(|c| c.area).sum();
+    let try_at = |density: f64| match goal.packer {
+        Packer::Shapes => fill_shapes(charts, upright, goal, density, area, ctx),
+        Packer::Boxes => Ok(fill_boxes(charts, upright, goal, density)),
     };
-    for p in &mut places {
-        p.scale = 1.0 / size;
-        p.shift = p.shift.map(|x| x / size);
+    let full = |fill: f64| {
+        let texels = f64::from(goal.page[0]) * f64::from(goal.page[1]) * f64::from(goal.pages);
+        (texels * fill / area).sqrt()
+    };
+    // Too high a density cannot fit; the highest that does lies between these.
+    let (mut low, mut high) = (None, full(1.0));
+    let mut at = goal.density.unwrap_or_else(|| full(EXPECTED_FILL)).min(high);
+    for _ in 0..SCALES {
+        match try_at(at)? {
+            Some(places) if goal.density.is_some_and(|d| at >= d) => return Ok((places, at)),
+            Some(places) => low = Some((places, at)),
+            None => high = at,
+        }
+        at = match &low {
+            Some((_, l)) if high / l < 1.01 => break,
+            Some((_, l)) => (l * high).sqrt(),
+            None => at * 0.85,
+        };
     }
-    Ok(places)
+    loop {
+        if let Some(found) = low {
+            return Ok(found);
+        }
+        if let Some(places) = try_at(at)? {
+            return Ok((places, at));
+        }
+        at *= 0.7;
+    }
+}
+
+/// Places the charts at a density on at most as many pages as allowed, by shape.
+fn fill_shapes(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    goal: &Goal,
+    density: f64,
+    area: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<Place>>> {
+    ctx.check()?;
+    let texels = (f64::from(goal.page[0].max(goal.page[1])) / CELLS).max(1.0);
+    let cell = texels / density;
+    let [width, height] = goal.page.map(|p| (f64::from(p) / texels) as usize);
+    // What is larger than a page fits on none: found before its mask takes memory.
+    let longest = cell * (width as f64).hypot(height as f64);
+    let too_large = |c: &Chart| {
+        let (lo, hi) = bounds(&c.uv);
+        (hi[0] - lo[0]).hypot(hi[1] - lo[1]) > longest * std::f64::consts::SQRT_2
+    };
+    if charts.iter().any(too_large) {
+        return Ok(None);
+    }
+    let grow = ((f64::from(goal.padding) / texels).ceil() as usize).max(1);
+    let poses: Vec<Vec<Pose>> = charts
+        .par_iter()
+        .zip(upright)
+        .map(|(c, &r)| poses(c, r, cell, grow, c.area > TURN_MORE * area))
+        .collect();
+    let mut pages: Vec<Strip> = Vec::new();
+    let mut places = vec![Place::default(); charts.len()];
+    'charts: for c in largest_first(&poses) {
+        ctx.check()?;
+        for page in 0..goal.pages as usize {
+            if page == pages.len() {
+                pages.push(Strip::new(width));
+            }
+            let best = (poses[c].iter())
+                .filter_map(|p| {
+                    pages[page].find(&p.grown, 0, height).map(|at| (2 * at.1 + p.grown.height, at, p))
+                })
+                .min_by_key(|b| b.0);
+            if let Some((_, (x, y), pose)) = best {
+                pages[page].put(&pose.tight, x + grow, y + grow);
+                places[c] = Place { page: page as u32, ..pose.at(x + grow, y + grow, cell) };
+                continue 'charts;
+            }
+            if pages[page].single.free.is_empty() {
+                return Ok(None);
+            }
+        }
+        return Ok(None);
+    }
+    Ok(Some(places))
 }
 
 /// A factor within a third of 1, fixed by its arguments (an integer hash after Steele, Lea, Flood 2014).
@@ -538,7 +703,7 @@ fn strip(
 ) -> Option<(usize, Vec<Place>)> {
     let mut strip = Strip::new(width);
     let mut top = 0;
-    let mut places = vec![Place { page: 0, rotation: [1.0, 0.0], scale: 1.0, shift: [0.0; 2] }; poses.len()];
+    let mut places = vec![Place::default(); poses.len()];
     // Where masks of a size were last put: below that there is no room for small ones of the same size.
     let mut lowest: HashMap<(usize, usize), usize> = HashMap::new();
     for &c in order {
@@ -569,56 +734,64 @@ fn strip(
         if top > limit {
             return None;
         }
-        places[c] = Place {
-            page: 0,
-            rotation: pose.rotation,
-            scale: 1.0,
-            shift: [(x + grow) as f64 * cell - pose.origin[0], (y + grow) as f64 * cell - pose.origin[1]],
-        };
+        places[c] = pose.at(x + grow, y + grow, cell);
     }
     Some((top, places))
 }
 
-/// Rows of bounding boxes: what is left when a chart is wider than a well-filled page.
-fn shelves(charts: &[Chart], upright: &[[f64; 2]]) -> (f64, Vec<Place>) {
-    let boxes: Vec<[[f64; 2]; 2]> = charts
-        .iter()
-        .zip(upright)
-        .map(|(c, r)| {
-            let p = rotated(&c.uv, *r);
-            let mut b = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-            for q in &p {
-                for k in 0..2 {
-                    b[0][k] = b[0][k].min(q[k]);
-                    b[1][k] = b[1][k].max(q[k]);
-                }
-            }
-            b
-        })
-        .collect();
-    let width = boxes.iter().fold(0f64, |a, b| a.max(b[1][0] - b[0][0])) * 1.01;
-    let gap = width * 0.005;
-    let mut order: Vec<usize> = (0..charts.len()).collect();
-    order.sort_by(|&a, &b| {
-        (boxes[b][1][1] - boxes[b][0][1]).total_cmp(&(boxes[a][1][1] - boxes[a][0][1])).then(a.cmp(&b))
-    });
-    let (mut x, mut y, mut row) = (gap, gap, 0f64);
-    let mut out = vec![Place { page: 0, rotation: [1.0, 0.0], scale: 1.0, shift: [0.0; 2] }; charts.len()];
+/// A chart's upright bounding box.
+fn upright_box(c: &Chart, r: [f64; 2]) -> [[f64; 2]; 2] {
+    let (lo, hi) = bounds(&rotated(&c.uv, r));
+    [lo, hi]
+}
+
+/// One page of rows of bounding boxes.
+fn one_page_of_boxes(charts: &[Chart], upright: &[[f64; 2]], goal: &Goal) -> (Vec<Place>, f64) {
+    let boxes: Vec<[[f64; 2]; 2]> = charts.iter().zip(upright).map(|(c, &r)| upright_box(c, r)).collect();
+    let padded: f64 = charts.iter().map(|c| c.area).sum::<f64>();
+    let mut density = (f64::from(goal.page[0]) * f64::from(goal.page[1]) / padded).sqrt();
+    loop {
+        if let Some(places) = shelves(&boxes, upright, goal, density) {
+            return (places, density);
+        }
+        density *= 0.99;
+    }
+}
+
+/// Places the charts at a density on at most as many pages as allowed, in rows.
+fn fill_boxes(charts: &[Chart], upright: &[[f64; 2]], goal: &Goal, density: f64) -> Option<Vec<Place>> {
+    let boxes: Vec<[[f64; 2]; 2]> = charts.iter().zip(upright).map(|(c, &r)| upright_box(c, r)).collect();
+    shelves(&boxes, upright, goal, density)
+}
+
+/// Rows of bounding boxes, highest first.
+fn shelves(boxes: &[[[f64; 2]; 2]], upright: &[[f64; 2]], goal: &Goal, density: f64) -> Option<Vec<Place>> {
+    let [width, height] = goal.page.map(|p| f64::from(p) / density);
+    let gap = f64::from(goal.padding.max(1)) / density;
+    let size = |c: usize| [0, 1].map(|k| boxes[c][1][k] - boxes[c][0][k]);
+    let mut order: Vec<usize> = (0..boxes.len()).collect();
+    order.sort_by(|&a, &b| size(b)[1].total_cmp(&size(a)[1]).then(a.cmp(&b)));
+    let (mut page, mut x, mut y, mut row) = (0, gap, gap, 0f64);
+    let mut out = vec![Place::default(); boxes.len()];
     for c in order {
-        let (w, h) = (boxes[c][1][0] - boxes[c][0][0], boxes[c][1][1] - boxes[c][0][1]);
-        if x + w > width + gap {
-            x = gap;
-            y += row + gap;
-            row = 0.0;
+        let [w, h] = size(c);
+        if x + w + gap > width {
+            (x, y, row) = (gap, y + row + gap, 0.0);
+        }
+        if y + h + gap > height {
+            (page, x, y, row) = (page + 1, gap, gap, 0.0);
+        }
+        if page == goal.pages || x + w + gap > width || y + h + gap > height {
+            return None;
         }
         out[c] = Place {
-            page: 0,
+            page,
             rotation: upright[c],
-            scale: 1.0,
             shift: [x - boxes[c][0][0], y - boxes[c][0][1]],
+            ..Place::default()
         };
         x += w + gap;
         row = row.max(h);
     }
-    ((y + row + gap).max(width + 2.0 * gap), out)
+    Some(out)
 }

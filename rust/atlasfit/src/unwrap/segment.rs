@@ -4,7 +4,7 @@
 //! 2001) with the normal-variance error of Cohen-Steiner, Alliez, Desbrun 2004 and a term that favours compact
 //! patches; then border faces move between patches where that shortens the borders.
 
-use super::surface::{NONE, Surface};
+use super::surface::{Cells, NONE, Surface};
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, add, dot, norm, normalize, scale};
 use crate::run::Context;
@@ -80,23 +80,36 @@ fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -
 fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>, Vec<u32>)> {
     let m = s.faces();
     let cone_limit = CONE_COS.acos();
-    let mut of_face: Vec<u32> = (0..m as u32).collect();
-    let mut clusters: Vec<Cluster> = (0..m)
-        .map(|f| Cluster {
-            area: s.area[f],
-            sum: scale(s.normal[f], s.area[f]),
-            angle: 0.0,
-            stamp: 0,
-            near: Vec::new(),
-        })
-        .collect();
+    let one = |f: usize| Cluster {
+        area: s.area[f],
+        sum: scale(s.normal[f], s.area[f]),
+        angle: 0.0,
+        stamp: 0,
+        near: Vec::new(),
+    };
+    let (mut of_face, mut clusters): (Vec<u32>, Vec<Cluster>) = match &s.cells {
+        None => ((0..m as u32).collect(), (0..m).map(one).collect()),
+        Some(cells) => {
+            let join = |c: u32| {
+                cells.faces(c).iter().map(|&f| one(f as usize)).reduce(|a, b| {
+                    let sum = add(a.sum, b.sum);
+                    let angle = cone(&a, &b, normalize(sum));
+                    Cluster { area: a.area + b.area, sum, angle, stamp: 0, near: Vec::new() }
+                })
+            };
+            (cells.of_face.clone(), (0..cells.count() as u32).filter_map(join).collect())
+        }
+    };
     // Edges (a, b, length) with a < b, sorted.
     let mut edges: Vec<(u32, u32, f64)> = Vec::with_capacity(m * 3 / 2);
     for f in 0..m {
         for k in 0..3 {
             let h = s.mate[f][k];
             if h != NONE && h / 3 > f as u32 {
-                edges.push((f as u32, h / 3, f64::from(s.length[f][k])));
+                let (a, b) = (s.cell(f as u32), s.cell(h / 3));
+                if a != b {
+                    edges.push((a.min(b), a.max(b), f64::from(s.length[f][k])));
+                }
             }
         }
     }
@@ -252,41 +265,57 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
     Ok(split_components(s, &label))
 }
 
-/// Moves border faces to the neighbouring patch where that shortens the border.
+/// Moves border cells to the neighbouring patch where that shortens the border.
 fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: &Context<'_>) -> Result<()> {
     let axis: Vec<Vec3> =
         clusters.iter().map(|c| if c.stamp == NONE { [0.0; 3] } else { normalize(c.sum) }).collect();
+    // Patches beyond each edge of the cell, and how long the border with each is.
+    let mut near: Vec<(u32, f64)> = Vec::new();
     for _ in 0..8 {
         ctx.check()?;
         let mut moved = 0;
-        for f in 0..label.len() {
-            if label[f] == NONE {
+        for c in 0..s.cells.as_ref().map_or(label.len(), Cells::count) as u32 {
+            let own = [c];
+            let faces = s.cells.as_ref().map_or(&own[..], |cells| cells.faces(c));
+            let first = faces[0] as usize;
+            if label[first] == NONE {
                 continue;
             }
-            let mut best = (0.0, label[f]);
-            let near = [0, 1, 2].map(|k| {
-                let h = s.mate[f][k];
-                if h == NONE { NONE } else { label[h as usize / 3] }
-            });
-            if near.iter().all(|&n| n == label[f] || n == NONE) {
-                continue;
+            near.clear();
+            let mut here = 0.0;
+            for &f in faces {
+                for k in 0..3 {
+                    let h = s.mate[f as usize][k];
+                    if h == NONE || s.cells.is_some() && s.cell(h / 3) == c {
+                        continue;
+                    }
+                    let (l, length) = (label[h as usize / 3], f64::from(s.length[f as usize][k]));
+                    if l == label[first] {
+                        here += length;
+                    } else if l != NONE {
+                        match near.iter_mut().find(|n| n.0 == l) {
+                            Some(n) => n.1 += length,
+                            None => near.push((l, length)),
+                        }
+                    }
+                }
             }
-            let share =
-                |c: u32| (0..3).filter(|&k| near[k] == c).map(|k| f64::from(s.length[f][k])).sum::<f64>();
-            let here = share(label[f]);
-            for c in near {
-                if c == NONE || c == label[f] || dot(s.normal[f], axis[c as usize]) < CONE_COS {
+            let mut best = (0.0, label[first]);
+            for &(l, share) in &near {
+                let to = axis[l as usize];
+                if faces.iter().any(|&f| dot(s.normal[f as usize], to) < CONE_COS) {
                     continue;
                 }
-                // A face that is much flatter against the other patch goes there even at equal length.
-                let turn = dot(s.normal[f], axis[c as usize]) - dot(s.normal[f], axis[label[f] as usize]);
-                let gain = share(c) - here + 0.3 * turn * share(c).max(here);
+                // A cell that is much flatter against the other patch goes there even at equal length.
+                let normal = s.normal[first];
+                let turn = dot(normal, to) - dot(normal, axis[label[first] as usize]);
+                let gain = share - here + 0.3 * turn * share.max(here);
                 if gain > best.0 + 1e-9 {
-                    best = (gain, c);
+                    best = (gain, l);
                 }
             }
-            if best.1 != label[f] {
-                label[f] = best.1;
+            if best.1 != label[first] {
+                faces.iter().for_each(|&f| label[f as usize] = best.1);
                 moved += 1;
             }
         }

@@ -36,6 +36,8 @@ pub(super) struct Surface {
     pub pos: Vec<Vec3>,
     /// Faces that take part; the others repeat a vertex or have a non-finite one.
     pub usable: Vec<bool>,
+    /// Connected faces of one polygon, which stay together where possible; `None` if every face stands alone.
+    pub cells: Option<Cells>,
     /// User units per unit of this frame.
     pub unit: f64,
     /// Faces of zero area (mapped to a small valid triangle) plus unusable faces.
@@ -44,6 +46,55 @@ pub(super) struct Surface {
     pub duplicate: usize,
     /// Edges cut because more than two faces, or two clashing ones, meet there.
     pub non_manifold: usize,
+}
+
+/// Faces grouped into the polygons they are cut from.
+pub(super) struct Cells {
+    /// Cell per face.
+    pub of_face: Vec<u32>,
+    /// Faces of cell c: `faces[start[c]..start[c + 1]]`, ascending.
+    start: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl Cells {
+    /// Connected runs of equal `polygon`.
+    fn new(polygon: &[u32], mate: &[[u32; 3]]) -> Self {
+        let m = polygon.len();
+        let mut of_face = vec![NONE; m];
+        let (mut start, mut faces) = (vec![0u32], Vec::with_capacity(m));
+        for f in 0..m {
+            if of_face[f] != NONE {
+                continue;
+            }
+            let (from, cell) = (faces.len(), start.len() as u32 - 1);
+            of_face[f] = cell;
+            faces.push(f as u32);
+            let mut next = from;
+            while next < faces.len() {
+                for &h in &mate[faces[next] as usize] {
+                    if h != NONE && of_face[h as usize / 3] == NONE && polygon[h as usize / 3] == polygon[f] {
+                        of_face[h as usize / 3] = cell;
+                        faces.push(h / 3);
+                    }
+                }
+                next += 1;
+            }
+            faces[from..].sort_unstable();
+            start.push(faces.len() as u32);
+        }
+        Self { of_face, start, faces }
+    }
+
+    /// Number of cells.
+    pub(super) fn count(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// The faces of a cell.
+    pub(super) fn faces(&self, cell: u32) -> &[u32] {
+        &self.faces[self.start[cell as usize] as usize..self.start[cell as usize + 1] as usize]
+    }
 }
 
 impl Surface {
@@ -99,6 +150,22 @@ impl Surface {
         }
         let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options);
         let mut out = Self::from_parts(pos, tri, mate);
+        if options.keep_uv_seams
+            && let Some(uv) = &mesh.corner_uv
+        {
+            out.cut(|f, k, g, l| uv[f][k] != uv[g][(l + 1) % 3] || uv[f][(k + 1) % 3] != uv[g][l], options);
+        }
+        if let Some(angle) = options.hard_edge_angle {
+            let least = angle.to_radians().cos();
+            let normal = std::mem::take(&mut out.normal);
+            let bent = |f: usize, g: usize| {
+                let (a, b) = (normal[f], normal[g]);
+                a != [0.0; 3] && b != [0.0; 3] && dot(a, b) < least
+            };
+            out.cut(|f, _, g, _| bent(f, g), options);
+            out.normal = normal;
+        }
+        out.cells = options.face_polygon.as_ref().map(|p| Cells::new(p, &out.mate));
         for f in (0..m).filter(|&f| !usable[f]) {
             out.normal[f] = [0.0; 3];
             out.area[f] = 0.0;
@@ -131,8 +198,46 @@ impl Surface {
             rest[f] = [l, x, y];
         }
         let usable = vec![true; m];
+        let cells = None;
         let (unit, degenerate, duplicate, non_manifold) = (1.0, 0, 0, 0);
-        Self { tri, mate, normal, area, rest, length, pos, usable, unit, degenerate, duplicate, non_manifold }
+        Self {
+            tri,
+            mate,
+            normal,
+            area,
+            rest,
+            length,
+            pos,
+            usable,
+            cells,
+            unit,
+            degenerate,
+            duplicate,
+            non_manifold,
+        }
+    }
+
+    /// Cuts edges between different polygons where `seam(face, slot, face beyond, its slot)` says so.
+    fn cut(&mut self, seam: impl Fn(usize, usize, usize, usize) -> bool, options: &UnwrapOptions) {
+        let polygon = |f: usize| options.face_polygon.as_ref().map_or(f as u32, |p| p[f]);
+        for f in 0..self.faces() {
+            for k in 0..3 {
+                let h = self.mate[f][k];
+                if h == NONE || h / 3 < f as u32 {
+                    continue;
+                }
+                let (g, l) = (h as usize / 3, h as usize % 3);
+                if polygon(f) != polygon(g) && seam(f, k, g, l) {
+                    self.mate[f][k] = NONE;
+                    self.mate[g][l] = NONE;
+                }
+            }
+        }
+    }
+
+    /// The cell of a face: faces of one cell stay together where possible.
+    pub(super) fn cell(&self, f: u32) -> u32 {
+        self.cells.as_ref().map_or(f, |c| c.of_face[f as usize])
     }
 
     /// Number of faces, unusable ones included.
