@@ -489,6 +489,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         });
     }
 
+    ctx.check()?;
     // Attributes from the nearest denoised points.
     let sources: Vec<u32> = {
         let mut first = vec![u32::MAX; points.len()];
@@ -499,7 +500,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         first
     };
-    let mut mesh = TriMesh::new(surface.positions.clone(), surface.triangles);
+    let mut mesh = TriMesh::new(surface.positions, surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.map(|x| x as f32)).collect());
     transfer(cloud, &projected, &sources, &mut mesh, ctx)?;
 
@@ -520,6 +521,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         *p = back(*p);
     }
 
+    ctx.check()?;
     // Denoised points in input order.
     let mut out = cloud.clone();
     let mut normals = vec![[0f32; 3]; cloud.len()];
@@ -673,37 +675,4 @@ fn transfer(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::rng::Rng;
-    use crate::run::watch::Watch;
-    use std::sync::Arc;
-    use std::sync::atomic::Ordering;
-
-    /// A torus with noise of half its point spacing.
-    fn torus(n: usize) -> PointCloud {
-        let mut rng = Rng::new(1);
-        let spacing = (4.0 * std::f64::consts::PI.powi(2) * 0.4 / n as f64).sqrt();
-        let point = |rng: &mut Rng| {
-            let [a, b] = [0, 1].map(|_| std::f64::consts::TAU * rng.uniform());
-            let r = 0.4 + 0.5 * spacing * rng.normal();
-            let ring = 1.0 + r * b.cos();
-            [ring * a.cos(), ring * a.sin(), r * b.sin()]
-        };
-        PointCloud::from_positions((0..n).map(|_| point(&mut rng)).collect())
-    }
-
-    #[test]
-    #[ignore = "measures time"]
-    fn no_worker_goes_long_without_a_check() {
-        let n = std::env::var("POINTS").map_or(100_000, |n| n.parse().expect("a number of points"));
-        let watch = Arc::new(Watch { timed: true, ..Watch::default() });
-        let mut run = Run { threads: 1, watch: Some(watch.clone()), ..Run::default() };
-        let out = denoise(&torus(n), &DenoiseOptions::default(), &mut run).unwrap();
-        println!("{} checks, {:?}", watch.checks.load(Ordering::Relaxed), out.report.seconds);
-        for (ms, place) in watch.longest().iter().take(40) {
-            println!("{ms:8.1} ms  {place}");
-        }
-        assert!(watch.longest()[0].0 < 50.0);
-    }
-}
+mod tests;
