@@ -677,7 +677,7 @@ fn corners(
             seen.push((c, w, distance * sign, mask));
         }
         // Charts of another sheet nearby have no say here: the sheet that is near and well known decides which charts are of the same opinion.
-        let score = |x: &(u32, f64, f64, f64)| x.1 / (x.2.abs() + NEAR * h);
+        let score = |x: &(u32, f64, f64, f64)| x.1 * (x.3 + 0.02) / (x.2.abs() + NEAR * h);
         let Some(lead) = seen.iter().max_by(|a, b| score(a).total_cmp(&score(b))).map(|x| x.2) else {
             continue;
         };
