@@ -438,6 +438,7 @@ fn glue(
             .sum::<f64>();
     let area = a.area + b.area;
     let allowed = OVER * area - far;
+    ctx.check().ok()?;
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned, ctx);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
