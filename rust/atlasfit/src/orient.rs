@@ -88,15 +88,14 @@ pub fn relations(
     Ok(out)
 }
 
+/// Pairs of charts, ascending, that no choice of signs reconciles.
+pub type Conflicts = Vec<(u32, u32)>;
+
 /// Signs per chart from the relations, and the relations that the signs contradict.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn orient(
-    charts: usize,
-    relations: &[Relation],
-    ctx: &Context<'_>,
-) -> Result<(Vec<f64>, Vec<(u32, u32)>)> {
+pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Result<(Vec<f64>, Conflicts)> {
     let mut order: Vec<u32> = (0..relations.len() as u32).collect();
     let strongest_first = |&x: &u32, &y: &u32| {
         let (x, y) = (relations[x as usize], relations[y as usize]);

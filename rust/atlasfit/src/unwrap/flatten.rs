@@ -191,7 +191,7 @@ impl<'c> Arap<'c> {
         }
         match &self.solver {
             Solver::Direct(factor) => {
-                factor.solve(rhs, work);
+                factor.solve(rhs, work, self.ctx);
                 for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
                     if !pinned.get(v).is_some_and(|&x| x) {
                         *p = *q;

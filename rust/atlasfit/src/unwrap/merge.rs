@@ -413,6 +413,7 @@ fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -
 }
 
 /// Joins two charts along given edges, if the result stretches little enough and is injective.
+#[expect(clippy::too_many_arguments, reason = "one call; all of it belongs to two charts and their border")]
 fn glue(
     s: &Surface,
     charts: &Charts,
@@ -438,6 +439,7 @@ fn glue(
             .sum::<f64>();
     let area = a.area + b.area;
     let allowed = OVER * area - far;
+    ctx.check().ok()?;
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned, ctx);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;

@@ -223,6 +223,7 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
         bound = (1.0 + (bound - 1.0) * LOOSEN).min(STRETCH_LIMIT);
     };
     ctx.stage(Stage::Pack, list.len());
+    ctx.check()?;
     let (list, places, density, repaired_charts) = settle(&s, list, options, ctx)?;
     let [width, height] = options.page_size;
     let known = UvLayout {

@@ -159,6 +159,9 @@ impl Factor {
         let mut stamp = 0;
         let mut scratch = Vec::new();
         dissect(graph, coordinates, &mut order, &mut side, &mut stamp, &mut scratch);
+        if ctx.check().is_err() {
+            return Self::default();
+        }
         let mut place = vec![0u32; n];
         for (p, &v) in order.iter().enumerate() {
             place[v as usize] = p as u32;
@@ -197,7 +200,7 @@ impl Factor {
         let mut length = vec![0u32; n];
         flag.fill(NONE);
         for k in 0..n {
-            if k % 256 == 0 && ctx.check().is_err() {
+            if k % 4 == 0 && ctx.check().is_err() {
                 break;
             }
             let mut top = n;
@@ -241,7 +244,8 @@ impl Factor {
     }
 
     /// Solves in place for both coordinates.
-    pub(super) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>) {
+    /// Unfinished when the run is to stop: the caller checks.
+    pub(super) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>, ctx: &Context<'_>) {
         let n = self.place.len();
         work.clear();
         work.resize(n, [0.0; 2]);
@@ -249,6 +253,9 @@ impl Factor {
             work[p as usize] = b[i];
         }
         for j in 0..n {
+            if j % 1024 == 0 && ctx.check().is_err() {
+                return;
+            }
             let x = work[j];
             for e in self.start[j] as usize..self.start[j + 1] as usize {
                 let w = &mut work[self.row[e] as usize];
@@ -257,6 +264,9 @@ impl Factor {
             }
         }
         for j in (0..n).rev() {
+            if j % 1024 == 0 && ctx.check().is_err() {
+                return;
+            }
             let mut x = [work[j][0] / self.diagonal[j], work[j][1] / self.diagonal[j]];
             for e in self.start[j] as usize..self.start[j + 1] as usize {
                 let w = work[self.row[e] as usize];
