@@ -2,6 +2,29 @@
 
 use atlasfit::geometry::ScalarKind;
 
+/// `n` zeros for a column whose bytes are known to be in the file. Several threads touch the pages of a large one: the first
+/// touch of its memory costs more than all else that reading rows does.
+pub fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
+    /// Smaller columns take less time than starting threads.
+    const LARGE: usize = 4 << 20;
+    /// More threads wait for each other in the system.
+    const MOST_THREADS: usize = 8;
+    const PAGE: usize = 4096;
+    let mut out = vec![zero; n];
+    let threads = std::thread::available_parallelism().map_or(1, |t| t.get().min(MOST_THREADS));
+    if n * size_of::<T>() >= LARGE && threads > 1 {
+        let step = (PAGE / size_of::<T>()).max(1);
+        std::thread::scope(|scope| {
+            for part in out.chunks_mut(n.div_ceil(threads)) {
+                let touch = move || part.iter_mut().step_by(step).for_each(|x| *x = zero);
+                // Without a thread the pages are touched when they are filled.
+                let _ = std::thread::Builder::new().spawn_scoped(scope, touch);
+            }
+        });
+    }
+    out
+}
+
 /// Bytes of a number.
 pub const fn size(kind: ScalarKind) -> usize {
     match kind {

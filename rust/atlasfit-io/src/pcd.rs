@@ -3,7 +3,7 @@
 //! Positions, normals, packed colours (`rgb`, `rgba`) and every other field as an attribute. Points of organised
 //! clouds without a measurement are NaN in the file and stay so. The viewpoint is not applied (nor does PCL).
 
-use crate::bytes::{column, size};
+use crate::bytes::{column, size, zeros};
 use crate::error::{Place, Result};
 use crate::load::{Content, Input};
 use crate::text::{self, Lines};
@@ -266,13 +266,12 @@ fn columns(input: &mut Input<'_>, header: &Header, n: usize) -> Result<(Vec<Slot
     let numbers: usize = attributes.iter().map(|f| f.count).fold(0, usize::saturating_add);
     let rest = if normals.is_empty() { 0 } else { 12 } + if color.is_some() { 16 } else { 0 };
     input.reserve(n, numbers.saturating_mul(8).saturating_add(24 + rest))?;
-    // Fresh zeros cost nothing until they are written to.
     let mut out = Content::default();
-    out.cloud.positions = vec![[0.0; 3]; n];
-    out.cloud.normals = (!normals.is_empty()).then(|| vec![[0.0; 3]; n]);
-    out.cloud.colors = color.is_some().then(|| vec![[0.0; 4]; n]);
+    out.cloud.positions = zeros([0.0; 3], n);
+    out.cloud.normals = (!normals.is_empty()).then(|| zeros([0.0; 3], n));
+    out.cloud.colors = color.is_some().then(|| zeros([0.0; 4], n));
     let attribute = |f: &Field| {
-        let values = vec![0.0; n * f.count];
+        let values = zeros(0.0, n * f.count);
         Attribute { name: f.name.clone(), width: f.count, kind: f.kind.stored(), values }
     };
     out.cloud.attributes = attributes.into_iter().map(attribute).collect();

@@ -1,7 +1,7 @@
 //! Reads the body of a PLY file.
 
 use super::header::{self, Element, Encoding};
-use crate::bytes::{column, scalar, size};
+use crate::bytes::{column, scalar, size, zeros};
 use crate::error::{Place, Result};
 use crate::faces::{self, Faces};
 use crate::load::{Content, Input};
@@ -260,19 +260,21 @@ impl Columns {
         let optional = [(self.normals.capacity(), 12), (self.colors.capacity(), 16), (self.uv.capacity(), 8)];
         let optional: usize = optional.iter().filter(|o| o.0 > 0).map(|o| o.1).sum();
         input.reserve(n, 24 + 8 * self.scalars.len() + optional)?;
-        // Fresh zeros cost nothing until they are written to.
-        self.positions = vec![[0.0; 3]; n];
+        self.positions = zeros([0.0; 3], n);
         if self.normals.capacity() > 0 {
-            self.normals = vec![[0.0; 3]; n];
+            self.normals = zeros([0.0; 3], n);
         }
         if self.colors.capacity() > 0 {
-            self.colors.resize(n, [0.0, 0.0, 0.0, 1.0]);
+            self.colors = zeros([0.0; 4], n);
+            if !self.order.contains(&Target::Color(3)) {
+                self.colors.iter_mut().for_each(|c| c[3] = 1.0);
+            }
         }
         if self.uv.capacity() > 0 {
-            self.uv = vec![[0.0; 2]; n];
+            self.uv = zeros([0.0; 2], n);
         }
         for a in &mut self.scalars {
-            a.values = vec![0.0; n];
+            a.values = zeros(0.0, n);
         }
         Ok(())
     }
