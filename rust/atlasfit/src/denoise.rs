@@ -8,11 +8,12 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
+use crate::geometry::sort::sort_by;
 use crate::geometry::vec3::{Vec3, dist2, sub};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
-use crate::partition::{self, PATCH_SIZE, grow};
+use crate::partition::{self, PATCH_SIZE, grow, tubes};
 use crate::prior::mlp::{self, MlpOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
@@ -121,6 +122,8 @@ pub struct Denoised {
     pub points: PointCloud,
     /// For each denoised point, the input point it came from.
     pub point_source: Vec<u32>,
+    /// For each denoised point, the chart that weighs most there; `u32::MAX` for points on no chart: outliers, and those that are not finite.
+    pub point_chart: Vec<u32>,
     /// The stitched surface, with normals, UVs and the scan's attributes.
     pub surface: TriMesh,
     /// The charts, in the normalised frame.
@@ -220,7 +223,7 @@ struct Prepared {
     duplicates: usize,
 }
 
-fn prepare(cloud: &PointCloud) -> Result<Prepared> {
+fn prepare(cloud: &PointCloud, ctx: &Context<'_>) -> Result<Prepared> {
     let n = cloud.len();
     if n == 0 {
         return Err(Error::empty(
@@ -237,14 +240,15 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         ));
     }
     // Box and centre from quantiles: one stray point far away must not squeeze the rest into rounding noise.
-    let quantile = |axis: usize| {
+    let quantile = |axis: usize| -> Result<(f64, f64)> {
+        ctx.check()?;
         let mut v: Vec<f64> = cloud.positions.iter().filter(|p| finite(p)).map(|p| p[axis]).collect();
         let lo = (count as f64 * 0.005) as usize;
         let low = *v.select_nth_unstable_by(lo, f64::total_cmp).1;
         let high = *v.select_nth_unstable_by(count - 1 - lo, f64::total_cmp).1;
-        (low, high)
+        Ok((low, high))
     };
-    let range = [quantile(0), quantile(1), quantile(2)];
+    let range = [quantile(0)?, quantile(1)?, quantile(2)?];
     let origin = range.map(|(a, b)| a + (b - a) * 0.5);
     let scale = range.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
     if !(scale > 0.0 && scale.is_finite()) {
@@ -254,7 +258,7 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         });
     }
     let normalised: Vec<Vec3> = cloud.positions.iter().map(|p| sub(*p, origin).map(|x| x / scale)).collect();
-    let (points, of_input) = distinct(&normalised);
+    let (points, of_input) = distinct(&normalised, ctx)?;
     let finite_now = of_input.iter().filter(|&&i| i != u32::MAX).count();
     Ok(Prepared {
         duplicates: finite_now - points.len(),
@@ -268,13 +272,13 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
 
 /// Points with equal positions become one; points that are not finite are left out. Gives the distinct points in the order of their first
 /// appearance, and for each given point its distinct one (`u32::MAX` where it is left out).
-fn distinct(given: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
+fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<(Vec<Vec3>, Vec<u32>)> {
     let n = given.len();
     // Sorting by bits is exact and fast.
     let mut order: Vec<u32> =
         (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
     let bits = |i: u32| given[i as usize].map(|x| (x + 0.0).to_bits());
-    order.par_sort_unstable_by_key(|&i| (bits(i), i));
+    sort_by(&mut order, |&a, &b| (bits(a), a).cmp(&(bits(b), b)), ctx)?;
     let mut first = vec![u32::MAX; n];
     for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
         for &i in group {
@@ -293,7 +297,8 @@ fn distinct(given: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
             place[i] = place[f as usize];
         }
     }
-    (points, place)
+    ctx.check()?;
+    Ok((points, place))
 }
 
 /// Fails on points that span no surface: too few, or all on a line.
@@ -352,7 +357,7 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
 }
 
 fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<Denoised> {
-    let prepared = prepare(cloud)?;
+    let prepared = prepare(cloud, ctx)?;
     // Points, tree, neighbours, memberships and charts, and the contour's blocks: measured at about 900 bytes a point.
     ctx.reserve(900 * prepared.points.len() as u64)?;
     let mut report = Report {
@@ -364,7 +369,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
 
     ctx.stage(Stage::Analyse, 2 * prepared.points.len());
     // Stray points are taken out once; the rest is then a scan of its own.
-    let tree = Neighbours::build(&prepared.points)?;
+    let tree = Neighbours::build(&prepared.points, ctx)?;
     let spacing = analyse::spacing(&prepared.points, &tree, ctx)?;
     let lonely = stray(&prepared.points, &tree, &spacing, ctx)?;
     drop(tree);
@@ -379,7 +384,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
     }
     check_surface(&points)?;
-    let mut tree = Neighbours::build(&points)?;
+    let mut tree = Neighbours::build(&points, ctx)?;
     let noise = match options.noise {
         Some(noise) => noise / prepared.scale,
         None => {
@@ -404,13 +409,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         // Points beyond a chart's border meet at the border.
         let place;
-        (points, place) = distinct(&clean);
+        (points, place) = distinct(&clean, ctx)?;
         for p in &mut of_prepared {
             *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
         }
         check_surface(&points)?;
         ctx.stage(Stage::Analyse, points.len());
-        tree = Neighbours::build(&points)?;
+        tree = Neighbours::build(&points, ctx)?;
         spacing = analyse::spacing(&points, &tree, ctx)?;
         sigma = analyse::noise(&points, &tree, ctx)?;
     }
@@ -425,9 +430,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         Some(charts) => PATCH_SIZE.for_count(charts, points.len()),
     };
     let mut analysis = analysis;
+    let tubes = tubes::find(&points, &tree, &analysis, options.noise.is_some(), ctx)?;
+    if let Some(sigma) = tubes.sigma {
+        analysis.sigma = sigma.max(least);
+    }
     let mut fitted = Vec::new();
     for _ in 0..NOISE_ROUNDS {
-        let patches = partition::partition(&points, &tree, &analysis, size, ctx)?;
+        let patches = partition::partition(&points, &tree, &analysis, size, &tubes.covered, ctx)?;
         fitted = fit::fit(&points, &patches, analysis.sigma, ctx)?;
         // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
         // mislead upwards. Patches are then cut anew.
@@ -442,6 +451,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         analysis.sigma = seen;
     }
+    fitted.extend(tubes.fitted);
     if fitted.is_empty() {
         return Err(Error::Degenerate {
             what: "no part of the points looks like a surface".into(),
@@ -450,17 +460,17 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
 
     ctx.stage(Stage::Project, 3);
-    let members = project::membership(points.len(), &fitted);
-    let relations = orient::relations(&points, &fitted, &members);
-    ctx.check()?;
-    let (signs, conflicts) = orient::orient(fitted.len(), &relations);
+    let members = project::membership(points.len(), &fitted, ctx)?;
+    let relations = orient::relations(&points, &fitted, &members, ctx)?;
+    let (signs, conflicts) = orient::orient(fitted.len(), &relations, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs) {
         f.chart.sign = *sign;
     }
     ctx.advance(1);
     let projected = project::project_members(&points, &fitted, &members, ctx)?;
     ctx.advance(1);
-    let anchors = project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing);
+    let anchors =
+        project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing, ctx)?;
     ctx.advance(1);
 
     // Contouring needs the most memory: what is done with goes first.
@@ -468,8 +478,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     drop(members);
     let voxel = VOXEL * median_spacing / options.detail;
     let charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
-    let contour = field::contour(&charts, &anchors, &relations, &conflicts, voxel, ctx)?;
-    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), SPECK);
+    let contour = field::contour(&charts, anchors, &relations, &conflicts, voxel, ctx)?;
+    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), SPECK, ctx)?;
     let longest = (GAP * median_spacing).max(options.fill_holes / prepared.scale);
     report.filled_holes = holes::fill(&mut surface, longest, ctx)?;
     if surface.triangles.is_empty() {
@@ -479,6 +489,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         });
     }
 
+    ctx.check()?;
     // Attributes from the nearest denoised points.
     let sources: Vec<u32> = {
         let mut first = vec![u32::MAX; points.len()];
@@ -489,7 +500,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         first
     };
-    let mut mesh = TriMesh::new(surface.positions.clone(), surface.triangles);
+    let mut mesh = TriMesh::new(surface.positions, surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.map(|x| x as f32)).collect());
     transfer(cloud, &projected, &sources, &mut mesh, ctx)?;
 
@@ -510,17 +521,20 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         *p = back(*p);
     }
 
+    ctx.check()?;
     // Denoised points in input order.
     let mut out = cloud.clone();
     let mut normals = vec![[0f32; 3]; cloud.len()];
     let mut source: Vec<u32> = (0..cloud.len() as u32).collect();
     let mut orphan = vec![false; cloud.len()];
+    let mut chart = vec![u32::MAX; cloud.len()];
     for (i, &p) in prepared.of_input.iter().enumerate() {
         let Some(&k) = of_prepared.get(p as usize) else { continue };
         match projected.get(k as usize) {
             Some(q) if q.chart != u32::MAX => {
                 out.positions[i] = back(q.position);
                 normals[i] = q.normal.map(|x| x as f32);
+                chart[i] = q.chart;
             }
             _ => {
                 orphan[i] = true;
@@ -534,6 +548,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     out.normals = Some(normals);
     if options.outliers == Outliers::Drop {
         source.retain(|&i| !orphan[i as usize]);
+        chart = source.iter().map(|&i| chart[i as usize]).collect();
         out = pick(&out, &source);
     }
 
@@ -551,6 +566,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     Ok(Denoised {
         points: out,
         point_source: source,
+        point_chart: chart,
         surface: mesh,
         charts,
         origin: prepared.origin,
@@ -601,7 +617,7 @@ fn transfer(
         .filter(|(p, _)| p.chart != u32::MAX)
         .map(|(p, &s)| (p.position, s))
         .unzip();
-    let tree = Neighbours::build(&at)?;
+    let tree = Neighbours::build(&at, ctx)?;
     let weights: Vec<[(u32, f32); TRANSFER_K]> = mesh
         .positions
         .par_chunks(1024)
@@ -657,3 +673,6 @@ fn transfer(
         .collect();
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

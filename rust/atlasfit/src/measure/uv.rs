@@ -130,6 +130,35 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
     })
 }
 
+/// Stretch max(s1, 1/s2) of every face at the one scale of [`uv`]: 1 = isometric, infinite where it has collapsed, 1 where it has no area
+/// in space.
+///
+/// # Errors
+/// As [`uv`].
+pub fn face_stretch(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<f32>> {
+    let corners = corners(mesh)?;
+    let uvs: Vec<[[f64; 2]; 3]> = corners.iter().map(|c| c.map(|p| p.map(f64::from))).collect();
+    let area3: Vec<f64> = (0..uvs.len()).map(|i| area(mesh, i)).collect();
+    let least = NO_AREA * area3.iter().sum::<f64>();
+    let sums = uvs.iter().zip(&area3).filter(|(_, a)| **a > least).fold((0.0, 0.0), |(s3, s2), (uv, a)| {
+        let a2 = signed_area(uv).abs();
+        (s3 + a, s2 + if a2.is_finite() { a2 } else { 0.0 })
+    });
+    let to_space = (sums.0 / sums.1.max(1e-300)).sqrt();
+    ctx.check()?;
+    Ok((0..uvs.len())
+        .into_par_iter()
+        .map(|i| {
+            if area3[i] <= least {
+                return 1.0;
+            }
+            let (s1, s2) = singular_values(mesh, i, &uvs[i], to_space);
+            let value = if s2 > COLLAPSED { s1.max(s2.recip()) } else { f64::INFINITY };
+            if value.is_nan() { f32::INFINITY } else { value as f32 }
+        })
+        .collect())
+}
+
 /// How the UVs cut a mesh into charts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Charts {
@@ -151,11 +180,9 @@ pub struct Charts {
 pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
     let uvs = corners(mesh)?;
     // Files that hold one vertex per corner (glTF) split vertices along seams: such a vertex is one place.
-    let place = weld(&mesh.positions, 0.0);
+    let place = weld(&mesh.positions, 0.0, ctx)?;
     let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
-    ctx.check()?;
-    let edges = Edges::new(&triangles);
-    ctx.check()?;
+    let edges = Edges::new(&triangles, ctx)?;
     let mut sets = Sets::new(triangles.len());
     let mut seam_length = 0.0;
     let mut outline = Vec::new();

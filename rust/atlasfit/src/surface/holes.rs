@@ -4,8 +4,9 @@
 //! triangulation of its boundary with the least area, which bends least for the small holes that are meant (dynamic programming; Barequet
 //! and Sharir 1995, Liepa 2003). A triangle that would repeat an edge of the surface is never used, so the result stays manifold.
 
-use super::clean::Surface;
+use super::clean::{Surface, edges, groups, runs_down};
 use crate::error::Result;
+use crate::geometry::sort::sort;
 use crate::geometry::vec3::{Vec3, cross, dist2, norm, sub};
 use crate::run::Context;
 use rayon::prelude::*;
@@ -14,22 +15,15 @@ use rayon::prelude::*;
 const MAX_EDGES: usize = 220;
 
 /// Boundary loops as vertices in the order in which new triangles run along them. Vertices where boundaries touch make no loop.
-fn loops(s: &Surface) -> Vec<Vec<u32>> {
-    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(s.triangles.len() * 3);
-    for t in &s.triangles {
-        for k in 0..3 {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
-            edges.push((a.min(b), a.max(b), a > b));
-        }
-    }
-    edges.sort_unstable();
+fn loops(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
+    let list = edges(&s.triangles, ctx)?;
     // The missing triangle runs against the one that is there.
-    let mut next: Vec<(u32, u32)> = edges
-        .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
+    let mut next: Vec<(u32, u32)> = groups(&list)
         .filter(|g| g.len() == 1)
-        .map(|g| if g[0].2 { (g[0].0, g[0].1) } else { (g[0].1, g[0].0) })
+        .map(|g| if runs_down(&g[0]) { (g[0].0, g[0].1) } else { (g[0].1, g[0].0) })
         .collect();
-    next.sort_unstable();
+    drop(list);
+    sort(&mut next, ctx)?;
     let successor = |v: u32| {
         let i = next.partition_point(|e| e.0 < v);
         match next.get(i) {
@@ -62,7 +56,7 @@ fn loops(s: &Surface) -> Vec<Vec<u32>> {
             out.push(ring);
         }
     }
-    out
+    Ok(out)
 }
 
 /// Fills every hole whose boundary is at most `longest` long; returns how many were filled.
@@ -76,7 +70,7 @@ pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
             .sum::<f64>()
     };
     let holes: Vec<Vec<u32>> =
-        loops(s).into_iter().filter(|r| r.len() <= MAX_EDGES && length(r) <= longest).collect();
+        loops(s, ctx)?.into_iter().filter(|r| r.len() <= MAX_EDGES && length(r) <= longest).collect();
     if holes.is_empty() {
         return Ok(0);
     }
@@ -94,7 +88,7 @@ pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
             }
         }
     }
-    taken.sort_unstable();
+    sort(&mut taken, ctx)?;
     let positions = &s.positions;
     let patches: Vec<Option<Vec<[u32; 3]>>> = holes
         .par_iter()
@@ -178,7 +172,7 @@ mod tests {
     }
 
     fn boundary(s: &Surface) -> usize {
-        loops(s).iter().map(Vec::len).sum()
+        Run::default().execute(|ctx| loops(s, ctx)).unwrap().iter().map(Vec::len).sum()
     }
 
     #[test]

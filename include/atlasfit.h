@@ -1,0 +1,1489 @@
+/* atlasfit.h - the C ABI of atlasfit. C99 and C++. Written by cbindgen from rust/atlasfit-capi: do not edit.
+ * SPDX-License-Identifier: MIT OR Apache-2.0 */
+
+#ifndef ATLASFIT_H
+#define ATLASFIT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Conventions
+ *
+ * Status    0 is success. After a failure atlasfit_last_error() gives this thread's text: what was wrong, where, what to do. A call that fails
+ *           writes nothing, but NULL to a handle it was to make.
+ * Handles   Each has one _free, which takes NULL. They are checked: one that was freed, or is of another kind, is a status and no crash. A handle
+ *           given as const may be used by any number of threads at once; all results are immutable.
+ * Structs   Each begins with struct_size. Fill those that go in with their _init, set struct_size of those that come out. Structs
+ *           only grow, at the end: a program keeps working with newer libraries of the same major version (of the same minor one, while major is 0).
+ * Memory    Inputs are borrowed for the call, outputs are copied to the caller's buffers; a capacity counts numbers (floats, indices) unless
+ *           said otherwise. Strides are in bytes, 0 = tightly packed; nothing needs to be aligned. Strings are UTF-8.
+ * Lengths   All in the caller's unit and frame. f64 positions keep survey coordinates.
+ * Threads   Each long call has worker threads of its own, gone when it returns. Progress is called on the calling thread only.
+ * Same in, same out: input, options, seed and version decide every byte, the number of threads does not.
+ * Nothing unwinds out of the library: no panic, no exception. It prints nothing and reads no environment variable or file.
+ * Never unload the library (dlclose). */
+
+/* Defined as ATLASFIT_STATIC when linking libatlasfit.a on Windows; nothing to define elsewhere. */
+#ifndef ATLASFIT_API
+#if defined(_WIN32) && !defined(ATLASFIT_STATIC)
+#define ATLASFIT_API __declspec(dllimport)
+#else
+#define ATLASFIT_API
+#endif
+#endif
+
+/* The version of this header; the library's own is atlasfit_version(). */
+#define ATLASFIT_VERSION \
+  (((uint32_t)ATLASFIT_VERSION_MAJOR << 24) | ((uint32_t)ATLASFIT_VERSION_MINOR << 16) | \
+   ((uint32_t)ATLASFIT_VERSION_PATCH << 8))
+
+
+/**
+ * atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
+ */
+#define ATLASFIT_PRIOR_GP 0
+
+/**
+ * atlasfit_denoise_options.prior: the paper's networks, trained on the scan first; about a hundred times slower.
+ */
+#define ATLASFIT_PRIOR_MLP 1
+
+/**
+ * atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
+ */
+#define ATLASFIT_OUTLIERS_KEEP 0
+
+/**
+ * atlasfit_denoise_options.outliers: they are left out of the denoised points.
+ */
+#define ATLASFIT_OUTLIERS_DROP 1
+
+/**
+ * 32-bit float.
+ */
+#define ATLASFIT_F32 0
+
+/**
+ * 64-bit float.
+ */
+#define ATLASFIT_F64 1
+
+/**
+ * Unsigned 8-bit integer.
+ */
+#define ATLASFIT_U8 2
+
+/**
+ * Signed 8-bit integer.
+ */
+#define ATLASFIT_I8 3
+
+/**
+ * Unsigned 16-bit integer.
+ */
+#define ATLASFIT_U16 4
+
+/**
+ * Signed 16-bit integer.
+ */
+#define ATLASFIT_I16 5
+
+/**
+ * Unsigned 32-bit integer.
+ */
+#define ATLASFIT_U32 6
+
+/**
+ * Signed 32-bit integer.
+ */
+#define ATLASFIT_I32 7
+
+/**
+ * Stages that are numbered at the most: the length of atlasfit_report's stage_seconds.
+ */
+#define ATLASFIT_STAGE_LIMIT 16
+
+/**
+ * Major version of this header.
+ */
+#define ATLASFIT_VERSION_MAJOR 0
+
+/**
+ * Minor version of this header.
+ */
+#define ATLASFIT_VERSION_MINOR 1
+
+/**
+ * Patch version of this header.
+ */
+#define ATLASFIT_VERSION_PATCH 0
+
+/**
+ * Done.
+ */
+#define ATLASFIT_OK 0
+
+/**
+ * An argument or option is out of range, or a pointer that must be given is NULL.
+ */
+#define ATLASFIT_INVALID_ARGUMENT 1
+
+/**
+ * A struct_size fits no version of the struct that this library knows, or a newer header's field is set that it does not know.
+ */
+#define ATLASFIT_ABI_MISMATCH 2
+
+/**
+ * A triangle or seam edge names a vertex that does not exist, or a chart index is too large.
+ */
+#define ATLASFIT_INDEX_OUT_OF_RANGE 3
+
+/**
+ * A pointer is no live handle of the kind that is asked for (never was, freed already, or of another kind).
+ */
+#define ATLASFIT_INVALID_HANDLE 4
+
+/**
+ * Nothing usable was given.
+ */
+#define ATLASFIT_EMPTY_INPUT 5
+
+/**
+ * The caller's buffer is smaller than the result; nothing was written to it.
+ */
+#define ATLASFIT_BUFFER_TOO_SMALL 6
+
+/**
+ * The progress callback or a cancel token asked to stop.
+ */
+#define ATLASFIT_CANCELLED 7
+
+/**
+ * The time limit passed.
+ */
+#define ATLASFIT_TIMED_OUT 8
+
+/**
+ * An iteration left the finite numbers.
+ */
+#define ATLASFIT_DIVERGED 9
+
+/**
+ * The memory limit would be exceeded, or memory ran out.
+ */
+#define ATLASFIT_OUT_OF_MEMORY 10
+
+/**
+ * The input has no surface that could be fitted, or no area that could be measured or unwrapped.
+ */
+#define ATLASFIT_DEGENERATE 11
+
+/**
+ * Bytes that are no atlas file, a damaged one, or one of a newer version.
+ */
+#define ATLASFIT_BAD_FILE 12
+
+/**
+ * The result does not hold what is asked for (UVs of a run without UVs, for example).
+ */
+#define ATLASFIT_NOT_AVAILABLE 13
+
+/**
+ * A defect of this library; please report it with the input that caused it.
+ */
+#define ATLASFIT_INTERNAL 100
+
+/**
+ * atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
+ */
+#define ATLASFIT_PACK_SHAPES 0
+
+/**
+ * atlasfit_unwrap_options.packer: by their bounding boxes, in rows: fastest, and wastes most.
+ */
+#define ATLASFIT_PACK_BOXES 1
+
+/**
+ * A fitted atlas: overlapping charts, each a smooth map from the unit disk into space. Immutable: any number of threads may use one at once.
+ */
+typedef struct atlasfit_atlas atlasfit_atlas;
+
+/**
+ * A token that cancels runs from another thread. Any number of runs may hold it; once asked, it stays asked.
+ */
+typedef struct atlasfit_cancel atlasfit_cancel;
+
+/**
+ * What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads may read one at once.
+ */
+typedef struct atlasfit_result atlasfit_result;
+
+/**
+ * UVs of a mesh. Immutable: any number of threads may read one at once.
+ */
+typedef struct atlasfit_uv atlasfit_uv;
+
+/**
+ * What a call came to: #ATLASFIT_OK or one of the failures below. New failures may be added; treat an unknown one as a failure.
+ */
+typedef int32_t atlasfit_status;
+
+/**
+ * What an atlas holds.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_atlas_info), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Number of charts.
+   */
+  size_t charts;
+  /**
+   * Origin of the frame that the charts are held in, in the scan's.
+   */
+  double origin[3];
+  /**
+   * Length of that frame's unit in the scan's: about the scan's longest side.
+   */
+  double unit;
+} atlasfit_atlas_info;
+
+/**
+ * Where projection puts its results: arrays of the caller, each with room for `capacity` points, or NULL where not wanted.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_projection).
+   */
+  size_t struct_size;
+  /**
+   * Points that each array has room for; at least as many as are projected.
+   */
+  size_t capacity;
+  /**
+   * x, y, z per point.
+   */
+  double *positions;
+  /**
+   * Unit normal per point, 3 numbers, in the atlas's orientation.
+   */
+  float *normals;
+  /**
+   * Nearest chart per point; UINT32_MAX for a point that is not finite (its position is given back, its other numbers are 0).
+   */
+  uint32_t *charts;
+  /**
+   * Coordinates in that chart's unit disk, 2 numbers per point.
+   */
+  float *chart_uv;
+  /**
+   * Distance from the point to its projection.
+   */
+  double *distances;
+} atlasfit_projection;
+
+/**
+ * One number per point, or a few, that the surface is to carry: intensity, scan id. Numbers of an integer type are labels, copied from the
+ * nearest point; floats are averaged.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_attribute); the same for all attributes of an array, whose elements are this far apart.
+   */
+  size_t struct_size;
+  /**
+   * Name in UTF-8, for error texts; may be NULL.
+   */
+  const char *name;
+  /**
+   * The numbers: `width` per point.
+   */
+  const void *values;
+  /**
+   * Bytes from one point's first number to the next point's; 0 = tightly packed.
+   */
+  size_t stride;
+  /**
+   * Numbers per point, 1 to 64. Default 1.
+   */
+  uint32_t width;
+  /**
+   * Type of the numbers: #ATLASFIT_F32 to #ATLASFIT_I32. Default #ATLASFIT_F32.
+   */
+  uint32_t scalar;
+} atlasfit_attribute;
+
+/**
+ * Points, borrowed for the call. Fill it with atlasfit_points_init(), then set what there is.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_points).
+   */
+  size_t struct_size;
+  /**
+   * Positions: x, y, z of each point, of type `scalar`, in any unit. Points that are not finite are left out and counted.
+   */
+  const void *positions;
+  /**
+   * Number of points, below 2^32 - 1.
+   */
+  size_t count;
+  /**
+   * Bytes from one point to the next; 0 = tightly packed.
+   */
+  size_t stride;
+  /**
+   * Type of the positions: #ATLASFIT_F32 or #ATLASFIT_F64. Default #ATLASFIT_F32.
+   */
+  uint32_t scalar;
+  /**
+   * Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
+   */
+  uint32_t color_width;
+  /**
+   * Unit normals: 3 floats per point. NULL = none. Default NULL.
+   */
+  const float *normals;
+  /**
+   * Bytes from one normal to the next; 0 = tightly packed.
+   */
+  size_t normal_stride;
+  /**
+   * Colours, carried over to the surface. NULL = none. Default NULL.
+   */
+  const void *colors;
+  /**
+   * Bytes from one colour to the next; 0 = tightly packed.
+   */
+  size_t color_stride;
+  /**
+   * Type of the colours: #ATLASFIT_F32 (0 to 1) or #ATLASFIT_U8 (0 to 255). Default #ATLASFIT_F32.
+   */
+  uint32_t color_scalar;
+  /**
+   * Number of attributes, at most 1024. Default 0.
+   */
+  uint32_t attribute_count;
+  /**
+   * Other attributes, carried over to the surface.
+   */
+  const atlasfit_attribute *attributes;
+} atlasfit_points;
+
+/**
+ * Told how far a run is. Called on the thread that called into the library, at most 50 times a second. It must return (no longjmp, no C++ exception).
+ *
+ * @param user     The atlasfit_run's progress_user.
+ * @param stage    The running stage; its name is atlasfit_stage_name(). Stages may come back and numbers may be added.
+ * @param fraction Share of the stage that is done, in [0, 1].
+ * @return 0 to cancel, anything else to go on.
+ */
+typedef int32_t (*atlasfit_progress_fn)(void *user, uint32_t stage, double fraction);
+
+/**
+ * How long work is run. Fill it with atlasfit_run_init(); a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_run).
+   */
+  size_t struct_size;
+  /**
+   * Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
+   */
+  uint64_t seed;
+  /**
+   * Worker threads, 0 = all cores. The result does not depend on it. Default 0.
+   */
+  uint32_t threads;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+  /**
+   * Seconds after which the run gives up with #ATLASFIT_TIMED_OUT; 0 = no limit. Default 0.
+   */
+  double time_limit_s;
+  /**
+   * Bytes that the run's own estimate of its need may not exceed (#ATLASFIT_OUT_OF_MEMORY); 0 = no limit. Default 0.
+   */
+  uint64_t memory_limit_bytes;
+  /**
+   * Told how far the run is; may be NULL. Default NULL.
+   */
+  atlasfit_progress_fn progress;
+  /**
+   * Handed to the callback as it is. Default NULL.
+   */
+  void *progress_user;
+  /**
+   * Cancels from another thread; may be NULL. Borrowed for the call. Default NULL.
+   */
+  const atlasfit_cancel *cancel;
+} atlasfit_run;
+
+/**
+ * How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults, which suit an ordinary scan.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_denoise_options).
+   */
+  size_t struct_size;
+  /**
+   * Standard deviation of the noise along the normal, in the points' unit; 0 = estimate it. Default 0.
+   */
+  double noise;
+  /**
+   * Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = voxels twice as large. Default 1.
+   */
+  double detail;
+  /**
+   * Holes with a boundary shorter than this are filled, in the points' unit; 0 = only gaps of the sampling. Default 0.
+   */
+  double fill_holes;
+  /**
+   * Number of charts to aim for; 0 = as many as the shape needs. Default 0.
+   */
+  uint32_t charts;
+  /**
+   * #ATLASFIT_PRIOR_GP or #ATLASFIT_PRIOR_MLP. Default #ATLASFIT_PRIOR_GP.
+   */
+  uint32_t prior;
+  /**
+   * #ATLASFIT_OUTLIERS_KEEP or #ATLASFIT_OUTLIERS_DROP. Default #ATLASFIT_OUTLIERS_KEEP.
+   */
+  uint32_t outliers;
+  /**
+   * Whether to lay out UVs: 0 = no, 1 = yes. Default 1.
+   */
+  uint32_t uv;
+  /**
+   * Side of the texture page in texels, 16 to 65536, for the padding between UV charts. Default 1024.
+   */
+  uint32_t texture_size;
+  /**
+   * Network prior: number of charts, 1 or more. Default 8.
+   */
+  uint32_t mlp_charts;
+  /**
+   * Network prior: steps of training. Default 400.
+   */
+  uint32_t mlp_iterations;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+  /**
+   * Network prior: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
+   */
+  double mlp_stretch_weight;
+  /**
+   * Network prior: learning rate of Adam, more than 0. Default 0.001.
+   */
+  double mlp_learning_rate;
+} atlasfit_denoise_options;
+
+/**
+ * What was found and done. Lengths are in the points' unit.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_report), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Points given.
+   */
+  size_t points_given;
+  /**
+   * Points given with a coordinate that is not finite. They are no part of the surface.
+   */
+  size_t not_finite;
+  /**
+   * Points that repeat the position of an earlier one; they move with it.
+   */
+  size_t duplicates;
+  /**
+   * Points that no chart claims: they belong to no surface.
+   */
+  size_t outliers;
+  /**
+   * Denoised points; as many as were given unless outliers are dropped.
+   */
+  size_t points;
+  /**
+   * Vertices of the surface.
+   */
+  size_t vertices;
+  /**
+   * Triangles of the surface.
+   */
+  size_t triangles;
+  /**
+   * Charts of the atlas.
+   */
+  size_t charts;
+  /**
+   * UV charts of the surface; 0 without UVs.
+   */
+  size_t uv_charts;
+  /**
+   * Connected parts of the surface.
+   */
+  size_t parts;
+  /**
+   * Boundary loops of the surface.
+   */
+  size_t boundary_loops;
+  /**
+   * Edges on the boundary.
+   */
+  size_t boundary_edges;
+  /**
+   * Holes that were filled.
+   */
+  size_t filled_holes;
+  /**
+   * Columns of attributes that the surface carries, as many as were given.
+   */
+  size_t attributes;
+  /**
+   * 1 if some part of the surface is one-sided, else 0.
+   */
+  uint32_t one_sided;
+  /**
+   * 1 if the surface has UVs, else 0.
+   */
+  uint32_t has_uv;
+  /**
+   * 1 if the surface has colours, else 0.
+   */
+  uint32_t has_colors;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Median distance between neighbouring points.
+   */
+  double spacing;
+  /**
+   * Noise (standard deviation along the normal), estimated or as given.
+   */
+  double noise;
+  /**
+   * Side of the voxels that the surface was contoured with.
+   */
+  double voxel;
+  /**
+   * Seconds spent in each stage, by the stage's number.
+   */
+  double stage_seconds[ATLASFIT_STAGE_LIMIT];
+} atlasfit_report;
+
+/**
+ * A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there is.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_mesh).
+   */
+  size_t struct_size;
+  /**
+   * Vertex positions: x, y, z of each, of type `scalar`, in any unit.
+   */
+  const void *positions;
+  /**
+   * Number of vertices, below 2^32 - 1.
+   */
+  size_t vertex_count;
+  /**
+   * Bytes from one vertex to the next; 0 = tightly packed.
+   */
+  size_t stride;
+  /**
+   * Type of the positions: #ATLASFIT_F32 or #ATLASFIT_F64. Default #ATLASFIT_F32.
+   */
+  uint32_t scalar;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+  /**
+   * Three vertex indices per triangle, counter-clockwise seen from outside.
+   */
+  const uint32_t *triangles;
+  /**
+   * Number of triangles, below 2^32 / 3.
+   */
+  size_t triangle_count;
+  /**
+   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv().
+   */
+  const float *corner_uv;
+  /**
+   * A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
+   */
+  const uint32_t *face_group;
+  /**
+   * The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
+   * atlasfit_unwrap().
+   */
+  const uint32_t *face_polygon;
+  /**
+   * Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
+   */
+  const uint32_t *seam_edges;
+  /**
+   * Number of seam edges.
+   */
+  size_t seam_edge_count;
+} atlasfit_mesh;
+
+/**
+ * How a mesh hangs together. Vertices in one place count as one.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_topology), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Vertices in use, after welding.
+   */
+  size_t vertices;
+  /**
+   * Edges.
+   */
+  size_t edges;
+  /**
+   * Faces that name three different places.
+   */
+  size_t faces;
+  /**
+   * Faces that do not; they take no part in the other counts.
+   */
+  size_t degenerate_faces;
+  /**
+   * Vertices that no face uses.
+   */
+  size_t unused_vertices;
+  /**
+   * Parts that share no vertex.
+   */
+  size_t parts;
+  /**
+   * Edges with one face.
+   */
+  size_t boundary_edges;
+  /**
+   * Closed chains of boundary edges.
+   */
+  size_t boundary_loops;
+  /**
+   * Edges with three or more faces.
+   */
+  size_t non_manifold_edges;
+  /**
+   * Vertices whose faces make more than one fan.
+   */
+  size_t non_manifold_vertices;
+  /**
+   * Edges whose two faces run along them in the same direction.
+   */
+  size_t inconsistent_edges;
+  /**
+   * Vertices - edges + faces.
+   */
+  int64_t euler;
+  /**
+   * Handles, summed over the parts, with holes filled; -1 where an edge is not manifold or the surface is one-sided.
+   */
+  int64_t genus;
+  /**
+   * 1 if the faces could be turned so that no edge is inconsistent, else 0.
+   */
+  uint32_t orientable;
+  /**
+   * 1 if there is neither boundary nor an edge with more than two faces, else 0.
+   */
+  uint32_t closed;
+} atlasfit_topology;
+
+/**
+ * Quality of UVs. Stretch is after one global scale that makes the summed areas equal: 1 = isometric.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_uv_quality), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Triangles.
+   */
+  size_t faces;
+  /**
+   * Groups of triangles joined through edges with equal UVs at both ends.
+   */
+  size_t charts;
+  /**
+   * Triangles turned against the majority of their chart.
+   */
+  size_t flips;
+  /**
+   * Triangles with area in space and none in the texture, or with UVs that are not finite.
+   */
+  size_t degenerate;
+  /**
+   * Triangles whose inside meets another one's inside in the texture, by exact predicates.
+   */
+  size_t overlapping_faces;
+  /**
+   * Length of the inner edges that are cut, divided by the square root of the surface's area.
+   */
+  double seam;
+  /**
+   * L2 stretch of Sander et al. 2001; infinite where every triangle has collapsed.
+   */
+  double stretch_l2;
+  /**
+   * L-infinity stretch of Sander et al. 2001, collapsed triangles left out.
+   */
+  double stretch_linf;
+  /**
+   * Median by area of max(s1, 1/s2), with s1 >= s2 the singular values of the map from surface to texture.
+   */
+  double stretch_median;
+  /**
+   * 95% of the area is below.
+   */
+  double stretch_p95;
+  /**
+   * Mean by area of s1/s2: 1 = conformal.
+   */
+  double conformal;
+  /**
+   * Texels covered twice or more / texels covered, on a page of 1024 x 1024.
+   */
+  double overlap;
+  /**
+   * Texels covered / all texels.
+   */
+  double coverage;
+  /**
+   * 1 if all UVs lie in [0, 1], else 0.
+   */
+  uint32_t inside;
+  /**
+   * 1 if all UVs are finite, else 0.
+   */
+  uint32_t finite;
+} atlasfit_uv_quality;
+
+/**
+ * How to measure distances. Fill it with atlasfit_distance_options_init(); a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_distance_options).
+   */
+  size_t struct_size;
+  /**
+   * Samples of each surface for accuracy and completeness. Default 60,000.
+   */
+  size_t samples;
+  /**
+   * Samples of each surface for the Chamfer distance; its floor depends on it. Default 16,000.
+   */
+  size_t chamfer_samples;
+  /**
+   * Distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side. Default 0.
+   */
+  double threshold;
+} atlasfit_distance_options;
+
+/**
+ * Statistics of a set of distances, in the meshes' unit. Part of atlasfit_distance: it does not grow.
+ */
+typedef struct {
+  /**
+   * Root of the mean square.
+   */
+  double rms;
+  /**
+   * Mean.
+   */
+  double mean;
+  /**
+   * Median.
+   */
+  double median;
+  /**
+   * 95% are below.
+   */
+  double p95;
+  /**
+   * 99% are below.
+   */
+  double p99;
+  /**
+   * The largest.
+   */
+  double max;
+} atlasfit_distance_stats;
+
+/**
+ * A mesh or points against the true surface.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_distance), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * From the result to the truth.
+   */
+  atlasfit_distance_stats accuracy;
+  /**
+   * From the truth to the result; zeros for points.
+   */
+  atlasfit_distance_stats completeness;
+  /**
+   * Chamfer distance (Gadelha et al. 2020): squared length.
+   */
+  double chamfer;
+  /**
+   * What two sets of samples of the truth give: no result can be expected to be below.
+   */
+  double chamfer_floor;
+  /**
+   * Harmonic mean of the shares of samples within the threshold, both ways, in [0, 1]; 0 for points.
+   */
+  double f_score;
+  /**
+   * The threshold that was used; 0 for points.
+   */
+  double threshold;
+  /**
+   * Mean absolute cosine between the normals at nearest points, in [0, 1]; 0 for points.
+   */
+  double normal_consistency;
+  /**
+   * The same with sign: negative for a surface that is inside out; 0 for points.
+   */
+  double normal_orientation;
+  /**
+   * Points that are not finite and were left out; 0 for meshes.
+   */
+  size_t not_finite;
+} atlasfit_distance;
+
+/**
+ * How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_unwrap_options).
+   */
+  size_t struct_size;
+  /**
+   * Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
+   */
+  double max_stretch;
+  /**
+   * Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
+   * Default 0.
+   */
+  uint32_t max_charts;
+  /**
+   * Width of a page in texels, 16 to 65536. Default 1024.
+   */
+  uint32_t page_width;
+  /**
+   * Height of a page in texels, 16 to 65536. Default 1024.
+   */
+  uint32_t page_height;
+  /**
+   * Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
+   */
+  uint32_t padding;
+  /**
+   * Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+   */
+  uint32_t pages;
+  /**
+   * #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
+   */
+  uint32_t packer;
+  /**
+   * 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+   */
+  uint32_t keep_uv_seams;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+  /**
+   * Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
+   */
+  double texels_per_unit;
+  /**
+   * Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
+   */
+  double hard_edge_angle;
+} atlasfit_unwrap_options;
+
+/**
+ * What UVs hold.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_uv_info), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Triangles of the mesh.
+   */
+  size_t triangles;
+  /**
+   * Charts.
+   */
+  size_t charts;
+  /**
+   * Pages.
+   */
+  size_t pages;
+  /**
+   * Vertices of the mesh in its split form.
+   */
+  size_t split_vertices;
+  /**
+   * Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
+   */
+  size_t degenerate_faces;
+  /**
+   * Triangles that repeat the corners of an earlier one; they got UVs of their own.
+   */
+  size_t duplicate_faces;
+  /**
+   * Edges cut because more than two triangles, or two of clashing orientation, meet there.
+   */
+  size_t non_manifold_edges;
+  /**
+   * Charts that had to be cut further to stay free of flips and overlaps.
+   */
+  size_t repaired_charts;
+  /**
+   * Polygons that could not stay in one piece because they do not lie flat.
+   */
+  size_t split_polygons;
+  /**
+   * Width of a page in texels.
+   */
+  uint32_t width;
+  /**
+   * Height of a page in texels.
+   */
+  uint32_t height;
+  /**
+   * Texels per unit of length on the surface.
+   */
+  double texels_per_unit;
+  /**
+   * The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+   */
+  double stretch_bound;
+  /**
+   * Share of the area stretched beyond the bound.
+   */
+  double over_stretched;
+} atlasfit_uv_info;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Frees an atlas; NULL is allowed.
+ */
+ATLASFIT_API atlasfit_status atlasfit_atlas_free(atlasfit_atlas *atlas);
+
+/**
+ * Tells what an atlas holds.
+ *
+ * @param info Filled; its struct_size must be set.
+ */
+ATLASFIT_API atlasfit_status atlasfit_atlas_get_info(const atlasfit_atlas *atlas, atlasfit_atlas_info *info);
+
+/**
+ * Fills a projection with its defaults: no array.
+ *
+ * @param projection  The struct to fill.
+ * @param struct_size sizeof(atlasfit_projection).
+ */
+ATLASFIT_API atlasfit_status atlasfit_projection_init(atlasfit_projection *projection, size_t struct_size);
+
+/**
+ * Moves each point to the nearest place on the atlas's surface, in order: denoising of points that the atlas was not fitted to, or of the
+ * vertices of any mesh. Accurate for points nearer to the surface than it bends.
+ *
+ * @param atlas  The atlas.
+ * @param points Points; only their positions are read.
+ * @param run    How long work is run; NULL = the defaults.
+ * @param out    Where results are put. Its arrays may not overlap the points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_atlas_project(const atlasfit_atlas *atlas,
+                                       const atlasfit_points *points,
+                                       const atlasfit_run *run,
+                                       const atlasfit_projection *out);
+
+/**
+ * The places of chart coordinates. Returns at once: it takes well under a microsecond per place.
+ *
+ * @param atlas    The atlas.
+ * @param chart    Index of the chart, 0 to info.charts - 1.
+ * @param uv       u, v of each place, in the unit disk: the circle of radius 1 about 0 is the chart's rim.
+ * @param count    Number of places.
+ * @param xyz      x, y, z per place; NULL = not wanted.
+ * @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
+ * @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond; NULL = not wanted.
+ * @param capacity Places that each array has room for, at least `count`.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_atlas_eval(const atlasfit_atlas *atlas,
+                                    size_t chart,
+                                    const double *uv,
+                                    size_t count,
+                                    double *xyz,
+                                    float *normals,
+                                    float *inside,
+                                    size_t capacity);
+
+/**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_denoise_options).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_denoise_options_init(atlasfit_denoise_options *options,
+                                              size_t struct_size);
+
+/**
+ * Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
+ *
+ * @param points  The scan, at least a few hundred points on a surface.
+ * @param options How to denoise; NULL = the defaults.
+ * @param run     How long work is run; NULL = the defaults.
+ * @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite point), #ATLASFIT_DEGENERATE
+ *         (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_denoise(const atlasfit_points *points,
+                                 const atlasfit_denoise_options *options,
+                                 const atlasfit_run *run,
+                                 atlasfit_result **out);
+
+/**
+ * Frees a result; NULL is allowed. Atlases taken from it stay.
+ */
+ATLASFIT_API atlasfit_status atlasfit_result_free(atlasfit_result *result);
+
+/**
+ * Tells what was found and done, and how large the result's arrays are.
+ *
+ * @param report Filled; its struct_size must be set.
+ */
+ATLASFIT_API atlasfit_status atlasfit_result_report(const atlasfit_result *result, atlasfit_report *report);
+
+/**
+ * Copies the denoised positions: x, y, z per point, in input order. Outliers (where kept) and points that are not finite are where they were.
+ *
+ * @param xyz      Room for `capacity` numbers.
+ * @param capacity At least 3 * report.points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_point_positions(const atlasfit_result *result,
+                                                double *xyz,
+                                                size_t capacity);
+
+/**
+ * Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal that was given, or zeros.
+ *
+ * @param normals  Room for `capacity` numbers.
+ * @param capacity At least 3 * report.points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_point_normals(const atlasfit_result *result,
+                                              float *normals,
+                                              size_t capacity);
+
+/**
+ * Copies, for each denoised point, the index of the given point that it was. Without dropped outliers these are 0, 1, 2, ...
+ *
+ * @param sources  Room for `capacity` numbers.
+ * @param capacity At least report.points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_point_sources(const atlasfit_result *result,
+                                              uint32_t *sources,
+                                              size_t capacity);
+
+/**
+ * Copies, for each denoised point, the chart of the atlas that weighs most there; UINT32_MAX for a point on no chart: an outlier, or not finite.
+ *
+ * @param charts   Room for `capacity` numbers.
+ * @param capacity At least report.points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_point_charts(const atlasfit_result *result,
+                                             uint32_t *charts,
+                                             size_t capacity);
+
+/**
+ * Copies the surface's vertex positions: x, y, z per vertex.
+ *
+ * @param xyz      Room for `capacity` numbers.
+ * @param capacity At least 3 * report.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_positions(const atlasfit_result *result,
+                                                  double *xyz,
+                                                  size_t capacity);
+
+/**
+ * Copies the surface's unit normals: 3 numbers per vertex.
+ *
+ * @param normals  Room for `capacity` numbers.
+ * @param capacity At least 3 * report.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_normals(const atlasfit_result *result,
+                                                float *normals,
+                                                size_t capacity);
+
+/**
+ * Copies the surface's triangles: 3 vertex indices each, counter-clockwise seen from outside.
+ *
+ * @param triangles Room for `capacity` numbers.
+ * @param capacity  At least 3 * report.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_triangles(const atlasfit_result *result,
+                                                  uint32_t *triangles,
+                                                  size_t capacity);
+
+/**
+ * Copies the surface's UVs: u, v in [0, 1], v up, for each corner of each triangle. #ATLASFIT_NOT_AVAILABLE without UVs.
+ *
+ * @param corner_uv Room for `capacity` numbers.
+ * @param capacity  At least 6 * report.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_corner_uv(const atlasfit_result *result,
+                                                  float *corner_uv,
+                                                  size_t capacity);
+
+/**
+ * Copies the UV chart of each triangle, 0 to report.uv_charts - 1; UINT32_MAX where there is none. #ATLASFIT_NOT_AVAILABLE without UVs.
+ *
+ * @param face_charts Room for `capacity` numbers.
+ * @param capacity    At least report.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_face_charts(const atlasfit_result *result,
+                                                    uint32_t *face_charts,
+                                                    size_t capacity);
+
+/**
+ * Copies the surface's colours: red, green, blue, alpha per vertex, 0 to 1. #ATLASFIT_NOT_AVAILABLE where the points had none.
+ *
+ * @param rgba     Room for `capacity` numbers.
+ * @param capacity At least 4 * report.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_colors(const atlasfit_result *result,
+                                               float *rgba,
+                                               size_t capacity);
+
+/**
+ * Copies one attribute of the surface: as many numbers per vertex as it was given with.
+ *
+ * @param attribute Its place in the array that was given, 0 to report.attributes - 1.
+ * @param values    Room for `capacity` numbers.
+ * @param capacity  At least the attribute's width * report.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_surface_attribute(const atlasfit_result *result,
+                                                  size_t attribute,
+                                                  double *values,
+                                                  size_t capacity);
+
+/**
+ * The atlas that was fitted, as a handle of its own: it outlives the result, shares its memory, and is freed with atlasfit_atlas_free().
+ *
+ * @param out Where the atlas is put; NULL on failure.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_atlas(const atlasfit_result *result,
+                                      atlasfit_atlas **out);
+
+/**
+ * The number of handles that were made and not freed, of all kinds: 0 at the end of a program that frees what it makes. Handles are kept in a
+ * table, so that a leak checker alone does not see one that was forgotten.
+ */
+ATLASFIT_API
+size_t atlasfit_live_handles(void);
+
+/**
+ * Fills an attribute with its defaults.
+ *
+ * @param attribute   The struct to fill.
+ * @param struct_size sizeof(atlasfit_attribute).
+ */
+ATLASFIT_API atlasfit_status atlasfit_attribute_init(atlasfit_attribute *attribute, size_t struct_size);
+
+/**
+ * Fills points with their defaults: none.
+ *
+ * @param points      The struct to fill.
+ * @param struct_size sizeof(atlasfit_points).
+ */
+ATLASFIT_API atlasfit_status atlasfit_points_init(atlasfit_points *points, size_t struct_size);
+
+/**
+ * Fills a mesh with its defaults: no triangle.
+ *
+ * @param mesh        The struct to fill.
+ * @param struct_size sizeof(atlasfit_mesh).
+ */
+ATLASFIT_API atlasfit_status atlasfit_mesh_init(atlasfit_mesh *mesh, size_t struct_size);
+
+/**
+ * Counts a mesh's connectivity.
+ *
+ * @param mesh The mesh.
+ * @param run  How long work is run; NULL = the defaults.
+ * @param out  Filled; its struct_size must be set.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
+                                          const atlasfit_run *run,
+                                          atlasfit_topology *out);
+
+/**
+ * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
+ *
+ * @param mesh         The mesh with its UVs.
+ * @param run          How long work is run; NULL = the defaults.
+ * @param out          Filled; its struct_size must be set.
+ * @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.
+ * @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is NULL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_uv(const atlasfit_mesh *mesh,
+                                    const atlasfit_run *run,
+                                    atlasfit_uv_quality *out,
+                                    float *face_stretch,
+                                    size_t capacity);
+
+/**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_distance_options).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_distance_options_init(atlasfit_distance_options *options,
+                                               size_t struct_size);
+
+/**
+ * Measures a mesh against the true surface, by random samples that follow the run's seed.
+ *
+ * @param mesh    The mesh to judge.
+ * @param truth   The true surface, in the same frame.
+ * @param options How to measure; NULL = the defaults.
+ * @param run     How long work is run; NULL = the defaults.
+ * @param out     Filled; its struct_size must be set.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_surface(const atlasfit_mesh *mesh,
+                                         const atlasfit_mesh *truth,
+                                         const atlasfit_distance_options *options,
+                                         const atlasfit_run *run,
+                                         atlasfit_distance *out);
+
+/**
+ * Measures points against the true surface.
+ *
+ * @param points         The points to judge; only their positions are read.
+ * @param truth          The true surface, in the same frame.
+ * @param options        How to measure; NULL = the defaults.
+ * @param run            How long work is run; NULL = the defaults.
+ * @param out            Filled; its struct_size must be set.
+ * @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL = not wanted.
+ * @param capacity       Numbers that `point_distance` has room for, at least points.count unless it is NULL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_points(const atlasfit_points *points,
+                                        const atlasfit_mesh *truth,
+                                        const atlasfit_distance_options *options,
+                                        const atlasfit_run *run,
+                                        atlasfit_distance *out,
+                                        double *point_distance,
+                                        size_t capacity);
+
+/**
+ * Makes a cancel token. Free it with atlasfit_cancel_free().
+ *
+ * @param out Where the token is put; NULL on failure.
+ */
+ATLASFIT_API atlasfit_status atlasfit_cancel_new(atlasfit_cancel **out);
+
+/**
+ * Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no output. From any thread, but not from a signal
+ * handler (set a flag there, and return 0 from the progress callback).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_cancel_request(const atlasfit_cancel *token);
+
+/**
+ * Frees a token; NULL is allowed. Runs that hold it go on.
+ */
+ATLASFIT_API atlasfit_status atlasfit_cancel_free(atlasfit_cancel *token);
+
+/**
+ * Fills a run with its defaults.
+ *
+ * @param run         The struct to fill.
+ * @param struct_size sizeof(atlasfit_run).
+ */
+ATLASFIT_API atlasfit_status atlasfit_run_init(atlasfit_run *run, size_t struct_size);
+
+/**
+ * A short name for a stage, lower case: "fitting charts". Static text, never NULL; "working" for a number that is no stage.
+ */
+ATLASFIT_API
+const char *atlasfit_stage_name(uint32_t stage);
+
+/**
+ * The library's version: major << 24 | minor << 16 | patch << 8. Compare with #ATLASFIT_VERSION: same major (and, while it is 0, same minor)
+ * means that header and library agree.
+ */
+ATLASFIT_API
+uint32_t atlasfit_version(void);
+
+/**
+ * The name of a status, for logs: "invalid argument". Static text, never NULL; "unknown status" for a value that is none.
+ */
+ATLASFIT_API
+const char *atlasfit_status_name(atlasfit_status status);
+
+/**
+ * Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that succeeds leaves it as it is.
+ *
+ * At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8 characters. `buffer` may be NULL to ask for the length.
+ *
+ * @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on this thread.
+ */
+ATLASFIT_API
+size_t atlasfit_last_error(char *buffer,
+                           size_t capacity);
+
+/**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_unwrap_options).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
+                                             size_t struct_size);
+
+/**
+ * Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
+ * the order of its triangles.
+ *
+ * @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
+ * @param options How to unwrap; NULL = the defaults.
+ * @param run     How long work is run; NULL = the defaults.
+ * @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex),
+ *         #ATLASFIT_EMPTY_INPUT or #ATLASFIT_DEGENERATE (no area), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_unwrap(const atlasfit_mesh *mesh,
+                                const atlasfit_unwrap_options *options,
+                                const atlasfit_run *run,
+                                atlasfit_uv **out);
+
+/**
+ * Frees UVs; NULL is allowed.
+ */
+ATLASFIT_API atlasfit_status atlasfit_uv_free(atlasfit_uv *uv);
+
+/**
+ * Tells what UVs hold.
+ *
+ * @param info Filled; its struct_size must be set.
+ */
+ATLASFIT_API atlasfit_status atlasfit_uv_get_info(const atlasfit_uv *uv, atlasfit_uv_info *info);
+
+/**
+ * Copies the UVs: u, v in [0, 1], v up, for each corner of each triangle.
+ *
+ * @param corner_uv Room for `capacity` numbers.
+ * @param capacity  At least 6 * info.triangles.
+ */
+ATLASFIT_API atlasfit_status atlasfit_uv_corners(const atlasfit_uv *uv, float *corner_uv, size_t capacity);
+
+/**
+ * Copies the chart of each triangle, 0 to info.charts - 1.
+ *
+ * @param face_charts Room for `capacity` numbers.
+ * @param capacity    At least info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_uv_face_charts(const atlasfit_uv *uv,
+                                        uint32_t *face_charts,
+                                        size_t capacity);
+
+/**
+ * Copies the page of each triangle, 0 to info.pages - 1.
+ *
+ * @param face_pages Room for `capacity` numbers.
+ * @param capacity   At least info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_uv_face_pages(const atlasfit_uv *uv,
+                                       uint32_t *face_pages,
+                                       size_t capacity);
+
+/**
+ * Copies the split form, one vertex per pair of vertex and UV: what graphics cards and glTF want.
+ *
+ * @param indices         Three new vertices per triangle, in the mesh's order.
+ * @param index_capacity  Numbers that `indices` has room for, at least 3 * info.triangles.
+ * @param sources         The mesh's vertex that each new vertex came from.
+ * @param vertex_uv       u, v of each new vertex.
+ * @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least info.split_vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
+                                  uint32_t *indices,
+                                  size_t index_capacity,
+                                  uint32_t *sources,
+                                  float *vertex_uv,
+                                  size_t vertex_capacity);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* ATLASFIT_H */

@@ -1,0 +1,22 @@
+//! The C ABI of atlasfit: what `include/atlasfit.h` declares.
+//!
+//! In: pointers from C. Out: statuses, and numbers copied to the caller's buffers. Each entry point checks its arguments,
+//! calls one function of the core and copies out; there is no algorithm here. Conventions are at the head of the header
+//! (`conventions.rs`), the page for its readers is `docs/c-api.md`.
+//!
+//! The pieces: `status` (status codes, the thread's last error, the guard around every entry), `handle` (opaque handles),
+//! `sized` (structs that grow), `input` (borrowed arrays to the core's plain data), `run`, and one file per capability:
+//! `denoise`, `atlas`, `unwrap`, `measure`.
+
+// The names are C's, and so is safety: the header says what a caller owes.
+#![allow(non_camel_case_types, clippy::missing_safety_doc)]
+
+pub mod atlas;
+pub mod denoise;
+pub mod handle;
+pub mod input;
+pub mod measure;
+pub mod run;
+pub mod sized;
+pub mod status;
+pub mod unwrap;

@@ -1,0 +1,171 @@
+//! How long work is run: seed, threads, limits, progress, cancel.
+
+use crate::handle::{self, Handle, Object};
+use crate::sized::{self, Sized};
+use crate::status::{Failure, Outcome, atlasfit_status, guard};
+use atlasfit::{CancelToken, Run, Stage};
+use std::ffi::{c_char, c_void};
+
+/// A token that cancels runs from another thread. Any number of runs may hold it; once asked, it stays asked.
+pub struct atlasfit_cancel(());
+
+impl Handle for atlasfit_cancel {
+    type Target = CancelToken;
+    const NAME: &str = "cancel token";
+    fn of(object: Object) -> Option<CancelToken> {
+        match object {
+            Object::Cancel(token) => Some(token),
+            _ => None,
+        }
+    }
+}
+
+/// Makes a cancel token. Free it with atlasfit_cancel_free().
+///
+/// @param out Where the token is put; NULL on failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_cancel_new(out: *mut *mut atlasfit_cancel) -> atlasfit_status {
+    guard("atlasfit_cancel_new", || {
+        handle::checked_out(out)?;
+        handle::give(Object::Cancel(CancelToken::new()), out);
+        Ok(())
+    })
+}
+
+/// Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no output. From any thread, but not from a signal
+/// handler (set a flag there, and return 0 from the progress callback).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_cancel_request(token: *const atlasfit_cancel) -> atlasfit_status {
+    guard("atlasfit_cancel_request", || {
+        handle::get(token)?.cancel();
+        Ok(())
+    })
+}
+
+/// Frees a token; NULL is allowed. Runs that hold it go on.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_cancel_free(token: *mut atlasfit_cancel) -> atlasfit_status {
+    guard("atlasfit_cancel_free", || handle::free(token))
+}
+
+/// Told how far a run is. Called on the thread that called into the library, at most 50 times a second. It must return (no longjmp, no C++ exception).
+///
+/// @param user     The atlasfit_run's progress_user.
+/// @param stage    The running stage; its name is atlasfit_stage_name(). Stages may come back and numbers may be added.
+/// @param fraction Share of the stage that is done, in [0, 1].
+/// @return 0 to cancel, anything else to go on.
+pub type atlasfit_progress_fn =
+    Option<unsafe extern "C" fn(user: *mut c_void, stage: u32, fraction: f64) -> i32>;
+
+/// How long work is run. Fill it with atlasfit_run_init(); a NULL pointer to one means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct atlasfit_run {
+    /// sizeof(atlasfit_run).
+    pub struct_size: usize,
+    /// Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
+    pub seed: u64,
+    /// Worker threads, 0 = all cores. The result does not depend on it. Default 0.
+    pub threads: u32,
+    /// Must be 0.
+    pub reserved: u32,
+    /// Seconds after which the run gives up with #ATLASFIT_TIMED_OUT; 0 = no limit. Default 0.
+    pub time_limit_s: f64,
+    /// Bytes that the run's own estimate of its need may not exceed (#ATLASFIT_OUT_OF_MEMORY); 0 = no limit. Default 0.
+    pub memory_limit_bytes: u64,
+    /// Told how far the run is; may be NULL. Default NULL.
+    pub progress: atlasfit_progress_fn,
+    /// Handed to the callback as it is. Default NULL.
+    pub progress_user: *mut c_void,
+    /// Cancels from another thread; may be NULL. Borrowed for the call. Default NULL.
+    pub cancel: *const atlasfit_cancel,
+}
+
+// SAFETY: numbers and pointers, size first.
+unsafe impl Sized for atlasfit_run {
+    const NAME: &str = "atlasfit_run";
+    const FIRST: usize = size_of::<Self>();
+    fn defaults() -> Self {
+        Self {
+            struct_size: size_of::<Self>(),
+            seed: 0,
+            threads: 0,
+            reserved: 0,
+            time_limit_s: 0.0,
+            memory_limit_bytes: 0,
+            progress: None,
+            progress_user: std::ptr::null_mut(),
+            cancel: std::ptr::null(),
+        }
+    }
+}
+
+/// Fills a run with its defaults.
+///
+/// @param run         The struct to fill.
+/// @param struct_size sizeof(atlasfit_run).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_run_init(run: *mut atlasfit_run, struct_size: usize) -> atlasfit_status {
+    guard("atlasfit_run_init", || unsafe { sized::init(run, struct_size) })
+}
+
+/// More threads than any machine has cores: a number beyond is garbage.
+const MOST_THREADS: u32 = 4096;
+
+/// The core's run. It calls the callback, so it must stay on this thread.
+pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>> {
+    let r = unsafe { sized::read_or_default(run) }?;
+    if r.threads > MOST_THREADS {
+        return Err(Failure::invalid(format!(
+            "threads is {}. Give 0 (all cores) to {MOST_THREADS}",
+            r.threads
+        )));
+    }
+    crate::input::zero(r.reserved)?;
+    if !(r.time_limit_s >= 0.0 && r.time_limit_s.is_finite()) {
+        return Err(Failure::invalid(format!(
+            "time_limit_s is {}. Give a finite number of seconds, or 0 for no limit",
+            r.time_limit_s
+        )));
+    }
+    let cancel = if r.cancel.is_null() { None } else { Some(handle::get(r.cancel)?) };
+    Ok(Run {
+        seed: r.seed,
+        threads: r.threads as usize,
+        time_limit_s: (r.time_limit_s > 0.0).then_some(r.time_limit_s),
+        memory_limit_bytes: (r.memory_limit_bytes > 0).then_some(r.memory_limit_bytes),
+        cancel,
+        progress: r.progress.map(|callback| -> Box<dyn FnMut(atlasfit::Progress) -> bool> {
+            // SAFETY: the caller's function, with the caller's pointer, on the caller's thread.
+            Box::new(move |p| unsafe { callback(r.progress_user, p.stage as u32, p.fraction) != 0 })
+        }),
+    })
+}
+
+/// A run for work of milliseconds that must not be cancelled.
+pub(crate) fn brief_run() -> Run<'static> {
+    Run { threads: 1, ..Run::default() }
+}
+
+/// Stages that are numbered at the most: the length of atlasfit_report's stage_seconds.
+pub const ATLASFIT_STAGE_LIMIT: usize = 16;
+
+/// A short name for a stage, lower case: "fitting charts". Static text, never NULL; "working" for a number that is no stage.
+#[unsafe(no_mangle)]
+pub extern "C" fn atlasfit_stage_name(stage: u32) -> *const c_char {
+    let name = match Stage::ALL.get(stage as usize) {
+        Some(Stage::Prepare) => c"preparing",
+        Some(Stage::Analyse) => c"analysing the scan",
+        Some(Stage::Partition) => c"cutting charts",
+        Some(Stage::Fit) => c"fitting charts",
+        Some(Stage::Project) => c"projecting points",
+        Some(Stage::Surface) => c"stitching the surface",
+        Some(Stage::Segment) => c"cutting UV charts",
+        Some(Stage::Parametrize) => c"flattening UV charts",
+        Some(Stage::Pack) => c"packing UV charts",
+        Some(Stage::Measure) => c"measuring",
+        Some(Stage::Bake) => c"baking textures",
+        _ => c"working",
+    };
+    name.as_ptr()
+}

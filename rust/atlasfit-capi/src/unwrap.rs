@@ -1,0 +1,370 @@
+//! UVs for a mesh of the caller's.
+
+use crate::handle::{self, Handle, Object};
+use crate::input::{self, atlasfit_mesh, copy_out};
+use crate::run::{atlasfit_run, core_run};
+use crate::sized::{self, Sized};
+use crate::status::{Failure, Outcome, atlasfit_status, guard};
+use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
+use std::sync::Arc;
+
+/// atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
+pub const ATLASFIT_PACK_SHAPES: u32 = 0;
+/// atlasfit_unwrap_options.packer: by their bounding boxes, in rows: fastest, and wastes most.
+pub const ATLASFIT_PACK_BOXES: u32 = 1;
+
+/// How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct atlasfit_unwrap_options {
+    /// sizeof(atlasfit_unwrap_options).
+    pub struct_size: usize,
+    /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
+    pub max_stretch: f64,
+    /// Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
+    /// Default 0.
+    pub max_charts: u32,
+    /// Width of a page in texels, 16 to 65536. Default 1024.
+    pub page_width: u32,
+    /// Height of a page in texels, 16 to 65536. Default 1024.
+    pub page_height: u32,
+    /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
+    pub padding: u32,
+    /// Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+    pub pages: u32,
+    /// #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
+    pub packer: u32,
+    /// 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+    pub keep_uv_seams: u32,
+    /// Must be 0.
+    pub reserved: u32,
+    /// Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
+    pub texels_per_unit: f64,
+    /// Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
+    pub hard_edge_angle: f64,
+}
+
+// SAFETY: numbers, size first.
+unsafe impl Sized for atlasfit_unwrap_options {
+    const NAME: &str = "atlasfit_unwrap_options";
+    const FIRST: usize = size_of::<Self>();
+    fn defaults() -> Self {
+        let d = UnwrapOptions::default();
+        Self {
+            struct_size: size_of::<Self>(),
+            max_stretch: d.max_stretch,
+            max_charts: d.max_charts.map_or(0, |n| n as u32),
+            page_width: d.page_size[0],
+            page_height: d.page_size[1],
+            padding: d.padding_px,
+            pages: d.pages.unwrap_or(0),
+            packer: match d.packer {
+                Packer::Shapes => ATLASFIT_PACK_SHAPES,
+                Packer::Boxes => ATLASFIT_PACK_BOXES,
+            },
+            keep_uv_seams: u32::from(d.keep_uv_seams),
+            reserved: 0,
+            texels_per_unit: d.texels_per_unit.unwrap_or(0.0),
+            hard_edge_angle: d.hard_edge_angle.unwrap_or(STRAIGHT),
+        }
+    }
+}
+
+/// No edge is bent by more: none is hard.
+const STRAIGHT: f64 = 180.0;
+
+impl atlasfit_unwrap_options {
+    /// The core's options but for the mesh's own columns.
+    fn core(&self) -> Outcome<UnwrapOptions> {
+        let packer = match self.packer {
+            ATLASFIT_PACK_SHAPES => Packer::Shapes,
+            ATLASFIT_PACK_BOXES => Packer::Boxes,
+            other => {
+                return Err(Failure::invalid(format!(
+                    "packer is {other}. Give ATLASFIT_PACK_SHAPES or ATLASFIT_PACK_BOXES"
+                )));
+            }
+        };
+        let keep_uv_seams = input::flag(self.keep_uv_seams, "keep_uv_seams")?;
+        input::zero(self.reserved)?;
+        Ok(UnwrapOptions {
+            max_stretch: self.max_stretch,
+            max_charts: (self.max_charts > 0).then_some(self.max_charts as usize),
+            page_size: [self.page_width, self.page_height],
+            padding_px: self.padding,
+            texels_per_unit: (self.texels_per_unit != 0.0).then_some(self.texels_per_unit),
+            pages: (self.pages > 0).then_some(self.pages),
+            packer,
+            keep_uv_seams,
+            hard_edge_angle: (self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle),
+            ..UnwrapOptions::default()
+        })
+    }
+}
+
+/// Fills options with their defaults.
+///
+/// @param options     The struct to fill.
+/// @param struct_size sizeof(atlasfit_unwrap_options).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_unwrap_options_init(
+    options: *mut atlasfit_unwrap_options,
+    struct_size: usize,
+) -> atlasfit_status {
+    guard("atlasfit_unwrap_options_init", || unsafe { sized::init(options, struct_size) })
+}
+
+/// UVs of a mesh. Immutable: any number of threads may read one at once.
+pub struct atlasfit_uv(());
+
+/// What a UV handle holds.
+pub(crate) struct Layout {
+    layout: UvLayout,
+    split: Split,
+}
+
+/// The mesh with one vertex per corner's vertex and UV: what graphics cards draw.
+struct Split {
+    indices: Vec<[u32; 3]>,
+    source: Vec<u32>,
+    uv: Vec<[f32; 2]>,
+}
+
+impl Split {
+    /// Vertices are numbered in the order of their first corners.
+    fn new(triangles: &[[u32; 3]], corner_uv: &[[[f32; 2]; 3]]) -> Self {
+        let key = |c: usize| {
+            let uv = corner_uv[c / 3][c % 3];
+            (triangles[c / 3][c % 3], uv[0].to_bits(), uv[1].to_bits())
+        };
+        let mut order: Vec<usize> = (0..3 * triangles.len()).collect();
+        order.sort_unstable_by_key(|&c| (key(c), c));
+        let mut first = vec![0usize; order.len()];
+        for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
+            group.iter().for_each(|&c| first[c] = group[0]);
+        }
+        let mut out = Self { indices: vec![[0; 3]; triangles.len()], source: Vec::new(), uv: Vec::new() };
+        for c in 0..order.len() {
+            out.indices[c / 3][c % 3] = if first[c] == c {
+                out.source.push(triangles[c / 3][c % 3]);
+                out.uv.push(corner_uv[c / 3][c % 3]);
+                out.source.len() as u32 - 1
+            } else {
+                // The first corner of its kind comes earlier, so it has its number already.
+                out.indices[first[c] / 3][first[c] % 3]
+            };
+        }
+        out
+    }
+}
+
+impl Handle for atlasfit_uv {
+    type Target = Arc<Layout>;
+    const NAME: &str = "UV layout";
+    fn of(object: Object) -> Option<Arc<Layout>> {
+        match object {
+            Object::Uv(layout) => Some(layout),
+            _ => None,
+        }
+    }
+}
+
+/// Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
+/// the order of its triangles.
+///
+/// @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
+/// @param options How to unwrap; NULL = the defaults.
+/// @param run     How long work is run; NULL = the defaults.
+/// @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex),
+///         #ATLASFIT_EMPTY_INPUT or #ATLASFIT_DEGENERATE (no area), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_unwrap(
+    mesh: *const atlasfit_mesh,
+    options: *const atlasfit_unwrap_options,
+    run: *const atlasfit_run,
+    out: *mut *mut atlasfit_uv,
+) -> atlasfit_status {
+    guard("atlasfit_unwrap", || unsafe {
+        handle::checked_out(out)?;
+        let options = sized::read_or_default(options)?.core()?;
+        let mut run = core_run(run)?;
+        let input::Mesh { mesh, face_group, face_polygon, seam_edges } = input::mesh(mesh)?;
+        let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
+        let layout = run.execute(|ctx| {
+            let layout = unwrap(&mesh, &options, ctx)?;
+            ctx.check()?;
+            let split = Split::new(&mesh.triangles, &layout.corner_uv);
+            Ok(Layout { layout, split })
+        })?;
+        handle::give(Object::Uv(Arc::new(layout)), out);
+        Ok(())
+    })
+}
+
+/// Frees UVs; NULL is allowed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_free(uv: *mut atlasfit_uv) -> atlasfit_status {
+    guard("atlasfit_uv_free", || handle::free(uv))
+}
+
+/// What UVs hold.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct atlasfit_uv_info {
+    /// sizeof(atlasfit_uv_info), set by the caller.
+    pub struct_size: usize,
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Charts.
+    pub charts: usize,
+    /// Pages.
+    pub pages: usize,
+    /// Vertices of the mesh in its split form.
+    pub split_vertices: usize,
+    /// Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
+    pub degenerate_faces: usize,
+    /// Triangles that repeat the corners of an earlier one; they got UVs of their own.
+    pub duplicate_faces: usize,
+    /// Edges cut because more than two triangles, or two of clashing orientation, meet there.
+    pub non_manifold_edges: usize,
+    /// Charts that had to be cut further to stay free of flips and overlaps.
+    pub repaired_charts: usize,
+    /// Polygons that could not stay in one piece because they do not lie flat.
+    pub split_polygons: usize,
+    /// Width of a page in texels.
+    pub width: u32,
+    /// Height of a page in texels.
+    pub height: u32,
+    /// Texels per unit of length on the surface.
+    pub texels_per_unit: f64,
+    /// The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+    pub stretch_bound: f64,
+    /// Share of the area stretched beyond the bound.
+    pub over_stretched: f64,
+}
+
+// SAFETY: numbers, size first.
+unsafe impl Sized for atlasfit_uv_info {
+    const NAME: &str = "atlasfit_uv_info";
+    const FIRST: usize = size_of::<Self>();
+    fn defaults() -> Self {
+        // SAFETY: zeros are valid numbers.
+        Self { struct_size: size_of::<Self>(), ..unsafe { std::mem::zeroed() } }
+    }
+}
+
+/// Tells what UVs hold.
+///
+/// @param info Filled; its struct_size must be set.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_get_info(
+    uv: *const atlasfit_uv,
+    info: *mut atlasfit_uv_info,
+) -> atlasfit_status {
+    guard("atlasfit_uv_get_info", || unsafe {
+        let both = handle::get(uv)?;
+        let l = &both.layout;
+        let value = atlasfit_uv_info {
+            struct_size: size_of::<atlasfit_uv_info>(),
+            triangles: l.corner_uv.len(),
+            charts: l.charts,
+            pages: l.pages,
+            split_vertices: both.split.source.len(),
+            degenerate_faces: l.degenerate_faces,
+            duplicate_faces: l.duplicate_faces,
+            non_manifold_edges: l.non_manifold_edges,
+            repaired_charts: l.repaired_charts,
+            split_polygons: l.split_polygons,
+            width: l.width,
+            height: l.height,
+            texels_per_unit: l.texels_per_unit,
+            stretch_bound: l.stretch_bound,
+            over_stretched: l.over_stretched,
+        };
+        sized::write(info, value)
+    })
+}
+
+/// Copies the UVs: u, v in [0, 1], v up, for each corner of each triangle.
+///
+/// @param corner_uv Room for `capacity` numbers.
+/// @param capacity  At least 6 * info.triangles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_corners(
+    uv: *const atlasfit_uv,
+    corner_uv: *mut f32,
+    capacity: usize,
+) -> atlasfit_status {
+    guard("atlasfit_uv_corners", || unsafe {
+        let u = handle::get(uv)?;
+        copy_out(u.layout.corner_uv.as_flattened().as_flattened(), corner_uv, capacity, "corner UVs")
+    })
+}
+
+/// Copies the chart of each triangle, 0 to info.charts - 1.
+///
+/// @param face_charts Room for `capacity` numbers.
+/// @param capacity    At least info.triangles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_face_charts(
+    uv: *const atlasfit_uv,
+    face_charts: *mut u32,
+    capacity: usize,
+) -> atlasfit_status {
+    guard("atlasfit_uv_face_charts", || unsafe {
+        copy_out(&handle::get(uv)?.layout.face_chart, face_charts, capacity, "face charts")
+    })
+}
+
+/// Copies the page of each triangle, 0 to info.pages - 1.
+///
+/// @param face_pages Room for `capacity` numbers.
+/// @param capacity   At least info.triangles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_face_pages(
+    uv: *const atlasfit_uv,
+    face_pages: *mut u32,
+    capacity: usize,
+) -> atlasfit_status {
+    guard("atlasfit_uv_face_pages", || unsafe {
+        copy_out(&handle::get(uv)?.layout.face_page, face_pages, capacity, "face pages")
+    })
+}
+
+/// Copies the split form, one vertex per pair of vertex and UV: what graphics cards and glTF want.
+///
+/// @param indices         Three new vertices per triangle, in the mesh's order.
+/// @param index_capacity  Numbers that `indices` has room for, at least 3 * info.triangles.
+/// @param sources         The mesh's vertex that each new vertex came from.
+/// @param vertex_uv       u, v of each new vertex.
+/// @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least info.split_vertices.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_split(
+    uv: *const atlasfit_uv,
+    indices: *mut u32,
+    index_capacity: usize,
+    sources: *mut u32,
+    vertex_uv: *mut f32,
+    vertex_capacity: usize,
+) -> atlasfit_status {
+    guard("atlasfit_uv_split", || unsafe {
+        let s = &handle::get(uv)?.split;
+        if indices.is_null() || sources.is_null() || vertex_uv.is_null() {
+            return Err(Failure::invalid("a buffer is NULL"));
+        }
+        if index_capacity < 3 * s.indices.len() || vertex_capacity < s.source.len() {
+            return Err(Failure::new(
+                crate::status::ATLASFIT_BUFFER_TOO_SMALL,
+                format!(
+                    "the capacities are {index_capacity} indices and {vertex_capacity} vertices, but there are {} and {}",
+                    3 * s.indices.len(),
+                    s.source.len()
+                ),
+            ));
+        }
+        copy_out(s.indices.as_flattened(), indices, index_capacity, "indices")?;
+        copy_out(&s.source, sources, vertex_capacity, "sources")?;
+        copy_out(s.uv.as_flattened(), vertex_uv, vertex_capacity.saturating_mul(2), "vertex UVs")
+    })
+}
