@@ -96,7 +96,8 @@ impl Atlas {
         let c = self.charts.get(chart)?;
         let [u, v] = uv;
         let (h, _, n) = c.height_normal(u, v);
-        let inside = if u * u + v * v <= 1.0 { c.mask.value(u, v) } else { 0.0 };
+        // Coordinates at the rim may have been rounded.
+        let inside = if u * u + v * v <= 1.0 + 1e-6 { c.mask.value(u, v) } else { 0.0 };
         Some(Place { position: self.back(c.lift(u, v, h)), normal: scale(n, c.sign), inside })
     }
 
