@@ -204,7 +204,8 @@
 #define ATLASFIT_PACK_BOXES 1
 
 /**
- * A fitted atlas: overlapping charts, each a smooth map from the unit disk into space. Immutable: any number of threads may use one at once.
+ * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along
+ * the tube and v = angle / pi around it. Immutable: any number of threads may use one at once.
  */
 typedef struct atlasfit_atlas atlasfit_atlas;
 
@@ -635,7 +636,7 @@ typedef struct {
    */
   uint32_t *charts;
   /**
-   * Coordinates in that chart's unit disk, 2 numbers per point.
+   * Coordinates in that chart, 2 numbers per point.
    */
   float *chart_uv;
   /**
@@ -1298,11 +1299,11 @@ atlasfit_status atlasfit_atlas_project(const atlasfit_atlas *atlas,
  *
  * @param atlas    The atlas.
  * @param chart    Index of the chart, 0 to info.charts - 1.
- * @param uv       u, v of each place, in the unit disk: the circle of radius 1 about 0 is the chart's rim.
+ * @param uv       u, v of each place, from -1 to 1.
  * @param count    Number of places.
  * @param xyz      x, y, z per place; NULL = not wanted.
  * @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
- * @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond; NULL = not wanted.
+ * @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond, 0 outside the chart's domain; NULL = not wanted.
  * @param capacity Places that each array has room for, at least `count`.
  */
 ATLASFIT_API

@@ -1,4 +1,4 @@
-//! The `atlasfit` program: denoises scans, tells what files hold, converts them, measures results, draws pictures.
+//! The `atlasfit` program: denoises scans, unwraps meshes, tells what files hold, converts them, measures results, draws pictures.
 //!
 //! Results go to standard output (text, or one JSON object with `--json`), progress and warnings to standard error.
 //! Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
@@ -31,6 +31,8 @@ struct Cli {
 enum Command {
     /// Denoise a scan: clean points, one stitched surface, chart UVs
     Denoise(Box<commands::denoise::Args>),
+    /// Lay out UVs for a mesh: few charts, little stretch, no flips, no overlaps, packed
+    Unwrap(commands::unwrap::Args),
     /// Tell what a file holds: counts, attributes, extent, defects, spacing and noise
     Info(commands::info::Args),
     /// Write a file in another format
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
     };
     let done = match &cli.command {
         Command::Denoise(args) => commands::denoise::run(args, &console),
+        Command::Unwrap(args) => commands::unwrap::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
         Command::Info(args) => commands::info::run(args, &console),
         Command::Convert(args) => commands::convert::run(args, &console),

@@ -1,6 +1,7 @@
 //! Polygons in, triangles out: gathers the faces of a file in order, checks their indices once all vertices are
 //! known, and triangulates polygons so that they do not fold (ear clipping in the polygon's mean plane, Meisters
-//! 1975). A polygon of n corners always gives n - 2 triangles, so that collinear corners stay connected.
+//! 1975). A polygon of n corners always gives n - 2 triangles, so that collinear corners stay connected. The polygons
+//! themselves are kept beside the triangles, so that they can be written again.
 
 use crate::load::LoadReport;
 use atlasfit::geometry::vec3::{cross, dist2, dot, sub};
@@ -10,6 +11,34 @@ const MOST_TESTS: u64 = 1 << 26;
 
 /// An index that no vertex has.
 pub const NO_VERTEX: u32 = u32::MAX;
+
+/// The faces of a file as polygons: what its triangles were cut from.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Polygons {
+    /// Corners per face, at least 3, in file order. A face of n corners is n - 2 of the triangles, in the same order.
+    pub sizes: Vec<u32>,
+    /// The corners of all faces, one face after the other.
+    pub corners: Vec<u32>,
+}
+
+impl Polygons {
+    /// The polygon that each triangle was cut from.
+    #[must_use]
+    pub fn of_triangles(&self) -> Vec<u32> {
+        (self.sizes.iter().zip(0u32..))
+            .flat_map(|(&n, i)| std::iter::repeat_n(i, n.saturating_sub(2) as usize))
+            .collect()
+    }
+}
+
+/// The columns of the faces read.
+pub struct Finished {
+    pub triangles: Vec<[u32; 3]>,
+    pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    pub chart: Option<Vec<u32>>,
+    /// `None` if all faces are triangles.
+    pub polygons: Option<Polygons>,
+}
 
 struct Polygon {
     triangle: usize,
@@ -75,12 +104,7 @@ impl Faces {
     }
 
     /// Triangulates the polygons over their positions, drops faces with wrong indices, and reports both.
-    #[expect(clippy::type_complexity, reason = "the three columns of a face")]
-    pub fn finish(
-        mut self,
-        positions: &[[f64; 3]],
-        report: &mut LoadReport,
-    ) -> (Vec<[u32; 3]>, Option<Vec<[[f32; 2]; 3]>>, Option<Vec<u32>>) {
+    pub fn finish(mut self, positions: &[[f64; 3]], report: &mut LoadReport) -> Finished {
         let count = positions.len();
         let wrong = |v: u32| v as usize >= count;
         let mut wrong_faces = 0;
@@ -108,6 +132,7 @@ impl Faces {
             self.chart.clear();
         }
         let is_wrong = |t: &[u32; 3]| t.iter().any(|&v| wrong(v));
+        let polygons = self.take_polygons(is_wrong);
         if let Some(first) = self.triangles.iter().position(is_wrong) {
             let keep: Vec<bool> = self.triangles.iter().map(|t| !is_wrong(t)).collect();
             wrong_faces +=
@@ -125,7 +150,31 @@ impl Faces {
         }
         let uv = self.has_uv.then_some(self.uv);
         let chart = (!self.chart.is_empty()).then_some(self.chart);
-        (self.triangles, uv, chart)
+        Finished { triangles: self.triangles, corner_uv: uv, chart, polygons }
+    }
+
+    /// All faces as polygons, without those that hold a wrong triangle.
+    fn take_polygons(&mut self, is_wrong: impl Fn(&[u32; 3]) -> bool) -> Option<Polygons> {
+        let polygons = std::mem::take(&mut self.polygons);
+        if polygons.is_empty() {
+            return None;
+        }
+        let mut out = Polygons::default();
+        let mut next = polygons.iter().peekable();
+        let mut t = 0;
+        while t < self.triangles.len() {
+            let (corners, made) = match next.next_if(|p| p.triangle == t) {
+                Some(p) => (&self.corners[p.corner..p.corner + p.len], p.len - 2),
+                None => (&self.triangles[t][..], 1),
+            };
+            // A polygon's triangles are wrong together.
+            if !is_wrong(&self.triangles[t]) {
+                out.sizes.push(corners.len() as u32);
+                out.corners.extend_from_slice(corners);
+            }
+            t += made;
+        }
+        Some(out)
     }
 }
 

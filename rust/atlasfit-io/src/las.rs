@@ -181,6 +181,11 @@ fn fields(header: &mut Header) -> Vec<Field> {
     out
 }
 
+/// Whether the file is rows of bytes from some place on: then it can be read block by block.
+pub(crate) fn is_rows(input: &Input<'_>) -> bool {
+    parse(input.data).is_some_and(|h| !h.compressed && h.start <= input.data.len())
+}
+
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let damaged = |input: &Input<'_>, at: usize, found: String, expected: &str| {
         input.malformed(
@@ -191,7 +196,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         )
     };
     let Some(mut header) = parse(input.data) else {
-        return Err(damaged(input, input.data.len(), "the end of the file".into(), "a LAS header"));
+        return Err(damaged(input, input.len, "the end of the file".into(), "a LAS header"));
     };
     let Some(&least) = RECORDS.get(usize::from(header.format)) else {
         return Err(input.unsupported(
@@ -228,28 +233,28 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     if reader.header.compressed {
         unpack(input, &mut reader, per_point)?;
     } else {
-        let body = input.data.get(reader.header.start..).unwrap_or_default();
-        let there = (body.len() / reader.header.record) as u64;
-        let n = reader.header.points.min(there);
-        if there < reader.header.points {
+        let Header { start, record, points, .. } = reader.header;
+        let there = (input.len.saturating_sub(start) / record) as u64;
+        let n = points.min(there) as usize;
+        if there < points {
             if n == 0 {
-                let expected = format!("{} points", reader.header.points);
-                return Err(damaged(input, input.data.len(), "the end of the file".into(), &expected));
+                return Err(damaged(
+                    input,
+                    input.len,
+                    "the end of the file".into(),
+                    &format!("{points} points"),
+                ));
             }
-            let first = Some(format!("byte {}", input.data.len()));
-            let missing = reader.header.points - there;
             input.report.add(
                 "points announced by the header but not in the file (it is cut off)",
-                missing,
-                first,
+                points - there,
+                Some(format!("byte {}", input.len)),
             );
         }
-        input.reserve(n as usize, per_point)?;
-        reader.expected = n as usize;
-        reader.content.cloud.positions.reserve_exact(n as usize);
-        for block in body[..n as usize * reader.header.record].chunks(BLOCK * reader.header.record) {
-            reader.take(block);
-        }
+        input.reserve(n, per_point)?;
+        reader.expected = n;
+        reader.content.cloud.positions.reserve_exact(n);
+        input.blocks(start.min(input.len), n * record, BLOCK * record, |records| reader.take(records))?;
     }
     Ok(reader.finish(input))
 }

@@ -43,6 +43,7 @@ mod weld;
 mod xyz;
 
 pub use error::{Error, Place, Result};
+pub use faces::Polygons;
 pub use foreign::panics_become_errors;
 pub use format::Format;
 pub use load::{LoadOptions, LoadReport, Loaded, Note, load, load_bytes, load_reader};

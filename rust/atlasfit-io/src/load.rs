@@ -1,10 +1,11 @@
 //! Reading: finds the format, calls its reader, checks limits, gathers the report.
 
 use crate::error::{Error, Place, Result};
+use crate::faces::Polygons;
 use crate::format::Format;
 use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
 use atlasfit::geometry::{PointCloud, TriMesh};
-use std::io::Read;
+use std::io::{Read, Seek};
 use std::path::Path;
 
 /// How to read.
@@ -65,6 +66,8 @@ pub struct Loaded {
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
     /// UV chart per face where the file names one (PLY face property `chart`).
     pub face_chart: Option<Vec<u32>>,
+    /// The faces as the file has them, where some have more than three corners.
+    pub polygons: Option<Polygons>,
     /// The format found.
     pub format: Format,
     /// What was repaired or left out.
@@ -94,6 +97,7 @@ pub(crate) struct Content {
     pub faces: Vec<[u32; 3]>,
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
     pub face_chart: Option<Vec<u32>>,
+    pub polygons: Option<Polygons>,
 }
 
 /// What a reader works on: the bytes, the memory limit, the report.
@@ -102,15 +106,63 @@ pub(crate) struct Input<'a> {
     pub file: String,
     /// Where the file lies, for formats that name others beside them.
     pub path: &'a Path,
-    /// Its bytes.
+    /// Its bytes; of a file that is read block by block, the first ones.
     pub data: &'a [u8],
+    /// How many bytes the whole file has.
+    pub len: usize,
     /// The report so far.
     pub report: LoadReport,
+    /// What comes behind `data`.
+    rest: Option<&'a mut std::fs::File>,
     limit: Option<u64>,
     used: u64,
 }
 
-impl Input<'_> {
+impl<'a> Input<'a> {
+    fn new(path: &'a Path, data: &'a [u8], options: &LoadOptions) -> Self {
+        Input {
+            file: path.display().to_string(),
+            path,
+            data,
+            len: data.len(),
+            report: LoadReport::default(),
+            rest: None,
+            limit: options.max_memory_bytes,
+            used: 0,
+        }
+    }
+
+    /// Calls `each` with `block` bytes after `block` bytes of the `length` from byte `at` on, which the file has. May be called once.
+    pub fn blocks(
+        &mut self,
+        at: usize,
+        length: usize,
+        block: usize,
+        mut each: impl FnMut(&[u8]),
+    ) -> Result<()> {
+        let Some(rest) = self.rest.take() else {
+            self.data[at..at + length].chunks(block.max(1)).for_each(each);
+            return Ok(());
+        };
+        let mut here = &self.data[at..];
+        let mut buffer = vec![0; block.min(length)];
+        let mut left = length;
+        while left > 0 {
+            let block = &mut buffer[..block.min(left)];
+            let (now, later) = block.split_at_mut(block.len().min(here.len()));
+            now.copy_from_slice(&here[..now.len()]);
+            here = &here[now.len()..];
+            rest.read_exact(later).map_err(|source| Error::Io {
+                file: self.file.clone(),
+                action: "read it",
+                source,
+            })?;
+            left -= block.len();
+            each(block);
+        }
+        Ok(())
+    }
+
     /// Accounts for `count` more things of `bytes` bytes each.
     pub fn reserve(&mut self, count: usize, bytes: usize) -> Result<()> {
         self.used = self.used.saturating_add((count as u64).saturating_mul(bytes as u64));
@@ -156,9 +208,35 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
             advice: "Give a file".into(),
         });
     }
+    let mut file = file;
+    if about.is_file() && about.len() > HEAD as u64 {
+        let mut head = vec![0; HEAD];
+        file.read_exact(&mut head).map_err(io("read it"))?;
+        let mut input = Input { len: about.len() as usize, ..Input::new(path, &head, options) };
+        if let Some(format) = format_of_rows(&input) {
+            input.rest = Some(&mut file);
+            return read(input, format);
+        }
+        file.rewind().map_err(io("read it"))?;
+    }
     // These bytes exist: room for them (and one more, to see the end) spares copying as the buffer grows.
     let data = read_all(path, file, about.len().saturating_add(1), options)?;
     load_bytes(path, &data, options)
+}
+
+/// The first bytes of a file, which show whether the rest is rows that can be read block by block.
+const HEAD: usize = 1 << 16;
+
+/// The format of a file that is rows of bytes behind its header, which `input.data` holds whole.
+fn format_of_rows(input: &Input<'_>) -> Option<Format> {
+    let format = Format::detect(input.data, input.path)?;
+    let rows = match format {
+        Format::Ply => ply::is_rows(input),
+        Format::Pcd => pcd::is_rows(input),
+        Format::Las => las::is_rows(input),
+        _ => false,
+    };
+    rows.then_some(format)
 }
 
 /// The bytes of a stream, up to one more than the memory limit.
@@ -188,19 +266,17 @@ pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Res
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loaded> {
-    let file = name.display().to_string();
     let data = &*text::utf8(data);
-    let mut input = Input {
-        file,
-        path: name,
-        data,
-        report: LoadReport::default(),
-        limit: options.max_memory_bytes,
-        used: 0,
-    };
-    input.reserve(data.len(), 1)?;
+    let input = Input::new(name, data, options);
     let format = if data.trim_ascii().is_empty() { None } else { Format::detect(data, name) };
-    let Some(format) = format else { return Err(unknown(&input)) };
+    match format {
+        Some(format) => read(input, format),
+        None => Err(unknown(&input)),
+    }
+}
+
+fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
+    input.reserve(input.data.len(), 1)?;
     let mut content = match format {
         Format::Ply => ply::read(&mut input)?,
         Format::Obj => obj::read(&mut input)?,
@@ -233,6 +309,7 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
         faces: content.faces,
         corner_uv: content.corner_uv,
         face_chart: content.face_chart,
+        polygons: content.polygons,
         format,
         report: input.report,
     })

@@ -191,9 +191,10 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         let rest = rows.lines.filter(|l| words(l.text).next().is_some()).count();
         input.report.add("lines after the last announced face, left out", rest as u64, None);
     }
-    let (triangles, corner_uv, _) = faces.finish(&content.cloud.positions, &mut input.report);
-    content.faces = triangles;
-    content.corner_uv = corner_uv;
+    let faces = faces.finish(&content.cloud.positions, &mut input.report);
+    content.faces = faces.triangles;
+    content.corner_uv = faces.corner_uv;
+    content.polygons = faces.polygons;
     if colored {
         // Whole numbers are 0 to 255, fractions 0 to 1; the whole file tells which.
         let scale = if colors.iter().flatten().any(|&c| c > 1.0) { 255.0 } else { 1.0 };
@@ -289,7 +290,7 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> std::io::Result<Writ
     crate::save::colors_lost(job.colors, &mut written);
     let color = if job.colors.is_some() { "C" } else { "" };
     let normal = if job.normals.is_some() { "N" } else { "" };
-    writeln!(out, "{color}{normal}OFF\n{} {} 0", job.positions.len(), job.triangles.len())?;
+    writeln!(out, "{color}{normal}OFF\n{} {} 0", job.positions.len(), job.face_count())?;
     for (i, [x, y, z]) in job.positions.iter().enumerate() {
         write!(out, "{x} {y} {z}")?;
         for c in job.normals.map(|n| n[i]).into_iter().flatten() {
@@ -300,8 +301,12 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> std::io::Result<Writ
         }
         writeln!(out)?;
     }
-    for [a, b, c] in job.triangles {
-        writeln!(out, "3 {a} {b} {c}")?;
-    }
+    job.each_face(|face| {
+        write!(out, "{}", face.corners.len())?;
+        for v in face.corners {
+            write!(out, " {v}")?;
+        }
+        writeln!(out)
+    })?;
     Ok(written)
 }

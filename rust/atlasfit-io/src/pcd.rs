@@ -127,7 +127,7 @@ fn header(input: &Input<'_>) -> Result<Header> {
         };
         let count = counts.get(i).map_or(Ok(1), |c| c.parse::<usize>()).unwrap_or(usize::MAX);
         // A row longer than the file cannot be there.
-        if count > input.data.len() {
+        if count > input.len {
             return Err(whole(format!("COUNT {}", counts[i]), "the numbers per point of a field"));
         }
         h.fields.push(Field { name, kind, count });
@@ -140,81 +140,58 @@ fn header(input: &Input<'_>) -> Result<Header> {
     Ok(h)
 }
 
-/// Where the numbers of a field are: row by row, or field by field (compressed files).
-struct Body<'b> {
-    bytes: &'b [u8],
-    /// Bytes from one point's number to the next one's.
-    stride: usize,
-    /// Where in such a step the field starts.
+/// What a field becomes.
+#[derive(Clone, Copy, PartialEq)]
+enum Target {
+    Position(usize),
+    Normal(usize),
+    /// Packed bytes: blue, green, red, and with the flag alpha.
+    Color(bool),
+    Attribute(usize),
+    Nothing,
+}
+
+/// A field of the file and what it becomes.
+struct Slot {
+    target: Target,
+    kind: Kind,
+    count: usize,
+    /// Where it starts in a row.
     offset: usize,
 }
 
 /// Points taken at a time: their bytes stay in the cache while field after field is taken from them.
 const BLOCK: usize = 4096;
 
-impl Body<'_> {
-    /// Calls `put` with the number of each point of a block, counted within it.
-    fn each(&self, block: usize, k: usize, kind: Kind, mut put: impl FnMut(usize, f64)) {
-        let from = (block * BLOCK * self.stride).min(self.bytes.len());
-        let to = ((block + 1) * BLOCK * self.stride).min(self.bytes.len());
-        let (bytes, offset) = (&self.bytes[from..to], self.offset + k * kind.bytes());
-        match kind {
-            Kind::Ours(kind) => column(bytes, self.stride, offset, kind, false, put),
-            Kind::U64 | Kind::I64 => {
-                for (i, row) in bytes.chunks_exact(self.stride).enumerate() {
-                    if let Some(Ok(b)) = row.get(offset..offset + 8).map(<[u8; 8]>::try_from) {
-                        put(
-                            i,
-                            if kind == Kind::U64 {
-                                u64::from_le_bytes(b) as f64
-                            } else {
-                                i64::from_le_bytes(b) as f64
-                            },
-                        );
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// A field with its values for all points.
-struct Filled {
-    name: String,
-    kind: Kind,
-    width: usize,
-    values: Vec<f64>,
-}
-
-/// The columns of a file; the positions are `None` where x, y and z are not all among the fields.
-#[derive(Default)]
-struct Columns {
-    positions: Option<Vec<[f64; 3]>>,
-    fields: Vec<Filled>,
-}
-
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let header = header(input)?;
     let row: usize =
         header.fields.iter().map(|f| f.kind.bytes().saturating_mul(f.count)).fold(0, usize::saturating_add);
-    let numbers: usize = header.fields.iter().map(|f| f.count).sum();
-    let filled = match header.data.as_slice() {
+    let mut out = match header.data.as_slice() {
         b"ascii" => ascii(input, &header)?,
         b"binary" => {
-            let bytes = input.data.get(header.end..).unwrap_or_default();
-            let n = points_there(input, &header, bytes.len(), row)?;
-            input.reserve(n, 8 * numbers)?;
-            fill(&header, n, |offset, _| Body { bytes: &bytes[..n * row], stride: row, offset })
+            let there = input.len.saturating_sub(header.end);
+            let n = points_there(input, &header, there, row)?;
+            let (slots, mut out) = columns(input, &header, n)?;
+            let mut first = 0;
+            input.blocks(header.end, n * row, BLOCK.saturating_mul(row), |bytes| {
+                for slot in &slots {
+                    put(&mut out, slot, first, bytes, row, slot.offset);
+                }
+                first += BLOCK;
+            })?;
+            out
         }
         b"binary_compressed" => {
             let bytes = decompress(input, &header)?;
             let n = points_there(input, &header, bytes.len(), row)?;
-            input.reserve(n, 8 * numbers)?;
-            // Field after field: the offset of a field in a row, times the points, is where it starts.
-            fill(&header, n, |offset, f| {
-                let width = f.kind.bytes() * f.count;
-                Body { bytes: &bytes[offset * n..(offset + width) * n], stride: width, offset: 0 }
-            })
+            let (slots, mut out) = columns(input, &header, n)?;
+            for slot in &slots {
+                // Field after field: the offset of a field in a row, times the points, is where it starts.
+                let width = slot.kind.bytes() * slot.count;
+                put(&mut out, slot, 0, &bytes[slot.offset * n..(slot.offset + width) * n], width, 0);
+            }
+            out
         }
         other => {
             return Err(input.malformed(
@@ -225,14 +202,25 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             ));
         }
     };
-    content(input, filled)
+    // Many programs leave the alpha byte at 0 and mean opaque.
+    if let Some(colors) = &mut out.cloud.colors
+        && colors.iter().all(|c| c[3] == 0.0)
+    {
+        colors.iter_mut().for_each(|c| c[3] = 1.0);
+    }
+    Ok(out)
+}
+
+/// Whether the file is rows of bytes from some place on: then it can be read block by block.
+pub(crate) fn is_rows(input: &Input<'_>) -> bool {
+    header(input).is_ok_and(|h| h.data == b"binary")
 }
 
 fn points_there(input: &Input<'_>, header: &Header, bytes: usize, row: usize) -> Result<usize> {
     let there = (bytes / row.max(1)) as u64;
     if there < header.points || row == 0 {
         return Err(input.malformed(
-            Place::Byte(input.data.len() as u64),
+            Place::Byte(input.len as u64),
             format!("bytes for {there} points"),
             format!("{} points of {row} bytes, as the header says", header.points),
             "The file is cut off or its header is wrong: get it again",
@@ -241,70 +229,123 @@ fn points_there(input: &Input<'_>, header: &Header, bytes: usize, row: usize) ->
     Ok(header.points as usize)
 }
 
-fn fill<'b>(header: &Header, n: usize, body: impl Fn(usize, &Field) -> Body<'b>) -> Columns {
-    let mut offset = 0;
-    let mut bodies = Vec::new();
-    let mut out = Columns::default();
-    for f in &header.fields {
-        let axis = ["x", "y", "z"].iter().position(|a| *a == f.name && f.count == 1);
-        // Padding is named "_".
-        if f.name != "_" && f.count > 0 {
-            bodies.push((body(offset, f), f.kind, axis, out.fields.len()));
-            if axis.is_none() {
-                let values = vec![0.0; n * f.count];
-                out.fields.push(Filled { name: f.name.clone(), kind: f.kind, width: f.count, values });
-            }
-        }
+/// The role of each field, and columns of `n` points for them.
+fn columns(input: &mut Input<'_>, header: &Header, n: usize) -> Result<(Vec<Slot>, Content)> {
+    let single = |name: &str| header.fields.iter().position(|f| f.name == name && f.count == 1);
+    let three = |names: [&str; 3]| -> Option<Vec<usize>> { names.into_iter().map(single).collect() };
+    let Some(positions) = three(["x", "y", "z"]) else {
+        return Err(input.malformed(
+            Place::Whole,
+            "no fields x, y and z",
+            "points with x, y and z",
+            "This file holds no points",
+        ));
+    };
+    let normals = three(["normal_x", "normal_y", "normal_z"]).unwrap_or_default();
+    let packed = |name| single(name).filter(|&i| header.fields[i].kind.bytes() == 4);
+    let color = packed("rgba").map(|i| (i, true)).or_else(|| packed("rgb").map(|i| (i, false)));
+    let mut slots = Vec::with_capacity(header.fields.len());
+    let (mut offset, mut attributes) = (0, Vec::new());
+    for (i, f) in header.fields.iter().enumerate() {
+        let target = if let Some(k) = positions.iter().position(|&p| p == i) {
+            Target::Position(k)
+        } else if let Some(k) = normals.iter().position(|&p| p == i) {
+            Target::Normal(k)
+        } else if let Some((_, alpha)) = color.filter(|c| c.0 == i) {
+            Target::Color(alpha)
+        } else if f.name == "_" || f.count == 0 {
+            // Padding is named "_".
+            Target::Nothing
+        } else {
+            attributes.push(f);
+            Target::Attribute(attributes.len() - 1)
+        };
+        slots.push(Slot { target, kind: f.kind, count: f.count, offset });
         offset += f.kind.bytes() * f.count;
     }
-    let axes: Vec<usize> = bodies.iter().filter_map(|b| b.2).collect();
-    if !(axes.len() == 3 && [0, 1, 2].iter().all(|a| axes.contains(a))) {
-        return Columns::default();
-    }
-    let mut positions = vec![[0.0; 3]; n];
-    for block in 0..n.div_ceil(BLOCK) {
-        let first = block * BLOCK;
-        for &(ref body, kind, axis, field) in &bodies {
-            if let Some(axis) = axis {
-                let out = &mut positions[first..];
-                body.each(block, 0, kind, |i, v| out[i][axis] = v);
-                continue;
-            }
-            let field = &mut out.fields[field];
-            let width = field.width;
-            let packed = matches!(field.name.as_str(), "rgb" | "rgba") && kind.bytes() == 4 && width == 1;
-            let out = &mut field.values[first * width..];
-            for k in 0..width {
-                // Packed colours are bits, whatever number they claim to be: a float NaN must keep its payload.
-                let kind = if packed { Kind::Ours(ScalarKind::U32) } else { kind };
-                body.each(block, k, kind, |i, v| out[i * width + k] = v);
-            }
-        }
-    }
-    out.positions = Some(positions);
-    out
+    let numbers: usize = attributes.iter().map(|f| f.count).fold(0, usize::saturating_add);
+    let rest = if normals.is_empty() { 0 } else { 12 } + if color.is_some() { 16 } else { 0 };
+    input.reserve(n, numbers.saturating_mul(8).saturating_add(24 + rest))?;
+    // Fresh zeros cost nothing until they are written to.
+    let mut out = Content::default();
+    out.cloud.positions = vec![[0.0; 3]; n];
+    out.cloud.normals = (!normals.is_empty()).then(|| vec![[0.0; 3]; n]);
+    out.cloud.colors = color.is_some().then(|| vec![[0.0; 4]; n]);
+    let attribute = |f: &Field| {
+        let values = vec![0.0; n * f.count];
+        Attribute { name: f.name.clone(), width: f.count, kind: f.kind.stored(), values }
+    };
+    out.cloud.attributes = attributes.into_iter().map(attribute).collect();
+    Ok((slots, out))
 }
 
-fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Columns> {
-    let numbers: usize = header.fields.iter().map(|f| f.count).sum();
-    let mut out: Vec<Filled> = header
-        .fields
-        .iter()
-        .map(|f| Filled { name: f.name.clone(), kind: f.kind, width: f.count, values: Vec::new() })
-        .collect();
-    let (mut bad, mut first_bad) = (0u64, None);
+/// Colour from packed bytes.
+fn unpack(bits: u32, alpha: bool) -> [f32; 4] {
+    let [blue, green, red, a] = bits.to_le_bytes().map(|b| f32::from(b) / 255.0);
+    [red, green, blue, if alpha { a } else { 1.0 }]
+}
+
+/// Takes a field of the points from `first` on, `stride` bytes from one to the next.
+fn put(out: &mut Content, slot: &Slot, first: usize, bytes: &[u8], stride: usize, offset: usize) {
+    let cloud = &mut out.cloud;
+    match slot.target {
+        Target::Position(k) => {
+            let out = &mut cloud.positions[first..];
+            each(bytes, stride, offset, slot.kind, |i, v| out[i][k] = v);
+        }
+        Target::Normal(k) => {
+            let out = &mut cloud.normals.as_mut().map_or(&mut [][..], |c| &mut c[first..]);
+            each(bytes, stride, offset, slot.kind, |i, v| out[i][k] = v as f32);
+        }
+        Target::Color(alpha) => {
+            let out = &mut cloud.colors.as_mut().map_or(&mut [][..], |c| &mut c[first..]);
+            // They are bits, whatever number they claim to be: a float NaN must keep its payload.
+            let bits = Kind::Ours(ScalarKind::U32);
+            each(bytes, stride, offset, bits, |i, v| out[i] = unpack(v as u32, alpha));
+        }
+        Target::Attribute(a) => {
+            let width = slot.count;
+            let out = &mut cloud.attributes[a].values[first * width..];
+            for k in 0..width {
+                each(bytes, stride, offset + k * slot.kind.bytes(), slot.kind, |i, v| out[i * width + k] = v);
+            }
+        }
+        Target::Nothing => {}
+    }
+}
+
+/// Calls `put` for the number at `offset` of each row.
+fn each(bytes: &[u8], stride: usize, offset: usize, kind: Kind, mut put: impl FnMut(usize, f64)) {
+    let eight = |row: &[u8]| row.get(offset..offset + 8).and_then(|b| <[u8; 8]>::try_from(b).ok());
+    let rows = bytes.chunks_exact(stride).filter_map(eight).enumerate();
+    match kind {
+        Kind::Ours(kind) => column(bytes, stride, offset, kind, false, put),
+        Kind::U64 => rows.for_each(|(i, b)| put(i, u64::from_le_bytes(b) as f64)),
+        Kind::I64 => rows.for_each(|(i, b)| put(i, i64::from_le_bytes(b) as f64)),
+    }
+}
+
+fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Content> {
+    let numbers: usize = header.fields.iter().map(|f| f.count).fold(0, usize::saturating_add);
     let mut lines = Lines::from(input.data, header.end, header.lines);
-    let mut row = vec![0.0; numbers.min(input.data.len())];
+    let cut_off = |input: &Input<'_>, line: u64, points: u64| {
+        input.malformed(
+            Place::Line(line),
+            format!("the end of the file after at most {points} points"),
+            format!("{} points, as the header says", header.points),
+            "The file is cut off: get it again",
+        )
+    };
+    // A number takes two bytes with what separates it; up to half of the rows' bytes may be missing where rows are damaged.
+    let possible = (input.data.len().saturating_sub(header.end) / numbers.max(1)) as u64;
+    if possible < header.points {
+        return Err(cut_off(input, header.lines, possible));
+    }
+    let (slots, mut out) = columns(input, header, header.points as usize)?;
+    let (mut bad, mut first_bad) = (0u64, None);
+    let mut row = vec![0.0; if header.points > 0 { numbers } else { 0 }];
     for point in 0..header.points {
-        let Some(line) = lines.next_filled() else {
-            return Err(input.malformed(
-                Place::Line(lines.number()),
-                format!("the end of the file after {point} points"),
-                format!("{} points, as the header says", header.points),
-                "The file is cut off: get it again",
-            ));
-        };
-        input.reserve(numbers, 8)?;
+        let Some(line) = lines.next_filled() else { return Err(cut_off(input, lines.number(), point)) };
         let mut words = text::tokens(line.text);
         let ok = row.iter_mut().all(|v| words.next().and_then(text::number).map(|w| *v = w).is_some());
         if !ok {
@@ -312,14 +353,24 @@ fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Columns> {
             first_bad.get_or_insert((line.number, text::quote(line.text)));
             row.fill(f64::NAN);
         }
-        let mut at = 0;
-        for f in &mut out {
-            for &v in &row[at..at + f.width] {
-                let packed =
-                    matches!(f.name.as_str(), "rgb" | "rgba") && f.kind == Kind::Ours(ScalarKind::F32);
-                f.values.push(if packed { f64::from((v as f32).to_bits()) } else { v });
+        let (mut at, i) = (0, point as usize);
+        for slot in &slots {
+            let values = &row[at..at + slot.count];
+            let cloud = &mut out.cloud;
+            match slot.target {
+                Target::Position(k) => cloud.positions[i][k] = values[0],
+                Target::Normal(k) => cloud.normals.iter_mut().for_each(|c| c[i][k] = values[0] as f32),
+                Target::Color(alpha) => {
+                    let float = slot.kind == Kind::Ours(ScalarKind::F32);
+                    let bits = if float && ok { (values[0] as f32).to_bits() } else { values[0] as u32 };
+                    cloud.colors.iter_mut().for_each(|c| c[i] = unpack(bits, alpha));
+                }
+                Target::Attribute(a) => {
+                    cloud.attributes[a].values[i * slot.count..][..slot.count].copy_from_slice(values);
+                }
+                Target::Nothing => {}
             }
-            at += f.width;
+            at += slot.count;
         }
         if bad > 10 && bad > header.points / 20 {
             let (number, found) = first_bad.unwrap_or_default();
@@ -331,17 +382,9 @@ fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Columns> {
             ));
         }
     }
-    input.report.add(
-        "rows that cannot be read, kept as NaN",
-        bad,
-        first_bad.map(|f| format!("line {}", f.0)),
-    );
-    out.retain(|f| f.name != "_" && f.width > 0);
-    let mut columns = Columns { positions: None, fields: out };
-    if let Some(p) = columns.take(&["x", "y", "z"]) {
-        columns.positions = Some((0..p[0].len()).map(|i| [p[0][i], p[1][i], p[2][i]]).collect());
-    }
-    Ok(columns)
+    let first = first_bad.map(|f| format!("line {}", f.0));
+    input.report.add("rows that cannot be read, kept as NaN", bad, first);
+    Ok(out)
 }
 
 /// LZF (Lehmann 2000): literal runs and back references. The size that the file claims is only a limit.
@@ -395,61 +438,6 @@ fn decompress(input: &mut Input<'_>, header: &Header) -> Result<Vec<u8>> {
     }
     if out.len() != unpacked {
         return Err(broken(input, i));
-    }
-    Ok(out)
-}
-
-impl Columns {
-    /// Takes fields of one number each out, if all are there.
-    fn take(&mut self, names: &[&str]) -> Option<Vec<Vec<f64>>> {
-        let find = |n: &&str| self.fields.iter().position(|f| f.name == **n && f.width == 1);
-        let mut at = names.iter().map(find).collect::<Option<Vec<usize>>>()?;
-        let out = at.iter().map(|&i| std::mem::take(&mut self.fields[i].values)).collect();
-        at.sort_unstable();
-        at.dedup();
-        for i in at.into_iter().rev() {
-            self.fields.remove(i);
-        }
-        Some(out)
-    }
-}
-
-fn content(input: &mut Input<'_>, mut columns: Columns) -> Result<Content> {
-    let mut out = Content::default();
-    let Some(positions) = columns.positions.take() else {
-        return Err(input.malformed(
-            Place::Whole,
-            "no fields x, y and z",
-            "points with x, y and z",
-            "This file holds no points",
-        ));
-    };
-    let n = positions.len();
-    out.cloud.positions = positions;
-    if let Some(v) = columns.take(&["normal_x", "normal_y", "normal_z"]) {
-        out.cloud.normals = Some((0..n).map(|i| [0, 1, 2].map(|k| v[k][i] as f32)).collect());
-    }
-    for (name, alpha) in [("rgba", true), ("rgb", false)] {
-        if out.cloud.colors.is_some() {
-            break;
-        }
-        if let Some(v) = columns.take(&[name]) {
-            let color = |&v: &f64| {
-                let c = v as u32;
-                let byte = |shift: u32| f32::from((c >> shift) as u8) / 255.0;
-                [byte(16), byte(8), byte(0), if alpha { byte(24) } else { 1.0 }]
-            };
-            let mut colors: Vec<[f32; 4]> = v[0].iter().map(color).collect();
-            // Many programs leave the alpha byte at 0 and mean opaque.
-            if colors.iter().all(|c| c[3] == 0.0) {
-                colors.iter_mut().for_each(|c| c[3] = 1.0);
-            }
-            out.cloud.colors = Some(colors);
-        }
-    }
-    for f in columns.fields {
-        let kind = f.kind.stored();
-        out.cloud.attributes.push(Attribute { name: f.name, width: f.width, kind, values: f.values });
     }
     Ok(out)
 }

@@ -1,6 +1,7 @@
 //! Writing: beside the output first, then renamed, so that a run that fails never touches what was there.
 
 use crate::error::{Error, Result};
+use crate::faces::Polygons;
 use crate::format::Format;
 use crate::{gltf, obj, off, ply, stl, xyz};
 use atlasfit::geometry::{Attribute, PointCloud, TriMesh};
@@ -27,6 +28,9 @@ pub struct SaveMesh<'a> {
     pub ascii: bool,
     /// The texture.
     pub texture: Option<Texture<'a>>,
+    /// The polygons that the triangles were cut from: OBJ, PLY and OFF then get those. One whose UVs differ at a corner
+    /// between its triangles is written as its triangles.
+    pub polygons: Option<&'a Polygons>,
 }
 
 /// How to write a cloud.
@@ -57,6 +61,7 @@ pub(crate) struct Job<'a> {
     pub corner_uv: Option<&'a [[[f32; 2]; 3]]>,
     pub face_chart: Option<&'a [u32]>,
     pub texture: Option<Texture<'a>>,
+    pub polygons: Option<&'a Polygons>,
     pub ascii: bool,
     /// The output's file name without folder and extension, and without what a URI or an MTL cannot hold.
     pub stem: String,
@@ -72,7 +77,77 @@ pub(crate) struct Written {
     pub beside: Vec<(String, Vec<u8>)>,
 }
 
+/// A face as it is written.
+pub(crate) struct OutFace<'f> {
+    /// Its vertices.
+    pub corners: &'f [u32],
+    /// Texture coordinates per corner; empty where there are none.
+    pub uv: &'f [[f32; 2]],
+    /// Its first triangle.
+    pub triangle: usize,
+}
+
 impl Job<'_> {
+    /// Calls `each` with every face in order: polygons where they are known and their triangles agree on the UVs.
+    pub fn each_face(&self, mut each: impl FnMut(OutFace<'_>) -> std::io::Result<()>) -> std::io::Result<()> {
+        let uv_of = |t: usize| self.corner_uv.map_or(&[][..], |uv| &uv[t][..]);
+        let Some(polygons) = self.polygons else {
+            for (t, corners) in self.triangles.iter().enumerate() {
+                each(OutFace { corners, uv: uv_of(t), triangle: t })?;
+            }
+            return Ok(());
+        };
+        let (mut t, mut corner) = (0, 0);
+        let mut uv = Vec::new();
+        for &n in &polygons.sizes {
+            let corners = &polygons.corners[corner..corner + n as usize];
+            let triangles = t..t + n as usize - 2;
+            (t, corner) = (triangles.end, corner + n as usize);
+            if n == 3 || self.polygon_uv(corners, triangles.clone(), &mut uv) {
+                let uv = if n == 3 { uv_of(triangles.start) } else { &uv };
+                let corners = if n == 3 { &self.triangles[triangles.start] } else { corners };
+                each(OutFace { corners, uv, triangle: triangles.start })?;
+                continue;
+            }
+            for t in triangles {
+                each(OutFace { corners: &self.triangles[t], uv: uv_of(t), triangle: t })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Gathers a polygon's UVs; false where its triangles do not agree on them, or on their chart.
+    fn polygon_uv(&self, corners: &[u32], triangles: std::ops::Range<usize>, uv: &mut Vec<[f32; 2]>) -> bool {
+        uv.clear();
+        if self.face_chart.is_some_and(|c| triangles.clone().any(|t| c[t] != c[triangles.start])) {
+            return false;
+        }
+        let Some(all) = self.corner_uv else { return true };
+        for &v in corners {
+            let mut found = triangles
+                .clone()
+                .flat_map(|t| (0..3).map(move |k| (t, k)))
+                .filter(|&(t, k)| self.triangles[t][k] == v)
+                .map(|(t, k)| all[t][k]);
+            let Some(first) = found.next() else { return false };
+            if found.any(|other| other != first) {
+                return false;
+            }
+            uv.push(first);
+        }
+        true
+    }
+
+    /// Number of faces that [`Self::each_face`] gives.
+    pub fn face_count(&self) -> usize {
+        let mut count = 0;
+        let _ = self.each_face(|_| {
+            count += 1;
+            Ok(())
+        });
+        count
+    }
+
     /// Whether some position needs more than a 32-bit float.
     pub fn needs_f64(&self) -> bool {
         self.positions.iter().flatten().any(|&c| f64::from(c as f32) != c && !c.is_nan())
@@ -125,6 +200,7 @@ pub fn save_cloud(path: &Path, cloud: &PointCloud, options: &SaveCloud) -> Resul
         corner_uv: None,
         face_chart: None,
         texture: None,
+        polygons: None,
         ascii: options.ascii,
         stem: stem(path),
         extension: path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default(),
@@ -147,6 +223,7 @@ pub fn save_mesh(path: &Path, mesh: &TriMesh, options: &SaveMesh<'_>) -> Result<
         corner_uv: mesh.corner_uv.as_deref(),
         face_chart: mesh.face_chart.as_deref(),
         texture: options.texture,
+        polygons: options.polygons,
         ascii: options.ascii,
         stem: stem(path),
         extension: path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default(),
@@ -225,6 +302,14 @@ fn check(job: &Job<'_>) -> std::result::Result<(), String> {
     }
     column("corner_uv", job.corner_uv.map(<[_]>::len), job.triangles.len())?;
     column("face_chart", job.face_chart.map(<[_]>::len), job.triangles.len())?;
+    if let Some(p) = job.polygons {
+        let sum = |less: usize| p.sizes.iter().map(|&s| (s as usize).saturating_sub(less)).sum::<usize>();
+        column("polygons", Some(sum(2)), job.triangles.len())?;
+        column("corners of the polygons", Some(p.corners.len()), sum(0))?;
+        if p.sizes.iter().any(|&s| s < 3) || p.corners.iter().any(|&v| v as usize >= n) {
+            return Err("a polygon has fewer than 3 corners or names a vertex that is not there".into());
+        }
+    }
     match job.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= n)) {
         Some(i) => Err(format!("triangle {i} names a vertex that is not there")),
         None => Ok(()),

@@ -51,9 +51,9 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     for t in ids.chunks_exact(3) {
         faces.push(t, &[]);
     }
-    let (triangles, _, _) = faces.finish(&positions, &mut input.report);
+    let faces = faces.finish(&positions, &mut input.report).triangles;
     let cloud = PointCloud::from_positions(positions);
-    Ok(Content { cloud, faces: triangles, ..Content::default() })
+    Ok(Content { cloud, faces, ..Content::default() })
 }
 
 fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {

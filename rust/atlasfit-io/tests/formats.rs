@@ -358,3 +358,51 @@ fn a_textured_obj_comes_with_its_material_and_image() {
     assert_eq!(std::fs::read(&saved.files[1]).unwrap(), b"png");
     assert_eq!(saved.lost, ["attributes, which OBJ cannot hold: intensity", "chart numbers of the faces"]);
 }
+
+#[test]
+fn files_of_rows_read_block_by_block_give_what_reading_them_whole_gives() {
+    let n = 10_000;
+    let cloud = PointCloud {
+        normals: Some((0..n).map(|i| [1.0, i as f32, 0.5]).collect()),
+        ..PointCloud::from_positions((0..n).map(|i| [f64::from(i), 0.1, -1.0 / f64::from(i + 1)]).collect())
+    };
+    let mut ply = common::saved_cloud("a.ply", &cloud);
+    let at = ply.windows(10).position(|w| w == b"end_header").unwrap();
+    ply.splice(at..at, *b"element face 0\nproperty list uchar int vertex_indices\n");
+    let folder = Folder::new();
+    for (name, data) in [
+        ("a.ply", ply),
+        ("a.pcd", common::pcd_binary(n as usize)),
+        ("a.las", common::las(n as u32)),
+        // Packed and text are read whole.
+        ("b.pcd", common::pcd_compressed(n as usize)),
+        ("b.laz", common::laz(n as u32, 3)),
+    ] {
+        let path = folder.join(name);
+        for len in [data.len(), data.len() + 5, data.len() - 1, data.len() / 2, 1 << 16, (1 << 16) + 1] {
+            let mut changed = data.clone();
+            changed.resize(len, 7);
+            std::fs::write(&path, &changed).unwrap();
+            let both =
+                [load(&path, &LoadOptions::default()), load_bytes(&path, &changed, &LoadOptions::default())];
+            match both {
+                [Ok(a), Ok(b)] => assert_eq!((a.cloud, a.report), (b.cloud, b.report), "{name} {len}"),
+                [Err(a), Err(b)] => assert_eq!(a.to_string(), b.to_string(), "{name} {len}"),
+                [a, b] => panic!("{name} {len}: {:?}, but from memory {:?}", a.is_ok(), b.is_ok()),
+            }
+        }
+    }
+}
+
+#[test]
+fn the_bytes_of_a_file_of_rows_take_no_memory() {
+    let n = 100_000;
+    let cloud = PointCloud::from_positions((0..n).map(|i| [f64::from(i), 0.1, -1.0]).collect());
+    let folder = Folder::new();
+    let path = folder.join("a.ply");
+    save_cloud(&path, &cloud, &SaveCloud::default()).unwrap();
+    let columns = 24 * n as u64;
+    let within = |bytes| load(&path, &LoadOptions { max_memory_bytes: Some(bytes) });
+    assert_eq!(within(columns + (1 << 17)).unwrap().cloud, cloud);
+    assert!(matches!(within(columns).unwrap_err(), Error::OutOfMemory { .. }));
+}

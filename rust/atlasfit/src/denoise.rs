@@ -12,7 +12,7 @@ use crate::geometry::vec3::{Vec3, dist2, sub};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
-use crate::partition::{self, PATCH_SIZE, grow};
+use crate::partition::{self, PATCH_SIZE, grow, tubes};
 use crate::prior::mlp::{self, MlpOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
@@ -427,9 +427,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         Some(charts) => PATCH_SIZE.for_count(charts, points.len()),
     };
     let mut analysis = analysis;
+    let tubes = tubes::find(&points, &tree, &analysis, options.noise.is_some(), ctx)?;
+    if let Some(sigma) = tubes.sigma {
+        analysis.sigma = sigma.max(least);
+    }
     let mut fitted = Vec::new();
     for _ in 0..NOISE_ROUNDS {
-        let patches = partition::partition(&points, &tree, &analysis, size, ctx)?;
+        let patches = partition::partition(&points, &tree, &analysis, size, &tubes.covered, ctx)?;
         fitted = fit::fit(&points, &patches, analysis.sigma, ctx)?;
         // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
         // mislead upwards. Patches are then cut anew.
@@ -444,6 +448,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         analysis.sigma = seen;
     }
+    fitted.extend(tubes.fitted);
     if fitted.is_empty() {
         return Err(Error::Degenerate {
             what: "no part of the points looks like a surface".into(),

@@ -5,7 +5,8 @@
 //! with the prior in its Gaussian-process limit). Robust weights keep stray points and other sheets out.
 
 use crate::atlas::mask::Mask;
-use crate::atlas::{Chart, Local};
+use crate::atlas::monge::Local;
+use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, dot, sub};
 use crate::partition::grow::{Patch, RIM, TUKEY, tukey};
@@ -56,15 +57,24 @@ struct Tools {
     work: gp::Work,
 }
 
-fn empty_chart(patch: &Patch, sigma: f64) -> Chart {
-    Chart {
-        center: patch.center,
-        axes: patch.axes,
-        radii: patch.radii,
-        coeffs: Box::new([0.0; gp::COEFFS]),
-        mask: Mask::full(),
+/// A sheet while it is being fitted.
+#[derive(Clone)]
+struct Sheet {
+    map: Monge,
+    sigma: f64,
+    support: f64,
+}
+
+fn empty_sheet(patch: &Patch, sigma: f64) -> Sheet {
+    Sheet {
+        map: Monge {
+            center: patch.center,
+            axes: patch.axes,
+            radii: patch.radii,
+            coeffs: Box::new([0.0; gp::COEFFS]),
+            mask: Mask::full(),
+        },
         sigma,
-        sign: 1.0,
         support: 0.0,
     }
 }
@@ -90,30 +100,30 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, tools: &mut Tools, out:
             tukey(e, TUKEY * sigma + 1e-12)
         })
         .collect();
-    let mut chart = empty_chart(patch, sigma);
+    let mut sheet = empty_sheet(patch, sigma);
     let mut smoothness = None;
     for round in 0..ROUNDS {
-        if solve(&mut chart, &local, &weights, round == 0, sigma, &mut smoothness, tools).is_none() {
+        if solve(&mut sheet, &local, &weights, round == 0, sigma, &mut smoothness, tools).is_none() {
             return;
         }
-        let limit = TUKEY * chart.sigma;
-        for (w, e) in weights.iter_mut().zip(residuals(&chart, &local)) {
+        let limit = TUKEY * sheet.sigma;
+        for (w, e) in weights.iter_mut().zip(residuals(&sheet.map, &local)) {
             *w = tukey(e, limit);
         }
     }
-    if let Some(pair) = two_sheets(&chart, &local, patch, sigma, tools) {
-        for (chart, weights) in pair {
-            finish(chart, &local, &weights, patch, out);
+    if let Some(pair) = two_sheets(&sheet.map, &local, patch, sigma, tools) {
+        for (sheet, weights) in pair {
+            finish(sheet, &local, &weights, patch, out);
         }
     } else {
-        finish(chart, &local, &weights, patch, out);
+        finish(sheet, &local, &weights, patch, out);
     }
 }
 
 /// One solve for the chart's coefficients with given weights; foot points from the chart as it is, or on the first round the points' own
 /// coordinates. Sets the chart's noise and support.
 fn solve(
-    chart: &mut Chart,
+    sheet: &mut Sheet,
     local: &[[f64; 3]],
     weights: &[f64],
     first: bool,
@@ -122,6 +132,7 @@ fn solve(
     tools: &mut Tools,
 ) -> Option<()> {
     let basis = &*BASIS;
+    let chart = &mut sheet.map;
     let floor = 1e-6 * chart.radii[0].min(chart.radii[1]);
     let mut row = [0.0; MODES];
     tools.normal.clear();
@@ -143,24 +154,24 @@ fn solve(
     let fit = gp::fit(basis, &tools.normal, sigma.max(floor), NOISE_STRENGTH, *smoothness, &mut tools.work)?;
     *smoothness = Some(fit.log_kappa);
     *chart.coeffs = gp::spline_coefficients(basis, &fit.modes);
-    chart.sigma = fit.sigma.max(floor);
-    chart.support = tools.normal.count;
-    chart.coeffs.iter().all(|c| c.is_finite()).then_some(())
+    sheet.sigma = fit.sigma.max(floor);
+    sheet.support = tools.normal.count;
+    sheet.map.coeffs.iter().all(|c| c.is_finite()).then_some(())
 }
 
 /// Signed distances of the points to the chart, along its normal.
-fn residuals<'a>(chart: &'a Chart, local: &'a [[f64; 3]]) -> impl Iterator<Item = f64> + 'a {
+fn residuals<'a>(chart: &'a Monge, local: &'a [[f64; 3]]) -> impl Iterator<Item = f64> + 'a {
     local.iter().map(|&[u, v, z]| {
         let (h, c, _) = chart.height_normal(u, v);
         (z - h) * c
     })
 }
 
-fn finish(mut chart: Chart, local: &[[f64; 3]], weights: &[f64], patch: &Patch, out: &mut Vec<Fitted>) {
+fn finish(mut sheet: Sheet, local: &[[f64; 3]], weights: &[f64], patch: &Patch, out: &mut Vec<Fitted>) {
     let inside: Vec<[f64; 2]> =
         local.iter().zip(weights).filter(|(_, w)| **w > 0.0).map(|(l, _)| [l[0], l[1]]).collect();
-    chart.mask = Mask::build(&inside, chart.radii, patch.spacing);
-    sharpen(&mut chart);
+    sheet.map.mask = Mask::build(&inside, sheet.map.radii, patch.spacing);
+    sharpen(&mut sheet.map, sheet.sigma);
     let members = patch
         .members
         .iter()
@@ -169,7 +180,8 @@ fn finish(mut chart: Chart, local: &[[f64; 3]], weights: &[f64], patch: &Patch, 
         .map(|(&m, (_, &w))| (m, w as f32))
         .collect::<Vec<_>>();
     if !members.is_empty() {
-        out.push(Fitted { chart, members });
+        let Sheet { map, sigma, support } = sheet;
+        out.push(Fitted { chart: Chart { map: Map::Monge(map), sigma, sign: 1.0, support }, members });
     }
 }
 
@@ -189,9 +201,9 @@ const SHARPEN: f64 = 0.5;
 
 /// Takes out the bias that noise gives to a curved surface. Points scattered about a surface by isotropic noise lie on average outside
 /// its bends: a circle of radius r seems to have radius r + sigma^2 / 2r, a graph h seems to be h - sigma^2 / 2 times its Laplacian (to first order).
-fn sharpen(chart: &mut Chart) {
+fn sharpen(chart: &mut Monge, sigma: f64) {
     let step = 2.0 / gp::INTERVALS as f64;
-    let [a, b] = chart.radii.map(|r| SHARPEN * 0.5 * (chart.sigma / (r * step)).powi(2));
+    let [a, b] = chart.radii.map(|r| SHARPEN * 0.5 * (sigma / (r * step)).powi(2));
     let old = chart.coeffs.clone();
     let n = gp::SIDE;
     for i in 1..n - 1 {
@@ -207,12 +219,12 @@ fn sharpen(chart: &mut Chart) {
 /// Looks for two sheets, such as the sides of a thin wall, in the points about one fitted chart: two Gaussians against one along the normal, then
 /// expectation maximisation with a chart each.
 fn two_sheets(
-    chart: &Chart,
+    chart: &Monge,
     local: &[[f64; 3]],
     patch: &Patch,
     sigma: f64,
     tools: &mut Tools,
-) -> Option<[(Chart, Vec<f64>); 2]> {
+) -> Option<[(Sheet, Vec<f64>); 2]> {
     let e: Vec<f64> = residuals(chart, local).collect();
     let n = e.len() as f64;
     if e.len() < SHEET_POINTS {
@@ -262,7 +274,7 @@ fn two_sheets(
     // Each sheet gets a chart of its own; points are shared by how well either explains them.
     let noise = s2.sqrt().min(sigma * 1.5);
     let mut pair =
-        [(empty_chart(patch, noise), vec![0.0; e.len()]), (empty_chart(patch, noise), vec![0.0; e.len()])];
+        [(empty_sheet(patch, noise), vec![0.0; e.len()]), (empty_sheet(patch, noise), vec![0.0; e.len()])];
     let mut smoothness = [None, None];
     for (k, r) in r.iter().enumerate() {
         pair[0].1[k] = 1.0 - r;
@@ -275,8 +287,8 @@ fn two_sheets(
         let s = pair[0].0.sigma.max(pair[1].0.sigma);
         let limit = TUKEY * s;
         let [a, b] = &mut pair;
-        let ea: Vec<f64> = residuals(&a.0, local).collect();
-        let eb: Vec<f64> = residuals(&b.0, local).collect();
+        let ea: Vec<f64> = residuals(&a.0.map, local).collect();
+        let eb: Vec<f64> = residuals(&b.0.map, local).collect();
         for k in 0..e.len() {
             let p = [ea[k], eb[k]].map(|x| (-x * x / (2.0 * s * s)).exp().max(1e-30));
             let r = p[1] / (p[0] + p[1]);

@@ -7,7 +7,6 @@
 use crate::atlas::Chart;
 use crate::fit::Fitted;
 use crate::geometry::vec3::{Vec3, dot};
-use crate::prior::gp;
 use crate::project::Membership;
 use rayon::prelude::*;
 
@@ -43,9 +42,7 @@ pub fn relations(points: &[Vec3], fitted: &[Fitted], members: &Membership) -> Ve
                 .iter()
                 .map(|&(c, w)| {
                     let chart: &Chart = &fitted[c as usize].chart;
-                    let l = chart.local(points[i]);
-                    let (_, hu, hv) = gp::value_gradient(&chart.coeffs, l.u, l.v);
-                    (c, (Chart::taper(l.u, l.v) + 1e-6) * f64::from(w), chart.normal_of(hu, hv))
+                    (c, (chart.weight(points[i]) + 1e-6) * f64::from(w), chart.normal_over(points[i]))
                 })
                 .collect();
             let top = (0..views.len()).max_by(|&x, &y| views[x].1.total_cmp(&views[y].1)).unwrap_or(0);

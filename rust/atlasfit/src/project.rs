@@ -3,11 +3,10 @@
 //! In: points, fitted charts with their members. Out: positions in input order, unit normals, and which points no chart claims
 //! (outliers). Charts are blended by a partition of unity, so there is no step where one chart ends.
 
-use crate::atlas::{Chart, Local};
+use crate::atlas::Chart;
 use crate::error::Result;
 use crate::fit::Fitted;
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, norm, scale};
-use crate::prior::gp;
 use crate::run::Context;
 use crate::surface::field::{ANCHOR_CHARTS, Anchor};
 use rayon::prelude::*;
@@ -86,16 +85,14 @@ pub fn project_members(
 fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Projected {
     let (mut total, mut at, mut n, mut top, mut best) = (0.0, [0.0; 3], [0.0; 3], 0.0, u32::MAX);
     for (index, chart, robust) in charts {
-        let l: Local = chart.local(p);
-        let (u, v) = chart.foot(l);
+        let foot = chart.nearest(p);
         // The small constant keeps points on the very rim with their chart when they have no other.
-        let w = (Chart::taper(u, v) + 1e-6) * robust;
+        let w = (foot.taper + 1e-6) * robust;
         if w <= 0.0 {
             continue;
         }
-        let (h, hu, hv) = gp::value_gradient(&chart.coeffs, u, v);
-        at = mul_add(at, chart.lift(u, v, h), w);
-        let m = scale(chart.normal_of(hu, hv), chart.sign);
+        at = mul_add(at, foot.position, w);
+        let m = scale(foot.normal, chart.sign);
         let m = if dot(n, m) < 0.0 { scale(m, -1.0) } else { m };
         n = add(n, scale(m, w));
         total += w;
@@ -138,10 +135,7 @@ pub fn anchors(
             let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
             let mut best: Vec<(u32, f32)> = row
                 .iter()
-                .map(|&(c, w)| {
-                    let l = fitted[c as usize].chart.local(points[i]);
-                    (c, (Chart::taper(l.u, l.v) as f32 + 1e-6) * w)
-                })
+                .map(|&(c, w)| (c, (fitted[c as usize].chart.weight(points[i]) as f32 + 1e-6) * w))
                 .collect();
             best.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
             let mut charts = [(u32::MAX, 0.0); ANCHOR_CHARTS];

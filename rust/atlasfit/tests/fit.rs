@@ -5,7 +5,8 @@ mod shapes;
 
 use atlasfit::Run;
 use atlasfit::atlas::mask::Mask;
-use atlasfit::atlas::{Chart, Local};
+use atlasfit::atlas::monge::Local;
+use atlasfit::atlas::{Map, Monge};
 use atlasfit::partition::grow::Patch;
 use atlasfit::prior::gp::{self, BASIS, COEFFS, INTERVALS, MODES, Normal, SIDE};
 use atlasfit::rng::Rng;
@@ -170,7 +171,7 @@ fn patch(
     z: impl Fn(f64, f64) -> f64,
 ) -> (Vec<Vec3>, Patch) {
     let normal = [0.36, 0.48, 0.8];
-    let axes = Chart::frame(normal, [1.0, 0.0, 0.0]);
+    let axes = Monge::frame(normal, [1.0, 0.0, 0.0]);
     let center = [5.0, -3.0, 2.0];
     let mut rng = Rng::stream(seed, 1);
     let points: Vec<Vec3> = disk(n, seed)
@@ -186,11 +187,17 @@ fn patch(
     (points, Patch { center, axes, radii, quadric: [0.0; 6], members, residual: noise, spacing, sound: true })
 }
 
-fn fit_chart(points: &[Vec3], patch: &Patch, sigma: f64) -> Vec<Chart> {
+fn fit_chart(points: &[Vec3], patch: &Patch, sigma: f64) -> Vec<Monge> {
     let fitted = Run::default()
         .execute(|ctx| atlasfit::fit::fit(points, std::slice::from_ref(patch), sigma, ctx))
         .unwrap();
-    fitted.into_iter().map(|f| f.chart).collect()
+    fitted
+        .into_iter()
+        .map(|f| match f.chart.map {
+            Map::Monge(m) => m,
+            Map::Tube(_) => panic!("a patch gives a patch"),
+        })
+        .collect()
 }
 
 #[test]

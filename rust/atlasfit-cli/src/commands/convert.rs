@@ -25,7 +25,7 @@ pub struct Args {
 /// Converts. What the output's format cannot hold is a note.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let format = files::output_format(&args.output)?;
-    let loaded = files::load(&args.input, &args.run, console)?;
+    let mut loaded = files::load(&args.input, &args.run, console)?;
     if format == Format::Stl && loaded.faces.is_empty() {
         return Err(Usage(format!(
             "{} has no faces, and STL holds nothing else. Use .ply or .xyz",
@@ -38,7 +38,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let saved = if faces == 0 {
         save_cloud(&args.output, &loaded.cloud, &SaveCloud { ascii: args.ascii, ..SaveCloud::default() })?
     } else {
-        let how = SaveMesh { ascii: args.ascii, ..SaveMesh::default() };
+        let polygons = loaded.polygons.take();
+        let how = SaveMesh { ascii: args.ascii, polygons: polygons.as_ref(), ..SaveMesh::default() };
         save_mesh(&args.output, &loaded.into_mesh(), &how)?
     };
     for lost in &saved.lost {

@@ -6,3 +6,4 @@ pub mod denoise;
 pub mod info;
 pub mod measure;
 pub mod render;
+pub mod unwrap;

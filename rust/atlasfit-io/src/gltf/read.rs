@@ -610,8 +610,8 @@ fn finish(input: &mut Input<'_>, mut scene: Scene) -> Result<Content> {
             faces.push(&t.map(corner), &t.map(uv));
         }
     }
-    let (triangles, corner_uv, _) = faces.finish(&out.cloud.positions, &mut input.report);
-    out.faces = triangles;
-    out.corner_uv = corner_uv;
+    let faces = faces.finish(&out.cloud.positions, &mut input.report);
+    out.faces = faces.triangles;
+    out.corner_uv = faces.corner_uv;
     Ok(out)
 }

@@ -196,9 +196,10 @@ impl Reader {
             );
         }
         let mut content = Content::default();
-        let (triangles, corner_uv, _) = self.faces.finish(&self.positions, &mut input.report);
-        content.faces = triangles;
-        content.corner_uv = corner_uv;
+        let faces = self.faces.finish(&self.positions, &mut input.report);
+        content.faces = faces.triangles;
+        content.corner_uv = faces.corner_uv;
+        content.polygons = faces.polygons;
         if self.colored > 0 {
             self.colors.resize(n, [1.0; 4]);
             input.report.add(

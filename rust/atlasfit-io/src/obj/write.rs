@@ -35,34 +35,29 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         writeln!(out, "vn {x} {y} {z}")?;
     }
     // Equal texture coordinates are written once, in the order of their first use.
-    let mut texture: Vec<[u32; 3]> = Vec::new();
     let mut seen: HashMap<[u32; 2], u32> = HashMap::new();
-    for triangle in job.corner_uv.unwrap_or_default() {
-        let mut ids = [0; 3];
-        for (id, uv) in ids.iter_mut().zip(triangle) {
-            let next = seen.len() as u32 + 1;
-            *id = *seen.entry(uv.map(f32::to_bits)).or_insert(next);
-            if *id == next {
-                writeln!(out, "vt {} {}", uv[0], uv[1])?;
-            }
+    for uv in job.corner_uv.unwrap_or_default().as_flattened() {
+        let next = seen.len() as u32 + 1;
+        if *seen.entry(uv.map(f32::to_bits)).or_insert(next) == next {
+            writeln!(out, "vt {} {}", uv[0], uv[1])?;
         }
-        texture.push(ids);
     }
     if job.texture.is_some() {
         writeln!(out, "usemtl {}", job.stem)?;
     }
-    for (i, t) in job.triangles.iter().enumerate() {
+    job.each_face(|face| {
         write!(out, "f")?;
-        for (k, v) in t.map(|v| u64::from(v) + 1).into_iter().enumerate() {
-            match (texture.get(i), job.normals.is_some()) {
-                (Some(vt), true) => write!(out, " {v}/{}/{v}", vt[k])?,
-                (Some(vt), false) => write!(out, " {v}/{}", vt[k])?,
+        for (k, v) in face.corners.iter().map(|&v| u64::from(v) + 1).enumerate() {
+            let vt = face.uv.get(k).and_then(|uv| seen.get(&uv.map(f32::to_bits)));
+            match (vt, job.normals.is_some()) {
+                (Some(vt), true) => write!(out, " {v}/{vt}/{v}")?,
+                (Some(vt), false) => write!(out, " {v}/{vt}")?,
                 (None, true) => write!(out, " {v}//{v}")?,
                 (None, false) => write!(out, " {v}")?,
             }
         }
-        writeln!(out)?;
-    }
+        writeln!(out)
+    })?;
     // Vertices that no face uses still have their normals: a cloud's are matched by order.
     if job.normals.is_some() && !job.triangles.is_empty() {
         let mut used = vec![false; job.positions.len()];

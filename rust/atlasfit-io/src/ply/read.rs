@@ -89,12 +89,23 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     finish(input, columns, faces)
 }
 
+/// Whether the file is rows of points behind the header and nothing else that is used: then it can be read block by block.
+pub(crate) fn is_rows(input: &Input<'_>) -> bool {
+    header::read(input).is_ok_and(|h| {
+        h.encoding != Encoding::Ascii
+            && vertex_element(input, &h.elements).is_ok_and(|v| v == 0 && h.elements[v].stride().is_some())
+            && (h.elements[1..].iter().all(|e| e.count == 0)
+                || !h.elements.iter().any(|e| matches!(e.name.as_str(), "face" | "tristrips")))
+    })
+}
+
 fn finish(input: &mut Input<'_>, mut columns: Columns, faces: Faces) -> Result<Content> {
     let mut content = Content::default();
-    let (triangles, corner_uv, chart) = faces.finish(&columns.positions, &mut input.report);
-    content.faces = triangles;
-    content.corner_uv = corner_uv;
-    content.face_chart = chart;
+    let faces = faces.finish(&columns.positions, &mut input.report);
+    content.faces = faces.triangles;
+    content.corner_uv = faces.corner_uv;
+    content.face_chart = faces.chart;
+    content.polygons = faces.polygons;
     let n = columns.positions.len();
     let mut attributes = Vec::new();
     for target in &columns.order {
@@ -313,7 +324,7 @@ impl Reader<'_, '_> {
             Encoding::Ascii => (self.input.data.len().saturating_sub(self.lines.offset()) as u64).div_ceil(2),
             _ => {
                 let least = element.least_bytes().max(1);
-                (self.input.data.len().saturating_sub(self.at) / least) as u64
+                (self.input.len.saturating_sub(self.at) / least) as u64
             }
         };
         element.count.min(rest)
@@ -322,7 +333,7 @@ impl Reader<'_, '_> {
     fn cut_off(&self, element: &Element, whole: u64) -> crate::Error {
         let (at, advice) = match self.encoding {
             Encoding::Ascii => (Place::Line(self.lines.number()), "lines"),
-            _ => (Place::Byte(self.input.data.len() as u64), "bytes"),
+            _ => (Place::Byte(self.input.len as u64), "bytes"),
         };
         self.input.malformed(
             at,
@@ -350,17 +361,16 @@ impl Reader<'_, '_> {
             (Encoding::Ascii, _) => self.ascii_vertices(element, &targets, &mut columns)?,
             (_, Some(stride)) => {
                 // rows_possible has checked that the bytes are there.
-                let data = &self.input.data[self.at..self.at + n * stride];
-                let big = self.big();
-                for (block, rows) in data.chunks(BLOCK * stride.max(1)).enumerate() {
-                    let first = block * BLOCK;
+                let (big, mut first) = (self.big(), 0);
+                self.input.blocks(self.at, n * stride, BLOCK * stride, |rows| {
                     let mut offset = 0;
                     for (p, &target) in element.properties.iter().zip(&targets) {
                         let at = At { stride, offset, kind: p.kind, big };
                         block_column(&mut columns, target, first, rows, at);
                         offset += size(p.kind);
                     }
-                }
+                    first += BLOCK;
+                })?;
                 self.at += n * stride;
             }
             (_, None) => {

@@ -78,10 +78,14 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         }
         names.push(name);
     }
+    // 8 bits count the corners, and twice as many texture coordinates, of all but very large polygons.
+    let largest = job.polygons.and_then(|p| p.sizes.iter().max()).copied().unwrap_or(3);
+    let (count_name, count_kind) =
+        if largest < 128 { ("uchar", ScalarKind::U8) } else { ("int", ScalarKind::I32) };
     if !job.triangles.is_empty() {
-        writeln!(out, "element face {}\nproperty list uchar int vertex_indices", job.triangles.len())?;
+        writeln!(out, "element face {}\nproperty list {count_name} int vertex_indices", job.face_count())?;
         if job.corner_uv.is_some() {
-            writeln!(out, "property list uchar float texcoord")?;
+            writeln!(out, "property list {count_name} float texcoord")?;
         }
         if job.face_chart.is_some() {
             writeln!(out, "property int chart")?;
@@ -116,24 +120,22 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
             writeln!(out)?;
         }
     }
-    for (i, t) in job.triangles.iter().enumerate() {
-        put(out, ascii, ScalarKind::U8, 3.0)?;
-        for &v in t {
+    job.each_face(|face| {
+        put(out, ascii, count_kind, face.corners.len() as f64)?;
+        for &v in face.corners {
             put(out, ascii, ScalarKind::U32, f64::from(v))?;
         }
-        if let Some(uv) = job.corner_uv {
-            put(out, ascii, ScalarKind::U8, 6.0)?;
-            for &c in uv[i].iter().flatten() {
+        if job.corner_uv.is_some() {
+            put(out, ascii, count_kind, 2.0 * face.uv.len() as f64)?;
+            for &c in face.uv.as_flattened() {
                 put(out, ascii, ScalarKind::F32, f64::from(c))?;
             }
         }
         if let Some(chart) = job.face_chart {
             // "No chart" is u32::MAX here and -1 in the file: the same bits.
-            put(out, ascii, ScalarKind::I32, f64::from(chart[i] as i32))?;
+            put(out, ascii, ScalarKind::I32, f64::from(chart[face.triangle] as i32))?;
         }
-        if ascii {
-            writeln!(out)?;
-        }
-    }
+        if ascii { writeln!(out) } else { Ok(()) }
+    })?;
     Ok(written)
 }

@@ -1,28 +1,24 @@
-//! The atlas: overlapping charts, each a smooth map from a disk into space.
+//! The atlas: overlapping charts, each a smooth map into space.
 //!
-//! A chart is a Monge patch: a base plane (centre and orthonormal axes), an elliptic domain in it, and a height over the unit
-//! disk held as a cubic spline. Lengths are in the normalised frame (the scan's longest side is 1).
+//! Most charts are Monge patches: heights over a plane. Thin tubes, whose curvature would leave a patch too few points to average over, are charts of their
+//! own: an axis and a radius. Everything downstream sees a chart only through [`Chart::view`], [`Chart::nearest`] and [`Chart::weight`].
+//! Lengths are in the normalised frame (the scan's longest side is 1).
 
-use crate::geometry::vec3::{Vec3, add, cross, dot, mul_add, norm, normalize, scale, sub};
-use crate::prior::gp::{self, COEFFS};
+use crate::geometry::vec3::Vec3;
 
 pub mod mask;
+pub mod monge;
 pub mod query;
-use mask::Mask;
+pub mod tube;
+
+pub use monge::Monge;
+pub use tube::Tube;
 
 /// One chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Centre of the domain.
-    pub center: Vec3,
-    /// Orthonormal axes: two of the base plane and its normal, right-handed.
-    pub axes: [Vec3; 3],
-    /// Half axes of the elliptic domain along the first two axes.
-    pub radii: [f64; 2],
-    /// Spline coefficients of the height over the unit disk.
-    pub coeffs: Box<[f32; COEFFS]>,
-    /// Which part of the domain carries surface.
-    pub mask: Mask,
+    /// The map.
+    pub map: Map,
     /// Noise of the points about this chart.
     pub sigma: f64,
     /// +1 or -1: which way the chart's normal points in the atlas's orientation.
@@ -31,105 +27,106 @@ pub struct Chart {
     pub support: f64,
 }
 
-/// A point seen from a chart.
-#[derive(Debug, Clone, Copy)]
-pub struct Local {
-    /// Coordinates in the domain, the ellipse mapped to the unit disk.
-    pub u: f64,
-    /// Second coordinate.
-    pub v: f64,
-    /// Height over the base plane.
-    pub z: f64,
+/// A chart's map from its domain into space.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Map {
+    /// A height over an elliptic disk.
+    Monge(Monge),
+    /// A radius about an axis.
+    Tube(Tube),
+}
+
+/// A chart seen from a point in space near it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Signed distance, positive on the side of the normal (to first order).
+    pub distance: f64,
+    /// How far the data say that there is surface: 0 to 1, one half at an edge.
+    pub mask: f64,
+    /// Weight in the blend: 1 at the chart's centre, falling smoothly to 0 at its rim.
+    pub taper: f64,
+    /// Unit normal of the chart, not yet in the atlas's orientation.
+    pub normal: Vec3,
+}
+
+/// A point of a chart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// Position.
+    pub position: Vec3,
+    /// Unit normal of the chart, not yet in the atlas's orientation.
+    pub normal: Vec3,
+    /// Weight in the blend.
+    pub taper: f64,
+    /// Domain coordinates.
+    pub uv: [f64; 2],
 }
 
 impl Chart {
-    /// The chart's coordinates of `p`.
+    /// The chart seen from `p`; nothing beyond its domain.
     #[inline]
     #[must_use]
-    pub fn local(&self, p: Vec3) -> Local {
-        let d = sub(p, self.center);
-        Local {
-            u: dot(d, self.axes[0]) / self.radii[0],
-            v: dot(d, self.axes[1]) / self.radii[1],
-            z: dot(d, self.axes[2]),
+    pub fn view(&self, p: Vec3) -> Option<View> {
+        match &self.map {
+            Map::Monge(m) => m.view(p),
+            Map::Tube(t) => t.view(p),
         }
     }
-    /// The point of space over (u, v) at height z.
-    #[inline]
+    /// The chart's point nearest to `p`, as far as `p` is near the chart.
     #[must_use]
-    pub fn lift(&self, u: f64, v: f64, z: f64) -> Vec3 {
-        let p = mul_add(self.center, self.axes[0], u * self.radii[0]);
-        mul_add(mul_add(p, self.axes[1], v * self.radii[1]), self.axes[2], z)
-    }
-    /// The chart's map at (u, v).
-    #[must_use]
-    pub fn point(&self, u: f64, v: f64) -> Vec3 {
-        self.lift(u, v, gp::value(&self.coeffs, u, v))
-    }
-    /// Unit normal for height slopes `hu`, `hv` with respect to domain coordinates; on the side of the third axis.
-    #[inline]
-    #[must_use]
-    pub fn normal_of(&self, hu: f64, hv: f64) -> Vec3 {
-        let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
-        let n = add(self.axes[2], add(scale(self.axes[0], -a), scale(self.axes[1], -b)));
-        normalize(n)
-    }
-    /// Height, cosine between the surface normal and the base normal, and the unit normal at (u, v).
-    #[inline]
-    #[must_use]
-    pub fn height_normal(&self, u: f64, v: f64) -> (f64, f64, Vec3) {
-        let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
-        let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
-        let c = 1.0 / (1.0 + a * a + b * b).sqrt();
-        let n = add(self.axes[2], add(scale(self.axes[0], -a), scale(self.axes[1], -b)));
-        (h, c, scale(n, c))
-    }
-    /// Foot point: the domain coordinates whose surface point is nearest to `p` (Gauss-Newton from the point's own
-    /// coordinates; two steps reach well below the noise on patches as flat as these).
-    #[must_use]
-    pub fn foot(&self, p: Local) -> (f64, f64) {
-        let (mut u, mut v) = (p.u, p.v);
-        for _ in 0..2 {
-            let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
-            let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
-            // Residuals along the base axes and along the normal; metric I + grad gradᵀ, inverted in closed form.
-            let (du, dv, dz) = ((p.u - u) * self.radii[0], (p.v - v) * self.radii[1], p.z - h);
-            let (ru, rv) = (du + a * dz, dv + b * dz);
-            let det = 1.0 + a * a + b * b;
-            let (x, y) = (((1.0 + b * b) * ru - a * b * rv) / det, ((1.0 + a * a) * rv - a * b * ru) / det);
-            u += x / self.radii[0];
-            v += y / self.radii[1];
-            let rho = (u * u + v * v).sqrt();
-            if rho > 1.2 {
-                u *= 1.2 / rho;
-                v *= 1.2 / rho;
-            }
+    pub fn nearest(&self, p: Vec3) -> Foot {
+        match &self.map {
+            Map::Monge(m) => m.nearest(p),
+            Map::Tube(t) => t.nearest(p),
         }
-        (u, v)
     }
-    /// Weight of this chart in the blend at (u, v): 1 at the centre, falling smoothly to 0 at the rim.
-    #[inline]
+    /// Weight in the blend at `p`.
     #[must_use]
-    pub fn taper(u: f64, v: f64) -> f64 {
-        let t = 1.0 - (u * u + v * v);
-        if t > 0.0 { t * t } else { 0.0 }
+    pub fn weight(&self, p: Vec3) -> f64 {
+        match &self.map {
+            Map::Monge(m) => m.weight(p),
+            Map::Tube(t) => t.weight(p),
+        }
     }
-    /// Sum of the principal curvatures at (u, v), positive where the surface bends towards the third axis.
+    /// Unit normal at the chart's point over `p`.
     #[must_use]
-    pub fn curvature_sum(&self, u: f64, v: f64) -> f64 {
-        let (_, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
-        let (uu, uv, vv) = gp::hessian(&self.coeffs, u, v);
-        let (ru, rv) = (self.radii[0], self.radii[1]);
-        let (a, b) = (hu / ru, hv / rv);
-        let (xx, xy, yy) = (uu / (ru * ru), uv / (ru * rv), vv / (rv * rv));
-        let g = 1.0 + a * a + b * b;
-        ((1.0 + b * b) * xx - 2.0 * a * b * xy + (1.0 + a * a) * yy) / (g * g.sqrt())
+    pub fn normal_over(&self, p: Vec3) -> Vec3 {
+        match &self.map {
+            Map::Monge(m) => m.normal_over(p),
+            Map::Tube(t) => t.normal_over(p),
+        }
     }
-    /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the plane.
+    /// The chart's point at domain coordinates: (u, v) over the unit disk of a patch; along a tube, and the angle over pi.
     #[must_use]
-    pub fn frame(normal: Vec3, along: Vec3) -> [Vec3; 3] {
-        let e1 = sub(along, scale(normal, dot(along, normal)));
-        let e1 = if norm(e1) > 1e-9 { normalize(e1) } else { crate::geometry::vec3::tangents(normal).0 };
-        [e1, cross(normal, e1), normal]
+    pub fn at(&self, uv: [f64; 2]) -> Foot {
+        match &self.map {
+            Map::Monge(m) => m.at(uv),
+            Map::Tube(t) => t.at(uv),
+        }
+    }
+    /// How far the data say that there is surface at domain coordinates: 0 to 1, one half at an edge, 0 beyond the domain.
+    #[must_use]
+    pub fn mask_at(&self, uv: [f64; 2]) -> f64 {
+        match &self.map {
+            _ if self.reach(uv) > 1.0 + 1e-6 => 0.0, // may have been rounded to single precision
+            Map::Monge(m) => m.mask.value(uv[0], uv[1]),
+            Map::Tube(t) => t.mask_at(uv[0]),
+        }
+    }
+    /// How far domain coordinates are from the domain's middle; 1 at its rim.
+    #[must_use]
+    pub fn reach(&self, uv: [f64; 2]) -> f64 {
+        match &self.map {
+            Map::Monge(_) => uv[0].hypot(uv[1]),
+            Map::Tube(_) => uv[0].abs(),
+        }
+    }
+    /// Domain coordinates moved to `t` times their reach.
+    #[must_use]
+    pub fn shrink(&self, uv: [f64; 2], t: f64) -> [f64; 2] {
+        match &self.map {
+            Map::Monge(_) => [uv[0] * t, uv[1] * t],
+            Map::Tube(_) => [uv[0] * t, uv[1]],
+        }
     }
 }

@@ -4,7 +4,7 @@
 //! The surface is that of the blended charts (partition of unity, as in `project`), trimmed by their masks. What belongs to the other side
 //! of a thin sheet takes no part: it faces away.
 
-use crate::atlas::Chart;
+use crate::atlas::{Chart, Foot};
 use crate::error::{Error, Result};
 use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale};
 use crate::measure::bvh::{Aabb, Bvh};
@@ -57,9 +57,6 @@ pub struct Place {
     pub inside: f64,
 }
 
-/// A chart seen from a query: coordinates of the nearest point, its position, squared distance.
-type Seen = (f64, f64, Vec3, f64);
-
 impl Atlas {
     /// An atlas of charts in a normalised frame whose origin and unit are `origin` and `unit` in the user's.
     ///
@@ -94,11 +91,12 @@ impl Atlas {
     #[must_use]
     pub fn place(&self, chart: usize, uv: [f64; 2]) -> Option<Place> {
         let c = self.charts.get(chart)?;
-        let [u, v] = uv;
-        let (h, _, n) = c.height_normal(u, v);
-        // Coordinates at the rim may have been rounded.
-        let inside = if u * u + v * v <= 1.0 + 1e-6 { c.mask.value(u, v) } else { 0.0 };
-        Some(Place { position: self.back(c.lift(u, v, h)), normal: scale(n, c.sign), inside })
+        let foot = c.at(uv);
+        Some(Place {
+            position: self.back(foot.position),
+            normal: scale(foot.normal, c.sign),
+            inside: c.mask_at(uv),
+        })
     }
 
     /// The nearest point of the surface for each query, in order; `None` for queries that are not finite. Accurate for queries nearer to the surface
@@ -130,12 +128,12 @@ impl Atlas {
             return None;
         }
         let (best, best2) = self.tree.nearest(p, f64::INFINITY, |i| {
-            seen(&self.charts[i as usize], p).map_or(f64::INFINITY, |s| s.3)
+            seen(&self.charts[i as usize], p).map_or(f64::INFINITY, |s| s.1)
         })?;
         let chart = &self.charts[best as usize];
-        let (u, v, _, _) = seen(chart, p)?;
+        let (foot, _) = seen(chart, p)?;
         let least = best2.sqrt();
-        let front = scale(chart.height_normal(u, v).2, chart.sign);
+        let front = scale(foot.normal, chart.sign);
         // Other charts of the same sheet see the point about as near.
         let limit = TUKEY * chart.sigma;
         near.clear();
@@ -149,12 +147,12 @@ impl Atlas {
         let (mut total, mut at, mut n) = (0.0, [0.0; 3], [0.0; 3]);
         for &i in near.iter() {
             let c = &self.charts[i as usize];
-            let Some((u, v, q, d2)) = seen(c, p) else { continue };
-            let m = scale(c.height_normal(u, v).2, c.sign);
+            let Some((other, d2)) = seen(c, p) else { continue };
+            let m = scale(other.normal, c.sign);
             // The small constant keeps the nearest chart in the sum at its very rim.
-            let w = (Chart::taper(u, v) + 1e-6) * tukey(d2.sqrt() - least, limit + 1e-12);
+            let w = (other.taper + 1e-6) * tukey(d2.sqrt() - least, limit + 1e-12);
             if w > 0.0 && dot(m, front) > 0.0 {
-                at = mul_add(at, q, w);
+                at = mul_add(at, other.position, w);
                 n = add(n, scale(m, w));
                 total += w;
             }
@@ -165,7 +163,7 @@ impl Atlas {
             position,
             normal: if l > 0.0 { scale(n, 1.0 / l) } else { front },
             chart: best,
-            uv: [u, v],
+            uv: foot.uv,
             distance: dist2(position, query).sqrt(),
         })
     }
@@ -174,23 +172,23 @@ impl Atlas {
 fn bounds(c: &Chart) -> Aabb {
     let node = |i: usize| i as f64 * (2.0 / (BOX.0 - 1) as f64) - 1.0;
     let all = (0..BOX.0).flat_map(|i| (0..BOX.0).map(move |j| (node(i), node(j))));
-    let b = all.filter(|(u, v)| u * u + v * v <= 1.1).fold(Aabb::EMPTY, |b, (u, v)| {
-        let p = c.point(u, v);
+    let b = all.filter(|&(u, v)| c.reach([u, v]) <= 1.05).fold(Aabb::EMPTY, |b, (u, v)| {
+        let p = c.at([u, v]).position;
         b.join(&Aabb { min: p, max: p })
     });
     let margin = BOX.1 * b.longest_side();
     Aabb { min: b.min.map(|x| x - margin), max: b.max.map(|x| x + margin) }
 }
 
-/// The nearest point of a chart's trimmed surface; `None` where it has none.
-fn seen(c: &Chart, p: Vec3) -> Option<Seen> {
-    let (mut u, mut v) = c.foot(c.local(p));
-    let rho = (u * u + v * v).sqrt();
-    if rho > 1.0 {
-        (u, v) = (u / rho, v / rho);
+/// The nearest point of a chart's trimmed surface and its squared distance; `None` where it has none.
+fn seen(c: &Chart, p: Vec3) -> Option<(Foot, f64)> {
+    let mut foot = c.nearest(p);
+    let reach = c.reach(foot.uv);
+    if reach > 1.0 {
+        foot = c.at(c.shrink(foot.uv, 1.0 / reach));
     }
-    if c.mask.value(u, v) < EDGE {
-        let on = |t: f64| c.mask.value(u * t, v * t) >= EDGE;
+    if c.mask_at(foot.uv) < EDGE {
+        let on = |t: f64| c.mask_at(c.shrink(foot.uv, t)) >= EDGE;
         let at = |k: usize| 1.0 - k as f64 / STEPS.0 as f64;
         let k = (1..=STEPS.0).find(|&k| on(at(k)))?;
         let (mut low, mut high) = (at(k), at(k - 1));
@@ -198,8 +196,7 @@ fn seen(c: &Chart, p: Vec3) -> Option<Seen> {
             let mid = 0.5 * (low + high);
             if on(mid) { low = mid } else { high = mid }
         }
-        (u, v) = (u * low, v * low);
+        foot = c.at(c.shrink(foot.uv, low));
     }
-    let q = c.point(u, v);
-    Some((u, v, q, dist2(p, q)))
+    Some((foot, dist2(p, foot.position)))
 }

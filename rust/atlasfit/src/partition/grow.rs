@@ -5,7 +5,7 @@
 //! points of the next ring to within the noise, so that a second sheet near in space is never taken in. The domain is
 //! shortened across strong curvature: along a tube a patch is long, around it short.
 
-use crate::atlas::Chart;
+use crate::atlas::Monge;
 use crate::geometry::dense::{cholesky, cholesky_solve, eigen3};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
@@ -128,7 +128,7 @@ fn grow_from(
     let (mean, normal) = plane(points, &found[..near], start);
     let mut state = State {
         center: mul_add(origin, normal, dot(sub(mean, origin), normal)),
-        axes: Chart::frame(normal, crate::geometry::vec3::tangents(normal).0),
+        axes: Monge::frame(normal, crate::geometry::vec3::tangents(normal).0),
         radii: [start; 2],
         quadric: [0.0; 6],
         residual: 0.0,
@@ -261,7 +261,7 @@ fn step(
         let along = add(scale(s.axes[0], c), scale(s.axes[1], d));
         let k1 = (xx * c * c + 2.0 * xy * c * d + yy * d * d) / (radius * radius);
         let k2 = (xx * d * d - 2.0 * xy * c * d + yy * c * c) / (radius * radius);
-        s.axes = Chart::frame(n, along);
+        s.axes = Monge::frame(n, along);
         s.quadric = [0.0, 0.0, 0.0, 0.5 * k1 * radius * radius, 0.0, 0.5 * k2 * radius * radius];
         // Only curvature that stands out of the noise shortens the domain.
         let doubt = 2.0 * 2.0 * sigma * deviation[0].max(deviation[1]) / (radius * radius);

@@ -5,6 +5,7 @@
 //! result does not depend on the number of threads.
 
 pub mod grow;
+pub mod tubes;
 
 use crate::analyse::Analysis;
 use crate::error::Result;
@@ -132,7 +133,7 @@ pub fn check_noise(
     Ok(if (0.7..1.35).contains(&(estimate / tested)) { estimate } else { tested })
 }
 
-/// Cuts the scan.
+/// Cuts the scan, as far as it is not `done` by other charts.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -141,6 +142,7 @@ pub fn partition(
     tree: &Neighbours,
     analysis: &Analysis,
     size: PatchSize,
+    done: &[bool],
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
     let n = points.len();
@@ -150,7 +152,7 @@ pub fn partition(
     let max_radius =
         |i: usize| (size.spacings * f64::from(analysis.spacing[i]).min(widest)).max(size.sigmas * sigma);
     let order = shuffled(n, ctx.seed);
-    let mut covered = vec![false; n];
+    let mut covered = done.to_vec();
     let mut patches: Vec<Patch> = Vec::new();
     let mut found = Vec::new();
     for round in 0..ROUNDS {

@@ -41,7 +41,7 @@ pub static BASIS: LazyLock<Basis> = LazyLock::new(make_basis);
 
 /// Values (or derivatives) of the four cubic B-splines that live on one interval, at t in [0, 1].
 #[inline]
-fn spline(t: f64) -> [f64; 4] {
+pub(crate) fn spline(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     let (t2, t3) = (t * t, t * t * t);
     [
@@ -52,17 +52,17 @@ fn spline(t: f64) -> [f64; 4] {
     ]
 }
 #[inline]
-fn spline_d1(t: f64) -> [f64; 4] {
+pub(crate) fn spline_d1(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (-3.0 * t * t + 2.0 * t + 1.0) / 2.0, t * t / 2.0]
 }
 #[inline]
-fn spline_d2(t: f64) -> [f64; 4] {
+pub(crate) fn spline_d2(t: f64) -> [f64; 4] {
     [1.0 - t, 3.0 * t - 2.0, 1.0 - 3.0 * t, t]
 }
 /// Interval and offset of coordinate `x` in [-1, 1]; clamped outside.
 #[inline]
-fn locate(x: f64) -> (usize, f64) {
+pub(crate) fn locate(x: f64) -> (usize, f64) {
     let g = ((x + 1.0) * (INTERVALS as f64 * 0.5)).clamp(0.0, INTERVALS as f64 * (1.0 - 1e-12));
     let i = g as usize;
     (i, g - i as f64)

@@ -4,7 +4,7 @@
 //! voxel edge that the surface crosses (dual marching cubes; Nielson 2004). The band is cut into blocks of voxels that are independent
 //! of each other; a block's orientation is local, so one-sided surfaces need no special care.
 
-use crate::atlas::Chart;
+use crate::atlas::{Chart, View};
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale, sub};
 use crate::orient::Relation;
@@ -458,17 +458,6 @@ fn slot(e: usize) -> u8 {
     }
 }
 
-/// A chart's signed distance, cosine-corrected, its mask and its normal at `p`; nothing beyond its domain.
-#[inline]
-fn view(chart: &Chart, p: Vec3) -> Option<(f64, f64, Vec3)> {
-    let l = chart.local(p);
-    if l.u * l.u + l.v * l.v >= 1.3 {
-        return None;
-    }
-    let (height, c, n) = chart.height_normal(l.u, l.v);
-    Some(((l.z - height) * c, chart.mask.value(l.u, l.v), n))
-}
-
 /// The blend at one corner.
 struct Sample {
     weight: f64,
@@ -538,7 +527,7 @@ fn corners(
             if w < 1e-3 * total {
                 continue;
             }
-            let Some((f, mask, _)) = view(&charts[c as usize], p) else { continue };
+            let Some(View { distance: f, mask, .. }) = charts[c as usize].view(p) else { continue };
             s.weight += w;
             s.value += w * f * sign;
             s.support += w * mask;
@@ -657,10 +646,9 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
 fn settle(charts: &[Chart], list: &[u32], signs: &[f64], p: Vec3, h: f64) -> (Vec3, Vec3, u32) {
     let (mut n, mut best) = ([0.0; 3], (0.0, u32::MAX));
     for (&c, sign) in list.iter().zip(signs) {
-        if let Some((f, mask, m)) = view(&charts[c as usize], p) {
-            let l = charts[c as usize].local(p);
-            let w = Chart::taper(l.u, l.v) * mask / (f * f + 0.01 * h * h);
-            n = mul_add(n, m, w * sign);
+        if let Some(v) = charts[c as usize].view(p) {
+            let w = v.taper * v.mask / (v.distance * v.distance + 0.01 * h * h);
+            n = mul_add(n, v.normal, w * sign);
             if w > best.0 {
                 best = (w, c);
             }

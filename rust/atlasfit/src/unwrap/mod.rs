@@ -262,7 +262,6 @@ fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart
 /// Packs, and checks the charts once more as they leave: in single precision, in place. What rounding spoils (faces
 /// far below a texel) is cut out, and everything packed again. Gives the charts, their places, the density in texels
 /// per unit of the surface's frame, and how many charts were cut.
-#[expect(clippy::type_complexity, reason = "the four results named above")]
 fn settle(
     s: &Surface,
     mut list: Vec<Chart>,

@@ -1,0 +1,146 @@
+//! Claims about tubes: the chart's geometry, and that scans of thin tubes come out as tubes.
+
+use atlasfit::atlas::Tube;
+use atlasfit::atlas::tube::{HARMONICS, MASK_NODES};
+use atlasfit::geometry::PointCloud;
+use atlasfit::rng::Rng;
+use atlasfit::{DenoiseOptions, Run, denoise};
+
+fn norm(a: [f64; 3]) -> f64 {
+    a.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// A bent tube with a radius that varies both ways.
+fn bent() -> Tube {
+    let mut radius = Box::new([[0f32; HARMONICS]; 11]);
+    for (k, row) in radius.iter_mut().enumerate() {
+        row[0] = 0.004 * (k as f32 * 0.6).sin();
+        row[3] = 0.006;
+        row[4] = 0.003 * (k as f32 * 0.4).cos();
+    }
+    Tube {
+        center: [0.1, -0.2, 0.3],
+        axes: [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+        half_length: 0.5,
+        axis: [[0.0, 0.0, 0.06, 0.01], [0.0, 0.01, -0.04, 0.0]],
+        mean_radius: 0.05,
+        radius,
+        mask: Box::new([255; MASK_NODES]),
+    }
+}
+
+#[test]
+fn the_nearest_point_lies_on_the_tube() {
+    let (tube, mut rng) = (bent(), Rng::new(1));
+    for _ in 0..200 {
+        let (c, _, _) = tube.axis_at(1.6 * rng.uniform() - 0.8);
+        let p = c.map(|x| x + 0.1 * (rng.uniform() - 0.5));
+        let foot = tube.nearest(p);
+        let again = tube.view(foot.position).expect("on the domain");
+        assert!(again.distance.abs() < 1e-5, "{}", again.distance);
+        assert!(norm(sub(tube.nearest(foot.position).position, foot.position)) < 1e-5);
+    }
+}
+
+#[test]
+fn the_normal_is_the_gradient_of_the_distance() {
+    let (tube, mut rng) = (bent(), Rng::new(2));
+    for _ in 0..200 {
+        let (c, _, _) = tube.axis_at(1.6 * rng.uniform() - 0.8);
+        let on = tube.nearest(c.map(|x| x + 0.1 * (rng.uniform() - 0.5))).position;
+        let v = tube.view(on).expect("on the domain");
+        let h = 1e-6;
+        let g = [0, 1, 2].map(|k| {
+            let mut step = [0.0; 3];
+            step[k] = h;
+            let at = |s: f64| {
+                tube.view([on[0] + s * step[0], on[1] + s * step[1], on[2] + s * step[2]]).unwrap().distance
+            };
+            (at(1.0) - at(-1.0)) / (2.0 * h)
+        });
+        assert!(norm(sub(g, v.normal)) < 0.01, "{g:?} {:?}", v.normal);
+    }
+}
+
+/// Noisy points of a torus with radii 0.5 and 0.015.
+fn torus(n: usize, sigma: f64) -> PointCloud {
+    let mut rng = Rng::new(5);
+    let points = (0..n)
+        .map(|_| {
+            let (a, b) = (std::f64::consts::TAU * rng.uniform(), std::f64::consts::TAU * rng.uniform());
+            let r = 0.5 + 0.015 * b.cos();
+            [
+                r * a.cos() + sigma * rng.normal(),
+                r * a.sin() + sigma * rng.normal(),
+                0.015 * b.sin() + sigma * rng.normal(),
+            ]
+        })
+        .collect();
+    PointCloud::from_positions(points)
+}
+fn off_torus(p: [f64; 3]) -> f64 {
+    ((p[0].hypot(p[1]) - 0.5).hypot(p[2]) - 0.015).abs()
+}
+
+#[test]
+fn a_thin_torus_comes_out_whole_at_noise_below_and_above_its_radius() {
+    for (sigma, limit) in [(0.002, 6e-4), (0.008, 1.5e-3), (0.018, 5e-3)] {
+        let out = denoise(&torus(8000, sigma), &DenoiseOptions::default(), &mut Run::default()).unwrap();
+        assert_eq!((out.report.parts, out.report.boundary_edges), (1, 0), "sigma {sigma}");
+        let n = out.surface.positions.len() as f64;
+        let rms = (out.surface.positions.iter().map(|&p| off_torus(p).powi(2)).sum::<f64>() / n).sqrt();
+        assert!(rms < limit, "sigma {sigma}: rms {rms}");
+        assert!((out.report.noise / sigma - 1.0).abs() < 0.25, "sigma {sigma}: noise {}", out.report.noise);
+    }
+}
+
+#[test]
+fn a_rod_ends_where_its_points_end() {
+    let mut rng = Rng::new(8);
+    let points: Vec<[f64; 3]> = (0..6000)
+        .map(|_| {
+            let a = std::f64::consts::TAU * rng.uniform();
+            let x = rng.uniform();
+            [
+                x + 0.002 * rng.normal(),
+                0.02 * a.cos() + 0.002 * rng.normal(),
+                0.02 * a.sin() + 0.002 * rng.normal(),
+            ]
+        })
+        .collect();
+    let out = denoise(&PointCloud::from_positions(points), &DenoiseOptions::default(), &mut Run::default())
+        .unwrap();
+    let xs = out.surface.positions.iter().map(|p| p[0]);
+    let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    assert!(low.abs() < 0.02 && (high - 1.0).abs() < 0.02, "{low} {high}");
+    assert_eq!(out.report.parts, 1);
+}
+
+#[test]
+fn a_gutter_and_a_ribbon_are_no_tubes() {
+    let mut rng = Rng::new(9);
+    for shape in 0..2 {
+        let points: Vec<[f64; 3]> = (0..6000)
+            .map(|_| {
+                let (x, t) = (rng.uniform(), rng.uniform());
+                let (y, z) = if shape == 0 {
+                    // Half a circle.
+                    let a = std::f64::consts::PI * t;
+                    (0.03 * a.cos(), 0.03 * a.sin())
+                } else {
+                    (0.06 * (t - 0.5), 0.0)
+                };
+                [x + 0.001 * rng.normal(), y + 0.001 * rng.normal(), z + 0.001 * rng.normal()]
+            })
+            .collect();
+        let out =
+            denoise(&PointCloud::from_positions(points), &DenoiseOptions::default(), &mut Run::default())
+                .unwrap();
+        let tubes = out.charts.iter().filter(|c| matches!(c.map, atlasfit::atlas::Map::Tube(_))).count();
+        assert_eq!(tubes, 0, "shape {shape}");
+        assert_eq!(out.report.boundary_loops, 1, "shape {shape}");
+    }
+}
