@@ -1,5 +1,5 @@
 /* Every kind of call once, also failing and cancelled at each stage, for valgrind and the sanitizers: all memory must be given back.
- * soak [POINTS] */
+ * soak [POINTS [THREADS]] */
 #include <atlasfit.h>
 
 #include <math.h>
@@ -52,7 +52,7 @@ int main(int argc, char **argv) {
   points.color_width = 3;
   points.attributes = &attribute;
   points.attribute_count = 1;
-  run.threads = 2;
+  run.threads = argc > 2 ? (uint32_t)atoi(argv[2]) : 2;
 
   /* Failing. */
   atlasfit_result *result = NULL;
