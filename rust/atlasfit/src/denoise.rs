@@ -8,6 +8,7 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
+use crate::geometry::sort::sort_by;
 use crate::geometry::vec3::{Vec3, dist2, sub};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
@@ -141,6 +142,8 @@ const VOXEL: f64 = 0.75;
 /// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave gaps about four
 /// spacings wide.
 const GAP: f64 = 16.0;
+/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch of each other.
+const SLIT: f64 = 3.0;
 /// Parts of the surface with fewer triangles, those of about fifty points, are specks.
 const SPECK: usize = 180;
 /// The least number of distinct points that make a surface.
@@ -222,7 +225,7 @@ struct Prepared {
     duplicates: usize,
 }
 
-fn prepare(cloud: &PointCloud) -> Result<Prepared> {
+fn prepare(cloud: &PointCloud, ctx: &Context<'_>) -> Result<Prepared> {
     let n = cloud.len();
     if n == 0 {
         return Err(Error::empty(
@@ -239,14 +242,15 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         ));
     }
     // Box and centre from quantiles: one stray point far away must not squeeze the rest into rounding noise.
-    let quantile = |axis: usize| {
+    let quantile = |axis: usize| -> Result<(f64, f64)> {
+        ctx.check()?;
         let mut v: Vec<f64> = cloud.positions.iter().filter(|p| finite(p)).map(|p| p[axis]).collect();
         let lo = (count as f64 * 0.005) as usize;
         let low = *v.select_nth_unstable_by(lo, f64::total_cmp).1;
         let high = *v.select_nth_unstable_by(count - 1 - lo, f64::total_cmp).1;
-        (low, high)
+        Ok((low, high))
     };
-    let range = [quantile(0), quantile(1), quantile(2)];
+    let range = [quantile(0)?, quantile(1)?, quantile(2)?];
     let origin = range.map(|(a, b)| a + (b - a) * 0.5);
     let scale = range.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
     if !(scale > 0.0 && scale.is_finite()) {
@@ -256,7 +260,7 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
         });
     }
     let normalised: Vec<Vec3> = cloud.positions.iter().map(|p| sub(*p, origin).map(|x| x / scale)).collect();
-    let (points, of_input) = distinct(&normalised);
+    let (points, of_input) = distinct(&normalised, ctx)?;
     let finite_now = of_input.iter().filter(|&&i| i != u32::MAX).count();
     Ok(Prepared {
         duplicates: finite_now - points.len(),
@@ -270,13 +274,13 @@ fn prepare(cloud: &PointCloud) -> Result<Prepared> {
 
 /// Points with equal positions become one; points that are not finite are left out. Gives the distinct points in the order of their first
 /// appearance, and for each given point its distinct one (`u32::MAX` where it is left out).
-fn distinct(given: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
+fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<(Vec<Vec3>, Vec<u32>)> {
     let n = given.len();
     // Sorting by bits is exact and fast.
     let mut order: Vec<u32> =
         (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
     let bits = |i: u32| given[i as usize].map(|x| (x + 0.0).to_bits());
-    order.par_sort_unstable_by_key(|&i| (bits(i), i));
+    sort_by(&mut order, |&a, &b| (bits(a), a).cmp(&(bits(b), b)), ctx)?;
     let mut first = vec![u32::MAX; n];
     for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
         for &i in group {
@@ -295,7 +299,8 @@ fn distinct(given: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
             place[i] = place[f as usize];
         }
     }
-    (points, place)
+    ctx.check()?;
+    Ok((points, place))
 }
 
 /// Fails on points that span no surface: too few, or all on a line.
@@ -354,7 +359,7 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
 }
 
 fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<Denoised> {
-    let prepared = prepare(cloud)?;
+    let prepared = prepare(cloud, ctx)?;
     // Points, tree, neighbours, memberships and charts, and the contour's blocks: measured at about 900 bytes a point.
     ctx.reserve(900 * prepared.points.len() as u64)?;
     let mut report = Report {
@@ -366,7 +371,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
 
     ctx.stage(Stage::Analyse, 2 * prepared.points.len());
     // Stray points are taken out once; the rest is then a scan of its own.
-    let tree = Neighbours::build(&prepared.points)?;
+    let tree = Neighbours::build(&prepared.points, ctx)?;
     let spacing = analyse::spacing(&prepared.points, &tree, ctx)?;
     let lonely = stray(&prepared.points, &tree, &spacing, ctx)?;
     drop(tree);
@@ -381,7 +386,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
     }
     check_surface(&points)?;
-    let mut tree = Neighbours::build(&points)?;
+    let mut tree = Neighbours::build(&points, ctx)?;
     let noise = match options.noise {
         Some(noise) => noise / prepared.scale,
         None => {
@@ -406,13 +411,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         // Points beyond a chart's border meet at the border.
         let place;
-        (points, place) = distinct(&clean);
+        (points, place) = distinct(&clean, ctx)?;
         for p in &mut of_prepared {
             *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
         }
         check_surface(&points)?;
         ctx.stage(Stage::Analyse, points.len());
-        tree = Neighbours::build(&points)?;
+        tree = Neighbours::build(&points, ctx)?;
         spacing = analyse::spacing(&points, &tree, ctx)?;
         sigma = analyse::noise(&points, &tree, ctx)?;
     }
@@ -457,17 +462,17 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
 
     ctx.stage(Stage::Project, 3);
-    let members = project::membership(points.len(), &fitted);
-    let relations = orient::relations(&points, &fitted, &members);
-    ctx.check()?;
-    let (signs, conflicts) = orient::orient(fitted.len(), &relations);
+    let members = project::membership(points.len(), &fitted, ctx)?;
+    let relations = orient::relations(&points, &fitted, &members, ctx)?;
+    let (signs, conflicts) = orient::orient(fitted.len(), &relations, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs) {
         f.chart.sign = *sign;
     }
     ctx.advance(1);
     let projected = project::project_members(&points, &fitted, &members, ctx)?;
     ctx.advance(1);
-    let anchors = project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing);
+    let anchors =
+        project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing, ctx)?;
     ctx.advance(1);
 
     // Contouring needs the most memory: what is done with goes first.
@@ -475,10 +480,12 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     drop(members);
     let voxel = VOXEL * median_spacing / options.detail;
     let charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
-    let contour = field::contour(&charts, &anchors, &relations, &conflicts, voxel, ctx)?;
-    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), SPECK);
+    let contour = field::contour(&charts, anchors, &relations, &conflicts, voxel, ctx)?;
+    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), SPECK, ctx)?;
     let longest = (GAP * median_spacing).max(options.fill_holes / prepared.scale);
-    report.filled_holes = holes::fill(&mut surface, longest, ctx)?;
+    let (filled, touched) = holes::fill(&mut surface, longest, SLIT * median_spacing, ctx)?;
+    report.filled_holes = filled;
+    clean::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::Degenerate {
             what: "the charts make no connected surface".into(),
@@ -486,6 +493,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         });
     }
 
+    ctx.check()?;
     // Attributes from the nearest denoised points.
     let sources: Vec<u32> = {
         let mut first = vec![u32::MAX; points.len()];
@@ -496,7 +504,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         first
     };
-    let mut mesh = TriMesh::new(surface.positions.clone(), surface.triangles);
+    let mut mesh = TriMesh::new(surface.positions, surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.map(|x| x as f32)).collect());
     transfer(cloud, &projected, &sources, &mut mesh, ctx)?;
 
@@ -517,6 +525,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         *p = back(*p);
     }
 
+    ctx.check()?;
     // Denoised points in input order.
     let mut out = cloud.clone();
     let mut normals = vec![[0f32; 3]; cloud.len()];
@@ -612,7 +621,7 @@ fn transfer(
         .filter(|(p, _)| p.chart != u32::MAX)
         .map(|(p, &s)| (p.position, s))
         .unzip();
-    let tree = Neighbours::build(&at)?;
+    let tree = Neighbours::build(&at, ctx)?;
     let weights: Vec<[(u32, f32); TRANSFER_K]> = mesh
         .positions
         .par_chunks(1024)
@@ -668,3 +677,6 @@ fn transfer(
         .collect();
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -128,7 +128,7 @@ fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
         return Ok(out);
     }
     ctx.stage(Stage::Analyse, points.len());
-    let tree = Neighbours::build(&points)?;
+    let tree = Neighbours::build(&points, ctx)?;
     let spacing = analyse::spacing(&points, &tree, ctx)?;
     let median = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
     // Where most points all but coincide, nothing can be said.

@@ -6,6 +6,7 @@
 //! ordering of George 1973 a few lines, with O(n log n) fill.
 
 use super::surface::NONE;
+use crate::run::Context;
 
 /// Sets of at most this many vertices are not dissected further.
 const LEAF: usize = 24;
@@ -71,7 +72,14 @@ impl Graph {
     }
     /// Takes `steps` of conjugate gradients with diagonal scaling towards the solution of Laplacian * uv = `rhs`
     /// (an empty one is zero: weighted means of neighbours), from the present positions; pinned ones stay.
-    pub(super) fn relax(&self, uv: &mut [[f64; 2]], rhs: &[[f64; 2]], pinned: &[bool], steps: usize) {
+    pub(super) fn relax(
+        &self,
+        uv: &mut [[f64; 2]],
+        rhs: &[[f64; 2]],
+        pinned: &[bool],
+        steps: usize,
+        ctx: &Context<'_>,
+    ) {
         let n = uv.len();
         let apply = |x: &[[f64; 2]], out: &mut [[f64; 2]]| {
             for i in 0..n {
@@ -102,6 +110,9 @@ impl Graph {
         };
         let mut rho = scaled(&r);
         for _ in 0..steps {
+            if ctx.check().is_err() {
+                return;
+            }
             apply(&d, &mut q);
             let mut dq = [0.0; 2];
             for (d, q) in d.iter().zip(&q) {
@@ -135,7 +146,13 @@ impl Graph {
 
 impl Factor {
     /// Factorises the weighted Laplacian of `graph` plus `shift` per vertex on the diagonal.
-    pub(super) fn laplacian(graph: &Graph, coordinates: &[[f64; 2]], shift: impl Fn(usize) -> f64) -> Self {
+    /// Unfinished when the run is to stop: the caller checks.
+    pub(super) fn laplacian(
+        graph: &Graph,
+        coordinates: &[[f64; 2]],
+        shift: impl Fn(usize) -> f64,
+        ctx: &Context<'_>,
+    ) -> Self {
         let n = coordinates.len();
         let mut order: Vec<u32> = (0..n as u32).collect();
         let mut side = vec![0u32; n];
@@ -180,6 +197,9 @@ impl Factor {
         let mut length = vec![0u32; n];
         flag.fill(NONE);
         for k in 0..n {
+            if k % 256 == 0 && ctx.check().is_err() {
+                break;
+            }
             let mut top = n;
             flag[k] = k as u32;
             let mut d = shift(order[k] as usize);
