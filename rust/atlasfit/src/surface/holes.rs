@@ -7,13 +7,16 @@
 
 use super::clean::{Surface, edges, groups, runs_down};
 use crate::error::Result;
+use crate::geometry::neighbours::Neighbours;
 use crate::geometry::sort::sort;
 use crate::geometry::vec3::{Vec3, cross, dist2, norm, sub};
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Holes of more edges are left open: the triangulation costs the cube of it.
+/// Holes of more edges are cut in two where their sides come close, or left open: the triangulation costs the cube of it.
 const MAX_EDGES: usize = 400;
+/// A cut is at most this many times as long as the widest slit.
+const CUT: f64 = 1.5;
 /// A slit's filling may have at most this share of the area of the surface around it: else the surface is a ribbon, and the filling its back.
 const RIBBON: f64 = 0.2;
 
@@ -93,6 +96,7 @@ pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Re
         }
     }
     sort(&mut taken, ctx)?;
+    let holes = cut(&s.positions, holes, &taken, CUT * widest, ctx)?;
     let positions = &s.positions;
     let whole: f64 = s.triangles.iter().map(|t| area(t.map(|v| positions[v as usize]))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = holes
@@ -114,6 +118,51 @@ pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Re
         filled += 1;
     }
     Ok((filled, touched))
+}
+
+/// Cuts rings of too many edges in two, and those again, by edges at most `longest` long that are not taken. Rings that cannot be cut are left out.
+fn cut(
+    positions: &[Vec3],
+    rings: Vec<Vec<u32>>,
+    taken: &[(u32, u32)],
+    longest: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Vec<u32>>> {
+    let (mut todo, mut out) = (rings, Vec::new());
+    let mut found = Vec::new();
+    while let Some(ring) = todo.pop() {
+        let n = ring.len();
+        if n <= MAX_EDGES {
+            out.push(ring);
+            continue;
+        }
+        let at: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
+        let tree = Neighbours::build(&at, ctx)?;
+        // The most even cut; the shorter of two.
+        let mut best: Option<(usize, f64, usize, usize)> = None;
+        for (i, &p) in at.iter().enumerate() {
+            if i % 256 == 0 {
+                ctx.check()?;
+            }
+            tree.within(p, longest, &mut found);
+            for f in &found {
+                let j = f.index as usize;
+                let edge = (ring[i].min(ring[j]), ring[i].max(ring[j]));
+                if j <= i + 1 || (i == 0 && j == n - 1) || taken.binary_search(&edge).is_ok() {
+                    continue;
+                }
+                let even = (j - i).min(n - (j - i));
+                if best.is_none_or(|b| even > b.0 || (even == b.0 && f.dist2 < b.1)) {
+                    best = Some((even, f.dist2, i, j));
+                }
+            }
+        }
+        if let Some((_, _, i, j)) = best {
+            todo.push(ring[i..=j].to_vec());
+            todo.push(ring[j..].iter().chain(&ring[..=i]).copied().collect());
+        }
+    }
+    Ok(out)
 }
 
 fn area([a, b, c]: [Vec3; 3]) -> f64 {
