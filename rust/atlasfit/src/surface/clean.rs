@@ -252,9 +252,9 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
     ctx.check()
 }
 
-/// Double sweeps of the smoothing, and the steps of each: out again by two thirds, so that tips keep most of their length (after Taubin 1995).
+/// Double sweeps of the smoothing, and the steps of each: out again by most of it, so that tips keep most of their length (after Taubin 1995).
 const SMOOTH: usize = 6;
-const TAUBIN: [f64; 2] = [0.5, -0.35];
+const TAUBIN: [f64; 2] = [0.5, -0.43];
 /// Rings about these vertices that are smoothed too.
 const SPREAD: usize = 1;
 /// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the scale of a voxel: no data carries it.
