@@ -45,13 +45,33 @@ pub fn column(
     big: bool,
     mut put: impl FnMut(usize, f64),
 ) {
+    columns::<1>(data, stride, offset, kind, big, |i, [value]| put(i, value));
+}
+
+/// Calls `put(i, values)` for the `C` numbers that stand one behind the other at `offset` of each row.
+#[inline]
+pub fn columns<const C: usize>(
+    data: &[u8],
+    stride: usize,
+    offset: usize,
+    kind: ScalarKind,
+    big: bool,
+    mut put: impl FnMut(usize, [f64; C]),
+) {
     macro_rules! each {
         ($t:ty) => {{
             const N: usize = size_of::<$t>();
             for (i, row) in data.chunks_exact(stride).enumerate() {
-                if let Some(Ok(bytes)) = row.get(offset..offset + N).map(<[u8; N]>::try_from) {
-                    let value = if big { <$t>::from_be_bytes(bytes) } else { <$t>::from_le_bytes(bytes) };
-                    put(i, f64::from(value));
+                if let Some(bytes) = row.get(offset..offset + N * C) {
+                    let (numbers, _) = bytes.as_chunks::<N>();
+                    let value = |c: usize| {
+                        f64::from(if big {
+                            <$t>::from_be_bytes(numbers[c])
+                        } else {
+                            <$t>::from_le_bytes(numbers[c])
+                        })
+                    };
+                    put(i, std::array::from_fn(value));
                 }
             }
         }};

@@ -4,7 +4,7 @@
 //! wrote that), intensity, classification, returns, GPS time, source, user data, scan angle and the extra bytes that
 //! the file describes are kept where they are not all zero.
 
-use crate::bytes::{column, size, zeros};
+use crate::bytes::{column, columns, size, zeros};
 use crate::error::{Place, Result};
 use crate::load::{Content, Input};
 use atlasfit::geometry::{Attribute, ScalarKind};
@@ -291,11 +291,10 @@ impl Points {
         let positions = &mut content.cloud.positions;
         grow(positions, [0.0; 3], room);
         let added = &mut positions[first..];
-        for (k, (scale, add)) in header.scale.into_iter().zip(header.offset).enumerate() {
-            column(records, stride, 4 * k, ScalarKind::I32, false, |i, v| {
-                added[i][k] = v * scale + add;
-            });
-        }
+        let (scale, add) = (header.scale, header.offset);
+        columns(records, stride, 0, ScalarKind::I32, false, |i, v: [f64; 3]| {
+            added[i] = [0, 1, 2].map(|k| v[k] * scale[k] + add[k]);
+        });
         for (field, out) in fields.iter().zip(values) {
             let value = |v: f64| {
                 let v = field.bits.map_or(v, |(shift, mask)| f64::from((v as u32 >> shift) & mask));
@@ -317,12 +316,10 @@ impl Points {
             let colors = content.cloud.colors.get_or_insert_default();
             grow(colors, [0.0; 4], room);
             let added = &mut colors[first..];
-            for (k, offset) in [offset, offset + 2, offset + 4].into_iter().enumerate() {
-                column(records, stride, offset, ScalarKind::U16, false, |i, v| {
-                    added[i][k] = v as f32 / 65535.0;
-                });
-            }
-            added.iter_mut().take(records.len() / stride).for_each(|c| c[3] = 1.0);
+            columns(records, stride, offset, ScalarKind::U16, false, |i, v: [f64; 3]| {
+                let [r, g, b] = v.map(|v| v as f32 / 65535.0);
+                added[i] = [r, g, b, 1.0];
+            });
         }
     }
 
