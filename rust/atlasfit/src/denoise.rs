@@ -144,6 +144,8 @@ const VOXEL: f64 = 0.75;
 /// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave gaps about four
 /// spacings wide.
 const GAP: f64 = 16.0;
+/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch of each other.
+const SLIT: f64 = 3.0;
 /// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the usual size.
 const SPECK: f64 = 180.0;
 /// Whatever the voxels, fewer triangles are a speck.
@@ -328,7 +330,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let contour = field::contour(&charts, anchors, &relations, &conflicts, voxel, ctx)?;
     let mut surface = clean::triangulate(contour, !conflicts.is_empty(), speck, ctx)?;
     let longest = (GAP * median_spacing).max(options.fill_holes / scale);
-    report.filled_holes = holes::fill(&mut surface, longest, ctx)?;
+    let (filled, touched) = holes::fill(&mut surface, longest, SLIT * median_spacing, ctx)?;
+    report.filled_holes = filled;
+    clean::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::Degenerate {
             what: "the charts make no connected surface".into(),

@@ -252,13 +252,19 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
     ctx.check()
 }
 
-/// Sweeps of the smoothing.
+/// Double sweeps of the smoothing, and the steps of each: out again by two thirds, so that tips keep most of their length (after Taubin 1995).
 const SMOOTH: usize = 6;
+const TAUBIN: [f64; 2] = [0.5, -0.35];
+/// Rings about these vertices that are smoothed too.
+const SPREAD: usize = 1;
 /// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the scale of a voxel: no data carries it.
 const SPIKE: f64 = 0.42;
 
-/// Smooths vertices that no data carries: filled in, or part of spikes. The others stay where the charts put them.
-fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()> {
+/// Smooths vertices that no data carries: filled in, or part of spikes, and those next to them. The others stay where the charts put them.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()> {
     let normal: Vec<Vec3> = s
         .triangles
         .par_chunks(CHECK)
@@ -290,6 +296,15 @@ fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()>
             _ => {}
         }
     }
+    for _ in 0..SPREAD {
+        let core = free.clone();
+        for (i, g) in groups(&list).enumerate() {
+            tick(i, ctx)?;
+            let (a, b) = (g[0].0 as usize, g[0].1 as usize);
+            free[a] |= core[b];
+            free[b] |= core[a];
+        }
+    }
     let mut links: Vec<(u32, u32)> = Vec::new();
     for (i, g) in groups(&list).enumerate() {
         tick(i, ctx)?;
@@ -300,7 +315,7 @@ fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()>
         );
     }
     drop(list);
-    for _ in 0..SMOOTH {
+    for step in TAUBIN.into_iter().cycle().take(2 * SMOOTH) {
         let mut sum = vec![([0.0; 3], 0.0); s.positions.len()];
         for (i, &(v, w)) in links.iter().enumerate() {
             tick(i, ctx)?;
@@ -310,7 +325,7 @@ fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()>
         }
         for (p, (total, count)) in s.positions.iter_mut().zip(&sum) {
             if *count > 1.0 {
-                *p = mul_add(scale(*p, 0.5), *total, 0.5 / count);
+                *p = mul_add(scale(*p, 1.0 - step), *total, step / count);
             }
         }
         ctx.check()?;

@@ -30,6 +30,11 @@ const MAX_JUMP: f64 = 1.9;
 /// The same where the field is filled in: values two voxels apart across the surface differ by two.
 const FILL_JUMP: f64 = 2.2;
 
+/// A sheet this many voxels away counts half as much as one at the place itself when charts disagree which sheet a place belongs to.
+const NEAR: f64 = 0.5;
+/// Charts whose distances differ by less than so many voxels plus so many standard deviations of the noise see the same sheet.
+const SAME_SHEET: (f64, f64) = (1.0, 1.0);
+
 /// Voxels from the origin that the keys of blocks can name.
 const RANGE: f64 = 4e6;
 /// Pairs of a block and a point handled at a time: bounds the memory, costs a look at all points each time.
@@ -653,6 +658,7 @@ fn corners(
     let origin = at.map(|b| b * BLOCK);
     let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
     let mut blend = Blend { weights: Vec::new() };
+    let mut seen: Vec<(u32, f64, f64, f64)> = Vec::new();
     let mut any = false;
     for n in 0..CORNERS {
         let k = n as i32;
@@ -662,14 +668,29 @@ fn corners(
         if total <= 0.0 {
             continue;
         }
-        let mut s = Sample::default();
+        seen.clear();
         for ((&c, &sign), &w) in list.iter().zip(signs).zip(&blend.weights) {
             if w < 1e-3 * total {
                 continue;
             }
-            let Some(View { distance: f, mask, .. }) = charts[c as usize].view(p) else { continue };
+            let Some(View { distance, mask, .. }) = charts[c as usize].view(p) else { continue };
+            seen.push((c, w, distance * sign, mask));
+        }
+        // Charts of another sheet nearby have no say here: the sheet that is near and well known decides which charts are of the same opinion.
+        let score = |x: &(u32, f64, f64, f64)| x.1 * (x.3 + 0.02) / (x.2.abs() + NEAR * h);
+        let Some(lead) = seen.iter().max_by(|a, b| score(a).total_cmp(&score(b))).map(|x| x.2) else {
+            continue;
+        };
+        let mut s = Sample::default();
+        for &(c, w, f, mask) in &seen {
+            let limit = SAME_SHEET.0 * h + SAME_SHEET.1 * charts[c as usize].sigma;
+            let t = 1.0 - ((f - lead) / limit).powi(2);
+            if t <= 0.0 {
+                continue;
+            }
+            let w = w * t * t;
             s.weight += w;
-            s.value += w * f * sign;
+            s.value += w * f;
             s.support += w * mask;
             if w > s.top {
                 (s.top, s.chart) = (w, c);

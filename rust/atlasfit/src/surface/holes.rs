@@ -1,6 +1,7 @@
 //! Filling small holes.
 //!
-//! In: an oriented triangle surface, the longest boundary to fill. Out: the same surface with those holes triangulated. Each hole gets the
+//! In: an oriented triangle surface, the longest boundary to fill, the widest slit. Out: the same surface with those holes triangulated. Slits are holes
+//! of any length whose sides run close to each other: where the two sides of a thin part fail to meet at its rim. Each hole gets the
 //! triangulation of its boundary with the least area, which bends least for the small holes that are meant (dynamic programming; Barequet
 //! and Sharir 1995, Liepa 2003). A triangle that would repeat an edge of the surface is never used, so the result stays manifold.
 
@@ -12,7 +13,9 @@ use crate::run::Context;
 use rayon::prelude::*;
 
 /// Holes of more edges are left open: the triangulation costs the cube of it.
-const MAX_EDGES: usize = 220;
+const MAX_EDGES: usize = 400;
+/// A slit's filling may have at most this share of the area of the surface around it: else the surface is a ribbon, and the filling its back.
+const RIBBON: f64 = 0.2;
 
 /// Boundary loops as vertices in the order in which new triangles run along them. Vertices where boundaries touch make no loop.
 fn loops(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
@@ -59,20 +62,21 @@ fn loops(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
     Ok(out)
 }
 
-/// Fills every hole whose boundary is at most `longest` long; returns how many were filled.
+/// Fills every hole whose boundary is at most `longest` long, and every slit that is at most `widest` wide in the mean. Returns how many were
+/// filled, and which vertices lie about them.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
+pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Result<(usize, Vec<bool>)> {
     let length = |r: &[u32]| {
         (0..r.len())
             .map(|i| dist2(s.positions[r[i] as usize], s.positions[r[(i + 1) % r.len()] as usize]).sqrt())
             .sum::<f64>()
     };
-    let holes: Vec<Vec<u32>> =
-        loops(s, ctx)?.into_iter().filter(|r| r.len() <= MAX_EDGES && length(r) <= longest).collect();
+    let holes: Vec<Vec<u32>> = loops(s, ctx)?.into_iter().filter(|r| r.len() <= MAX_EDGES).collect();
+    let mut touched = vec![false; s.positions.len()];
     if holes.is_empty() {
-        return Ok(0);
+        return Ok((0, touched));
     }
     // Edges among the holes' vertices: a filling must not use them again.
     let mut of_hole = vec![false; s.positions.len()];
@@ -90,23 +94,39 @@ pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
     }
     sort(&mut taken, ctx)?;
     let positions = &s.positions;
+    let whole: f64 = s.triangles.iter().map(|t| area(t.map(|v| positions[v as usize]))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = holes
         .par_iter()
         .map(|ring| {
             ctx.check()?;
-            Ok(triangulate(positions, ring, &taken))
+            let length = length(ring);
+            let Some((patch, area)) = triangulate(positions, ring, &taken, ctx)? else { return Ok(None) };
+            let slit = area <= 0.5 * length * widest && area <= RIBBON * whole;
+            Ok((length <= longest || slit).then_some(patch))
         })
         .collect::<Result<_>>()?;
     let mut filled = 0;
     for patch in patches.into_iter().flatten() {
+        for &v in patch.iter().flatten() {
+            touched[v as usize] = true;
+        }
         s.triangles.extend(patch);
         filled += 1;
     }
-    Ok(filled)
+    Ok((filled, touched))
 }
 
-/// The triangulation of a closed polygon with the least area; `None` where every one would use a taken edge.
-fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option<Vec<[u32; 3]>> {
+fn area([a, b, c]: [Vec3; 3]) -> f64 {
+    0.5 * norm(cross(sub(b, a), sub(c, a)))
+}
+
+/// The triangulation of a closed polygon with the least area, and that area; `None` where every one would use a taken edge.
+fn triangulate(
+    positions: &[Vec3],
+    ring: &[u32],
+    taken: &[(u32, u32)],
+    ctx: &Context<'_>,
+) -> Result<Option<(Vec<[u32; 3]>, f64)>> {
     let n = ring.len();
     let at = |i: usize| positions[ring[i] as usize];
     let free = |i: usize, j: usize| {
@@ -120,6 +140,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
         cost[i * n + i + 1] = 0.0;
     }
     for span in 2..n {
+        ctx.check()?;
         for i in 0..n - span {
             let j = i + span;
             if !free(i, j) {
@@ -130,8 +151,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
                 if below >= cost[i * n + j] {
                     continue;
                 }
-                let (e, f) = (sub(at(k), at(i)), sub(at(j), at(i)));
-                let c = below + norm(cross(e, f));
+                let c = below + area([at(i), at(k), at(j)]);
                 if c < cost[i * n + j] {
                     cost[i * n + j] = c;
                     split[i * n + j] = k as u32;
@@ -140,7 +160,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
         }
     }
     if !cost[n - 1].is_finite() {
-        return None;
+        return Ok(None);
     }
     let mut out = Vec::with_capacity(n - 2);
     let mut stack = vec![(0, n - 1)];
@@ -153,7 +173,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
         stack.push((i, k));
         stack.push((k, j));
     }
-    Some(out)
+    Ok(Some((out, cost[n - 1])))
 }
 
 #[cfg(test)]
@@ -179,7 +199,7 @@ mod tests {
     fn an_open_box_is_closed_by_two_triangles_that_face_out() {
         let mut s = open_box();
         assert_eq!(boundary(&s), 4);
-        let filled = Run::default().execute(|ctx| fill(&mut s, 4.5, ctx)).unwrap();
+        let (filled, _) = Run::default().execute(|ctx| fill(&mut s, 4.5, 0.0, ctx)).unwrap();
         assert_eq!((filled, s.triangles.len(), boundary(&s)), (1, 12, 0));
         let volume: f64 = s
             .triangles
@@ -195,7 +215,7 @@ mod tests {
     #[test]
     fn a_hole_longer_than_asked_stays() {
         let mut s = open_box();
-        let filled = Run::default().execute(|ctx| fill(&mut s, 3.9, ctx)).unwrap();
+        let (filled, _) = Run::default().execute(|ctx| fill(&mut s, 3.9, 0.0, ctx)).unwrap();
         assert_eq!((filled, boundary(&s)), (0, 4));
     }
 }
