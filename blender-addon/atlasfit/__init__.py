@@ -1,0 +1,59 @@
+"""atlasfit: fits an atlas of smooth charts to a noisy 3D scan.
+
+    import atlasfit
+    result = atlasfit.denoise(points)           # (n, 3) -> .points, .surface, .atlas, .report
+    uv = atlasfit.unwrap(vertices, faces)       # any triangle mesh -> .corner_uv, .face_charts, .info
+
+Every long function releases the GIL, takes progress= and cancel= (see RunOptions), and stops on Ctrl-C. float32 and float64 arrays with
+contiguous rows, and int32 and uint32 faces, go in without a copy.
+"""
+
+from ._abi import VERSION
+from ._atlas import Atlas, Places, Projection
+from ._call import Cancel, Cancelled, Error, Progress, RunOptions, TimedOut
+from ._denoise import Denoised, Report, Surface, denoise
+from ._measure import (
+    Distance,
+    DistanceStats,
+    Topology,
+    UvQuality,
+    measure_points,
+    measure_surface,
+    measure_topology,
+    measure_uv,
+)
+from ._unwrap import Uv, UvInfo, unwrap
+
+__version__ = ".".join(map(str, VERSION))
+
+NO_CHART = 0xFFFFFFFF
+"""The chart of a point that lies on none."""
+
+
+__all__ = [
+    "NO_CHART",
+    "Atlas",
+    "Cancel",
+    "Cancelled",
+    "Denoised",
+    "Distance",
+    "DistanceStats",
+    "Error",
+    "Places",
+    "Progress",
+    "Projection",
+    "Report",
+    "RunOptions",
+    "Surface",
+    "TimedOut",
+    "Topology",
+    "Uv",
+    "UvInfo",
+    "UvQuality",
+    "denoise",
+    "measure_points",
+    "measure_surface",
+    "measure_topology",
+    "measure_uv",
+    "unwrap",
+]

@@ -1,0 +1,116 @@
+"""numpy arrays in and out of the library's structs.
+
+An input is passed as it lies in memory if its rows are contiguous (C-contiguous arrays, and columns cut from wider ones); otherwise it
+is copied once. The array that was passed must outlive the call: each function keeps what `rows` and `flat` return.
+"""
+
+from __future__ import annotations
+
+from ctypes import sizeof
+from typing import Any, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _abi
+
+_SCALARS = {
+    np.dtype(np.float32): _abi.F32,
+    np.dtype(np.float64): _abi.F64,
+    np.dtype(np.uint8): _abi.U8,
+    np.dtype(np.int8): _abi.I8,
+    np.dtype(np.uint16): _abi.U16,
+    np.dtype(np.int16): _abi.I16,
+    np.dtype(np.uint32): _abi.U32,
+    np.dtype(np.int32): _abi.I32,
+}
+
+
+def rows(values: ArrayLike, widths: tuple[int, ...], what: str, types: tuple[type, ...]) -> NDArray[Any]:
+    """(n, width) numbers whose rows are contiguous; types[0] is what other types become."""
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] not in widths:
+        raise ValueError(f"{what} has shape {array.shape}. Give (n, {' or '.join(map(str, widths))})")
+    if array.dtype.type not in types or not array.dtype.isnative:
+        array = array.astype(types[0])
+    width = array.shape[1] * array.itemsize
+    # A stride of 0 (a broadcast row) or less means something else to the library.
+    if array.strides[1] != array.itemsize or (len(array) > 1 and array.strides[0] < width):
+        array = np.ascontiguousarray(array)
+    return array
+
+
+def positions(values: ArrayLike, what: str) -> NDArray[Any]:
+    """(n, 3) floats."""
+    return rows(values, (3,), what, (np.float64, np.float32))
+
+
+def indices(values: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.uint32]:
+    """C-contiguous indices of this shape, -1 standing for any length; int32 and uint32 as they are."""
+    array = np.asarray(values)
+    if array.size == 0:
+        array = array.astype(np.uint32).reshape([max(n, 0) for n in shape])
+    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape)):
+        raise ValueError(f"{what} has shape {array.shape}. Give ({', '.join('n' if n < 0 else str(n) for n in shape)})")
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"{what} are of type {array.dtype}. Give integers")
+    if array.dtype.newbyteorder("=") not in (np.uint32, np.int32) and array.size:
+        low, high = array.min(), array.max()
+        if low < 0 or high > 0xFFFFFFFF:
+            raise ValueError(f"{what} hold {low if low < 0 else high}, which is no index")
+    if array.dtype == np.int32 and array.dtype.isnative:
+        array = array.view(np.uint32)
+    return np.ascontiguousarray(array, np.uint32)
+
+
+def points_struct(points: NDArray[Any]) -> _abi.atlasfit_points:
+    """Points with their positions only. `points` must outlive it."""
+    out = _abi.atlasfit_points()
+    out.positions, out.count, out.stride = points.ctypes.data, len(points), points.strides[0]
+    out.scalar, out.color_width = _SCALARS[points.dtype], 4
+    return out
+
+
+def mesh_struct(vertices: NDArray[Any], faces: NDArray[np.uint32], corner_uv: NDArray[np.float32] | None = None) -> _abi.atlasfit_mesh:
+    """A mesh. The arrays must outlive it."""
+    out = _abi.atlasfit_mesh()
+    out.positions, out.vertex_count, out.stride = vertices.ctypes.data, len(vertices), vertices.strides[0]
+    out.scalar = _SCALARS[vertices.dtype]
+    out.triangles, out.triangle_count = faces.ctypes.data, len(faces)
+    out.corner_uv = address(corner_uv)
+    return out
+
+
+def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:
+    """UVs per corner, (faces, 3, 2)."""
+    array = np.ascontiguousarray(values, np.float32)
+    if array.shape != (faces, 3, 2):
+        raise ValueError(f"corner_uv has shape {array.shape}. Give ({faces}, 3, 2): u, v of each corner of each face")
+    return array
+
+
+class Attributes:
+    """The attribute structs of named columns, (n,) or (n, k), and the arrays behind them."""
+
+    def __init__(self, columns: Mapping[str, ArrayLike], count: int) -> None:
+        self.names = list(columns)
+        self.arrays: list[NDArray[Any]] = []
+        self.shapes: list[tuple[int, ...]] = []
+        self.structs = (_abi.atlasfit_attribute * max(len(columns), 1))()
+        for struct, (name, values) in zip(self.structs, columns.items()):
+            array = np.asarray(values)
+            if array.shape[:1] != (count,) or array.ndim > 2:
+                raise ValueError(f"attribute {name!r} has shape {array.shape}. Give one row for each of the {count} points")
+            self.shapes.append(array.shape[1:])
+            array = array.astype(np.uint8) if array.dtype == np.bool_ else array
+            array = array.reshape(count, -1) if array.ndim == 1 else array
+            array = rows(array, (array.shape[1],), f"attribute {name!r}", (np.float64, *(t.type for t in _SCALARS)))
+            self.arrays.append(array)
+            struct.struct_size = sizeof(struct)
+            struct.name, struct.values, struct.stride = name.encode(), array.ctypes.data, array.strides[0]
+            struct.width, struct.scalar = array.shape[1], _SCALARS[array.dtype]
+
+
+def address(array: NDArray[Any] | None) -> int | None:
+    """Where an array's numbers are; None stays NULL."""
+    return None if array is None else array.ctypes.data

@@ -1,0 +1,168 @@
+"""Calls into the native library: status to exception, progress, cancel, Ctrl-C, and handles that free themselves."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import threading
+from ctypes import byref
+from typing import TYPE_CHECKING, Any, Callable, Optional, TypedDict
+
+from . import _abi
+from ._abi import lib
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+Progress = Callable[[str, float], Optional[bool]]
+
+
+class Error(RuntimeError):
+    """A call failed. The text says what was wrong, where, and what to do.
+
+    status: the number that atlasfit.h gives it; status_name: its short name ("invalid argument").
+    """
+
+    def __init__(self, status: int, text: str) -> None:
+        super().__init__(text)
+        self.status = status
+        self.status_name: str = lib().atlasfit_status_name(status).decode()
+
+
+class Cancelled(Error):
+    """The run was cancelled: by its progress callback or a Cancel token. There is no result."""
+
+
+class TimedOut(Error):
+    """The time limit passed. There is no result."""
+
+
+class RunOptions(TypedDict, total=False):
+    """How long work is run; every long function takes these as keywords.
+
+    seed          of everything random; same input, options, seed and version give the same bytes. Default 0.
+    threads       worker threads, 0 = all cores; the result does not depend on it. Default 0.
+    time_limit    seconds after which TimedOut is raised; 0 = no limit. Default 0.
+    memory_limit  bytes that the run's own estimate may not exceed; 0 = no limit. Default 0.
+    progress      called with the stage's name and its share done in [0, 1], on the calling thread, at most 50 times a
+                  second. Return False to cancel. What it raises ends the run and is raised by the function.
+    cancel        a token that cancels the run from another thread.
+    """
+
+    seed: int
+    threads: int
+    time_limit: float
+    memory_limit: int
+    progress: Progress | None
+    cancel: Cancel | None
+
+
+class Handle:
+    """A native object, freed with the last reference to it. The library fills `pointer`."""
+
+    def __init__(self, kind: str) -> None:
+        self.pointer = ctypes.c_void_p()
+        # Held here: at interpreter exit the module's own names may be gone already.
+        self._free = getattr(lib(), f"atlasfit_{kind}_free")
+
+    def __del__(self) -> None:
+        if getattr(self, "pointer", None):
+            self._free(self.pointer)
+
+
+class Cancel:
+    """A token that cancels runs from any thread. Once asked, it stays asked."""
+
+    def __init__(self) -> None:
+        self._handle = Handle("cancel")
+        check(lib().atlasfit_cancel_new(byref(self._handle.pointer)))
+
+    def request(self) -> None:
+        """Asks every run that holds this token to stop: within 100 ms it raises Cancelled."""
+        check(lib().atlasfit_cancel_request(self._handle.pointer))
+
+
+def check(status: int) -> None:
+    """Raises the exception for a failure of the call that this thread has just made."""
+    if status == _abi.OK:
+        return
+    length = lib().atlasfit_last_error(None, 0)
+    text = ctypes.create_string_buffer(length + 1)
+    lib().atlasfit_last_error(text, length + 1)
+    kind = {_abi.CANCELLED: Cancelled, _abi.TIMED_OUT: TimedOut}.get(status, Error)
+    raise kind(status, text.value.decode())
+
+
+class _Held:
+    """The first exception that was raised inside a callback: it cannot pass through native code, so it is raised after it."""
+
+    def __init__(self) -> None:
+        self.exception: BaseException | None = None
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except BaseException as exception:
+            self.exception = self.exception or exception
+
+
+def run(call: Callable[[Any], int], options: RunOptions) -> None:
+    """Makes one long call, handing it the run's struct, with the GIL released. Ctrl-C cancels it."""
+    unknown = set(options) - set(RunOptions.__annotations__)
+    if unknown:
+        raise TypeError(f"unknown option {', '.join(sorted(unknown))}")
+    held = _Held()
+    progress, cancel = options.get("progress"), options.get("cancel")
+
+    @_abi.progress_fn
+    def tick(_user: object, stage: int, fraction: float) -> int:
+        # Being here at all lets Python run its signal handlers: see `interrupted`.
+        if progress is not None and held.exception is None:
+            if held.call(progress, lib().atlasfit_stage_name(stage).decode(), fraction) is False:
+                return 0
+        return held.exception is None
+
+    settings = _abi.atlasfit_run()
+    check(lib().atlasfit_run_init(byref(settings), settings.struct_size))
+    for name, ours in (("seed", "seed"), ("threads", "threads"), ("time_limit_s", "time_limit"), ("memory_limit_bytes", "memory_limit")):
+        if ours in options:
+            setattr(settings, name, options[ours])  # type: ignore[literal-required]
+    if cancel is not None:
+        settings.cancel = cancel._handle.pointer
+
+    # The handler that is set for Ctrl-C runs as ever, but what it raises (KeyboardInterrupt) is held until the library has returned.
+    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+    deferred = callable(handler)
+
+    def interrupted(number: int, frame: FrameType | None) -> None:
+        held.call(handler, number, frame)  # type: ignore[arg-type]
+
+    if deferred or progress is not None:
+        settings.progress = tick
+    if deferred:
+        signal.signal(signal.SIGINT, interrupted)
+    try:
+        status = call(byref(settings))
+    finally:
+        if deferred:
+            signal.signal(signal.SIGINT, handler)
+    if held.exception is not None:
+        raise held.exception
+    check(status)
+
+
+def options_with(options: _abi.Sized, **values: Any) -> _abi.Sized:
+    """An option struct with the library's defaults but for the values that are not None."""
+    name = type(options).__name__
+    check(getattr(lib(), f"{name}_init")(byref(options), options.struct_size))
+    for key, value in values.items():
+        if value is not None:
+            setattr(options, key, value)
+    return options
+
+
+def choice(value: str | None, names: dict[str, int], what: str) -> int | None:
+    """The number of a named choice; None stays None."""
+    if value is not None and value not in names:
+        raise ValueError(f"{what} is {value!r}. Give one of {', '.join(names)}")
+    return None if value is None else names[value]

@@ -1,0 +1,203 @@
+"""denoise(): a noisy scan in; denoised points, one connected surface with UVs, and the fitted atlas out."""
+
+from __future__ import annotations
+
+from ctypes import byref
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Literal, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _abi
+from ._abi import lib
+from ._arrays import Attributes, points_struct, positions, rows, _SCALARS
+from ._atlas import Atlas
+from ._call import Handle, RunOptions, check, choice, options_with, run
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found and done. Lengths are in the points' unit."""
+
+    points_given: int
+    not_finite: int
+    """Points given with a coordinate that is not finite. They are no part of the surface."""
+    duplicates: int
+    """Points that repeat the position of an earlier one; they move with it."""
+    outliers: int
+    """Points that no chart claims: they belong to no surface."""
+    points: int
+    vertices: int
+    triangles: int
+    charts: int
+    uv_charts: int
+    """UV charts of the surface; 0 without UVs."""
+    parts: int
+    """Connected parts of the surface."""
+    boundary_loops: int
+    boundary_edges: int
+    filled_holes: int
+    one_sided: bool
+    """Whether some part of the surface is one-sided."""
+    spacing: float
+    """Median distance between neighbouring points."""
+    noise: float
+    """Standard deviation along the normal, estimated or as given."""
+    voxel: float
+    """Side of the voxels that the surface was contoured with."""
+    stage_seconds: dict[str, float]
+    """Seconds spent in each stage that ran."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One two-manifold triangle mesh.
+
+    vertices     (v, 3) float64
+    normals      (v, 3) float32, unit length
+    triangles    (t, 3) uint32, counter-clockwise seen from outside
+    corner_uv    (t, 3, 2) float32 in [0, 1], v up; None without UVs
+    face_charts  (t,) uint32, the UV chart of each triangle; None without UVs
+    colors       (v, 4) float32 in [0, 1]; None where the points had none
+    attributes   by name, (v,) or (v, k) float64: those given to denoise()
+    """
+
+    vertices: NDArray[np.float64]
+    normals: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    corner_uv: NDArray[np.float32] | None
+    face_charts: NDArray[np.uint32] | None
+    colors: NDArray[np.float32] | None
+    attributes: dict[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Denoised:
+    """What denoise() made.
+
+    points   (n, 3) float64, in input order; outliers (where kept) and points that are not finite are where they were
+    normals  (n, 3) float32, unit length; those of points on no chart are as given, or zeros
+    sources  (n,) uint32, the given point that each was: 0, 1, 2, ... unless outliers are dropped
+    charts   (n,) uint32, the chart that weighs most there; NO_CHART for outliers and points that are not finite
+    """
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float32]
+    sources: NDArray[np.uint32]
+    charts: NDArray[np.uint32]
+    surface: Surface
+    atlas: Atlas
+    report: Report
+
+
+def denoise(
+    points: ArrayLike,
+    *,
+    normals: ArrayLike | None = None,
+    colors: ArrayLike | None = None,
+    attributes: Mapping[str, ArrayLike] | None = None,
+    noise: float | None = None,
+    detail: float | None = None,
+    fill_holes: float | None = None,
+    charts: int | None = None,
+    outliers: Literal["keep", "drop"] | None = None,
+    uv: bool | None = None,
+    texture_size: int | None = None,
+    prior: Literal["gp", "mlp"] | None = None,
+    mlp_charts: int | None = None,
+    mlp_iterations: int | None = None,
+    mlp_stretch_weight: float | None = None,
+    mlp_learning_rate: float | None = None,
+    **options: Unpack[RunOptions],
+) -> Denoised:
+    """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
+
+    points        (n, 3), at least a few hundred on a surface, in any unit; float32 and float64 are not copied
+    normals       (n, 3), unit length: they decide which side is outside; not needed
+    colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
+    attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the nearest point; floats are averaged
+    noise         standard deviation along the normal; 0 = estimate it (default)
+    detail        fineness of the surface, 0.1 to 10: 1 = what the data supports (default), 0.5 = voxels twice as large
+    fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling (default)
+    charts        number of charts to aim for; 0 = as many as the shape needs (default)
+    outliers      points on no surface: "keep" where they were (default), or "drop"
+    uv            whether the surface gets UVs (default True)
+    texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
+    prior         "gp", the Gaussian-process limit of the paper's networks (default), or "mlp", the networks themselves: about a
+                  hundred times slower, and what the mlp_ options are for
+    options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
+
+    Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
+    """
+    points = positions(points, "points")
+    given = points_struct(points)
+    if normals is not None:
+        normals = rows(normals, (3,), "normals", (np.float32,))
+        given.normals, given.normal_stride = normals.ctypes.data, normals.strides[0]
+    if colors is not None:
+        colors = rows(colors, (3, 4), "colors", (np.float32, np.uint8))
+        given.colors, given.color_stride = colors.ctypes.data, colors.strides[0]
+        given.color_width, given.color_scalar = colors.shape[1], _SCALARS[colors.dtype]
+    for name, array in (("normals", normals), ("colors", colors)):
+        if array is not None and len(array) != len(points):
+            raise ValueError(f"{name} has {len(array)} rows. Give one for each of the {len(points)} points")
+    columns = Attributes(attributes or {}, len(points))
+    given.attributes, given.attribute_count = columns.structs, len(columns.names)
+    chosen = options_with(
+        _abi.atlasfit_denoise_options(),
+        noise=noise,
+        detail=detail,
+        fill_holes=fill_holes,
+        charts=charts,
+        outliers=choice(outliers, {"keep": _abi.OUTLIERS_KEEP, "drop": _abi.OUTLIERS_DROP}, "outliers"),
+        uv=uv,
+        texture_size=texture_size,
+        prior=choice(prior, {"gp": _abi.PRIOR_GP, "mlp": _abi.PRIOR_MLP}, "prior"),
+        mlp_charts=mlp_charts,
+        mlp_iterations=mlp_iterations,
+        mlp_stretch_weight=mlp_stretch_weight,
+        mlp_learning_rate=mlp_learning_rate,
+    )
+    result = Handle("result")
+    run(lambda r: lib().atlasfit_denoise(byref(given), byref(chosen), r, byref(result.pointer)), options)
+    return _read(result, columns)
+
+
+def _read(result: Handle, columns: Attributes) -> Denoised:
+    raw = _abi.atlasfit_report()
+    check(lib().atlasfit_result_report(result.pointer, byref(raw)))
+
+    def copy(name: str, shape: tuple[int, ...], kind: Any, *which: int) -> NDArray[Any]:
+        array = np.empty(shape, kind)
+        check(getattr(lib(), f"atlasfit_result_{name}")(result.pointer, *which, array.ctypes.data, array.size))
+        return array
+
+    n, v, t = raw.points, raw.vertices, raw.triangles
+    surface = Surface(
+        vertices=copy("surface_positions", (v, 3), np.float64),
+        normals=copy("surface_normals", (v, 3), np.float32),
+        triangles=copy("surface_triangles", (t, 3), np.uint32),
+        corner_uv=copy("surface_corner_uv", (t, 3, 2), np.float32) if raw.has_uv else None,
+        face_charts=copy("surface_face_charts", (t,), np.uint32) if raw.has_uv else None,
+        colors=copy("surface_colors", (v, 4), np.float32) if raw.has_colors else None,
+        attributes={
+            name: copy("surface_attribute", (v, *shape), np.float64, i) for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
+        },
+    )
+    atlas = Handle("atlas")
+    check(lib().atlasfit_result_atlas(result.pointer, byref(atlas.pointer)))
+    stages = {lib().atlasfit_stage_name(i).decode(): s for i, s in enumerate(raw.stage_seconds) if s > 0.0}
+    report = {f.name: getattr(raw, f.name) for f in fields(Report)} | {"one_sided": bool(raw.one_sided), "stage_seconds": stages}
+    return Denoised(
+        points=copy("point_positions", (n, 3), np.float64),
+        normals=copy("point_normals", (n, 3), np.float32),
+        sources=copy("point_sources", (n,), np.uint32),
+        charts=copy("point_charts", (n,), np.uint32),
+        surface=surface,
+        atlas=Atlas(atlas),
+        report=Report(**report),
+    )

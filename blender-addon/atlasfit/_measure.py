@@ -1,0 +1,198 @@
+"""Judges: the topology of a mesh, the quality of any UVs, distances to a true surface."""
+
+from __future__ import annotations
+
+from ctypes import byref
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _abi
+from ._abi import lib
+from ._arrays import corners, indices, mesh_struct, points_struct, positions
+from ._call import RunOptions, options_with, run
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+@dataclass(frozen=True)
+class Topology:
+    """How a mesh hangs together. Vertices in one place count as one."""
+
+    vertices: int
+    """Vertices in use, after welding."""
+    edges: int
+    faces: int
+    """Faces that name three different places."""
+    degenerate_faces: int
+    """Faces that do not; they take no part in the other counts."""
+    unused_vertices: int
+    parts: int
+    """Parts that share no vertex."""
+    boundary_edges: int
+    boundary_loops: int
+    non_manifold_edges: int
+    """Edges with three or more faces."""
+    non_manifold_vertices: int
+    """Vertices whose faces make more than one fan."""
+    inconsistent_edges: int
+    """Edges whose two faces run along them in the same direction."""
+    euler: int
+    """Vertices - edges + faces."""
+    genus: int
+    """Handles, summed over the parts, with holes filled; -1 where an edge is not manifold or the surface is one-sided."""
+    orientable: bool
+    closed: bool
+
+
+@dataclass(frozen=True)
+class UvQuality:
+    """Quality of UVs. Stretch is after one global scale that makes the summed areas equal: 1 = isometric."""
+
+    faces: int
+    charts: int
+    """Groups of faces joined through edges with equal UVs at both ends."""
+    flips: int
+    """Faces turned against the majority of their chart."""
+    degenerate: int
+    """Faces with area in space and none in the texture, or with UVs that are not finite."""
+    overlapping_faces: int
+    """Faces whose inside meets another one's inside in the texture, by exact predicates."""
+    seam: float
+    """Length of the inner edges that are cut, divided by the square root of the surface's area."""
+    stretch_l2: float
+    """L2 stretch of Sander et al. 2001; infinite where every face has collapsed."""
+    stretch_linf: float
+    """L-infinity stretch of Sander et al. 2001, collapsed faces left out."""
+    stretch_median: float
+    """Median by area of max(s1, 1/s2), with s1 >= s2 the singular values of the map from surface to texture."""
+    stretch_p95: float
+    conformal: float
+    """Mean by area of s1/s2: 1 = conformal."""
+    overlap: float
+    """Texels covered twice or more / texels covered, on a page of 1024 x 1024."""
+    coverage: float
+    """Texels covered / all texels."""
+    inside: bool
+    """Whether all UVs lie in [0, 1]."""
+    finite: bool
+    face_stretch: NDArray[np.float32]
+    """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space."""
+
+
+@dataclass(frozen=True)
+class DistanceStats:
+    """Statistics of a set of distances."""
+
+    rms: float
+    mean: float
+    median: float
+    p95: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Distance:
+    """A mesh or points against the true surface."""
+
+    accuracy: DistanceStats
+    """From the result to the truth."""
+    completeness: DistanceStats
+    """From the truth to the result; zeros for points."""
+    chamfer: float
+    """Chamfer distance (Gadelha et al. 2020): squared length."""
+    chamfer_floor: float
+    """What two sets of samples of the truth give: no result can be expected to be below."""
+    f_score: float
+    """Harmonic mean of the shares of samples within the threshold, both ways, in [0, 1]; 0 for points."""
+    threshold: float
+    """The threshold that was used; 0 for points."""
+    normal_consistency: float
+    """Mean absolute cosine between the normals at nearest points, in [0, 1]; 0 for points."""
+    normal_orientation: float
+    """The same with sign: negative for a surface that is inside out; 0 for points."""
+    not_finite: int
+    """Points that are not finite and were left out; 0 for meshes."""
+    point_distances: NDArray[np.float64] | None
+    """(n,) distance of each point to the surface, infinite for points that are not finite; None for meshes."""
+
+
+def _values(kind: Any, struct: Any) -> dict[str, Any]:
+    """The dataclass's fields that the struct has, booleans as such."""
+    of = {f.name: getattr(struct, f.name) for f in fields(kind) if hasattr(struct, f.name)}
+    return of | {f.name: bool(of[f.name]) for f in fields(kind) if f.type == "bool"}
+
+
+def measure_topology(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[RunOptions]) -> Topology:
+    """Counts the connectivity of a mesh: (n, 3) vertices, (m, 3) faces."""
+    vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
+    mesh, out = mesh_struct(vertices, faces), _abi.atlasfit_topology()
+    run(lambda r: lib().atlasfit_measure_topology(byref(mesh), r, byref(out)), options)
+    return Topology(**_values(Topology, out))
+
+
+def measure_uv(vertices: ArrayLike, faces: ArrayLike, corner_uv: ArrayLike, **options: Unpack[RunOptions]) -> UvQuality:
+    """Measures UVs, whoever made them: (n, 3) vertices, (m, 3) faces, (m, 3, 2) UVs per corner."""
+    vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
+    uv = corners(corner_uv, len(faces))
+    mesh, out = mesh_struct(vertices, faces, uv), _abi.atlasfit_uv_quality()
+    stretch = np.empty(len(faces), np.float32)
+    run(lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size), options)
+    return UvQuality(face_stretch=stretch, **_values(UvQuality, out))
+
+
+def measure_surface(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    true_vertices: ArrayLike,
+    true_faces: ArrayLike,
+    *,
+    samples: int | None = None,
+    chamfer_samples: int | None = None,
+    threshold: float | None = None,
+    **options: Unpack[RunOptions],
+) -> Distance:
+    """Measures a mesh against the true surface in the same frame, by random samples that follow the seed.
+
+    samples          of each surface for accuracy and completeness (default 60,000)
+    chamfer_samples  of each surface for the Chamfer distance; its floor depends on it (default 16,000)
+    threshold        distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side (default)
+    """
+    vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
+    true_vertices, true_faces = positions(true_vertices, "true_vertices"), indices(true_faces, (-1, 3), "true_faces")
+    mesh, truth, out = mesh_struct(vertices, faces), mesh_struct(true_vertices, true_faces), _abi.atlasfit_distance()
+    how = options_with(_abi.atlasfit_distance_options(), samples=samples, chamfer_samples=chamfer_samples, threshold=threshold)
+    run(lambda r: lib().atlasfit_measure_surface(byref(mesh), byref(truth), byref(how), r, byref(out)), options)
+    return _distance(out, None)
+
+
+def measure_points(
+    points: ArrayLike,
+    true_vertices: ArrayLike,
+    true_faces: ArrayLike,
+    *,
+    chamfer_samples: int | None = None,
+    **options: Unpack[RunOptions],
+) -> Distance:
+    """Measures (n, 3) points against the true surface in the same frame."""
+    points = positions(points, "points")
+    true_vertices, true_faces = positions(true_vertices, "true_vertices"), indices(true_faces, (-1, 3), "true_faces")
+    given, truth, out = points_struct(points), mesh_struct(true_vertices, true_faces), _abi.atlasfit_distance()
+    how = options_with(_abi.atlasfit_distance_options(), chamfer_samples=chamfer_samples)
+    each = np.empty(len(points))
+    run(
+        lambda r: lib().atlasfit_measure_points(byref(given), byref(truth), byref(how), r, byref(out), each.ctypes.data, each.size),
+        options,
+    )
+    return _distance(out, each)
+
+
+def _distance(out: _abi.atlasfit_distance, each: NDArray[np.float64] | None) -> Distance:
+    stats = {
+        name: DistanceStats(**_values(DistanceStats, getattr(out, name))) for name in ("accuracy", "completeness")
+    }
+    return Distance(**(_values(Distance, out) | stats), point_distances=each)

@@ -1,0 +1,152 @@
+"""unwrap(): UVs for a triangle mesh of any topology."""
+
+from __future__ import annotations
+
+from ctypes import byref
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _abi
+from ._abi import lib
+from ._arrays import address, corners, indices, mesh_struct, positions
+from ._call import Handle, RunOptions, check, choice, options_with, run
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+@dataclass(frozen=True)
+class UvInfo:
+    """What UVs hold, and what had to be done for them."""
+
+    triangles: int
+    charts: int
+    pages: int
+    split_vertices: int
+    """Vertices of the mesh in its split form: see Uv.split()."""
+    degenerate_faces: int
+    """Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles."""
+    duplicate_faces: int
+    """Triangles that repeat the corners of an earlier one; they got UVs of their own."""
+    non_manifold_edges: int
+    """Edges cut because more than two triangles, or two of clashing orientation, meet there."""
+    repaired_charts: int
+    """Charts that had to be cut further to stay free of flips and overlaps."""
+    split_polygons: int
+    """Polygons that could not stay in one piece because they do not lie flat."""
+    width: int
+    """Width of a page in texels."""
+    height: int
+    texels_per_unit: float
+    """Texels per unit of length on the surface."""
+    stretch_bound: float
+    """The stretch bound that was held: max_stretch, or more where max_charts asked for it."""
+    over_stretched: float
+    """Share of the area stretched beyond the bound."""
+
+
+@dataclass(frozen=True)
+class Uv:
+    """UVs of a mesh, which keeps its vertices and the order of its faces.
+
+    corner_uv    (m, 3, 2) float32 in [0, 1], v up, for each corner of each face
+    face_charts  (m,) uint32, 0 to info.charts - 1
+    face_pages   (m,) uint32, 0 to info.pages - 1
+    """
+
+    corner_uv: NDArray[np.float32]
+    face_charts: NDArray[np.uint32]
+    face_pages: NDArray[np.uint32]
+    info: UvInfo
+    _handle: Handle
+
+    def split(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float32]]:
+        """The mesh with one vertex per pair of vertex and UV, what graphics cards and glTF want: (m, 3) indices of new vertices,
+        (k,) the mesh's vertex that each came from, (k, 2) its UV."""
+        k = self.info.split_vertices
+        faces, sources, uv = np.empty((self.info.triangles, 3), np.uint32), np.empty(k, np.uint32), np.empty((k, 2), np.float32)
+        check(lib().atlasfit_uv_split(self._handle.pointer, faces.ctypes.data, faces.size, sources.ctypes.data, uv.ctypes.data, k))
+        return faces, sources, uv
+
+
+def unwrap(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    face_groups: ArrayLike | None = None,
+    face_polygons: ArrayLike | None = None,
+    seam_edges: ArrayLike | None = None,
+    corner_uv: ArrayLike | None = None,
+    max_stretch: float | None = None,
+    max_charts: int | None = None,
+    page_size: int | tuple[int, int] | None = None,
+    padding: int | None = None,
+    pages: int | None = None,
+    packer: Literal["shapes", "boxes"] | None = None,
+    texels_per_unit: float | None = None,
+    hard_edge_angle: float | None = None,
+    **options: Unpack[RunOptions],
+) -> Uv:
+    """Lays out UVs: charts of low stretch that neither flip nor overlap, packed on square pages.
+
+    vertices         (n, 3); float32 and float64 are not copied
+    faces            (m, 3) vertex indices, counter-clockwise seen from outside; int32 and uint32 are not copied
+    face_groups      (m,) a group per face (material, for example): no chart spans two
+    face_polygons    (m,) the polygon that each face was cut from, any numbers: faces of one polygon stay in one chart
+    seam_edges       (k, 2) edges that must be seams, as pairs of vertices
+    corner_uv        (m, 3, 2) UVs that the mesh already has: their seams stay seams
+    max_stretch      bound on the stretch max(s1, 1/s2) at the 95th percentile by area; more than 1. Smaller gives more charts (default 1.1)
+    max_charts       most charts: max_stretch is raised as far as that needs; 0 = any number (default)
+    page_size        side of a page in texels, or width and height (default 1024)
+    padding          free texels between charts and at the page's border (default 2)
+    pages            most pages; 0 = one, or with texels_per_unit as many as that density needs (default)
+    packer           "shapes": charts lie in each other's bays and holes (default); "boxes": faster, and wastes more
+    texels_per_unit  texels per unit of length on the surface; 0 = what fills the pages (default)
+    hard_edge_angle  edges bent by more than this many degrees are seams; 180 = none for that reason (default)
+    options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
+
+    Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
+    """
+    vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
+    m = len(faces)
+    kept = None if corner_uv is None else corners(corner_uv, m)
+    groups = None if face_groups is None else indices(face_groups, (m,), "face_groups")
+    polygons = None if face_polygons is None else indices(face_polygons, (m,), "face_polygons")
+    seams = None if seam_edges is None else indices(seam_edges, (-1, 2), "seam_edges")
+    mesh = mesh_struct(vertices, faces, kept)
+    mesh.face_group, mesh.face_polygon = address(groups), address(polygons)
+    mesh.seam_edges, mesh.seam_edge_count = address(seams), 0 if seams is None else len(seams)
+    width, height = (page_size, page_size) if page_size is None or isinstance(page_size, int) else page_size
+    chosen = options_with(
+        _abi.atlasfit_unwrap_options(),
+        max_stretch=max_stretch,
+        max_charts=max_charts,
+        page_width=width,
+        page_height=height,
+        padding=padding,
+        pages=pages,
+        packer=choice(packer, {"shapes": _abi.PACK_SHAPES, "boxes": _abi.PACK_BOXES}, "packer"),
+        keep_uv_seams=kept is not None,
+        texels_per_unit=texels_per_unit,
+        hard_edge_angle=hard_edge_angle,
+    )
+    uv = Handle("uv")
+    run(lambda r: lib().atlasfit_unwrap(byref(mesh), byref(chosen), r, byref(uv.pointer)), options)
+    info = _abi.atlasfit_uv_info()
+    check(lib().atlasfit_uv_get_info(uv.pointer, byref(info)))
+
+    def copy(name: str, shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
+        array = np.empty(shape, kind)
+        check(getattr(lib(), f"atlasfit_uv_{name}")(uv.pointer, array.ctypes.data, array.size))
+        return array
+
+    return Uv(
+        corner_uv=copy("corners", (m, 3, 2), np.float32),
+        face_charts=copy("face_charts", (m,), np.uint32),
+        face_pages=copy("face_pages", (m,), np.uint32),
+        info=UvInfo(**{f.name: getattr(info, f.name) for f in fields(UvInfo)}),
+        _handle=uv,
+    )

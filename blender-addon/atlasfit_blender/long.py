@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all operators share: work in a thread with progress and Esc, or at once for scripts; failures as reports.
+
+An operator gives `prepare(context)`, which reads the scene and returns the work, and `finish(context, result)`, which writes the result.
+The work runs without bpy: `work(progress, cancel)`. Nothing is written before it has ended well, so that a cancelled run changes nothing.
+"""
+
+import threading
+import time
+
+import bpy
+
+from .native import atlasfit
+
+TICK_S = 0.05  # between looks at the thread: well inside the 100 ms that Esc may take
+FAILURES = (atlasfit.Error, ValueError, TypeError, ImportError, OSError, MemoryError)
+
+
+class Refused(ValueError):
+    """The scene is not what the operator needs. The text says what to do."""
+
+
+class Status:
+    """What the panel shows of the run that is under way; `label` is empty when there is none."""
+
+    label = ""
+    stage = ""
+    share = 0.0
+
+
+class Job:
+    """Work in a thread of its own."""
+
+    def __init__(self, work):
+        self.cancel = atlasfit.Cancel()
+        self.stage, self.share = "preparing", 0.0
+        self.result = self.failure = None
+        self.thread = threading.Thread(target=self._run, args=(work,), daemon=True)
+        self.thread.start()
+
+    def _run(self, work):
+        try:
+            self.result = work(progress=self._tell, cancel=self.cancel)
+        except BaseException as failure:  # told on the main thread, whatever it is
+            self.failure = failure
+
+    def _tell(self, stage, share):
+        self.stage, self.share = stage, share
+
+
+class LongOperator:
+    """Mixed into an operator: execute, invoke, modal and cancel over its prepare and finish."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """For scripts, background runs and the redo panel: returns when all is done."""
+        window_manager = context.window_manager
+        window_manager.progress_begin(0, 100)
+        self._started = time.monotonic()
+        try:
+            work = self.prepare(context)
+            result = work(progress=lambda stage, share: window_manager.progress_update(int(100 * share)), cancel=None)
+            self.finish(context, result)
+        except FAILURES as failure:
+            return self._failed(failure)
+        finally:
+            window_manager.progress_end()
+        return {"FINISHED"}
+
+    def invoke(self, context, event):
+        """From the interface: starts the work and returns; modal() waits for its end."""
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        self._started = time.monotonic()
+        try:
+            self._job = Job(self.prepare(context))
+        except FAILURES as failure:
+            return self._failed(failure)
+        window_manager = context.window_manager
+        window_manager.progress_begin(0, 100)
+        self._area = context.area
+        self._timer = window_manager.event_timer_add(TICK_S, window=context.window)
+        window_manager.modal_handler_add(self)
+        Status.label = self.bl_label
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        job = self._job
+        if event.type == "ESC":
+            job.cancel.request()
+            job.thread.join(2 * TICK_S)
+        elif event.type != "TIMER":
+            return {"RUNNING_MODAL"}  # swallowed: the scene must not change meanwhile
+        if job.thread.is_alive():
+            self._show(context, job)
+            return {"RUNNING_MODAL"}
+        self._hide(context)
+        if job.failure is not None:
+            if isinstance(job.failure, FAILURES):
+                return self._failed(job.failure)
+            raise job.failure
+        try:
+            self.finish(context, job.result)
+        except FAILURES as failure:
+            return self._failed(failure)
+        return {"FINISHED"}
+
+    def cancel(self, context):
+        """Blender ends the operator: its window was closed, another file is loaded."""
+        self._job.cancel.request()
+        self._job.thread.join()
+        self._hide(context)
+
+    def seconds(self):
+        """Since the operator began."""
+        return time.monotonic() - self._started
+
+    def _show(self, context, job):
+        Status.stage, Status.share = job.stage, job.share
+        context.window_manager.progress_update(int(100 * job.share))
+        text = f"{self.bl_label}: {job.stage} {100 * job.share:.0f} %   (Esc cancels)"
+        context.workspace.status_text_set(text)
+        if self._area is not None:
+            self._area.header_text_set(text)
+            self._area.tag_redraw()
+
+    def _hide(self, context):
+        Status.label = ""
+        window_manager = context.window_manager
+        window_manager.event_timer_remove(self._timer)
+        window_manager.progress_end()
+        context.workspace.status_text_set(None)
+        if self._area is not None:
+            self._area.header_text_set(None)
+            self._area.tag_redraw()
+
+    def _failed(self, failure):
+        if isinstance(failure, atlasfit.Cancelled):
+            self.report({"WARNING"}, f"{self.bl_label}: cancelled, nothing was changed")
+        else:
+            text = str(failure) or type(failure).__name__
+            self.report({"ERROR"}, f"{self.bl_label}: {text}")
+        return {"CANCELLED"}

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's meshes as numpy arrays, and back. Bulk copies only; no operator calls but for the mode."""
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .long import Refused
+
+# Attribute types that the library carries: property, numbers per element, array type.
+KINDS = {
+    "FLOAT": ("value", 1, np.float32),
+    "INT": ("value", 1, np.int32),
+    "INT8": ("value", 1, np.int8),
+    "BOOLEAN": ("value", 1, np.bool_),
+    "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_VECTOR": ("vector", 3, np.float32),
+    "FLOAT_COLOR": ("color", 4, np.float32),
+    "BYTE_COLOR": ("color", 4, np.float32),
+}
+REPORT = "atlasfit_report"
+
+
+def get(collection, name, width, kind):
+    """One property of all elements: (n, width), or (n,) for width 1."""
+    out = np.empty(len(collection) * width, kind)
+    collection.foreach_get(name, out)
+    return out.reshape(-1, width) if width > 1 else out
+
+
+def put(collection, name, values):
+    """The reverse of get()."""
+    collection.foreach_set(name, np.ascontiguousarray(values).ravel())
+
+
+def linear(ob):
+    """The object's rotation and scale, (3, 3): lengths that are measured after it are what one sees. A mirroring one is turned through
+    the origin, so that the outside stays outside."""
+    out = np.array(ob.matrix_world, np.float64)[:3, :3]
+    if not np.isfinite(out).all() or np.linalg.cond(out) > 1e9:
+        raise Refused(f"the object {ob.name} is scaled to nothing. Give it a scale that is not 0")
+    return -out if np.linalg.det(out) < 0 else out
+
+
+def objects(context):
+    """The mesh objects to work on: those in Edit mode, or the selected ones with the active one; each mesh once."""
+    if context.mode == "EDIT_MESH":
+        found = list(context.objects_in_mode_unique_data)
+    else:
+        active = context.view_layer.objects.active
+        found = [ob for ob in context.selected_objects if ob.type == "MESH"]
+        if active is not None and active.type == "MESH" and active not in found:
+            found.append(active)
+    found = list({ob.data.name_full: ob for ob in found}.values())
+    if not found:
+        raise Refused("no mesh object is selected")
+    for ob in found:
+        if ob.data.library is not None:
+            raise Refused(f"the mesh of {ob.name} is linked from another file and cannot be written. Make it local first")
+        if ob.mode == "EDIT":
+            ob.update_from_editmode()
+    return found
+
+
+def poll(context):
+    """Whether there is a mesh to work on."""
+    ob = context.view_layer.objects.active
+    return context.mode in {"OBJECT", "EDIT_MESH"} and (
+        any(o.type == "MESH" for o in context.selected_objects) or ob is not None and ob.type == "MESH"
+    )
+
+
+@contextmanager
+def object_mode(context, obs):
+    """Object mode for as long as meshes are written; the mode and the selection are as before afterwards."""
+    was = context.mode
+    if was != "EDIT_MESH":
+        yield
+        return
+    bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        # Edit mode takes the selected objects in: those that it held and were not selected are selected for the moment.
+        added = [ob for ob in obs if not ob.select_get()]
+        for ob in added:
+            ob.select_set(True)
+        bpy.ops.object.mode_set(mode="EDIT")
+        for ob in added:
+            ob.select_set(False)
+
+
+@dataclass
+class Part:
+    """One object's share of the triangles that are handed over."""
+
+    object: str
+    mesh: str
+    loops: np.ndarray  # the mesh's corner of each triangle corner, (m, 3)
+    polygons: np.ndarray  # the mesh's polygon of each triangle, (m,)
+    corner_count: int  # to see whether the mesh changed meanwhile
+
+
+@dataclass
+class Triangles:
+    """Several meshes as one: what unwrap() takes."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    face_polygons: np.ndarray
+    parts: list
+
+
+def triangles(obs, only_selected):
+    """The objects' triangles in one array, scaled as one sees them. Refuses where there is none."""
+    vertices, faces, polygons, parts = [], [], [], []
+    n = p = 0
+    for ob in obs:
+        me = ob.data
+        me.calc_loop_triangles()
+        corners = get(me.loop_triangles, "loops", 3, np.int32)
+        verts = get(me.loop_triangles, "vertices", 3, np.int32)
+        polygon = get(me.loop_triangles, "polygon_index", 1, np.int32)
+        if only_selected:
+            wanted = get(me.polygons, "select", 1, np.bool_) & ~get(me.polygons, "hide", 1, np.bool_)
+            mine = wanted[polygon]
+            corners, verts, polygon = corners[mine], verts[mine], polygon[mine]
+        if len(verts) == 0:
+            continue
+        vertices.append(positions(me) @ linear(ob).T)
+        faces.append(verts + n if n else verts)
+        polygons.append(polygon + p if p else polygon)
+        parts.append(Part(ob.name, me.name, corners, polygon, len(me.loops)))
+        n, p = n + len(me.vertices), p + len(me.polygons)
+    if not parts:
+        what = "no face is selected" if only_selected else "the mesh has no faces"
+        raise Refused(f"{what}. Select faces, or use Reconstruct to make a surface from points")
+    join = lambda arrays: arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
+    return Triangles(join(vertices), join(faces), join(polygons), parts)
+
+
+def positions(me):
+    """Vertex positions, (n, 3) float32."""
+    attribute = me.attributes.get("position")  # a plain copy where Blender keeps positions so (3.5 and later)
+    if attribute is not None:
+        return get(attribute.data, "vector", 3, np.float32)
+    return get(me.vertices, "co", 3, np.float32)
+
+
+def edges(obs, parts, name):
+    """The joined meshes' edges that have a flag (use_seam, use_edge_sharp), as pairs of vertices."""
+    out, n = [], 0
+    for part in parts:
+        me = next(ob.data for ob in obs if ob.name == part.object)
+        flagged = get(me.edges, name, 1, np.bool_)
+        if flagged.any():
+            out.append(get(me.edges, "vertices", 2, np.int32)[flagged] + n)
+        n += len(me.vertices)
+    return np.concatenate(out) if out else np.empty((0, 2), np.int32)
+
+
+def meshes_of(parts):
+    """The objects of the parts again, in order; refuses where one has changed since it was read."""
+    out = []
+    for part in parts:
+        ob = bpy.data.objects.get(part.object)
+        if ob is None or ob.data is None or ob.data.name != part.mesh or len(ob.data.loops) != part.corner_count:
+            raise Refused(f"the object {part.object} was changed meanwhile. Run it again")
+        out.append(ob)
+    return out
+
+
+def uv_get(layer):
+    """A UV map's coordinates, (corners, 2)."""
+    if hasattr(layer, "uv"):  # 3.5 and later
+        return get(layer.uv, "vector", 2, np.float32)
+    return get(layer.data, "uv", 2, np.float32)
+
+
+def uv_put(layer, values):
+    """The reverse of uv_get()."""
+    if hasattr(layer, "uv"):
+        put(layer.uv, "vector", values)
+    else:
+        put(layer.data, "uv", values)
+
+
+def pinned(layer):
+    """Whether each corner is pinned."""
+    if hasattr(layer, "pin"):
+        return get(layer.pin, "value", 1, np.bool_) if len(layer.pin) else np.zeros(0, np.bool_)
+    return get(layer.data, "pin_uv", 1, np.bool_)
+
+
+def attributes(me):
+    """The points' own attributes by name that the library can carry, and the names of those that it cannot."""
+    out, left = {}, []
+    for attribute in me.attributes:
+        internal = attribute.name.startswith(".") or getattr(attribute, "is_internal", False)
+        if attribute.domain != "POINT" or internal or attribute.name == "position":
+            continue
+        kind = KINDS.get(attribute.data_type)
+        if kind is None:
+            left.append(attribute.name)
+            continue
+        name, width, dtype = kind
+        out[attribute.name] = get(attribute.data, name, width, dtype)
+    return out, left
+
+
+def add_attribute(me, name, kind, values):
+    """A point attribute of one of KINDS. A name that is taken gets a number, as ever in Blender."""
+    attribute = me.attributes.new(name=name, type=kind, domain="POINT")
+    # Creating one may move the others: fetched again by its name.
+    prop, _, dtype = KINDS[kind]
+    put(me.attributes[attribute.name].data, prop, values.astype(dtype))
+
+
+def point_colors(me):
+    """The active colours per vertex, (n, 4) linear, averaged where they belong to corners; None without."""
+    attribute = me.color_attributes.active_color if len(me.color_attributes) else None
+    if attribute is None:
+        return None, None
+    colors = get(attribute.data, "color", 4, np.float32)
+    if attribute.domain == "CORNER":
+        vertex = get(me.loops, "vertex_index", 1, np.int32)
+        count = np.maximum(np.bincount(vertex, minlength=len(me.vertices)), 1)
+        colors = np.stack([np.bincount(vertex, colors[:, k], len(me.vertices)) / count for k in range(4)], 1).astype(np.float32)
+    return colors, attribute.name
+
+
+def new_mesh(name, vertices, faces):
+    """A smooth triangle mesh."""
+    me = bpy.data.meshes.new(name)
+    me.vertices.add(len(vertices))
+    me.loops.add(3 * len(faces))
+    me.polygons.add(len(faces))
+    put(me.vertices, "co", vertices.astype(np.float32))
+    put(me.loops, "vertex_index", faces.astype(np.int32))
+    put(me.polygons, "loop_start", np.arange(0, 3 * len(faces), 3, dtype=np.int32))
+    if bpy.app.version < (3, 6, 0):  # later ones know where the next face starts
+        put(me.polygons, "loop_total", np.full(len(faces), 3, np.int32))
+    put(me.polygons, "use_smooth", np.ones(len(faces), np.bool_))
+    me.update(calc_edges=True)
+    return me
+
+
+def set_report(me, title, **lines):
+    """Keeps a report with the mesh: the panel shows it, files carry it."""
+    me[REPORT] = {"title": title, **{key.replace("_", " "): str(value) for key, value in lines.items()}}

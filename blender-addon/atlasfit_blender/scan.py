@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scan operators: Denoise Scan (the points, moved) and Reconstruct (one new surface)."""
+
+import bmesh
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+
+from . import bake, mesh
+from .long import LongOperator, Refused
+from .native import atlasfit
+
+
+def _active(context):
+    ob = context.view_layer.objects.active
+    if ob is None or ob.type != "MESH":
+        raise Refused("the active object is no mesh")
+    if ob.mode == "EDIT":
+        ob.update_from_editmode()
+    return ob
+
+
+def _normals(me, matrix):
+    """Which side is outside, of meshes that have faces, in the frame that the matrix leads to; None without."""
+    if not me.polygons:
+        return None
+    normals = mesh.get(me.vertices, "normal", 3, np.float32) @ np.linalg.inv(matrix)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return (normals / np.where(length > 0, length, 1)).astype(np.float32)
+
+
+def _report(me, title, report, seconds, notes):
+    found = {
+        "points": report.points,
+        "outliers": report.outliers,
+        "noise": f"{report.noise:.4g}",
+        "spacing": f"{report.spacing:.4g}",
+        "fitted_charts": report.charts,
+        "surface_triangles": report.triangles,
+        "parts": report.parts,
+        "boundary_loops": report.boundary_loops,
+        "filled_holes": report.filled_holes,
+        "uv_charts": report.uv_charts,
+        "seconds": f"{seconds:.2f}",
+    }
+    if notes:
+        found["notes"] = "; ".join(notes)
+    mesh.set_report(me, title, **{key: value for key, value in found.items() if value not in (0, "0")})
+
+
+def _notes(report):
+    out = []
+    if report.not_finite:
+        out.append(f"{report.not_finite} points have no finite position")
+    if report.outliers:
+        out.append(f"{report.outliers} outliers")
+    if report.one_sided:
+        out.append("some part is one-sided")
+    return out
+
+
+class Fit(LongOperator):
+    """What both operators have in common."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    noise: FloatProperty(
+        name="Noise",
+        description="Standard deviation of the noise along the normal, as scaled in the scene. 0 estimates it",
+        default=0.0,
+        min=0.0,
+        precision=4,
+    )
+    charts: IntProperty(name="Charts", description="Number of charts to aim for. 0 is as many as the shape needs", default=0, min=0)
+
+    @classmethod
+    def poll(cls, context):
+        ob = context.view_layer.objects.active
+        return ob is not None and ob.type == "MESH" and context.mode in {"OBJECT", "EDIT_MESH"}
+
+
+class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
+    """Move the points of a scan, or the vertices of a scanned mesh, onto a smooth surface that is fitted to them.
+    In Edit mode the selected vertices are moved in place"""
+
+    bl_idname = "object.atlasfit_denoise"
+    bl_label = "Denoise Scan"
+
+    result: EnumProperty(
+        name="Result",
+        items=(
+            ("OBJECT", "New Object", "A copy of the object is moved"),
+            ("SHAPE", "Shape Key", "The mesh gets a shape key, so that the movement can be blended"),
+            ("PLACE", "In Place", "The mesh itself is moved"),
+        ),
+        default="OBJECT",
+    )
+    drop: BoolProperty(name="Delete Outliers", description="Points that lie on no surface are deleted, else they stay where they are", default=False)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("result", "drop", "noise", "charts"):
+            layout.prop(self, name)
+
+    def prepare(self, context):
+        """Reads the vertices; the work fits and projects them."""
+        ob = _active(context)
+        me = ob.data
+        self._edit = ob.mode == "EDIT"
+        chosen = np.flatnonzero(mesh.get(me.vertices, "select", 1, np.bool_)) if self._edit else np.arange(len(me.vertices))
+        if len(chosen) == 0:
+            raise Refused("no vertex is selected" if self._edit else "the mesh has no vertices")
+        if self.drop and self.result == "SHAPE":
+            raise Refused("a shape key keeps all points: turn Delete Outliers off, or choose another result")
+        matrix = mesh.linear(ob)
+        points = mesh.positions(me)[chosen] @ matrix.T
+        normals = _normals(me, matrix)
+        normals = None if normals is None else normals[chosen]
+        self._source = (ob.name, len(me.vertices), chosen, matrix)
+        noise, charts = self.noise, self.charts
+        return lambda progress, cancel: atlasfit.denoise(
+            points, normals=normals, noise=noise, charts=charts, uv=False, progress=progress, cancel=cancel
+        )
+
+    def finish(self, context, result):
+        """Moves the vertices of the object or of a copy."""
+        name, count, chosen, matrix = self._source
+        ob = bpy.data.objects.get(name)
+        if ob is None or len(ob.data.vertices) != count:
+            raise Refused(f"the object {name} was changed meanwhile. Run it again")
+        with mesh.object_mode(context, [ob]):
+            if self.result == "OBJECT" and not self._edit:
+                ob = self._copy(context, ob)
+            me = ob.data
+            old = mesh.positions(me)
+            new = old.copy()
+            new[chosen] = result.points @ np.linalg.inv(matrix).T
+            if self.result == "SHAPE":
+                if me.shape_keys is None:
+                    ob.shape_key_add(name="Basis", from_mix=False)
+                key = ob.shape_key_add(name="Denoised", from_mix=False)
+                mesh.put(key.data, "co", new)
+                key.value = 1.0
+            else:
+                mesh.put(me.vertices, "co", new)
+                # Each shape is moved along: what it adds to the rest stays the same.
+                for key in me.shape_keys.key_blocks if me.shape_keys else ():
+                    mesh.put(key.data, "co", mesh.get(key.data, "co", 3, np.float32) + (new - old))
+            if not me.polygons and not self._edit:
+                normals = result.normals @ matrix
+                length = np.linalg.norm(normals, axis=1, keepdims=True)
+                mesh.add_attribute(me, "point_normal", "FLOAT_VECTOR", normals / np.where(length > 0, length, 1))
+                mesh.add_attribute(me, "point_chart", "INT", result.charts.view(np.int32))
+            outliers = chosen[result.charts == atlasfit.NO_CHART]
+            if self.drop and len(outliers):
+                self._delete(me, outliers)
+            me.update()
+            notes = _notes(result.report)
+            _report(me, self.bl_label, result.report, self.seconds(), notes)
+        moved = np.sqrt(np.mean(np.sum((np.asarray(new, np.float64) - old)[chosen] ** 2, axis=1)))
+        text = f"{len(chosen)} points moved by {moved:.3g} (RMS) in {self.seconds():.1f} s, noise {result.report.noise:.3g}"
+        self.report({"INFO"}, "; ".join([text, *notes]))
+
+    @staticmethod
+    def _copy(context, ob):
+        new = ob.copy()
+        new.data = ob.data.copy()
+        new.name = f"{ob.name} Denoised"
+        for collection in ob.users_collection:
+            collection.objects.link(new)
+        for other in context.selected_objects:
+            other.select_set(False)
+        new.select_set(True)
+        context.view_layer.objects.active = new
+        return new
+
+    @staticmethod
+    def _delete(me, vertices):
+        editable = bmesh.new()
+        editable.from_mesh(me)
+        editable.verts.ensure_lookup_table()
+        bmesh.ops.delete(editable, geom=[editable.verts[i] for i in vertices], context="VERTS")
+        editable.to_mesh(me)
+        editable.free()
+
+
+class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
+    """Make one connected surface from a scan, with UVs, colors and attributes, as a new object. Modifiers of the scan count"""
+
+    bl_idname = "object.atlasfit_reconstruct"
+    bl_label = "Reconstruct"
+
+    detail: FloatProperty(
+        name="Detail", description="Fineness of the surface: 1 is what the scan supports, 0.5 has voxels twice as large", default=1.0, min=0.1, max=10.0
+    )
+    fill_holes: FloatProperty(
+        name="Fill Holes",
+        description="Holes with a boundary shorter than this are filled, as scaled in the scene. 0 fills only gaps of the sampling",
+        default=0.0,
+        min=0.0,
+    )
+    texture_size: IntProperty(name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536)
+    bake: BoolProperty(name="Bake Colors", description="Bake the scan's colors, where it has them, to an image and a material", default=True)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("detail", "fill_holes", "noise", "charts", "texture_size", "bake"):
+            layout.prop(self, name)
+
+    def prepare(self, context):
+        """Reads the points as the modifiers leave them; the work fits, makes the surface, and bakes."""
+        ob = _active(context)
+        matrix = mesh.linear(ob)
+        evaluated = ob.evaluated_get(context.evaluated_depsgraph_get())
+        me = evaluated.to_mesh()
+        try:
+            if not me.vertices:
+                raise Refused("the mesh has no vertices")
+            points = mesh.positions(me) @ matrix.T
+            normals = _normals(me, matrix)
+            columns, self._left = mesh.attributes(me)
+            self._kinds = {a.name: a.data_type for a in me.attributes if a.name in columns}
+            colors, self._color = mesh.point_colors(me)
+        finally:
+            evaluated.to_mesh_clear()
+        columns.pop(self._color, None)
+        self._source = (ob.name, matrix)
+        size, wanted = self.texture_size, self.bake and colors is not None
+        options = {"noise": self.noise, "charts": self.charts, "detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
+
+        def work(progress, cancel):
+            out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, progress=progress, cancel=cancel)
+            s = out.surface
+            margin = 2
+            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress, cancel) if wanted else None
+
+        return work
+
+    def finish(self, context, result):
+        """The new object."""
+        out, pixels = result
+        name, matrix = self._source
+        source = bpy.data.objects.get(name)
+        if source is None:
+            raise Refused(f"the object {name} is gone")
+        surface = out.surface
+        if context.mode == "EDIT_MESH":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        me = mesh.new_mesh(f"{source.data.name} Surface", surface.vertices @ np.linalg.inv(matrix).T, surface.triangles)
+        layer = me.uv_layers.new(name="UVMap")
+        mesh.uv_put(me.uv_layers[layer.name], surface.corner_uv)
+        if surface.colors is not None:
+            mesh.add_attribute(me, self._color, "FLOAT_COLOR", surface.colors)
+            me.color_attributes.active_color = me.color_attributes[self._color]
+        for column, values in surface.attributes.items():
+            mesh.add_attribute(me, column, self._kinds[column], values)
+        ob = bpy.data.objects.new(f"{source.name} Surface", me)
+        ob.matrix_world = source.matrix_world
+        for collection in source.users_collection:
+            collection.objects.link(ob)
+        for other in context.selected_objects:
+            other.select_set(False)
+        ob.select_set(True)
+        context.view_layer.objects.active = ob
+        notes = _notes(out.report)
+        if self._left:
+            notes.append(f"attributes of kinds that cannot be carried: {', '.join(self._left)}")
+        if source.vertex_groups:
+            notes.append("vertex groups are not carried")
+        if pixels is not None:
+            notes += bake.write(pixels, [ob])
+        _report(me, self.bl_label, out.report, self.seconds(), notes)
+        text = f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes in {self.seconds():.1f} s"
+        self.report({"INFO"}, "; ".join([text, *notes]))
+
+
+_classes = (OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct)
+
+
+def register():
+    for c in _classes:
+        bpy.utils.register_class(c)
+
+
+def unregister():
+    for c in reversed(_classes):
+        bpy.utils.unregister_class(c)

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""UV operators: Atlas Unwrap (UVs for the selected faces or objects) and UV Stretch (a colour for how far each face is stretched)."""
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from . import bake, mesh
+from .long import LongOperator, Refused
+from .native import atlasfit
+
+UV_MAP_LIMIT = 8
+UDIM_ROW = 10
+
+
+class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
+    """Lay out UVs in charts of low stretch that neither flip nor overlap, and pack them.
+    Seams are kept; pins are not: pinned UVs are laid out anew"""
+
+    bl_idname = "uv.atlasfit_unwrap"
+    bl_label = "Atlas Unwrap"
+
+    max_stretch: FloatProperty(
+        name="Max Stretch",
+        description="Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts",
+        default=1.1,
+        min=1.001,
+        soft_max=3.0,
+        max=8.0,
+    )
+    max_charts: IntProperty(name="Max Charts", description="Most charts; the stretch grows as far as that needs. 0 is any number", default=0, min=0)
+    margin: IntProperty(name="Margin", description="Free pixels between charts", default=2, min=0, soft_max=64)
+    texture_size: IntProperty(name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536)
+    density: FloatProperty(
+        name="Density",
+        description="Pixels per unit of length, as scaled in the scene. 0 fills the texture; more than fits goes on to further UDIM tiles",
+        default=0.0,
+        min=0.0,
+    )
+    pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs", default=0, min=0, max=100)
+    seams: BoolProperty(name="Keep Seams", description="Edges that are marked as seams are cut", default=True)
+    sharp: BoolProperty(name="Cut Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
+    materials: BoolProperty(name="Cut Between Materials", description="No chart spans two materials", default=False)
+    keep_uv_seams: BoolProperty(name="Keep UV Seams", description="Where the active UV map is cut, the new one is cut", default=False)
+    together: BoolProperty(name="Objects Share Texture", description="Several objects are packed on one texture, else on one each", default=True)
+    target: EnumProperty(
+        name="UV Map",
+        items=(("ACTIVE", "Active", "Write to the active UV map"), ("NEW", "New", "Write to a new UV map and make it active")),
+        default="ACTIVE",
+    )
+    name: StringProperty(name="Name", description="Name of a new UV map", default="Atlas")
+    bake: BoolProperty(
+        name="Bake Colors",
+        description="Bake the active color attribute to an image, in a new material where the object has none",
+        default=False,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return mesh.poll(context)
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("max_stretch", "max_charts", "margin", "texture_size", "density", "pages"):
+            layout.prop(self, name)
+        column = layout.column(heading="Cut")
+        for name in ("seams", "sharp", "materials", "keep_uv_seams"):
+            column.prop(self, name)
+        layout.prop(self, "together")
+        layout.prop(self, "target")
+        if self.target == "NEW":
+            layout.prop(self, "name")
+        layout.prop(self, "bake")
+
+    def prepare(self, context):
+        """Reads the meshes; the work lays out each group of them."""
+        obs = mesh.objects(context)
+        only_selected = context.mode == "EDIT_MESH"
+        groups = [obs] if self.together else [[ob] for ob in obs]
+        jobs = [self._read(group, only_selected) for group in groups]
+        options = {
+            "max_stretch": self.max_stretch,
+            "max_charts": self.max_charts,
+            "page_size": self.texture_size,
+            "padding": self.margin,
+            "pages": self.pages,
+            "texels_per_unit": self.density,
+        }
+
+        def work(progress, cancel):
+            out = []
+            for given, constraints, colors in jobs:
+                uv = atlasfit.unwrap(
+                    given.vertices,
+                    given.faces,
+                    face_polygons=given.face_polygons,
+                    **constraints,
+                    **options,
+                    progress=progress,
+                    cancel=cancel,
+                )
+                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress, cancel) if colors is not None else None
+                out.append((given, uv, image))
+            return out
+
+        return work
+
+    def _read(self, obs, only_selected):
+        given = mesh.triangles(obs, only_selected)
+        obs = mesh.meshes_of(given.parts)
+        seams = [mesh.edges(obs, given.parts, name) for name, wanted in (("use_seam", self.seams), ("use_edge_sharp", self.sharp)) if wanted]
+        constraints = {"seam_edges": np.concatenate(seams) if seams else None}
+        if self.materials:
+            slots = max(len(ob.material_slots) for ob in obs) + 1
+            constraints["face_groups"] = np.concatenate(
+                [mesh.get(ob.data.polygons, "material_index", 1, np.int32)[part.polygons] + slots * i for i, (ob, part) in enumerate(zip(obs, given.parts))]
+            )
+        if self.keep_uv_seams:
+            for ob in obs:
+                if not ob.data.uv_layers:
+                    raise Refused(f"{ob.name} has no UV map whose seams could be kept")
+            constraints["corner_uv"] = np.concatenate([mesh.uv_get(ob.data.uv_layers.active)[part.loops] for ob, part in zip(obs, given.parts)])
+        colors = None
+        if self.bake:
+            colors = np.concatenate([bake.corner_colors(ob.data, part.loops) for ob, part in zip(obs, given.parts)])
+        return given, constraints, colors
+
+    def finish(self, context, result):
+        """Writes the UVs, images and reports."""
+        notes, charts, faces = [], 0, 0
+        obs = [ob for given, _, _ in result for ob in mesh.meshes_of(given.parts)]
+        for ob in obs:
+            self._check_room(ob.data)
+        with mesh.object_mode(context, obs):
+            for given, uv, image in result:
+                charts, faces = charts + uv.info.charts, faces + uv.info.triangles
+                tile = uv.face_pages[:, None] + np.zeros((1, 3), np.uint32)
+                corner_uv = uv.corner_uv
+                if uv.info.pages > 1:
+                    corner_uv = corner_uv + np.stack([tile % UDIM_ROW, tile // UDIM_ROW], -1).astype(np.float32)
+                    notes.append(f"{uv.info.pages} UDIM tiles")
+                notes += self._notes(uv.info)
+                at = 0
+                folded = pins = 0
+                for part in given.parts:
+                    mine = corner_uv[at : at + len(part.loops)]
+                    at += len(part.loops)
+                    me = bpy.data.objects[part.object].data
+                    torn, moved = self._write(me, part, mine)
+                    folded, pins = folded + torn, pins + moved
+                if image is not None:
+                    notes += bake.write(image, [bpy.data.objects[part.object] for part in given.parts])
+                if folded:
+                    notes.append(f"{folded} faces are too bent to lie flat in one piece and overlap in the UV map: triangulate them")
+                if pins:
+                    notes.append(f"{pins} pinned UVs were laid out anew")
+                for part in given.parts:
+                    self._tell(bpy.data.objects[part.object].data, uv, notes)
+        text = f"{charts} charts for {faces} triangles in {self.seconds():.1f} s"
+        self.report({"WARNING"} if notes else {"INFO"}, "; ".join([text, *notes]))
+
+    def _check_room(self, me):
+        if (self.target == "NEW" or not me.uv_layers) and len(me.uv_layers) >= UV_MAP_LIMIT:
+            raise Refused(f"{me.name} has {UV_MAP_LIMIT} UV maps, which is Blender's limit. Remove one, or write to the active one")
+
+    def _write(self, me, part, corner_uv):
+        """Writes one mesh's UVs; returns how many polygons could not stay in one piece, and how many pins were moved."""
+        layer = me.uv_layers.active
+        if layer is None or self.target == "NEW":
+            layer = me.uv_layers.new(name=self.name if self.target == "NEW" else "UVMap")
+            me.uv_layers.active = layer
+            layer = me.uv_layers[layer.name]  # creating one may move the others
+        pins = mesh.pinned(layer)
+        moved = int(pins[np.unique(part.loops)].sum()) if pins.any() else 0
+        values = mesh.uv_get(layer)
+        values[part.loops.ravel()] = corner_uv.reshape(-1, 2)
+        torn = (values[part.loops] != corner_uv).any(axis=(1, 2))
+        mesh.uv_put(layer, values)
+        me.update()
+        return len(np.unique(part.polygons[torn])), moved
+
+    def _notes(self, info):
+        out = []
+        if self.density and info.texels_per_unit < 0.999 * self.density:
+            out.append(f"the density is {info.texels_per_unit:.4g}: more does not fit the tiles")
+        if info.degenerate_faces:
+            out.append(f"{info.degenerate_faces} triangles have no area")
+        if info.duplicate_faces:
+            out.append(f"{info.duplicate_faces} triangles repeat another")
+        if info.non_manifold_edges:
+            out.append(f"{info.non_manifold_edges} edges are not manifold and were cut")
+        if info.over_stretched > 0.06:  # the bound is on 95% of the area
+            out.append(f"{100 * info.over_stretched:.0f}% of the surface is stretched beyond {info.stretch_bound:.2f}")
+        return out
+
+    def _tell(self, me, uv, notes):
+        flat = uv.corner_uv.astype(np.float64)
+        a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+        filled = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / uv.info.pages
+        mesh.set_report(
+            me,
+            self.bl_label,
+            charts=uv.info.charts,
+            triangles=uv.info.triangles,
+            stretch_bound=f"{uv.info.stretch_bound:.3f}",
+            texture_filled=f"{100 * filled:.0f} %",
+            pixels_per_unit=f"{uv.info.texels_per_unit:.4g}",
+            seconds=f"{self.seconds():.2f}",
+            **{"notes": "; ".join(notes)} if notes else {},
+        )
+
+
+class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
+    """Measure the active UV map, and color each face by its stretch: blue is none, green a little, red is Full Scale or more"""
+
+    bl_idname = "uv.atlasfit_stretch"
+    bl_label = "UV Stretch"
+    ATTRIBUTE = "UV Stretch"
+
+    full_scale: FloatProperty(name="Full Scale", description="The stretch that is shown in red", default=1.5, min=1.01, soft_max=8.0)
+
+    @classmethod
+    def poll(cls, context):
+        return mesh.poll(context)
+
+    def prepare(self, context):
+        """Reads each mesh with its UVs; the work measures them."""
+        jobs = []
+        for ob in mesh.objects(context):
+            given = mesh.triangles([ob], False)
+            if not ob.data.uv_layers:
+                raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
+            jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
+        return lambda progress, cancel: [
+            (given, atlasfit.measure_uv(given.vertices, given.faces, uv, progress=progress, cancel=cancel)) for given, uv in jobs
+        ]
+
+    def finish(self, context, result):
+        """Writes the colours and the reports."""
+        obs = mesh.meshes_of([given.parts[0] for given, _ in result])
+        with mesh.object_mode(context, obs):
+            for ob, (given, quality) in zip(obs, result):
+                me, part = ob.data, given.parts[0]
+                colors = np.ones((len(me.loops), 4), np.float32)
+                colors[part.loops.ravel()] = np.repeat(_heat(quality.face_stretch, self.full_scale), 3, axis=0)
+                attribute = me.color_attributes.get(self.ATTRIBUTE)
+                if attribute is None:
+                    attribute = me.color_attributes.new(name=self.ATTRIBUTE, type="BYTE_COLOR", domain="CORNER")
+                name = attribute.name
+                mesh.put(me.color_attributes[name].data, "color", colors)
+                me.color_attributes.active_color = me.color_attributes[name]
+                me.update()
+                mesh.set_report(
+                    me,
+                    self.bl_label,
+                    charts=quality.charts,
+                    flipped=quality.flips,
+                    overlapping=quality.overlapping_faces,
+                    collapsed=quality.degenerate,
+                    seam_length=f"{quality.seam:.2f}",
+                    stretch_L2=f"{quality.stretch_l2:.4f}",
+                    stretch_of_95_percent=f"{quality.stretch_p95:.3f}",
+                    texture_filled=f"{100 * quality.coverage:.0f} %",
+                )
+        space = context.space_data
+        if space is not None and space.type == "VIEW_3D" and space.shading.type == "SOLID":
+            space.shading.color_type = "VERTEX"
+        worst = max(quality.stretch_p95 for _, quality in result)
+        self.report({"INFO"}, f"95% of the surface is stretched by less than {worst:.3f}")
+
+
+def _heat(stretch, full):
+    """Blue, green, red (linear) for stretch 1 to `full` on a logarithmic scale."""
+    with np.errstate(divide="ignore"):
+        t = np.clip(np.log(np.maximum(stretch, 1.0)) / np.log(full), 0.0, 1.0)
+    t = np.nan_to_num(t, nan=1.0)
+    out = np.ones((len(t), 4), np.float32)
+    out[:, 0], out[:, 2] = np.clip(2 * t - 1, 0, 1), np.clip(1 - 2 * t, 0, 1)
+    out[:, 1] = 1 - np.abs(2 * t - 1)
+    return out
+
+
+_classes = (UV_OT_atlasfit_unwrap, UV_OT_atlasfit_stretch)
+
+
+def register():
+    for c in _classes:
+        bpy.utils.register_class(c)
+
+
+def unregister():
+    for c in reversed(_classes):
+        bpy.utils.unregister_class(c)

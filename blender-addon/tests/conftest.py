@@ -1,0 +1,18 @@
+"""The package beside this folder, over the library that ATLASFIT_LIBRARY names or that cargo built last."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "blender-addon"))
+sys.path.insert(0, str(Path(__file__).parent))
+
+if "ATLASFIT_LIBRARY" not in os.environ:
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    built = sorted(target.glob("*/*atlasfit_capi.[sd][oyl]*"), key=lambda p: p.stat().st_mtime)
+    if not built:
+        pytest.exit("no library: run `cargo build --release -p atlasfit-capi`, or let ATLASFIT_LIBRARY name it", 2)
+    os.environ["ATLASFIT_LIBRARY"] = str(built[-1])

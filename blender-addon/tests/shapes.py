@@ -1,0 +1,26 @@
+"""Small made-up meshes and scans, by numpy alone."""
+
+import numpy as np
+
+
+def sphere_points(n=3000, noise=0.01, seed=1):
+    rng = np.random.default_rng(seed)
+    p = rng.normal(size=(n, 3))
+    p /= np.linalg.norm(p, axis=1)[:, None]
+    return p * (1 + noise * rng.normal(size=(n, 1)))
+
+
+def torus(nu=48, nv=24, tube=0.4):
+    """Vertices, quads (nu * nv, 4)."""
+    u, v = np.meshgrid(np.arange(nu) * 2 * np.pi / nu, np.arange(nv) * 2 * np.pi / nv, indexing="ij")
+    ring = 1 + tube * np.cos(v)
+    vertices = np.stack([ring * np.cos(u), ring * np.sin(u), tube * np.sin(v)], -1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(nu), np.arange(nv), indexing="ij")
+    at = lambda a, b: (a % nu) * nv + b % nv
+    quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
+    return vertices, quads.astype(np.int32)
+
+
+def triangles(quads):
+    """Two triangles per quad, and the quad of each."""
+    return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3), np.repeat(np.arange(len(quads)), 2)

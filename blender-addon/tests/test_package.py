@@ -1,0 +1,307 @@
+"""The package does what it says: results, errors, progress, cancel, Ctrl-C, no copies, no leaks."""
+
+import gc
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import atlasfit
+import numpy as np
+import pytest
+from atlasfit import _abi, _arrays
+from shapes import sphere_points, torus, triangles
+
+
+@pytest.fixture(autouse=True)
+def no_handle_is_left():
+    gc.collect()
+    before = _abi.lib().atlasfit_live_handles()
+    yield
+    gc.collect()
+    assert _abi.lib().atlasfit_live_handles() <= before
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    return sphere_points()
+
+
+@pytest.fixture(scope="module")
+def denoised(sphere):
+    return atlasfit.denoise(sphere, attributes={"label": np.arange(len(sphere), dtype=np.int32)})
+
+
+def test_denoising_a_sphere_brings_its_points_nearer_to_it(sphere, denoised):
+    error = lambda p: np.sqrt(np.mean((np.linalg.norm(p, axis=1) - 1) ** 2))
+    assert denoised.points.shape == sphere.shape and denoised.points.dtype == np.float64
+    assert error(denoised.points) < 0.5 * error(sphere)
+    on_a_chart = denoised.charts != atlasfit.NO_CHART
+    assert (~on_a_chart).sum() == denoised.report.outliers < 30
+    assert np.allclose(np.linalg.norm(denoised.normals[on_a_chart], axis=1), 1, atol=1e-3)
+    assert (denoised.sources == np.arange(len(sphere))).all()
+    assert denoised.report.noise == pytest.approx(0.01, rel=0.3)
+
+
+def test_the_surface_is_closed_and_has_uvs(denoised):
+    s = denoised.surface
+    topology = atlasfit.measure_topology(s.vertices, s.triangles)
+    assert topology.closed is True and topology.genus == 0 and topology.parts == 1
+    assert (topology.vertices, topology.faces) == (len(s.vertices), len(s.triangles))
+    quality = atlasfit.measure_uv(s.vertices, s.triangles, s.corner_uv)
+    assert quality.flips == 0 and quality.overlapping_faces == 0 and quality.inside and quality.finite
+    assert quality.charts == denoised.report.uv_charts == s.face_charts.max() + 1
+    assert quality.face_stretch.shape == (len(s.triangles),)
+
+
+def test_integer_attributes_are_labels_of_the_nearest_point(sphere, denoised):
+    label = denoised.surface.attributes["label"]
+    assert label.shape == (len(denoised.surface.vertices),)
+    assert (label == label.astype(int)).all() and label.min() >= 0 and label.max() < len(sphere)
+
+
+def test_colors_and_wide_attributes_are_carried(sphere):
+    colors = np.clip(0.5 + 0.5 * sphere, 0, 1)
+    out = atlasfit.denoise(sphere, colors=colors, attributes={"wide": np.float32(sphere)}, uv=False)
+    s = out.surface
+    assert s.corner_uv is None and s.face_charts is None
+    assert np.abs(s.colors[:, :3] - (0.5 + 0.5 * s.vertices)).mean() < 0.03
+    assert s.attributes["wide"].shape == s.vertices.shape
+
+
+def test_an_atlas_projects_and_evaluates(denoised):
+    atlas = denoised.atlas
+    assert atlas.charts == denoised.report.charts
+    off = 1.01 * denoised.points[:200]
+    p = atlas.project(off)
+    assert np.abs(np.linalg.norm(p.positions, axis=1) - 1).max() < 0.01
+    assert np.allclose(np.linalg.norm(p.positions - off, axis=1), p.distances, atol=1e-9)
+    chart = int(p.charts[0])
+    mine = p.charts == chart
+    places = atlas.evaluate(chart, p.chart_uv[mine])
+    assert np.abs(np.linalg.norm(places.positions, axis=1) - 1).max() < 0.02
+    assert (places.inside >= 0).all() and (places.inside <= 1).all()
+
+
+def test_an_atlas_outlives_its_result(sphere):
+    atlas = atlasfit.denoise(sphere, uv=False).atlas
+    gc.collect()
+    assert len(atlas.project(sphere[:10]).positions) == 10
+
+
+def test_points_that_are_not_finite_are_counted_and_stay(sphere):
+    dirty = sphere.copy()
+    dirty[7, 1] = np.nan
+    out = atlasfit.denoise(dirty, uv=False)
+    assert out.report.not_finite == 1
+    assert np.isnan(out.points[7, 1]) and out.charts[7] == atlasfit.NO_CHART
+
+
+def test_float32_columns_of_a_wider_array_give_what_a_plain_copy_gives(sphere):
+    wide = np.zeros((len(sphere), 5), np.float32)
+    wide[:, 1:4] = sphere
+    a = atlasfit.denoise(wide[:, 1:4], uv=False)
+    b = atlasfit.denoise(np.ascontiguousarray(wide[:, 1:4]), uv=False)
+    assert a.points.tobytes() == b.points.tobytes() and a.surface.vertices.tobytes() == b.surface.vertices.tobytes()
+
+
+def test_unwrapping_a_torus_keeps_its_polygons_whole():
+    vertices, quads = torus()
+    faces, polygons = triangles(quads)
+    seen = []
+    uv = atlasfit.unwrap(vertices, faces, face_polygons=polygons, progress=lambda stage, share: seen.append((stage, share)))
+    assert uv.corner_uv.shape == (len(faces), 3, 2) and uv.corner_uv.min() >= 0 and uv.corner_uv.max() <= 1
+    assert (uv.face_charts[0::2] == uv.face_charts[1::2]).all()
+    assert (uv.corner_uv[0::2, 0] == uv.corner_uv[1::2, 0]).all() and (uv.corner_uv[0::2, 2] == uv.corner_uv[1::2, 1]).all()
+    quality = atlasfit.measure_uv(vertices, faces, uv.corner_uv)
+    assert quality.flips == quality.overlapping_faces == 0 and quality.stretch_p95 < 1.2
+    assert seen and all(isinstance(stage, str) and 0 <= share <= 1 for stage, share in seen)
+
+
+def test_the_split_form_says_the_same():
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    uv = atlasfit.unwrap(vertices, faces)
+    new, sources, split_uv = uv.split()
+    assert (sources[new] == faces).all() and (split_uv[new] == uv.corner_uv).all()
+
+
+def test_seams_groups_and_hard_edges_are_kept():
+    vertices, quads = torus()
+    faces, polygons = triangles(quads)
+    ring = np.stack([np.arange(24), np.roll(np.arange(24), -1)], 1)
+    uv = atlasfit.unwrap(vertices, faces, seam_edges=ring, face_groups=(polygons % 24 < 12).astype(np.uint32), max_stretch=4)
+    left, right = polygons < 24, polygons >= 47 * 24
+    assert not set(uv.face_charts[polygons % 24 < 12]) & set(uv.face_charts[polygons % 24 >= 12])
+    corners = {}
+    for f in np.flatnonzero(left | right):
+        for k in range(3):
+            if faces[f, k] < 24:
+                corners.setdefault(faces[f, k], {True: set(), False: set()})[bool(left[f])].add(tuple(uv.corner_uv[f, k]))
+    assert all(not side[True] & side[False] for side in corners.values())
+
+
+def test_pages_and_a_given_density():
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    uv = atlasfit.unwrap(vertices, faces, page_size=(512, 256), texels_per_unit=100.0)
+    assert (uv.info.width, uv.info.height, uv.info.texels_per_unit) == (512, 256, 100.0)
+    assert uv.info.pages == uv.face_pages.max() + 1 > 1
+
+
+def test_seams_of_given_uvs_stay():
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    first = atlasfit.unwrap(vertices, faces, max_stretch=1.05)
+    again = atlasfit.unwrap(vertices, faces, corner_uv=first.corner_uv, max_stretch=3)
+    # A chart of the second lies in one of the first.
+    pairs = set(zip(again.face_charts.tolist(), first.face_charts.tolist()))
+    assert len(pairs) == again.info.charts
+
+
+def test_arrays_that_are_contiguous_go_in_as_they_lie():
+    for kind in (np.float32, np.float64):
+        a = np.zeros((5, 3), kind)
+        assert _arrays.positions(a, "points") is a
+        assert np.shares_memory(_arrays.positions(np.zeros((5, 6), kind)[:, 2:5], "points"), a) is False
+        wide = np.zeros((5, 6), kind)
+        assert np.shares_memory(_arrays.positions(wide[:, 2:5], "points"), wide)
+        assert np.shares_memory(_arrays.positions(wide[::2, 2:5], "points"), wide)
+    for kind in (np.int32, np.uint32):
+        f = np.zeros((4, 3), kind)
+        assert np.shares_memory(_arrays.indices(f, (-1, 3), "faces"), f)
+
+
+def test_arrays_that_are_not_contiguous_give_the_same_result():
+    vertices, quads = torus(24, 12)
+    faces, _ = triangles(quads)
+    plain = atlasfit.unwrap(vertices, faces)
+    for v, f in (
+        (np.asfortranarray(vertices), np.asfortranarray(faces)),
+        (vertices.astype(">f8"), faces.astype(np.int64)),
+        (vertices[::-1].copy()[::-1], faces[::-1].copy()[::-1]),
+        (vertices.tolist(), faces.tolist()),
+    ):
+        assert atlasfit.unwrap(v, f).corner_uv.tobytes() == plain.corner_uv.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "text"),
+    [
+        (lambda: atlasfit.denoise(np.zeros((5, 2))), ValueError, r"\(5, 2\)"),
+        (lambda: atlasfit.denoise(np.zeros((0, 3))), atlasfit.Error, ""),
+        (lambda: atlasfit.denoise(sphere_points(), detail=-1), atlasfit.Error, "detail"),
+        (lambda: atlasfit.denoise(sphere_points(), prior="magic"), ValueError, "magic"),
+        (lambda: atlasfit.denoise(sphere_points(), colors=np.zeros((2, 3))), ValueError, "2 rows"),
+        (lambda: atlasfit.denoise(sphere_points(), attributes={"a": np.zeros(2)}), ValueError, "'a'"),
+        (lambda: atlasfit.denoise(sphere_points(), speed=3), TypeError, "speed"),
+        (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0, 1, 7]]), atlasfit.Error, "7"),
+        (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0, 1, -1]]), ValueError, "-1"),
+        (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0.0, 1.0, 2.0]]), TypeError, "float64"),
+        (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0, 1, 2, 0]]), ValueError, r"\(1, 4\)"),
+        (lambda: atlasfit.unwrap(np.zeros((0, 3)), np.zeros((0, 3), int)), atlasfit.Error, ""),
+        (lambda: atlasfit.measure_uv(np.eye(3), [[0, 1, 2]], np.zeros((2, 3, 2))), ValueError, r"\(1, 3, 2\)"),
+    ],
+)
+def test_bad_input_is_an_exception_that_says_what_was_wrong(call, kind, text):
+    with pytest.raises(kind, match=text) as caught:
+        call()
+    assert str(caught.value)
+
+
+def test_an_error_carries_its_status():
+    with pytest.raises(atlasfit.Error) as caught:
+        atlasfit.unwrap(np.eye(3), [[0, 1, 7]])
+    assert caught.value.status == _abi.INDEX_OUT_OF_RANGE and caught.value.status_name
+
+
+def test_a_callback_that_returns_false_cancels(sphere):
+    with pytest.raises(atlasfit.Cancelled):
+        atlasfit.denoise(sphere, progress=lambda stage, share: False)
+
+
+def test_what_a_callback_raises_comes_out(sphere):
+    def progress(stage, share):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        atlasfit.denoise(sphere, progress=progress)
+
+
+def test_the_time_limit(sphere):
+    with pytest.raises(atlasfit.TimedOut):
+        atlasfit.denoise(sphere, time_limit=1e-4)
+
+
+def test_results_do_not_depend_on_threads():
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    one, two = (atlasfit.unwrap(vertices, faces, threads=t) for t in (1, 2))
+    assert one.corner_uv.tobytes() == two.corner_uv.tobytes()
+
+
+def test_a_token_cancels_from_another_thread_while_python_runs_on(sphere):
+    """Also shows that the lock is released: the main thread counts while the library works."""
+    token, ended = atlasfit.Cancel(), []
+    large = sphere_points(200_000)
+
+    def work():
+        try:
+            atlasfit.denoise(large, cancel=token)
+            ended.append("finished")
+        except atlasfit.Cancelled:
+            ended.append("cancelled")
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    turns, until = 0, time.monotonic() + 0.3
+    while time.monotonic() < until:
+        turns += 1
+    asked = time.monotonic()
+    token.request()
+    thread.join(10)
+    assert ended == ["cancelled"] and turns > 1000
+    print(f"cancelled after {1000 * (time.monotonic() - asked):.0f} ms")
+
+
+SCRIPT = """
+import sys, time, json, numpy as np, os
+sys.path[:0] = json.loads(os.environ["FOLDERS"])
+import atlasfit
+from shapes import sphere_points
+points = sphere_points(400_000)
+print("ready", flush=True)
+try:
+    atlasfit.denoise(points, **(dict(progress=lambda *a: None) if sys.argv[1] == "progress" else {}))
+    print("finished")
+except KeyboardInterrupt:
+    print("interrupted")
+assert atlasfit._abi.lib().atlasfit_live_handles() == 0
+"""
+
+
+@pytest.mark.parametrize("how", ["plain", "progress"])
+@pytest.mark.skipif(os.name == "nt", reason="no SIGINT to send")
+def test_ctrl_c_ends_the_run(how):
+    folders = json.dumps([str(Path(atlasfit.__file__).parents[1]), str(Path(__file__).parent)])
+    child = subprocess.Popen([sys.executable, "-c", SCRIPT, how], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"FOLDERS": folders})
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(0.3)
+    child.send_signal(signal.SIGINT)
+    out, err = child.communicate(timeout=60)
+    assert (out, err, child.returncode) == ("interrupted\n", "", 0)
+
+
+def test_importing_adds_little_to_numpy():
+    """Measured and printed: timing decides no test."""
+    script = "import time, numpy, ctypes; t = time.perf_counter(); import atlasfit; print(time.perf_counter() - t)"
+    paths = os.pathsep.join([str(Path(atlasfit.__file__).parents[1])])
+    seconds = min(
+        float(subprocess.run([sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=True).stdout)
+        for _ in range(3)
+    )
+    print(f"import atlasfit: {1000 * seconds:.0f} ms beyond numpy")
