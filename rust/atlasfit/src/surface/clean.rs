@@ -163,6 +163,15 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Re
     Ok(())
 }
 
+/// A connected part of the surface.
+struct Component {
+    triangles: Vec<u32>,
+    volume: f64,
+    mean_normal: Vec3,
+    /// Whether it is an open sheet rather than a body.
+    open: bool,
+}
+
 /// Orients each component consistently (breadth first where the field's orientation is only local), outward by its signed volume; drops components of fewer than
 /// `min_triangles`. One-sided components keep a seam of disagreeing neighbours.
 fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<'_>) -> Result<()> {
@@ -185,6 +194,7 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
     let mut state = vec![0u8; n]; // 0 unseen, 1 as is, 2 flipped
     let mut keep = vec![true; n];
     let mut component = Vec::new();
+    let mut found: Vec<Component> = Vec::new();
     for start in 0..n {
         if state[start] != 0 {
             continue;
@@ -230,18 +240,18 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
             area += norm(n);
             volume += dot(a, n) / 3.0;
         }
-        // A closed surface faces outward. An open sheet like a terrain faces along the axis that it faces most, upward.
         let facing = norm(mean_normal) / area.max(1e-300);
         let roundness = 6.0 * std::f64::consts::PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
-        let volume = if facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1 {
-            let axis =
-                (0..3).max_by(|&i, &j| mean_normal[i].abs().total_cmp(&mean_normal[j].abs())).unwrap_or(2);
-            mean_normal[axis]
-        } else {
-            volume
-        };
-        let invert = volume < 0.0;
-        for &t in &component {
+        let open = facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1;
+        found.push(Component { triangles: component.clone(), volume, mean_normal, open });
+    }
+    // A closed surface faces outward. Open sheets, such as parts of a terrain, face along the one axis that they face most, upward.
+    let faced =
+        [0, 1, 2].map(|k| found.iter().filter(|c| c.open).map(|c| c.mean_normal[k].abs()).sum::<f64>());
+    let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);
+    for c in &found {
+        let invert = if c.open { c.mean_normal[up] } else { c.volume } < 0.0;
+        for &t in &c.triangles {
             if (state[t as usize] == 2) != invert {
                 s.triangles[t as usize].swap(1, 2);
             }
