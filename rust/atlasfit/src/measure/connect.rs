@@ -75,7 +75,6 @@ pub struct Edges(Vec<(u64, u32)>);
 
 impl Edges {
     /// Sorts the half-edges of triangles by edge, then by face.
-    #[must_use]
     ///
     /// # Errors
     /// Cancelled or out of time.

@@ -67,7 +67,7 @@ pub(super) fn edges(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<Edg
 
 /// Calls `ctx.check()` now and then in a long loop.
 fn tick(i: usize, ctx: &Context<'_>) -> Result<()> {
-    if i % CHECK == 0 { ctx.check() } else { Ok(()) }
+    if i.is_multiple_of(CHECK) { ctx.check() } else { Ok(()) }
 }
 
 /// Splits the quads, drops what is not manifold, orients, removes specks smaller than `min_triangles`.
