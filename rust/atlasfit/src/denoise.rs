@@ -150,9 +150,11 @@ const SLIT: f64 = 3.0;
 const SPECK: f64 = 180.0;
 /// Whatever the voxels, fewer triangles are a speck.
 const LEAST_SPECK: f64 = 8.0;
-/// Voxels are at least this share of the root mean square of the spacing: where few points in clumps set the median, voxels of its size would be many
-/// times as many as the points.
-const VOXEL_SPREAD: f64 = 0.28;
+/// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels of its size would be many times as many
+/// as the points.
+const VOXEL_SPREAD: f64 = 0.2;
+/// A point alone covers a disk as wide as this many spacings.
+const ALONE: f64 = 4.2;
 /// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts (measured).
 const BYTES_PER_POINT: u64 = 700;
 /// Memory for one triangle while UVs are laid out (measured).
@@ -310,7 +312,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
     ctx.advance(1);
     let mut projected = project::project_members(&points, &fitted, &members, ctx)?;
-    let spread = analysis.spacing.iter().map(|&s| f64::from(s).min(project::WIDEST * median_spacing).powi(2));
+    let widest = ALONE * project::WIDEST * median_spacing;
+    let spread = analysis.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
     let spread = (spread.sum::<f64>() / points.len() as f64).sqrt();
     let voxel = (VOXEL * median_spacing).max(VOXEL_SPREAD * spread) / options.detail;
     // What lies so far away that its voxels have no name is set aside.

@@ -25,6 +25,9 @@ pub struct Relation {
     pub agreement: f64,
 }
 
+/// Two overlapping charts, the first less than the second.
+pub type Pair = (u32, u32);
+
 /// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose charts contradict each other
 /// over whole overlaps.
 const MIN_CONFLICT: f64 = 1.0;
@@ -88,14 +91,11 @@ pub fn relations(
     Ok(out)
 }
 
-/// Pairs of charts, ascending, that no choice of signs reconciles.
-pub type Conflicts = Vec<(u32, u32)>;
-
 /// Signs per chart from the relations, and the relations that the signs contradict.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Result<(Vec<f64>, Conflicts)> {
+pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Result<(Vec<f64>, Vec<Pair>)> {
     let mut order: Vec<u32> = (0..relations.len() as u32).collect();
     let strongest_first = |&x: &u32, &y: &u32| {
         let (x, y) = (relations[x as usize], relations[y as usize]);
@@ -136,7 +136,7 @@ pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Resul
     }
     let signs: Vec<f64> =
         (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
-    let conflicts: Vec<(u32, u32)> = relations
+    let conflicts: Vec<Pair> = relations
         .iter()
         .filter(|r| {
             r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0

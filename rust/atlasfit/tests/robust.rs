@@ -81,7 +81,7 @@ fn clumps_of_many_points_within_one_spacing_neither_hang_nor_spoil_the_rest() {
     let truth = sphere(3000, 1);
     let mut points = truth.noisy(0.2, 1);
     let mut rng = Rng::new(2);
-    for k in 0..20_000 {
+    for k in 0..8_000 {
         let (at, v) = (truth.points[k % 2], uniform(&mut rng));
         points.push([0, 1, 2].map(|i| at[i] + 0.3 * truth.spacing * v[i]));
     }

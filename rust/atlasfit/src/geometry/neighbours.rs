@@ -35,8 +35,8 @@ impl Block {
     /// Squared distance of `q` to the box about the points.
     #[inline]
     fn away(&self, q: Vec3) -> f64 {
-        let beyond = |k: usize| (self.low[k] - q[k]).max(q[k] - self.high[k]).max(0.0);
-        [0, 1, 2].map(|k| beyond(k) * beyond(k)).iter().sum()
+        let d = [0, 1, 2].map(|k| (self.low[k] - q[k]).max(q[k] - self.high[k]).max(0.0));
+        d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     }
     fn neighbour(&self, item: u32, dist2: f64) -> Neighbour {
         Neighbour { dist2, index: self.of[item as usize] }

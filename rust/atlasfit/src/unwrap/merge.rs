@@ -219,7 +219,7 @@ fn join(
     if paths.len() > 1 {
         let (motion, rms) = align(a, b, &shared);
         if rms < 0.05 * a.area.min(b.area).sqrt()
-            && let Some(c) = glue(s, charts, a, b, &shared, motion, bound, ctx)
+            && let Some(c) = glue(s, charts, a, b, (&shared, motion), bound, ctx)
         {
             return Some(c);
         }
@@ -234,7 +234,7 @@ fn join(
     if rms * rms > MISMATCH * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
-    glue(s, charts, a, b, &best, motion, bound, ctx)
+    glue(s, charts, a, b, (&best, motion), bound, ctx)
 }
 
 /// Connected runs of shared edges.
@@ -415,14 +415,12 @@ fn patch(s: &Surface, a: &Chart, b: &Chart, shared: &[Shared], motion: Motion) -
 }
 
 /// Joins two charts along given edges, if the result stretches little enough and is injective.
-#[expect(clippy::too_many_arguments, reason = "one call; all of it belongs to two charts and their border")]
 fn glue(
     s: &Surface,
     charts: &Charts,
     a: &Chart,
     b: &Chart,
-    shared: &[Shared],
-    motion: Motion,
+    (shared, motion): (&[Shared], Motion),
     bound: f64,
     ctx: &Context<'_>,
 ) -> Option<Chart> {
