@@ -95,8 +95,8 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
                 library.get_or_insert_with(|| rest_of(content, key));
                 true
             }
-            b"s" | b"usemap" | b"mg" | b"maplib" | b"lod" | b"bevel" | b"c_interp"
-            | b"d_interp" | b"shadow_obj" | b"trace_obj" => true,
+            b"s" | b"usemap" | b"mg" | b"maplib" | b"lod" | b"bevel" | b"c_interp" | b"d_interp"
+            | b"shadow_obj" | b"trace_obj" => true,
             b"l" | b"p" => {
                 input.report.add("line and point elements, left out (their vertices are kept)", 1, None);
                 true

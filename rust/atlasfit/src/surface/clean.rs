@@ -103,7 +103,8 @@ pub fn triangulate(
     drop(quads);
     // Edges in more than two triangles: all their triangles go; the hole is closed later if it is small. So do neighbours that face opposite ways where
     // the surface has two sides: there a stray chart joins one side to the other.
-    let torn = |g: &[Edge]| g.len() > 2 || (!one_sided && g.len() == 2 && runs_down(&g[0]) == runs_down(&g[1]));
+    let torn =
+        |g: &[Edge]| g.len() > 2 || (!one_sided && g.len() == 2 && runs_down(&g[0]) == runs_down(&g[1]));
     let list = edges(&triangles, ctx)?;
     let mut bad = vec![false; triangles.len()];
     for group in groups(&list).filter(|g| torn(g)) {
