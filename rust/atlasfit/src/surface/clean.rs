@@ -343,6 +343,23 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
         }
         ctx.check()?;
     }
+    // Their normals too come from the triangles now.
+    let mut sum = vec![[0.0; 3]; s.positions.len()];
+    for (i, t) in s.triangles.iter().enumerate() {
+        tick(i, ctx)?;
+        if t.iter().any(|&v| free[v as usize]) {
+            let [a, b, c] = t.map(|v| s.positions[v as usize]);
+            let n = cross(sub(b, a), sub(c, a));
+            for &v in t {
+                sum[v as usize] = add(sum[v as usize], n);
+            }
+        }
+    }
+    for ((n, sum), _) in s.normals.iter_mut().zip(&sum).zip(&free).filter(|x| *x.1) {
+        if norm(*sum) > 0.0 {
+            *n = normalize(*sum);
+        }
+    }
     Ok(())
 }
 
