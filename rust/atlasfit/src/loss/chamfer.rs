@@ -60,13 +60,23 @@ impl Chamfer {
         Ok(Self { points, tree, around, last: Vec::new() })
     }
 
-    /// The Chamfer distance to finite `samples`; its gradient is added to `gradient`, one per sample.
+    /// Number of points of the scan.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The Chamfer distance to finite `samples`; its gradient is added to `gradient`, one per sample. `weights` are those of the samples'
+    /// distances to points and of the points' to samples, 1 in the paper; of the points only each `part[1]`-th from `part[0]` on look for
+    /// samples.
     ///
     /// # Errors
     /// Cancelled, out of time; [`crate::Error::EmptyInput`] without samples.
     pub fn value_gradient(
         &mut self,
         samples: &[Sample],
+        part: [usize; 2],
+        weights: [f64; 2],
         gradient: &mut [Sample],
         ctx: &Context<'_>,
     ) -> Result<f64> {
@@ -84,15 +94,15 @@ impl Chamfer {
                     *last = self
                         .settle(s, *last)
                         .unwrap_or_else(|| self.tree.nearest_one(s.map(f64::from)).index);
-                    sum += f64::from(pull(s, &self.points[*last as usize], g));
+                    sum += f64::from(pull(s, &self.points[*last as usize], weights[0] as f32, g));
                 }
                 Ok(sum)
             })
             .collect::<Result<Vec<f64>>>()?
             .iter()
             .sum();
-        let nearest = self
-            .points
+        let some: Vec<Sample> = self.points.iter().skip(part[0]).step_by(part[1]).copied().collect();
+        let nearest = some
             .par_chunks(BLOCK)
             .map(|points| {
                 ctx.check()?;
@@ -101,8 +111,9 @@ impl Chamfer {
             .collect::<Result<Vec<_>>>()?
             .concat();
         let mut to_samples = 0.0;
-        for (p, &i) in self.points.iter().zip(&nearest) {
-            to_samples += f64::from(pull(&samples[i as usize], p, &mut gradient[i as usize]));
+        for (p, &i) in some.iter().zip(&nearest) {
+            to_samples +=
+                f64::from(pull(&samples[i as usize], p, weights[1] as f32, &mut gradient[i as usize]));
         }
         self.last = last;
         Ok(to_points + to_samples)
@@ -128,15 +139,15 @@ fn distance2(a: &Sample, b: &Sample) -> f32 {
     d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
 }
 
-/// Squared distance from `s` to `p`; its gradient with respect to `s` is added to `g`.
-fn pull(s: &Sample, p: &Sample, g: &mut Sample) -> f32 {
+/// Weighted squared distance from `s` to `p`; its gradient with respect to `s` is added to `g`.
+fn pull(s: &Sample, p: &Sample, weight: f32, g: &mut Sample) -> f32 {
     let mut sum = 0.0;
     for k in 0..3 {
         let d = s[k] - p[k];
-        g[k] += 2.0 * d;
+        g[k] += 2.0 * weight * d;
         sum += d * d;
     }
-    sum
+    weight * sum
 }
 
 #[cfg(test)]
@@ -149,7 +160,13 @@ mod tests {
         Run::default()
             .execute(|ctx| {
                 let mut gradient = vec![[0.0; 3]; samples.len()];
-                let value = Chamfer::new(points, ctx)?.value_gradient(samples, &mut gradient, ctx)?;
+                let value = Chamfer::new(points, ctx)?.value_gradient(
+                    samples,
+                    [0, 1],
+                    [1.0; 2],
+                    &mut gradient,
+                    ctx,
+                )?;
                 Ok((value, gradient))
             })
             .unwrap()
@@ -220,7 +237,7 @@ mod tests {
                     let known = |(s, last): (&Sample, &u32)| chamfer.settle(s, *last).is_some();
                     settled += samples.iter().zip(&chamfer.last).filter(|x| known(*x)).count();
                     let mut gradient = vec![[0.0; 3]; samples.len()];
-                    let value = chamfer.value_gradient(&samples, &mut gradient, ctx)?;
+                    let value = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
                     assert_eq!((value, gradient), run(&points, &samples));
                 }
                 Ok(())
