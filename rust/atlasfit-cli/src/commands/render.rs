@@ -102,7 +102,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 }
 
 /// Writes beside the output, then renames: a failed run leaves what was there.
-fn write_png(path: &Path, picture: &Picture) -> Result<()> {
+pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.size[0] as u32, picture.size[1] as u32);
     encoder.set_color(png::ColorType::Rgb);
