@@ -8,7 +8,7 @@ use crate::sized::{self, Sized};
 use crate::status::{self, ATLASFIT_INDEX_OUT_OF_RANGE, Failure, atlasfit_status, guard};
 use atlasfit::atlas::query::Atlas;
 use atlasfit::denoise::{DenoiseOptions, Denoised, Outliers, Prior};
-use atlasfit::prior::mlp::MlpOptions;
+use atlasfit::prior::explicit::{NetworkOptions, Recipe};
 use std::sync::Arc;
 
 /// atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
@@ -59,7 +59,7 @@ unsafe impl Sized for atlasfit_denoise_options {
     const NAME: &str = "atlasfit_denoise_options";
     const FIRST: usize = size_of::<Self>();
     fn defaults() -> Self {
-        let (d, mlp) = (DenoiseOptions::default(), MlpOptions::default());
+        let (d, mlp) = (DenoiseOptions::default(), NetworkOptions::default());
         Self {
             struct_size: size_of::<Self>(),
             noise: d.noise.unwrap_or(0.0),
@@ -67,7 +67,7 @@ unsafe impl Sized for atlasfit_denoise_options {
             fill_holes: d.fill_holes,
             charts: d.charts.map_or(0, |n| n as u32),
             prior: match d.prior {
-                Prior::Mlp(_) => ATLASFIT_PRIOR_MLP,
+                Prior::Network(_) => ATLASFIT_PRIOR_MLP,
                 _ => ATLASFIT_PRIOR_GP,
             },
             outliers: match d.outliers {
@@ -92,12 +92,14 @@ impl atlasfit_denoise_options {
         };
         let prior = match self.prior {
             ATLASFIT_PRIOR_GP => Prior::Gp,
-            ATLASFIT_PRIOR_MLP => Prior::Mlp(MlpOptions {
+            ATLASFIT_PRIOR_MLP => Prior::Network(NetworkOptions {
+                // The options below are those of the paper's recipe.
+                recipe: Recipe::Paper,
                 charts: self.mlp_charts as usize,
                 iterations: self.mlp_iterations as usize,
                 stretch_weight: self.mlp_stretch_weight,
                 learning_rate: self.mlp_learning_rate,
-                ..MlpOptions::default()
+                ..NetworkOptions::default()
             }),
             other => return unknown("prior", other, "ATLASFIT_PRIOR_GP or ATLASFIT_PRIOR_MLP"),
         };

@@ -450,3 +450,17 @@ fn bad_scans_give_a_result_or_a_clear_error_and_never_touch_the_output_on_failur
         folder.names().into_iter().filter(|n| n.contains("part") || n.contains("tmp")).collect();
     assert!(left.is_empty(), "{left:?}");
 }
+
+#[test]
+fn the_papers_bench_keeps_each_result_and_does_not_do_it_again() {
+    let folder = Folder::new("paper");
+    let fits = || {
+        let run = run(&[&"bench", &"paper", &"--quick", &"--only", &"dots", &"-o", &folder.0]);
+        assert!(run.status.success(), "{}", err(&run));
+        (out(&run), std::fs::read_to_string(folder.0.join("results.jsonl")).unwrap())
+    };
+    let (report, results) = fits();
+    assert_eq!(results.lines().count(), 1);
+    assert!(report.contains("dotted drawing") && folder.names().contains(&"dots-curve.png".to_string()));
+    assert_eq!(fits(), (report, results));
+}

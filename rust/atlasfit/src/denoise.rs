@@ -13,7 +13,9 @@ use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
 use crate::partition::{self, PATCH_SIZE, grow, tubes};
-use crate::prior::mlp::{self, MlpOptions};
+use crate::prior;
+use crate::prior::explicit::{self, NetworkOptions};
+use crate::prior::level_set::{self, LevelSetOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
 use crate::scan::{self, Scan};
@@ -28,9 +30,11 @@ pub enum Prior {
     /// The Gaussian-process limit of the paper's networks.
     #[default]
     Gp,
-    /// The paper's networks. The scan is projected onto a few large network charts first; what is left of the noise is then taken
-    /// for the scan's, and everything after that is the same as for the default.
-    Mlp(MlpOptions),
+    /// The paper's explicit networks, fully connected or convolutional. The scan is projected onto a few large network charts first; what is
+    /// left of the noise is then taken for the scan's, and everything after that is the same as for the default.
+    Network(NetworkOptions),
+    /// The paper's level set of one network; the scan is projected onto it first, as with the explicit networks.
+    LevelSet(LevelSetOptions),
 }
 
 /// What to do with points that no chart claims.
@@ -222,7 +226,8 @@ fn validate(o: &DenoiseOptions) -> Result<()> {
     }
     match &o.prior {
         Prior::Gp => Ok(()),
-        Prior::Mlp(how) => how.validate(),
+        Prior::Network(how) => how.validate(),
+        Prior::LevelSet(how) => how.validate(),
     }
 }
 
@@ -239,11 +244,15 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     };
     let Scan { mut points, mut of_input, mut tree, mut spacing, noise, origin, scale, .. } = scan;
     let mut sigma = noise;
-    if let Prior::Mlp(how) = &options.prior {
+    let guide = match &options.prior {
+        Prior::Gp => None,
+        Prior::Network(how) => Some(explicit::fit(&points, how, ctx)?.surface()),
+        Prior::LevelSet(how) => Some(level_set::fit(&points, noise, how, ctx)?),
+    };
+    if let Some(guide) = guide {
         drop(tree);
-        let atlas = mlp::fit(&points, how, ctx)?;
         ctx.stage(Stage::Project, points.len());
-        let mut clean = atlas.project(&points, ctx)?;
+        let mut clean = prior::project(&guide, &points, ctx)?;
         // Where the networks have not followed the scan, it stays as it is: a limit as for any other chart and its points.
         let limit = (grow::TUKEY * noise).powi(2);
         for (c, p) in clean.iter_mut().zip(&points) {

@@ -4,6 +4,8 @@
 //! measured here, by the same code. The oracle is the best of the peers' settings in each cell, picked by someone who knows
 //! the truth.
 
+mod paper;
+
 use crate::console::{Console, RunArgs};
 use crate::files;
 use crate::number::short;
@@ -24,6 +26,8 @@ pub enum Bench {
     Denoise(Args),
     /// Charts, seams, stretch, coverage and time of unwrapping, beside uvunwrap, xatlas and Blender
     Unwrap(super::bench_unwrap::Args),
+    /// The tables of Deep Manifold Prior with its networks, beside the default prior
+    Paper(paper::Args),
 }
 
 /// Options of `bench denoise`.
@@ -119,13 +123,14 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
     let temporary = std::env::temp_dir().join(format!("atlasfit-bench-{}", std::process::id()));
     let keep = match bench {
         Bench::Denoise(args) => args.keep.clone(),
-        Bench::Unwrap(_) => None,
+        Bench::Unwrap(_) | Bench::Paper(_) => None,
     };
     let folder = keep.clone().unwrap_or_else(|| temporary.clone());
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let done = match bench {
         Bench::Denoise(args) => denoise(args, &folder, console),
         Bench::Unwrap(args) => super::bench_unwrap::run(args, &folder, console),
+        Bench::Paper(args) => paper::run(args, console),
     };
     if keep.is_none() {
         // What cannot be removed stays in the system's temporary folder.
@@ -145,7 +150,8 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
             let (truth_path, noisy_path) =
                 (folder.join(format!("{shape}.ply")), folder.join(format!("{shape}-{sigma}.ply")));
             python(
-                args,
+                &args.python,
+                &args.scripts,
                 "shapes.py",
                 &[
                     shape,
@@ -299,7 +305,7 @@ fn peers(
     let mut command = vec![text(noisy), text(folder), args.repeat.to_string()];
     command.extend(settings.iter().map(|s| (*s).clone()));
     let command: Vec<&str> = command.iter().map(String::as_str).collect();
-    let out = python(args, "poisson.py", &command)?;
+    let out = python(&args.python, &args.scripts, "poisson.py", &command)?;
     let mut rows = Vec::new();
     for line in out.lines().filter(|l| l.starts_with('{')) {
         let said: Value = serde_json::from_str(line).context("poisson.py said something that is no JSON")?;
@@ -339,13 +345,13 @@ fn measured(mesh: &TriMesh, truth: &TriMesh, args: &Args, console: &Console) -> 
     }))
 }
 
-fn python(args: &Args, script: &str, arguments: &[&str]) -> Result<String> {
-    let path = args.scripts.join(script);
-    let out = Command::new(&args.python)
+fn python(program: &Path, scripts: &Path, script: &str, arguments: &[&str]) -> Result<String> {
+    let path = scripts.join(script);
+    let out = Command::new(program)
         .arg(&path)
         .args(arguments)
         .output()
-        .with_context(|| format!("cannot start {}. Give --python PROGRAM", args.python.display()))?;
+        .with_context(|| format!("cannot start {}. Give --python PROGRAM", program.display()))?;
     if !out.status.success() {
         let said = String::from_utf8_lossy(&out.stderr);
         let last = said.lines().rev().find(|l| !l.trim().is_empty()).unwrap_or("no message");

@@ -191,7 +191,6 @@ fn installed(args: &Args, console: &Console) -> Result<Vec<String>> {
 }
 
 /// Our layout, and the median time.
-#[expect(clippy::type_complexity, reason = "UVs per corner")]
 fn ours(mesh: &TriMesh, args: &Args, console: &Console) -> Result<(Vec<[[f32; 2]; 3]>, f64)> {
     let options = UnwrapOptions { max_stretch: args.max_stretch, ..UnwrapOptions::default() };
     let mut times = Vec::new();

@@ -7,7 +7,8 @@ use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::denoise::{self, Report};
-use atlasfit::prior::mlp::MlpOptions;
+use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit::prior::level_set::LevelSetOptions;
 use atlasfit_io::{SaveCloud, SaveMesh, Saved, Texture, save_cloud, save_mesh};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -40,6 +41,9 @@ pub struct Args {
     /// What smooth means
     #[arg(long, value_enum, default_value = "gp", help_heading = "Fit")]
     prior: Prior,
+    /// How networks are trained
+    #[arg(long, value_enum, default_value = "fast", help_heading = "Fit")]
+    recipe: TrainingRecipe,
     /// Fill holes whose boundary is shorter than this, in the scan's unit
     #[arg(long, default_value_t = 0.0, value_name = "LENGTH", value_parser = not_negative, help_heading = "Fit")]
     fill_holes: f64,
@@ -65,8 +69,39 @@ pub struct Args {
 enum Prior {
     /// The Gaussian-process limit of the paper's networks
     Gp,
-    /// The paper's networks, trained on the scan first: about a hundred times slower
+    /// The paper's fully connected networks, trained on the scan first: many times slower
     Mlp,
+    /// The paper's convolutional networks
+    Conv,
+    /// The paper's level set: closed surfaces only
+    LevelSet,
+}
+
+/// How networks are trained.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum TrainingRecipe {
+    /// From coarse to fine, learning rates that fall
+    Fast,
+    /// As in the paper: all samples at every step
+    Paper,
+}
+
+impl Args {
+    fn prior(&self) -> denoise::Prior {
+        let recipe = match self.recipe {
+            TrainingRecipe::Fast => Recipe::Fast,
+            TrainingRecipe::Paper => Recipe::Paper,
+        };
+        let network = |network| {
+            denoise::Prior::Network(NetworkOptions { network, recipe, ..NetworkOptions::default() })
+        };
+        match self.prior {
+            Prior::Gp => denoise::Prior::Gp,
+            Prior::Mlp => network(Network::Dense),
+            Prior::Conv => network(Network::Conv),
+            Prior::LevelSet => denoise::Prior::LevelSet(LevelSetOptions::default()),
+        }
+    }
 }
 
 /// Points that belong to no surface.
@@ -125,10 +160,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         noise: args.noise.0,
         detail: args.detail,
         charts: args.charts.0,
-        prior: match args.prior {
-            Prior::Gp => denoise::Prior::Gp,
-            Prior::Mlp => denoise::Prior::Mlp(MlpOptions::default()),
-        },
+        prior: args.prior(),
         fill_holes: args.fill_holes,
         texture_size,
         outliers: match args.outliers {

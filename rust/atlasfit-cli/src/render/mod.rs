@@ -15,7 +15,8 @@ use atlasfit::measure::connect::{Edges, weld};
 use atlasfit::{Context, Error, Result};
 use camera::{Camera, Up, View};
 use canvas::{Canvas, NOTHING, OVER, Primitive, Weights};
-use color::{Rgb, chart_color, mix, scaled};
+pub use color::chart_color;
+use color::{Rgb, mix, scaled};
 use rayon::prelude::*;
 
 /// What to show.

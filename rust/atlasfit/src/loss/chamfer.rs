@@ -29,6 +29,8 @@ pub struct Chamfer {
     around: Vec<(Vec<u32>, f32)>,
     /// For each sample its nearest point in the last call.
     last: Vec<u32>,
+    /// For each point its nearest sample in the last call that asked.
+    last_sample: Vec<u32>,
 }
 
 impl Chamfer {
@@ -56,22 +58,30 @@ impl Chamfer {
             })
             .collect::<Result<Vec<_>>>()?
             .concat();
-        let points = points.iter().map(|p| p.map(|x| x as f32)).collect();
-        Ok(Self { points, tree, around, last: Vec::new() })
+        let points: Vec<Sample> = points.iter().map(|p| p.map(|x| x as f32)).collect();
+        Ok(Self { last_sample: vec![u32::MAX; points.len()], points, tree, around, last: Vec::new() })
     }
 
-    /// The Chamfer distance to finite `samples`; its gradient is added to `gradient`, one per sample.
+    /// Number of points of the scan.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The Chamfer distance to finite `samples`; its gradient is added to `gradient`, one per sample. `weights` are those of the samples'
+    /// distances to points and of the points' to samples, 1 in the paper; of the points only each `part[1]`-th from `part[0]` on look for
+    /// samples.
     ///
     /// # Errors
     /// Cancelled, out of time; [`crate::Error::EmptyInput`] without samples.
     pub fn value_gradient(
         &mut self,
         samples: &[Sample],
+        part: [usize; 2],
+        weights: [f64; 2],
         gradient: &mut [Sample],
         ctx: &Context<'_>,
     ) -> Result<f64> {
-        let wide: Vec<Vec3> = samples.iter().map(|s| s.map(f64::from)).collect();
-        let moving = Neighbours::build(&wide, ctx)?;
         let mut last = std::mem::take(&mut self.last);
         last.resize(samples.len(), u32::MAX);
         let to_points: f64 = samples
@@ -84,25 +94,48 @@ impl Chamfer {
                     *last = self
                         .settle(s, *last)
                         .unwrap_or_else(|| self.tree.nearest_one(s.map(f64::from)).index);
-                    sum += f64::from(pull(s, &self.points[*last as usize], g));
+                    sum += f64::from(pull(s, &self.points[*last as usize], weights[0] as f32, g));
                 }
                 Ok(sum)
             })
             .collect::<Result<Vec<f64>>>()?
             .iter()
             .sum();
-        let nearest = self
-            .points
+        let some: Vec<usize> = (part[0]..self.points.len()).step_by(part[1]).collect();
+        // How far the last nearest samples are now: near ones are sought in cells, far ones in a tree.
+        let bound = |i: usize| {
+            let last = samples.get(self.last_sample[i] as usize);
+            last.map_or(f32::INFINITY, |s| distance2(s, &self.points[i]))
+        };
+        let mean = some.iter().map(|&i| f64::from(bound(i)).sqrt()).sum::<f64>() / some.len().max(1) as f64;
+        let cells = Cells::new(samples);
+        let tree = match mean <= FAR * f64::from(cells.size) {
+            true => None,
+            false => {
+                Some(Neighbours::build(&samples.iter().map(|s| s.map(f64::from)).collect::<Vec<_>>(), ctx)?)
+            }
+        };
+        let nearest = some
             .par_chunks(BLOCK)
-            .map(|points| {
+            .map(|some| {
                 ctx.check()?;
-                Ok(points.iter().map(|p| moving.nearest_one(p.map(f64::from)).index).collect::<Vec<_>>())
+                Ok(some
+                    .iter()
+                    .map(|&i| match &tree {
+                        Some(tree) => tree.nearest_one(self.points[i].map(f64::from)).index,
+                        None => cells.nearest(&self.points[i], self.last_sample[i], bound(i)),
+                    })
+                    .collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>>>()?
             .concat();
+        for (&i, &n) in some.iter().zip(&nearest) {
+            self.last_sample[i] = n;
+        }
         let mut to_samples = 0.0;
-        for (p, &i) in self.points.iter().zip(&nearest) {
-            to_samples += f64::from(pull(&samples[i as usize], p, &mut gradient[i as usize]));
+        for (&i, &n) in some.iter().zip(&nearest) {
+            let (s, p) = (&samples[n as usize], &self.points[i]);
+            to_samples += f64::from(pull(s, p, weights[1] as f32, &mut gradient[n as usize]));
         }
         self.last = last;
         Ok(to_points + to_samples)
@@ -123,20 +156,102 @@ impl Chamfer {
     }
 }
 
+/// Mean distance to the last nearest samples, in cells, above which a tree is faster.
+const FAR: f64 = 2.0;
+
+/// Samples sorted into cells: made at every step in a fraction of the time of a tree.
+struct Cells {
+    low: Sample,
+    size: f32,
+    count: [usize; 3],
+    /// Where each cell's samples begin; one entry more than cells.
+    start: Vec<u32>,
+    /// Samples with their indices, cell after cell.
+    sorted: Vec<(Sample, u32)>,
+}
+
+impl Cells {
+    /// Sorts finite samples; there is at least one.
+    fn new(samples: &[Sample]) -> Self {
+        let fold = |f: fn(f32, f32) -> f32, from: f32| -> Sample {
+            [0, 1, 2].map(|k| samples.iter().map(|s| s[k]).fold(from, f))
+        };
+        let (low, high) = (fold(f32::min, f32::INFINITY), fold(f32::max, f32::NEG_INFINITY));
+        let longest = (0..3).map(|k| high[k] - low[k]).fold(1e-6, f32::max);
+        // A few samples in each cell that a surface of this extent passes through.
+        let side = (0.35 * (samples.len() as f32).sqrt()).clamp(4.0, 64.0);
+        let size = longest / side;
+        let count = [0, 1, 2].map(|k| ((high[k] - low[k]) / size) as usize + 1);
+        let mut cells = Self { low, size, count, start: Vec::new(), sorted: Vec::new() };
+        let cell: Vec<u32> =
+            samples.iter().map(|s| cells.index([0, 1, 2].map(|k| cells.at(s[k], k))) as u32).collect();
+        let mut start = vec![0u32; count[0] * count[1] * count[2] + 1];
+        for &c in &cell {
+            start[c as usize + 1] += 1;
+        }
+        for i in 1..start.len() {
+            start[i] += start[i - 1];
+        }
+        let mut next = start.clone();
+        cells.sorted = vec![([0.0; 3], 0); samples.len()];
+        for (i, (s, &c)) in samples.iter().zip(&cell).enumerate() {
+            let to = &mut next[c as usize];
+            cells.sorted[*to as usize] = (*s, i as u32);
+            *to += 1;
+        }
+        cells.start = start;
+        cells
+    }
+
+    /// The cell of a coordinate along an axis, the border's outside.
+    fn at(&self, x: f32, axis: usize) -> usize {
+        (((x - self.low[axis]) / self.size).max(0.0) as usize).min(self.count[axis] - 1)
+    }
+
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        (x * self.count[1] + y) * self.count[2] + z
+    }
+
+    /// The sample nearest to `p`; `last` lies at the squared distance `bound` (infinite: is none).
+    fn nearest(&self, p: &Sample, last: u32, bound: f32) -> u32 {
+        let mut best = (bound, last);
+        let look = |from: usize, to: usize, best: &mut (f32, u32)| {
+            for (s, i) in &self.sorted[self.start[from] as usize..self.start[to + 1] as usize] {
+                let d = distance2(s, p);
+                if d < best.0 {
+                    *best = (d, *i);
+                }
+            }
+        };
+        // The own cell first: it makes the rest small.
+        let own = self.index([0, 1, 2].map(|k| self.at(p[k], k)));
+        look(own, own, &mut best);
+        let reach = if best.0.is_finite() { best.0.sqrt() * (1.0 + 1e-5) + ROUNDING } else { 4.0 };
+        let [x, y, z] = [0, 1, 2].map(|k| (self.at(p[k] - reach, k), self.at(p[k] + reach, k)));
+        for i in x.0..=x.1 {
+            for j in y.0..=y.1 {
+                // Cells along the last axis lie side by side.
+                look(self.index([i, j, z.0]), self.index([i, j, z.1]), &mut best);
+            }
+        }
+        best.1
+    }
+}
+
 fn distance2(a: &Sample, b: &Sample) -> f32 {
     let d: Sample = std::array::from_fn(|k| a[k] - b[k]);
     d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
 }
 
-/// Squared distance from `s` to `p`; its gradient with respect to `s` is added to `g`.
-fn pull(s: &Sample, p: &Sample, g: &mut Sample) -> f32 {
+/// Weighted squared distance from `s` to `p`; its gradient with respect to `s` is added to `g`.
+fn pull(s: &Sample, p: &Sample, weight: f32, g: &mut Sample) -> f32 {
     let mut sum = 0.0;
     for k in 0..3 {
         let d = s[k] - p[k];
-        g[k] += 2.0 * d;
+        g[k] += 2.0 * weight * d;
         sum += d * d;
     }
-    sum
+    weight * sum
 }
 
 #[cfg(test)]
@@ -149,7 +264,13 @@ mod tests {
         Run::default()
             .execute(|ctx| {
                 let mut gradient = vec![[0.0; 3]; samples.len()];
-                let value = Chamfer::new(points, ctx)?.value_gradient(samples, &mut gradient, ctx)?;
+                let value = Chamfer::new(points, ctx)?.value_gradient(
+                    samples,
+                    [0, 1],
+                    [1.0; 2],
+                    &mut gradient,
+                    ctx,
+                )?;
                 Ok((value, gradient))
             })
             .unwrap()
@@ -220,7 +341,7 @@ mod tests {
                     let known = |(s, last): (&Sample, &u32)| chamfer.settle(s, *last).is_some();
                     settled += samples.iter().zip(&chamfer.last).filter(|x| known(*x)).count();
                     let mut gradient = vec![[0.0; 3]; samples.len()];
-                    let value = chamfer.value_gradient(&samples, &mut gradient, ctx)?;
+                    let value = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
                     assert_eq!((value, gradient), run(&points, &samples));
                 }
                 Ok(())

@@ -1,4 +1,9 @@
 //! Priors over charts: what is believed about a surface patch before any data is seen.
 
+pub mod explicit;
 pub mod gp;
-pub mod mlp;
+pub mod level_set;
+pub mod net;
+mod support;
+
+pub use support::{project, trim};

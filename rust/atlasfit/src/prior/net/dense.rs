@@ -1,9 +1,10 @@
-//! The network of one chart: 2-256-128-64-3, ReLU then batch norm at each hidden layer, tanh at the end; forward, backward, Adam.
+//! A fully connected network 256-128-64, ReLU then batch norm at each hidden layer, tanh at the end: forward, backward, Adam.
 //!
-//! In: the regular grid of inputs, gradients with respect to the outputs. Out: positions; updated parameters.
+//! In: up to three inputs per sample, gradients with respect to the outputs. Out: up to three outputs per sample; updated parameters.
+//! Source: *Deep Manifold Prior*, section 5 ("Experimental setup").
 //!
-//! Only two passes per layer touch the activations outside the matrix products, because batch norm folds away. With r the activations
-//! after ReLU, m and v their batch mean and variance, a = g / sqrt(v + eps) and t = s - a m, the next layer sees y = a r + t, so
+//! Nothing but the matrix products touches the activations, because batch norm folds away and the rest is done on their tiles. With r the
+//! activations after ReLU, m and v their batch mean and variance, a = g / sqrt(v + eps) and t = s - a m, the next layer sees y = a r + t, so
 //!   forward:   y W + b = r (a W) + (b + t W)                            (folded weights a W, on r itself)
 //!   weights:   dW = y^T G = a (r^T G) + t (1^T G)
 //!   batch norm, with D = G W^T the gradient with respect to y, over N samples:
@@ -11,29 +12,30 @@
 //!              dr = a (D - ds / N - dg (r - m) / (sqrt(v + eps) N)) = G (a W)^T + p r + q
 //! All sums that batch norm's gradient needs follow from r^T G and 1^T G, which the weights' gradient needs anyway.
 
-use super::gemm::{Mat, gemm};
+use super::adam::Adam;
+use super::gemm::{Finish, PANEL, Packed, Store, add_outer, multiply, vectors, vectors_mut};
 use crate::error::Result;
 use crate::loss::Sample;
 use crate::rng::Rng;
 use crate::run::Context;
+use pulp::Simd;
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Layers: three hidden, one output.
 const LAYERS: usize = 4;
-/// Width of the output after padding 3 to the width of the matrix kernels. The padding's weights stay 0.
-const OUT: usize = 8;
-/// Inputs and outputs of each layer. A contour uses the second input alone.
-const FAN: [[usize; 2]; LAYERS] = [[2, 256], [256, 128], [128, 64], [64, OUT]];
+/// Inputs, padded. Those that are not used are 0 and so stay their weights.
+const IN: usize = 4;
+/// Outputs, padded to a panel of the matrix kernels. The padding's weights stay 0.
+const OUT: usize = PANEL;
+/// Inputs and outputs of each layer.
+const FAN: [[usize; 2]; LAYERS] = [[IN, 256], [256, 128], [128, 64], [64, OUT]];
 /// Added to the variance (PyTorch's default).
-const EPS: f64 = 1e-5;
-/// Rows per matrix product: enough that packing the weights costs little, few enough for the cache and for a cancel (a millisecond each).
-const BLOCK: usize = 512;
+pub const EPS: f64 = 1e-5;
+/// Rows per matrix product: a block and the weights stay in the second cache. A fraction of a millisecond each, for the cancel.
+const BLOCK: usize = 128;
 /// Rows per task. Partial sums are kept per task and added in order, so this, not the number of threads, decides rounding.
 const BAND: usize = 2048;
-/// Adam's decay rates and guard against division by zero (Kingma and Ba 2015).
-const BETA: [f32; 2] = [0.9, 0.999];
-const ADAM_EPS: f32 = 1e-8;
 
 /// Where a layer's parameters lie: weights (inputs x outputs, row-major), bias, and for hidden layers batch norm's gain and shift.
 #[derive(Clone, Copy)]
@@ -57,7 +59,7 @@ const fn places() -> ([Place; LAYERS], usize) {
     (out, at)
 }
 const PLACES: [Place; LAYERS] = places().0;
-/// Parameters of a chart, with padding.
+/// Parameters of a network, with padding.
 const PARAMETERS: usize = places().1;
 
 const fn weights(l: usize) -> Range<usize> {
@@ -79,57 +81,84 @@ struct Norm {
     offset: Vec<f32>,
 }
 
-/// Some rows of a chart's batch with their activations.
+/// A layer's weights and bias with the preceding batch norm folded in.
+#[derive(Clone, Default)]
+struct Folded {
+    forward: Packed,
+    backward: Packed,
+    bias: Vec<f32>,
+}
+
+/// Some rows of the batch with their activations.
 struct Band {
     rows: Range<usize>,
-    /// After ReLU; the backward pass replaces the upper two by gradients before ReLU.
+    /// After ReLU; the backward pass replaces them by gradients before ReLU.
     act: [Vec<f32>; LAYERS - 1],
-    /// Rows of OUT: positions, then gradients before tanh.
+    /// Rows of OUT: outputs, then gradients before tanh.
     out: Vec<f32>,
     sum: Vec<f64>,
     square: Vec<f64>,
     dw: Vec<f32>,
     db: Vec<f32>,
-    scratch: Vec<f32>,
+    packed: Packed,
 }
 
-/// The network of one chart with its training state.
-pub struct Net {
-    grid: [usize; 2],
+/// A network with its training state.
+pub struct Dense {
+    /// Rows of IN.
+    inputs: Vec<f32>,
+    /// Outputs in use, at most 3.
+    outputs: usize,
     params: Vec<f32>,
     grads: Vec<f32>,
-    first: Vec<f32>,
-    second: Vec<f32>,
-    steps: i32,
+    adam: Adam,
     norm: [Norm; LAYERS - 1],
-    /// Weights and biases with the preceding batch norm folded in (the first layer's are the parameters).
-    folded: [(Vec<f32>, Vec<f32>); LAYERS],
+    folded: [Folded; LAYERS],
     bands: Vec<Band>,
 }
 
-impl Net {
-    /// A random network for a batch on a regular grid of `grid[0]` lines of `grid[1]` samples over the unit square; a contour is one
-    /// line. Weights and biases are uniform within 1/sqrt(inputs), batch norm starts as gain 1 and shift 0.
-    pub fn new(grid: [usize; 2], rng: &mut Rng) -> Self {
+impl Dense {
+    /// A random network from `used` inputs to `outputs` outputs, each at most 3. Weights and biases are uniform within 1/sqrt(inputs), batch
+    /// norm starts as gain 1 and shift 0.
+    pub fn new(used: usize, outputs: usize, rng: &mut Rng) -> Self {
         let mut params = vec![0.0; PARAMETERS];
-        for (l, &[inputs, outputs]) in FAN.iter().enumerate() {
-            let lines = grid[0] > 1;
-            let bound = 1.0 / f64::sqrt(if l == 0 && !lines { 1.0 } else { inputs as f64 });
+        for (l, &[inputs, width]) in FAN.iter().enumerate() {
+            let inputs = if l == 0 { used } else { inputs };
+            let bound = 1.0 / f64::sqrt(inputs as f64);
             let mut fill = |values: &mut [f32]| {
-                for row in values.chunks_exact_mut(outputs) {
-                    for x in &mut row[..if l + 1 < LAYERS { outputs } else { 3 }] {
+                for row in values.chunks_exact_mut(width) {
+                    for x in &mut row[..if l + 1 < LAYERS { width } else { outputs }] {
                         *x = ((2.0 * rng.uniform() - 1.0) * bound) as f32;
                     }
                 }
             };
-            fill(&mut params[weights(l)]);
+            fill(&mut params[weights(l)][..inputs * width]);
             fill(&mut params[bias(l)]);
             if l + 1 < LAYERS {
                 params[gain(l)].fill(1.0);
             }
         }
-        let batch = grid[0] * grid[1];
-        let bands = (0..batch)
+        Self {
+            inputs: Vec::new(),
+            outputs,
+            grads: vec![0.0; PARAMETERS],
+            adam: Adam::new(PARAMETERS),
+            params,
+            norm: Default::default(),
+            folded: Default::default(),
+            bands: Vec::new(),
+        }
+    }
+
+    /// Sets the batch. Inputs that are not used must be 0.
+    pub fn set_inputs(&mut self, inputs: impl ExactSizeIterator<Item = [f32; 3]>) {
+        let batch = inputs.len();
+        self.inputs.clear();
+        self.inputs.extend(inputs.flat_map(|[u, v, w]| [u, v, w, 0.0]));
+        if self.bands.last().map_or(0, |b| b.rows.end) == batch {
+            return;
+        }
+        self.bands = (0..batch)
             .step_by(BAND)
             .map(|from| {
                 let rows = from..(from + BAND).min(batch);
@@ -142,39 +171,27 @@ impl Net {
                     square: Vec::new(),
                     dw: Vec::new(),
                     db: Vec::new(),
-                    scratch: vec![0.0; BLOCK * FAN[0][1]],
+                    packed: Packed::default(),
                 }
             })
             .collect();
-        Self {
-            grid,
-            grads: vec![0.0; PARAMETERS],
-            first: vec![0.0; PARAMETERS],
-            second: vec![0.0; PARAMETERS],
-            params,
-            steps: 0,
-            norm: Default::default(),
-            folded: std::array::from_fn(|l| (vec![0.0; FAN[l][0] * FAN[l][1]], vec![0.0; FAN[l][1]])),
-            bands,
-        }
     }
 
-    /// Positions of the whole grid, written to `out`.
+    fn batch(&self) -> f64 {
+        (self.inputs.len() / IN) as f64
+    }
+
+    /// Outputs of the whole batch, written to `out`.
     ///
     /// # Errors
     /// Cancelled or out of time.
     pub fn forward(&mut self, out: &mut [Sample], ctx: &Context<'_>) -> Result<()> {
-        self.fold(0);
         for l in 0..LAYERS {
-            let (w, b) = &self.folded[l];
-            let grid = self.grid;
-            self.bands.par_iter_mut().try_for_each(|band| match l {
-                0 => band.forward_input(grid, w, b, ctx),
-                _ => band.forward(l, w, b, ctx),
-            })?;
+            self.fold(l);
+            let (folded, inputs) = (&self.folded[l], &self.inputs);
+            self.bands.par_iter_mut().try_for_each(|band| band.forward(l, inputs, folded, ctx))?;
             if l + 1 < LAYERS {
                 self.normalise(l);
-                self.fold(l + 1);
             }
         }
         for band in &self.bands {
@@ -185,13 +202,14 @@ impl Net {
         Ok(())
     }
 
-    /// Gradients of all parameters from those of the positions that the last [`Self::forward`] gave.
+    /// Gradients of all parameters from those of the outputs that the last [`Self::forward`] gave.
     ///
     /// # Errors
     /// Cancelled or out of time.
     pub fn backward(&mut self, gradient: &[Sample], ctx: &Context<'_>) -> Result<()> {
-        self.bands.par_iter_mut().try_for_each(|band| band.backward_output(gradient, ctx))?;
-        let batch = (self.grid[0] * self.grid[1]) as f64;
+        let outputs = self.outputs;
+        self.bands.par_iter_mut().try_for_each(|band| band.backward_output(gradient, outputs, ctx))?;
+        let batch = self.batch();
         for l in (1..LAYERS).rev() {
             let [inputs, outputs] = FAN[l];
             let (dw, db) = reduce(&self.bands, inputs * outputs, outputs);
@@ -217,8 +235,8 @@ impl Net {
                 }
             }
             self.grads[bias(l)].copy_from_slice(&db);
-            let (w, grid) = (&self.folded[l].0, self.grid);
-            self.bands.par_iter_mut().try_for_each(|band| band.backward(l, w, &p, &q, grid, ctx))?;
+            let (folded, inputs) = (&self.folded[l], &self.inputs);
+            self.bands.par_iter_mut().try_for_each(|band| band.backward(l, inputs, folded, [&p, &q], ctx))?;
         }
         let (dw, db) = reduce(&self.bands, FAN[0][0] * FAN[0][1], FAN[0][1]);
         self.grads[weights(0)].copy_from_slice(&dw);
@@ -227,39 +245,36 @@ impl Net {
     }
 
     /// One step of Adam with the gradients of the last [`Self::backward`].
-    pub fn adam(&mut self, rate: f32) {
-        self.steps += 1;
-        let correct = BETA.map(|b| 1.0 / (1.0 - f64::from(b).powi(self.steps)));
-        let (step, second) = (rate * correct[0] as f32, correct[1].sqrt() as f32);
-        for (((x, g), m), v) in
-            self.params.iter_mut().zip(&self.grads).zip(&mut self.first).zip(&mut self.second)
-        {
-            *m = BETA[0] * *m + (1.0 - BETA[0]) * g;
-            *v = BETA[1] * *v + (1.0 - BETA[1]) * g * g;
-            *x -= step * *m / (v.sqrt() * second + ADAM_EPS);
-        }
+    pub fn step(&mut self, rate: f32) {
+        self.adam.step(&mut self.params, &self.grads, rate);
     }
 
-    /// The position at (u, v) in the unit square, with batch norm's statistics of the last [`Self::forward`].
-    pub fn evaluate(&self, uv: [f32; 2]) -> Sample {
-        let mut x = uv.to_vec();
-        for (l, (w, b)) in self.folded.iter().enumerate() {
-            let mut y = b.clone();
-            for (x, w) in x.iter().zip(w.chunks_exact(FAN[l][1])) {
-                for (y, w) in y.iter_mut().zip(w) {
-                    *y += x * w;
+    /// Outputs for any inputs, with batch norm's statistics of the last [`Self::forward`].
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn evaluate(&self, inputs: &[[f32; 3]], ctx: &Context<'_>) -> Result<Vec<Sample>> {
+        let blocks = inputs
+            .par_chunks(BLOCK)
+            .map(|block| {
+                ctx.check()?;
+                let mut x: Vec<f32> = block.iter().flat_map(|&[u, v, w]| [u, v, w, 0.0]).collect();
+                for (l, folded) in self.folded.iter().enumerate() {
+                    let mut y = vec![0.0; block.len() * FAN[l][1]];
+                    multiply(&x, &folded.forward, &mut Store { out: &mut y, bias: &folded.bias });
+                    for y in &mut y {
+                        *y = if l + 1 < LAYERS { y.max(0.0) } else { y.tanh() };
+                    }
+                    x = y;
                 }
-            }
-            for y in &mut y {
-                *y = if l + 1 < LAYERS { y.max(0.0) } else { y.tanh() };
-            }
-            x = y;
-        }
-        [x[0], x[1], x[2]]
+                Ok(x.chunks_exact(OUT).map(|y| [y[0], y[1], y[2]]).collect::<Vec<_>>())
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(blocks.concat())
     }
 
     fn normalise(&mut self, l: usize) {
-        let batch = (self.grid[0] * self.grid[1]) as f64;
+        let batch = self.batch();
         let n = &mut self.norm[l];
         let width = FAN[l][1];
         n.mean.clear();
@@ -280,19 +295,20 @@ impl Net {
     }
 
     fn fold(&mut self, l: usize) {
-        let (w, b) = &mut self.folded[l];
-        w.copy_from_slice(&self.params[weights(l)]);
-        b.copy_from_slice(&self.params[bias(l)]);
-        if l == 0 {
-            return;
-        }
-        let n = &self.norm[l - 1];
-        for ((row, &a), &t) in w.chunks_exact_mut(FAN[l][1]).zip(&n.scale).zip(&n.offset) {
-            for (w, b) in row.iter_mut().zip(&mut *b) {
-                *b += t * *w;
-                *w *= a;
+        let mut w = self.params[weights(l)].to_vec();
+        let mut b = self.params[bias(l)].to_vec();
+        if l > 0 {
+            let n = &self.norm[l - 1];
+            for ((row, &a), &t) in w.chunks_exact_mut(FAN[l][1]).zip(&n.scale).zip(&n.offset) {
+                for (w, b) in row.iter_mut().zip(&mut b) {
+                    *b += t * *w;
+                    *w *= a;
+                }
             }
+            self.folded[l].backward.set_transposed(&w, FAN[l][1]);
         }
+        self.folded[l].forward.set(&w, FAN[l][1]);
+        self.folded[l].bias = b;
     }
 }
 
@@ -317,6 +333,61 @@ fn flush(total: &mut [f64], block: &mut [f32]) {
     }
 }
 
+/// Stores ReLU of a product plus bias; its values and their squares are added to the column sums.
+struct Rectify<'a> {
+    out: &'a mut [f32],
+    bias: &'a [f32],
+    sum: &'a mut [f32],
+    square: &'a mut [f32],
+}
+
+impl Finish for Rectify<'_> {
+    #[inline(always)]
+    fn take<S: Simd, const V: usize>(&mut self, simd: S, row: usize, column: usize, tile: &[[S::f32s; V]]) {
+        let width = self.bias.len();
+        let bias = vectors::<S>(&self.bias[column..]);
+        let sums = vectors_mut::<S>(&mut self.sum[column..]);
+        let squares = vectors_mut::<S>(&mut self.square[column..]);
+        let zero = simd.splat_f32s(0.0);
+        for (i, values) in tile.iter().enumerate() {
+            let out = vectors_mut::<S>(&mut self.out[(row + i) * width + column..]);
+            for v in 0..V {
+                let x = simd.max_f32s(simd.add_f32s(values[v], bias[v]), zero);
+                out[v] = x;
+                sums[v] = simd.add_f32s(sums[v], x);
+                squares[v] = simd.mul_add_e_f32s(x, x, squares[v]);
+            }
+        }
+    }
+}
+
+/// Replaces activations r by the gradient before ReLU, from a product that is part of the gradient after it, and batch norm's p and q. The
+/// column sums are added to `sum`.
+struct Pull<'a> {
+    r: &'a mut [f32],
+    p: &'a [f32],
+    q: &'a [f32],
+    sum: &'a mut [f32],
+}
+
+impl Finish for Pull<'_> {
+    #[inline(always)]
+    fn take<S: Simd, const V: usize>(&mut self, simd: S, row: usize, column: usize, tile: &[[S::f32s; V]]) {
+        let width = self.p.len();
+        let (p, q) = (vectors::<S>(&self.p[column..]), vectors::<S>(&self.q[column..]));
+        let sums = vectors_mut::<S>(&mut self.sum[column..]);
+        let zero = simd.splat_f32s(0.0);
+        for (i, values) in tile.iter().enumerate() {
+            let r = vectors_mut::<S>(&mut self.r[(row + i) * width + column..]);
+            for v in 0..V {
+                let g = simd.add_f32s(values[v], simd.mul_add_e_f32s(p[v], r[v], q[v]));
+                r[v] = simd.select_f32s(simd.greater_than_f32s(r[v], zero), g, zero);
+                sums[v] = simd.add_f32s(sums[v], r[v]);
+            }
+        }
+    }
+}
+
 impl Band {
     /// Ranges of rows in blocks, relative to the band.
     fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
@@ -324,83 +395,61 @@ impl Band {
         (0..n).step_by(BLOCK).map(move |from| from..(from + BLOCK).min(n))
     }
 
-    fn clear(&mut self, width: usize) {
+    /// The rows of a block in the whole batch's inputs.
+    fn at(&self, block: &Range<usize>) -> Range<usize> {
+        (self.rows.start + block.start) * IN..(self.rows.start + block.end) * IN
+    }
+
+    fn forward(&mut self, l: usize, inputs: &[f32], folded: &Folded, ctx: &Context<'_>) -> Result<()> {
+        let [depth, width] = FAN[l];
         for v in [&mut self.sum, &mut self.square] {
             v.clear();
             v.resize(width, 0.0);
         }
-    }
-
-    fn forward_input(&mut self, grid: [usize; 2], w: &[f32], b: &[f32], ctx: &Context<'_>) -> Result<()> {
-        const WIDTH: usize = FAN[0][1];
-        self.clear(WIDTH);
-        let (wu, wv) = w.split_at(WIDTH);
-        let (mut s, mut q) = ([0f32; WIDTH], [0f32; WIDTH]);
-        let mut base = [0f32; WIDTH];
+        let (mut sum, mut square) = (vec![0f32; width], vec![0f32; width]);
         for block in self.blocks() {
             ctx.check()?;
-            let act = &mut self.act[0][block.start * WIDTH..block.end * WIDTH];
-            for (i, row) in (self.rows.start + block.start..).zip(act.chunks_exact_mut(WIDTH)) {
-                let [u, v] = place(grid, i);
-                if i % grid[1] == 0 || i == self.rows.start + block.start {
-                    for ((base, wu), b) in base.iter_mut().zip(wu).zip(b) {
-                        *base = b + u * wu;
-                    }
-                }
-                for ((r, base), wv) in row.iter_mut().zip(&base).zip(wv) {
-                    *r = base + v * wv;
-                }
-                rectify(row, &mut s, &mut q);
-            }
-            flush(&mut self.sum, &mut s);
-            flush(&mut self.square, &mut q);
-        }
-        Ok(())
-    }
-
-    fn forward(&mut self, l: usize, w: &[f32], b: &[f32], ctx: &Context<'_>) -> Result<()> {
-        let [inputs, width] = FAN[l];
-        self.clear(width);
-        let (mut s, mut q) = (vec![0f32; width], vec![0f32; width]);
-        for block in self.blocks() {
-            ctx.check()?;
+            let at = self.at(&block);
             let (lower, upper) = self.act.split_at_mut(l);
-            let r = &lower[l - 1][block.start * inputs..block.end * inputs];
-            let z = &mut upper.first_mut().unwrap_or(&mut self.out)[block.start * width..block.end * width];
-            gemm(z, Mat::new(r, inputs), Mat::new(w, width), false);
-            for row in z.chunks_exact_mut(width) {
-                if l + 1 < LAYERS {
-                    for (z, b) in row.iter_mut().zip(b) {
-                        *z += b;
-                    }
-                    rectify(row, &mut s, &mut q);
-                } else {
-                    for (z, b) in row[..3].iter_mut().zip(b) {
-                        *z = (*z + b).tanh();
-                    }
+            let x = match lower.last() {
+                Some(r) => &r[block.start * depth..block.end * depth],
+                None => &inputs[at],
+            };
+            let to = block.start * width..block.end * width;
+            if let Some(upper) = upper.first_mut() {
+                let out = &mut upper[to];
+                let bias = &folded.bias;
+                multiply(x, &folded.forward, &mut Rectify { out, bias, sum: &mut sum, square: &mut square });
+                flush(&mut self.sum, &mut sum);
+                flush(&mut self.square, &mut square);
+                continue;
+            }
+            let out = &mut self.out[to];
+            multiply(x, &folded.forward, &mut Store { out, bias: &folded.bias });
+            for row in out.chunks_exact_mut(width) {
+                for z in &mut row[..3] {
+                    *z = z.tanh();
                 }
             }
-            flush(&mut self.sum, &mut s);
-            flush(&mut self.square, &mut q);
         }
         Ok(())
     }
 
     /// Gradient before tanh, and the output layer's partial sums.
-    fn backward_output(&mut self, gradient: &[Sample], ctx: &Context<'_>) -> Result<()> {
+    fn backward_output(&mut self, gradient: &[Sample], outputs: usize, ctx: &Context<'_>) -> Result<()> {
         const INPUTS: usize = FAN[LAYERS - 1][0];
         self.clear_gradient(INPUTS * OUT, OUT);
         for (y, g) in self.out.chunks_exact_mut(OUT).zip(&gradient[self.rows.clone()]) {
             for k in 0..3 {
-                y[k] = g[k] * (1.0 - y[k] * y[k]);
+                y[k] = if k < outputs { g[k] * (1.0 - y[k] * y[k]) } else { 0.0 };
                 self.db[k] += y[k];
             }
         }
         for block in self.blocks() {
             ctx.check()?;
             let r = &self.act[LAYERS - 2][block.start * INPUTS..block.end * INPUTS];
-            let dz = &self.out[block.start * OUT..block.end * OUT];
-            gemm(&mut self.dw, Mat::new(r, INPUTS).t(), Mat::new(dz, OUT), true);
+            self.packed.set(&self.out[block.start * OUT..block.end * OUT], OUT);
+            add_outer(&mut self.dw, r, INPUTS, &self.packed);
         }
         Ok(())
     }
@@ -409,53 +458,28 @@ impl Band {
     fn backward(
         &mut self,
         l: usize,
-        w: &[f32],
-        p: &[f32],
-        q: &[f32],
-        grid: [usize; 2],
+        inputs: &[f32],
+        folded: &Folded,
+        [p, q]: [&[f32]; 2],
         ctx: &Context<'_>,
     ) -> Result<()> {
         let [width, outputs] = FAN[l];
         let below = FAN[l - 1][0];
         self.clear_gradient(below * width, width);
-        let (mut line, mut along) = (vec![0f32; width], vec![0f32; width]);
         for block in self.blocks() {
             ctx.check()?;
+            let at = self.at(&block);
             let (lower, upper) = self.act.split_at_mut(l);
             let (lowest, middle) = lower.split_at_mut(l - 1);
             let dz = &upper.first().unwrap_or(&self.out)[block.start * outputs..block.end * outputs];
             let r = &mut middle[0][block.start * width..block.end * width];
-            let d = &mut self.scratch[..r.len()];
-            gemm(d, Mat::new(dz, outputs), Mat::new(w, outputs).t(), false);
-            if l > 1 {
-                for (r, d) in r.chunks_exact_mut(width).zip(d.chunks_exact(width)) {
-                    normalised_gradient(r, d, p, q);
-                    accumulate(&mut self.db, r, 1.0);
-                }
-                let x = &lowest[l - 2][block.start * below..block.end * below];
-                gemm(&mut self.dw, Mat::new(x, below).t(), Mat::new(r, width), true);
-                continue;
-            }
-            // The inputs of the first layer are the grid's: sums along each line first, u once per line.
-            let mut from = self.rows.start + block.start;
-            for (i, (r, d)) in (from..).zip(r.chunks_exact_mut(width).zip(d.chunks_exact(width))) {
-                let v = place(grid, i)[1];
-                normalised_gradient(r, d, p, q);
-                accumulate(&mut line, r, 1.0);
-                accumulate(&mut along, r, v);
-                if (i + 1) % grid[1] == 0 || i + 1 == self.rows.start + block.end {
-                    let u = place(grid, from)[0];
-                    let (du, dv) = self.dw.split_at_mut(width);
-                    for j in 0..width {
-                        du[j] += u * line[j];
-                        dv[j] += along[j];
-                        self.db[j] += line[j];
-                    }
-                    line.fill(0.0);
-                    along.fill(0.0);
-                    from = i + 1;
-                }
-            }
+            multiply(dz, &folded.backward, &mut Pull { r, p, q, sum: &mut self.db });
+            self.packed.set(r, width);
+            let x = match lowest.last() {
+                Some(x) => &x[block.start * below..block.end * below],
+                None => &inputs[at],
+            };
+            add_outer(&mut self.dw, x, below, &self.packed);
         }
         Ok(())
     }
@@ -468,37 +492,6 @@ impl Band {
     }
 }
 
-/// ReLU in place; its values and their squares are added to the column sums.
-fn rectify(row: &mut [f32], sum: &mut [f32], square: &mut [f32]) {
-    for ((z, s), q) in row.iter_mut().zip(sum).zip(square) {
-        let x = z.max(0.0);
-        *z = x;
-        *s += x;
-        *q += x * x;
-    }
-}
-
-/// Replaces activations `r` by the gradient before ReLU, from `d`, the product part of the gradient after it, and batch norm's p and q.
-fn normalised_gradient(r: &mut [f32], d: &[f32], p: &[f32], q: &[f32]) {
-    for (((r, d), p), q) in r.iter_mut().zip(d).zip(p).zip(q) {
-        let g = d + p * *r + q;
-        *r = if *r > 0.0 { g } else { 0.0 };
-    }
-}
-
-/// sum += factor * row.
-fn accumulate(sum: &mut [f32], row: &[f32], factor: f32) {
-    for (s, x) in sum.iter_mut().zip(row) {
-        *s += factor * x;
-    }
-}
-
-/// Where sample `i` of a grid lies in the unit square. A line alone lies at u = 0.
-pub fn place(grid: [usize; 2], i: usize) -> [f32; 2] {
-    let at = |k: usize, n: usize| k as f32 / n.saturating_sub(1).max(1) as f32;
-    [at(i / grid[1], grid[0]), at(i % grid[1], grid[1])]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -509,9 +502,10 @@ mod tests {
     }
 
     /// The network as the paper states it, in f64, without folding.
-    fn plain(params: &[f64], grid: [usize; 2]) -> Vec<[f64; 3]> {
-        let n = grid[0] * grid[1];
-        let mut h: Vec<Vec<f64>> = (0..n).map(|i| place(grid, i).map(f64::from).to_vec()).collect();
+    fn plain(params: &[f64], inputs: &[f32]) -> Vec<[f64; 3]> {
+        let mut h: Vec<Vec<f64>> =
+            inputs.chunks_exact(IN).map(|x| x.iter().map(|&x| f64::from(x)).collect()).collect();
+        let n = h.len();
         for l in 0..LAYERS {
             let [inputs, outputs] = FAN[l];
             let (w, b) = (&params[weights(l)], &params[bias(l)]);
@@ -537,17 +531,22 @@ mod tests {
     }
 
     /// A network away from its start (gains and shifts too), its outputs and its gradients for a random linear functional.
-    fn case(grid: [usize; 2]) -> (Net, Vec<Sample>, Vec<Sample>) {
+    fn case([batch, used, outputs]: [usize; 3]) -> (Dense, Vec<Sample>, Vec<Sample>) {
         let mut rng = Rng::new(11);
-        let mut net = Net::new(grid, &mut rng);
+        let mut net = Dense::new(used, outputs, &mut rng);
         for l in 0..LAYERS - 1 {
             for i in gain(l).chain(shift(l)) {
                 net.params[i] += 0.2 * rng.normal() as f32;
             }
         }
-        let n = grid[0] * grid[1];
-        let functional: Vec<Sample> = (0..n).map(|_| [0; 3].map(|_| rng.normal() as f32)).collect();
-        let mut out = vec![[0.0; 3]; n];
+        let mut random = || [0; 3].map(|_| rng.normal() as f32);
+        let functional: Vec<Sample> = (0..batch).map(|_| random()).collect();
+        let inputs: Vec<[f32; 3]> = (0..batch)
+            .map(|_| random())
+            .map(|x| [0, 1, 2].map(|k| if k < used { x[k] } else { 0.0 }))
+            .collect();
+        net.set_inputs(inputs.into_iter());
+        let mut out = vec![[0.0; 3]; batch];
         let net = Run::default()
             .execute(|ctx| {
                 net.forward(&mut out, ctx)?;
@@ -558,16 +557,21 @@ mod tests {
         (net, out, functional)
     }
 
+    /// Batches of less than a block, of several with a last one that is not full, and of several bands; curves, surfaces, fields.
+    const CASES: [[usize; 3]; 4] = [[42, 2, 3], [30, 1, 2], [306, 3, 1], [2304, 2, 3]];
+
     #[test]
     fn the_folded_network_is_the_plain_one() {
-        for grid in [[6, 7], [1, 30], [48, 48]] {
-            let (net, out, _) = case(grid);
+        for shape in CASES {
+            let (net, out, _) = case(shape);
             let params: Vec<f64> = net.params.iter().map(|&x| f64::from(x)).collect();
-            for (i, (a, b)) in out.iter().zip(plain(&params, grid)).enumerate() {
-                let alone = net.evaluate(place(grid, i));
+            let inputs: Vec<[f32; 3]> = net.inputs.chunks_exact(IN).map(|x| [x[0], x[1], x[2]]).collect();
+            let alone = Run::default().execute(|ctx| net.evaluate(&inputs, ctx)).unwrap();
+            for ((a, b), c) in out.iter().zip(plain(&params, &net.inputs)).zip(alone) {
                 for k in 0..3 {
-                    assert!((f64::from(a[k]) - b[k]).abs() < 1e-4, "{grid:?} {a:?} {b:?}");
-                    assert!((a[k] - alone[k]).abs() < 1e-4);
+                    assert!((f64::from(a[k]) - b[k]).abs() < 1e-4, "{shape:?} {a:?} {b:?}");
+                    assert!((a[k] - c[k]).abs() < 1e-4);
+                    assert!(k < shape[2] || a[k] == 0.0);
                 }
             }
         }
@@ -575,15 +579,14 @@ mod tests {
 
     #[test]
     fn gradients_are_finite_differences_of_the_plain_network() {
-        // More rows than a block, and a last block that is not full.
-        for grid in [[6, 7], [1, 30], [17, 18]] {
-            let (net, _, functional) = case(grid);
+        for shape in &CASES[..3] {
+            let (net, _, functional) = case(*shape);
             let params: Vec<f64> = net.params.iter().map(|&x| f64::from(x)).collect();
             let value = |params: &[f64]| -> f64 {
-                plain(params, grid)
+                plain(params, &net.inputs)
                     .iter()
                     .zip(&functional)
-                    .map(|(y, c)| (0..3).map(|k| y[k] * f64::from(c[k])).sum::<f64>())
+                    .map(|(y, c)| (0..shape[2]).map(|k| y[k] * f64::from(c[k])).sum::<f64>())
                     .sum()
             };
             let mut rng = Rng::new(2);
@@ -602,7 +605,7 @@ mod tests {
                     }
                     value(&moved)
                 };
-                let h = 1e-6;
+                let h = 1e-8; // no unit of ReLU may change sides
                 let expected = (at(h) - at(-h)) / (2.0 * h);
                 let got: f64 =
                     net.grads[range.clone()].iter().zip(&direction).map(|(g, d)| f64::from(*g) * d).sum();
@@ -610,7 +613,7 @@ mod tests {
                     net.grads[range.clone()].iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
                 assert!(
                     (got - expected).abs() < 2e-3 * size + 1e-4,
-                    "{grid:?} {range:?}: {got} {expected} {size}"
+                    "{shape:?} {range:?}: {got} {expected} {size}"
                 );
             }
         }
@@ -618,9 +621,9 @@ mod tests {
 
     #[test]
     fn padding_stays_zero_and_adam_goes_downhill() {
-        let (mut net, _, functional) = case([6, 7]);
+        let (mut net, _, functional) = case([42, 1, 2]);
         let value = |out: &[Sample]| -> f32 {
-            out.iter().zip(&functional).flat_map(|(y, c)| (0..3).map(|k| y[k] * c[k])).sum()
+            out.iter().zip(&functional).flat_map(|(y, c)| (0..2).map(|k| y[k] * c[k])).sum()
         };
         let mut out = vec![[0.0; 3]; 42];
         let values: Vec<f32> = Run::default()
@@ -629,13 +632,14 @@ mod tests {
                     .map(|_| {
                         net.forward(&mut out, ctx)?;
                         net.backward(&functional, ctx)?;
-                        net.adam(1e-3);
+                        net.step(1e-3);
                         Ok(value(&out))
                     })
                     .collect()
             })
             .unwrap();
         assert!(values.windows(2).all(|v| v[1] < v[0]), "{values:?}");
-        assert!(net.params[weights(LAYERS - 1)].chunks(OUT).all(|row| row[3..].iter().all(|x| *x == 0.0)));
+        assert!(net.params[weights(LAYERS - 1)].chunks(OUT).all(|row| row[2..].iter().all(|x| *x == 0.0)));
+        assert!(net.params[weights(0)][FAN[0][1]..].iter().all(|x| *x == 0.0));
     }
 }

@@ -1,0 +1,769 @@
+//! `atlasfit bench paper`: the tables and pictures of *Deep Manifold Prior*, its figures beside ours and the default prior's.
+//!
+//! Every cell is one fit; its figures go to results.jsonl in the output folder as soon as they are known, and a later run takes them from there.
+//! Shapes come from `tests/peers/shapes.py`; without Python or the data, from shapes made here.
+
+use super::{cancelled, python};
+use crate::commands::render::write_png;
+use crate::console::{Console, RunArgs};
+use crate::files;
+use crate::render::camera::{Up, View};
+use crate::render::{Mode, Style, chart_color, render};
+use anyhow::{Context as _, Result, bail};
+use atlasfit::geometry::vec3::{Vec3, add, dist2, mul_add, norm, normalize, scale, sub};
+use atlasfit::geometry::{PointCloud, TriMesh};
+use atlasfit::measure::{self, sample};
+use atlasfit::prior::explicit::{self, Dim, Network, NetworkAtlas, NetworkOptions, Recipe, Trainer};
+use atlasfit::prior::level_set::{self, LevelSetOptions};
+use atlasfit::prior::{net, trim};
+use atlasfit::rng::Rng;
+use atlasfit::{Context, DenoiseOptions};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Options of `bench paper`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of the report, the pictures, and the results of each fit; fits that are there already are not done again
+    #[arg(short, long, default_value = "bench-paper", value_name = "DIR")]
+    output: PathBuf,
+    /// Made-up shapes, few points, few steps: for tests
+    #[arg(long)]
+    quick: bool,
+    /// How networks are trained
+    #[arg(long, value_enum, default_value = "fast")]
+    recipe: Training,
+    /// Steps of the paper's recipe, at most
+    #[arg(long, default_value_t = NetworkOptions::default().iterations, value_name = "N")]
+    steps: usize,
+    /// Shapes
+    #[arg(long, value_delimiter = ',', default_value = "bunny,dragon,car,cup,mobius,chair,spiral,ring")]
+    shapes: Vec<String>,
+    /// Experiments: any of table1, table2, conv, interpolation, lambda, dots
+    #[arg(long, value_delimiter = ',', default_value = "table1,conv,lambda,dots,interpolation,table2")]
+    only: Vec<String>,
+    /// The Python that has numpy
+    #[arg(long, default_value = "python3", value_name = "PROGRAM")]
+    python: PathBuf,
+    /// Instead of the tables: steps of the paper's recipe by us and by this script in PyTorch, one after the other, on the first shape
+    #[arg(long, value_name = "SCRIPT")]
+    speed: Option<PathBuf>,
+    /// The folder of shapes.py
+    #[arg(long, default_value = "tests/peers", value_name = "DIR")]
+    scripts: PathBuf,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// How networks are trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Training {
+    /// From coarse to fine
+    Fast,
+    /// As in the paper
+    Paper,
+}
+
+/// The paper's noise, and its points per scan and per evaluation.
+const SIGMA: f64 = 0.002;
+const COUNT: usize = 16_000;
+/// Points of the interpolation experiment.
+const FEW: usize = 1000;
+/// Triangles farther than this many point spacings from the scan are trimmed.
+const TRIM: f64 = 2.5;
+const LAMBDAS: [f64; 5] = [0.0, 1.0, 10.0, 100.0, 1000.0];
+
+/// Table 1 of the paper: Surface (S8R), Contour (C8R), Implicit, RIMLS, SPSR.
+const TABLE1: [(&str, [f64; 5]); 8] = [
+    ("bunny", [2.71e-4, 6.64e-4, 5.52e-4, 1.43e-3, 3.96e-4]),
+    ("dragon", [4.18e-4, 6.12e-4, 1.20e-3, 1.65e-3, 1.46e-2]),
+    ("car", [2.73e-4, 4.57e-4, 6.83e-2, 1.50e-3, 2.10e-3]),
+    ("cup", [2.59e-4, 5.80e-4, 2.64e-2, 1.74e-3, 1.00e-2]),
+    ("mobius", [3.51e-4, 4.95e-4, 3.26e-3, 1.96e-3, 1.89e-2]),
+    ("chair", [3.95e-4, 4.22e-4, 7.32e-3, 2.09e-3, 2.58e-2]),
+    ("spiral", [1.05e-3, 7.31e-4, 1.64e-2, 2.98e-3, 7.90e-2]),
+    ("ring", [5.69e-4, 5.54e-4, 4.81e-2, 2.46e-3, 3.76e-2]),
+];
+/// Table 2 of the paper: averages over the shapes.
+const TABLE2: [(&str, f64); 8] = [
+    ("S1R", 4.48e-3),
+    ("S8R", 4.48e-4),
+    ("S1", 2.75e-3),
+    ("S8", 1.35e-3),
+    ("C1R", 1.08e-3),
+    ("C8R", 5.77e-4),
+    ("C1", 1.00e-3),
+    ("C8", 5.82e-4),
+];
+/// The supplement's average of the convolutional prior.
+const CONV: f64 = 4.58e-4;
+
+/// A true surface and its noisy scan.
+struct Shape {
+    truth: TriMesh,
+    scan: Vec<Vec3>,
+}
+
+/// The bench at work.
+struct Bench<'a> {
+    args: &'a Args,
+    console: &'a Console,
+    done: Map<String, Value>,
+    failed: Vec<String>,
+}
+
+/// Runs the experiments and writes report.md, report.csv and the pictures.
+pub fn run(args: &Args, console: &Console) -> Result<()> {
+    const EXPERIMENTS: [&str; 6] = ["table1", "table2", "conv", "interpolation", "lambda", "dots"];
+    if let Some(unknown) = args.only.iter().find(|o| !EXPERIMENTS.contains(&o.as_str())) {
+        return Err(crate::console::Usage(format!(
+            "no experiment {unknown}. Give any of {}",
+            EXPERIMENTS.join(", ")
+        ))
+        .into());
+    }
+    std::fs::create_dir_all(&args.output)
+        .with_context(|| format!("cannot make {}", args.output.display()))?;
+    let mut bench = Bench { args, console, done: Map::new(), failed: Vec::new() };
+    if let Some(reference) = &args.speed {
+        return bench.speed(reference);
+    }
+    bench.read()?;
+    let has = |what: &str| args.only.iter().any(|o| o == what);
+    let shapes: Vec<String> =
+        if args.quick { vec!["sphere".into(), "ring".into()] } else { args.shapes.clone() };
+    if has("table1") {
+        for name in &shapes {
+            let shape = bench.shape(name)?;
+            for variant in ["S8R", "C8R"] {
+                bench.explicit(name, &shape, variant)?;
+            }
+            bench.default_prior(name, &shape)?;
+        }
+    }
+    if has("lambda") {
+        bench.lambda()?;
+    }
+    if has("dots") {
+        bench.dots()?;
+    }
+    if has("interpolation") {
+        for name in shapes.iter().take(2) {
+            bench.interpolation(name)?;
+        }
+    }
+    if has("table2") {
+        for name in &shapes {
+            let shape = bench.shape(name)?;
+            for (variant, _) in TABLE2 {
+                bench.explicit(name, &shape, variant)?;
+            }
+        }
+    }
+    // The slowest last: a run that is stopped has the rest.
+    for name in &shapes {
+        let shape = bench.shape(name)?;
+        if has("table1") {
+            bench.implicit(name, &shape)?;
+        }
+        if has("conv") {
+            bench.explicit(name, &shape, "conv")?;
+        }
+    }
+    let report = bench.report(&shapes);
+    std::fs::write(args.output.join("report.md"), &report)?;
+    std::fs::write(args.output.join("report.csv"), bench.csv())?;
+    console.report(&report, &json!({ "results": bench.done, "failed": bench.failed }));
+    if bench.failed.is_empty() { Ok(()) } else { bail!("{} fits failed", bench.failed.len()) }
+}
+
+impl Bench<'_> {
+    fn read(&mut self) -> Result<()> {
+        let path = self.args.output.join("results.jsonl");
+        let Ok(content) = std::fs::read_to_string(&path) else { return Ok(()) };
+        for line in content.lines() {
+            // The last line of a run that was killed may be cut: that fit is done again.
+            let Ok(v) = serde_json::from_str::<Value>(line) else { continue };
+            let Some(key) = v["key"].as_str() else {
+                bail!("{} is no file of results. Remove it", path.display())
+            };
+            self.done.insert(key.to_owned(), v["figures"].clone());
+        }
+        Ok(())
+    }
+
+    /// Does a fit unless its figures are known. One fit that fails must not cost the others.
+    fn cell(&mut self, key: &str, work: impl FnOnce(&Context<'_>) -> Result<Value> + Send) -> Result<()> {
+        let size = if self.args.quick { "quick" } else { "full" };
+        let key = match self.args.recipe {
+            Training::Fast => format!("{key} {size} fast"),
+            Training::Paper => format!("{key} {size} paper {}", self.args.steps),
+        };
+        if self.done.contains_key(&key) {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let mut figures = Err(anyhow::anyhow!("not run"));
+        let ran = self.console.start_silent(&self.args.run).execute(|ctx| {
+            figures = work(ctx);
+            Ok(())
+        });
+        let figures = ran.map_err(anyhow::Error::from).and(figures);
+        match figures {
+            Ok(mut figures) => {
+                figures["seconds"] = json!(started.elapsed().as_secs_f64());
+                self.console.note(format_args!("{key}: {figures}"));
+                let line = json!({ "key": key, "figures": figures });
+                std::fs::OpenOptions::new()
+                    .create(true)
+                    .append(true)
+                    .open(self.args.output.join("results.jsonl"))
+                    .and_then(|mut f| writeln!(f, "{line}"))
+                    .context("cannot write results.jsonl")?;
+                self.done.insert(key, figures);
+                Ok(())
+            }
+            Err(e) if cancelled(&e) => Err(e),
+            Err(e) => {
+                self.console.note(format_args!("failed: {key}: {e:#}"));
+                self.failed.push(format!("{key}: {e:#}"));
+                Ok(())
+            }
+        }
+    }
+
+    /// A figure of a cell, where it is known.
+    fn figure(&self, key: &str, figure: &str) -> Option<f64> {
+        let size = if self.args.quick { "quick" } else { "full" };
+        let key = match self.args.recipe {
+            Training::Fast => format!("{key} {size} fast"),
+            Training::Paper => format!("{key} {size} paper {}", self.args.steps),
+        };
+        self.done.get(&key)?[figure].as_f64()
+    }
+
+    fn count(&self) -> usize {
+        if self.args.quick { 1500 } else { COUNT }
+    }
+
+    fn shape(&self, name: &str) -> Result<Shape> {
+        if self.args.quick {
+            return self.made(name);
+        }
+        let folder = self.args.output.join("shapes");
+        std::fs::create_dir_all(&folder)?;
+        let [truth, noisy] = [folder.join(format!("{name}.ply")), folder.join(format!("{name}-noisy.ply"))];
+        if !noisy.exists() {
+            let (t, n) = (truth.display().to_string(), noisy.display().to_string());
+            if let Err(e) = python(
+                &self.args.python,
+                &self.args.scripts,
+                "shapes.py",
+                &[name, &SIGMA.to_string(), &t, &n],
+            ) {
+                self.console.note(format_args!("{name} is made up: {e:#}"));
+                return self.made(name);
+            }
+        }
+        let load = |path| files::load(path, &self.args.run, self.console);
+        Ok(Shape { truth: load(&truth)?.into_mesh(), scan: load(&noisy)?.cloud.positions })
+    }
+
+    /// A ring for what is thin, a sphere for all else.
+    fn made(&self, name: &str) -> Result<Shape> {
+        let truth =
+            if matches!(name, "ring" | "spiral") { torus(0.5 - 0.5 * 0.03, 0.5 * 0.03) } else { sphere(0.5) };
+        let count = self.count();
+        let scan = self.console.start_silent(&self.args.run).execute(|ctx| {
+            let mut rng = Rng::stream(ctx.seed, 7);
+            let clean = sample::uniform(&truth, count, ctx.seed, ctx)?;
+            Ok(clean.iter().map(|s| s.point.map(|x| x + SIGMA * rng.normal())).collect())
+        })?;
+        Ok(Shape { truth, scan })
+    }
+
+    /// A name of the paper's Table 2, or conv.
+    fn options(&self, variant: &str) -> NetworkOptions {
+        NetworkOptions {
+            network: if variant == "conv" { Network::Conv } else { Network::Dense },
+            charts: if variant.contains('1') { 1 } else { 8 },
+            dim: if variant.starts_with('C') { Dim::Contour } else { Dim::Surface },
+            stretch_weight: if variant.ends_with('R') || variant == "conv" { 1.0 } else { 0.0 },
+            recipe: if self.args.recipe == Training::Paper || self.args.quick {
+                Recipe::Paper
+            } else {
+                Recipe::Fast
+            },
+            iterations: if self.args.quick { 3 } else { self.args.steps },
+            ..NetworkOptions::default()
+        }
+    }
+
+    fn explicit(&mut self, name: &str, shape: &Shape, variant: &str) -> Result<()> {
+        let (how, args) = (self.options(variant), self.args);
+        let picture = format!("{name}-{variant}");
+        self.cell(&format!("{variant} {name}"), |ctx| {
+            let (atlas, steps, loss) = fitted(&shape.scan, &how, ctx)?;
+            let mut figures = figures_of(&atlas, how.dim, shape, ctx)?;
+            figures["steps"] = json!(steps);
+            figures["loss"] = json!(loss);
+            draw(args, &picture, &atlas, ctx)?;
+            Ok(figures)
+        })
+    }
+
+    fn implicit(&mut self, name: &str, shape: &Shape) -> Result<()> {
+        let args = self.args;
+        let mut how = LevelSetOptions { epsilon: Some(level_set::EPSILON), ..LevelSetOptions::default() };
+        if args.quick {
+            (how.iterations, how.resolution) = (3, 24);
+        }
+        self.cell(&format!("implicit {name}"), |ctx| {
+            let mesh = level_set::fit(&shape.scan, SIGMA, &how, ctx)?;
+            draw_mesh(args, &format!("{name}-implicit"), &mesh, Mode::Shaded, ctx)?;
+            let trimmed = trimmed(&mesh, &shape.scan, ctx)?;
+            Ok(json!({ "cd": cd(&on_surface(&mesh, ctx)?, shape, ctx)?, "trimmed": trimmed_cd(&trimmed, shape, ctx)? }))
+        })
+    }
+
+    fn default_prior(&mut self, name: &str, shape: &Shape) -> Result<()> {
+        let (args, console) = (self.args, self.console);
+        // The main job starts a run of its own.
+        let key = format!("default {name}");
+        if self.figure(&key, "cd").is_some() {
+            return Ok(());
+        }
+        let cloud = PointCloud::from_positions(shape.scan.clone());
+        let how = DenoiseOptions { uv: false, ..DenoiseOptions::default() };
+        let started = Instant::now();
+        let outcome = atlasfit::denoise(&cloud, &how, &mut console.start_silent(&args.run));
+        let seconds = started.elapsed().as_secs_f64();
+        self.cell(&key, |ctx| {
+            let mesh = outcome?.surface;
+            draw_mesh(args, &format!("{name}-default"), &mesh, Mode::Shaded, ctx)?;
+            Ok(json!({ "cd": cd(&on_surface(&mesh, ctx)?, shape, ctx)?, "fit_seconds": seconds }))
+        })
+    }
+
+    /// 1,000 of the points without noise, one chart, with and without stretch.
+    fn interpolation(&mut self, name: &str) -> Result<()> {
+        let truth = self.shape(name)?.truth;
+        let args = self.args;
+        for variant in ["S1R", "S1"] {
+            let how = self.options(variant);
+            self.cell(&format!("interpolation {variant} {name}"), |ctx| {
+                let scan: Vec<Vec3> =
+                    sample::uniform(&truth, FEW, ctx.seed ^ 5, ctx)?.iter().map(|s| s.point).collect();
+                let shape = Shape { truth: truth.clone(), scan };
+                let (atlas, steps, loss) = fitted(&shape.scan, &how, ctx)?;
+                let mut figures = figures_of(&atlas, how.dim, &shape, ctx)?;
+                figures["steps"] = json!(steps);
+                figures["loss"] = json!(loss);
+                draw(args, &format!("{name}-interpolation-{variant}"), &atlas, ctx)?;
+                Ok(figures)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// A sphere with 8 charts: what the stretch's weight does to overlap and distortion.
+    fn lambda(&mut self) -> Result<()> {
+        let shape = self.made("sphere")?;
+        let args = self.args;
+        for lambda in LAMBDAS {
+            let how = NetworkOptions { stretch_weight: lambda, ..self.options("S8R") };
+            self.cell(&format!("lambda {lambda}"), |ctx| {
+                let (atlas, steps, loss) = fitted(&shape.scan, &how, ctx)?;
+                let mut figures = figures_of(&atlas, how.dim, &shape, ctx)?;
+                figures["steps"] = json!(steps);
+                figures["loss"] = json!(loss);
+                draw(args, &format!("sphere-lambda-{lambda}"), &atlas, ctx)?;
+                Ok(figures)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// A dotted drawing: a curve through the dots, beside a convolutional network that is fitted to the picture (the deep image prior's idea).
+    fn dots(&mut self) -> Result<()> {
+        let args = self.args;
+        let how = NetworkOptions { flat: true, ..self.options("C1R") };
+        self.cell("dots", |ctx| {
+            let line: Vec<Vec3> = (0..2000).map(|i| heart(f64::from(i) / 2000.0)).collect();
+            let dots: Vec<Vec3> = line.iter().copied().step_by(50).collect();
+            // Each dot is a little disc of pixels, as in a drawing.
+            let mut rng = Rng::stream(ctx.seed, 9);
+            let scan: Vec<Vec3> = dots
+                .iter()
+                .flat_map(|d| {
+                    (0..12)
+                        .map(|_| [d[0] + 0.004 * rng.normal(), d[1] + 0.004 * rng.normal(), 0.0])
+                        .collect::<Vec<_>>()
+                })
+                .collect();
+            let (atlas, ..) = fitted(&scan, &how, ctx)?;
+            let gap = |curve: &[Vec3]| -> f64 {
+                let far = |p: &Vec3| curve.iter().map(|q| dist2(*p, *q)).fold(f64::INFINITY, f64::min).sqrt();
+                line.iter().map(far).sum::<f64>() / line.len() as f64
+            };
+            let ink = image_prior(&dots, if args.quick { 3 } else { 300 }, ctx)?;
+            draw_points(args, "dots-given", &scan, ctx)?;
+            draw_points(args, "dots-curve", &atlas.samples, ctx)?;
+            draw_points(args, "dots-image-prior", &ink, ctx)?;
+            Ok(json!({
+                "curve": gap(&atlas.samples), "dots": gap(&dots),
+                "image": if ink.is_empty() { f64::NAN } else { gap(&ink) },
+            }))
+        })
+    }
+
+    /// Full steps (8 charts of 4,096 samples) of both, in turn, so that other load falls on both.
+    fn speed(&self, reference: &Path) -> Result<()> {
+        const STEPS: usize = 50; // the reference reports every 50 steps
+        let name = self.args.shapes.first().map_or("bunny", String::as_str);
+        let shape = self.shape(name)?;
+        let how = NetworkOptions { recipe: Recipe::Paper, ..NetworkOptions::default() };
+        let mut seconds = Vec::new();
+        self.console.start_silent(&self.args.run).execute(|ctx| {
+            let mut trainer = Trainer::new(&shape.scan, &how, ctx)?;
+            for _ in 0..STEPS {
+                let started = Instant::now();
+                trainer.step(how.learning_rate, ctx)?;
+                seconds.push(started.elapsed().as_secs_f64());
+            }
+            Ok(())
+        })?;
+        let ours = seconds.iter().sum::<f64>() / STEPS as f64;
+        let (folder, script) = (reference.parent(), reference.file_name().and_then(|f| f.to_str()));
+        let (Some(folder), Some(script)) = (folder, script) else {
+            bail!("{} is no script", reference.display())
+        };
+        let (sigma, steps) = (SIGMA.to_string(), STEPS.to_string());
+        let said = python(&self.args.python, folder, script, &[name, &sigma, &steps])?;
+        let line: Value = said
+            .lines()
+            .find_map(|l| serde_json::from_str(l).ok())
+            .with_context(|| format!("{} said no JSON", reference.display()))?;
+        let theirs = line["per_iteration"].as_f64().context("per_iteration is missing")?;
+        let text = format!(
+            "seconds a step, wall: ours {ours:.3}, PyTorch {theirs:.3}, ratio {:.2}\n",
+            theirs / ours
+        );
+        self.console.report(&text, &json!({ "ours": ours, "torch": theirs, "ratio": theirs / ours }));
+        Ok(())
+    }
+
+    fn report(&self, shapes: &[String]) -> String {
+        let mut out = String::new();
+        let recipe = match self.args.recipe {
+            Training::Fast => "fast (coarse to fine)".to_owned(),
+            Training::Paper => format!("paper, at most {} steps", self.args.steps),
+        };
+        let _ = writeln!(
+            out,
+            "# Deep Manifold Prior, reproduced\n\nChamfer distance as in the paper (16,000 samples, mean squared distance, both directions added). Recipe: {recipe}. In brackets the paper's figure.\n"
+        );
+        let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
+        let both = |ours: Option<f64>, paper: Option<f64>| match paper {
+            Some(p) => format!("{} ({p:.2e})", number(ours)),
+            None => number(ours),
+        };
+        out.push_str("## Table 1\n\n| shape | Surface | Contour | Implicit | Surface, trimmed | Implicit, trimmed | Conv, trimmed | Conv | default prior | RIMLS, SPSR (paper) |\n|---|---|---|---|---|---|---|---|---|---|\n");
+        let columns = [
+            ("S8R", "cd", 0),
+            ("C8R", "cd", 1),
+            ("implicit", "cd", 2),
+            ("S8R", "trimmed", 9),
+            ("implicit", "trimmed", 9),
+            ("conv", "trimmed", 9),
+            ("conv", "cd", 9),
+            ("default", "cd", 9),
+        ];
+        let mut sums = [(0.0, 0usize); 8];
+        for name in shapes {
+            let paper = TABLE1.iter().find(|t| t.0 == name).map(|t| t.1);
+            let _ = write!(out, "| {name} ");
+            for ((variant, figure, column), sum) in columns.iter().zip(&mut sums) {
+                let ours = self.figure(&format!("{variant} {name}"), figure);
+                if let Some(x) = ours {
+                    *sum = (sum.0 + x, sum.1 + 1);
+                }
+                let _ = write!(out, "| {} ", both(ours, paper.and_then(|p| p.get(*column).copied())));
+            }
+            let _ = writeln!(
+                out,
+                "| {} |",
+                paper.map_or("-".to_owned(), |p| format!("{:.2e}, {:.2e}", p[3], p[4]))
+            );
+        }
+        let means = [Some(4.48e-4), Some(5.65e-4), Some(2.13e-2), None, None, None, Some(CONV), None];
+        out.push_str("| mean ");
+        for ((sum, n), paper) in sums.iter().zip(means) {
+            let mean = (*n == shapes.len()).then(|| sum / *n as f64);
+            let _ = write!(out, "| {} ", both(mean, paper));
+        }
+        out.push_str("| 1.98e-03, 2.36e-02 |\n\n## Table 2\n\n| variant | mean over the shapes | steps | seconds |\n|---|---|---|---|\n");
+        for (variant, paper) in TABLE2 {
+            let mean = |figure: &str| {
+                let all: Option<Vec<f64>> =
+                    shapes.iter().map(|s| self.figure(&format!("{variant} {s}"), figure)).collect();
+                all.map(|v| v.iter().sum::<f64>() / v.len() as f64)
+            };
+            let short = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.0}"));
+            let _ = writeln!(
+                out,
+                "| {variant} | {} | {} | {} |",
+                both(mean("cd"), Some(paper)),
+                short(mean("steps")),
+                short(mean("seconds"))
+            );
+        }
+        out.push_str(
+            "\n## Interpolation from 1,000 points, one chart\n\n| shape | S1R | S1 |\n|---|---|---|\n",
+        );
+        for name in shapes.iter().take(2) {
+            let of = |v: &str| number(self.figure(&format!("interpolation {v} {name}"), "cd"));
+            let _ = writeln!(out, "| {name} | {} | {} |", of("S1R"), of("S1"));
+        }
+        out.push_str("\n## Stretch: a sphere with 8 charts\n\nOverlap: share of samples nearer to another chart's than to their own chart's. Distortion: mean ratio of the longer to the shorter diagonal direction of a grid cell's map.\n\n| lambda | overlap | distortion | Chamfer |\n|---|---|---|---|\n");
+        for lambda in LAMBDAS {
+            let of = |f: &str| self.figure(&format!("lambda {lambda}"), f);
+            let three = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
+            let _ = writeln!(
+                out,
+                "| {lambda} | {} | {} | {} |",
+                three(of("overlap")),
+                three(of("distortion")),
+                number(of("cd"))
+            );
+        }
+        let _ = writeln!(
+            out,
+            "\n## A dotted drawing\n\nMean distance of the drawing's true line to what was made of its dots: the dots themselves {}, a curve prior {}, a convolutional network fitted to the picture {}.",
+            number(self.figure("dots", "dots")),
+            number(self.figure("dots", "curve")),
+            number(self.figure("dots", "image"))
+        );
+        for failed in &self.failed {
+            let _ = writeln!(out, "\nFailed: {failed}");
+        }
+        out
+    }
+
+    fn csv(&self) -> String {
+        let mut out = String::from("cell,figure,value\n");
+        for (key, figures) in &self.done {
+            for (figure, value) in figures.as_object().into_iter().flatten() {
+                let _ = writeln!(out, "{key},{figure},{value}");
+            }
+        }
+        out
+    }
+}
+
+/// A fit with its number of steps and last loss.
+fn fitted(scan: &[Vec3], how: &NetworkOptions, ctx: &Context<'_>) -> Result<(NetworkAtlas, usize, f64)> {
+    let (mut steps, mut last) = (0, f64::NAN);
+    let atlas = explicit::fit_watched(scan, how, ctx, &mut |step, loss| {
+        (steps, last) = (step, loss.chamfer);
+        true
+    })?;
+    Ok((atlas, steps, last))
+}
+
+fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'_>) -> Result<Value> {
+    let mut figures = json!({ "overlap": atlas.overlap(ctx)? });
+    let mesh = atlas.surface();
+    if dim == Dim::Contour {
+        figures["cd"] = json!(cd(&on_curves(atlas, ctx), shape, ctx)?);
+        return Ok(figures);
+    }
+    figures["cd"] = json!(cd(&on_surface(&mesh, ctx)?, shape, ctx)?);
+    figures["distortion"] = json!(distortion(atlas));
+    let trimmed = trimmed(&mesh, &shape.scan, ctx)?;
+    figures["trimmed"] = trimmed_cd(&trimmed, shape, ctx)?;
+    Ok(figures)
+}
+
+/// The mesh where the scan supports it.
+fn trimmed(mesh: &TriMesh, scan: &[Vec3], ctx: &Context<'_>) -> Result<TriMesh> {
+    let tree = atlasfit::geometry::neighbours::Neighbours::build(scan, ctx)?;
+    let mut spacing: Vec<f64> =
+        atlasfit::analyse::spacing(scan, &tree, ctx)?.into_iter().map(f64::from).collect();
+    Ok(trim(mesh, scan, TRIM * atlasfit::analyse::median(&mut spacing), ctx)?)
+}
+
+fn trimmed_cd(mesh: &TriMesh, shape: &Shape, ctx: &Context<'_>) -> Result<Value> {
+    // A network that is hardly trained may have nothing near the scan.
+    if mesh.triangles.is_empty() {
+        Ok(Value::Null)
+    } else {
+        Ok(json!(cd(&on_surface(mesh, ctx)?, shape, ctx)?))
+    }
+}
+
+fn on_surface(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
+    Ok(sample::uniform(mesh, COUNT, ctx.seed ^ 3, ctx)?.iter().map(|s| s.point).collect())
+}
+
+/// Uniform by length.
+fn on_curves(atlas: &NetworkAtlas, ctx: &Context<'_>) -> Vec<Vec3> {
+    let side = atlas.grid[1];
+    let mut total = 0.0;
+    let ends: Vec<(f64, Vec3, Vec3)> = atlas
+        .samples
+        .chunks_exact(side)
+        .flat_map(|chart| chart.windows(2))
+        .map(|w| {
+            total += dist2(w[0], w[1]).sqrt();
+            (total, w[0], w[1])
+        })
+        .collect();
+    let mut rng = Rng::stream(ctx.seed, 11);
+    (0..COUNT)
+        .filter_map(|_| {
+            let at = rng.uniform() * total;
+            let (_, a, b) = ends.get(ends.partition_point(|e| e.0 <= at))?;
+            Some(mul_add(*a, sub(*b, *a), rng.uniform()))
+        })
+        .collect()
+}
+
+/// The paper's Chamfer distance to the true surface.
+fn cd(samples: &[Vec3], shape: &Shape, ctx: &Context<'_>) -> Result<f64> {
+    let truth: Vec<Vec3> =
+        sample::uniform(&shape.truth, COUNT, ctx.seed ^ 4, ctx)?.iter().map(|s| s.point).collect();
+    Ok(measure::chamfer(samples, &truth, ctx)?)
+}
+
+/// Mean over the grid's cells of the ratio of singular values of the map's derivative: 1 where angles and proportions are kept.
+fn distortion(atlas: &NetworkAtlas) -> f64 {
+    let [lines, side] = atlas.grid;
+    let (mut sum, mut n) = (0.0, 0usize);
+    for chart in atlas.samples.chunks_exact(lines * side) {
+        for i in 0..lines - 1 {
+            for j in 0..side - 1 {
+                let p = chart[i * side + j];
+                let (a, b) = (sub(chart[(i + 1) * side + j], p), sub(chart[i * side + j + 1], p));
+                let (e, g) = (norm(a).powi(2), norm(b).powi(2));
+                let f: f64 = (0..3).map(|k| a[k] * b[k]).sum();
+                let root = ((e - g).powi(2) + 4.0 * f * f).sqrt();
+                // Folded cells count as badly as any.
+                sum += ((e + g + root) / (e + g - root).max(1e-12)).sqrt().min(100.0);
+                n += 1;
+            }
+        }
+    }
+    sum / n.max(1) as f64
+}
+
+/// A curve to be dotted.
+fn heart(t: f64) -> Vec3 {
+    let a = std::f64::consts::TAU * t;
+    let x = 16.0 * a.sin().powi(3);
+    let y = 13.0 * a.cos() - 5.0 * (2.0 * a).cos() - 2.0 * (3.0 * a).cos() - (4.0 * a).cos();
+    [x / 36.0, y / 36.0, 0.0]
+}
+
+/// Centres of the dark pixels of a picture that a convolutional network gives after it was fitted to the dots' picture.
+fn image_prior(dots: &[Vec3], steps: usize, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
+    let [lines, side] = net::conv::GRID;
+    let centre = |i: usize| {
+        let at = |k: usize, n: usize| (k as f64 + 0.5) / n as f64 - 0.5;
+        [at(i % side, side), at(i / side, lines), 0.0]
+    };
+    let ink: Vec<f32> = (0..lines * side)
+        .map(|i| {
+            let near = dots.iter().any(|d| (0..2).all(|k| (d[k] - centre(i)[k]).abs() <= 0.5 / side as f64));
+            if near { 0.9 } else { -0.9 }
+        })
+        .collect();
+    let mut net = net::Conv::new(&mut Rng::stream(ctx.seed, 13));
+    let mut out = vec![[0f32; 3]; ink.len()];
+    for _ in 0..steps {
+        net.forward(&mut out, ctx)?;
+        let gradient: Vec<[f32; 3]> =
+            out.iter().zip(&ink).map(|(y, ink)| [2.0 * (y[0] - ink), 0.0, 0.0]).collect();
+        net.backward(&gradient, ctx)?;
+        net.step(1e-3);
+    }
+    net.forward(&mut out, ctx)?;
+    Ok((0..ink.len()).filter(|&i| out[i][0] > 0.0).map(centre).collect())
+}
+
+const STYLE: Style = Style {
+    mode: Mode::Shaded,
+    view: View { azimuth: 20.0, elevation: 15.0 },
+    up: Up::Y,
+    size: [512, 512],
+    flat: false,
+    boundary: false,
+    colors: true,
+    point_size: None,
+};
+
+/// A picture of the charts, each in its colour.
+fn draw(args: &Args, name: &str, atlas: &NetworkAtlas, ctx: &Context<'_>) -> Result<()> {
+    let mut mesh = atlas.surface();
+    if atlas.grid[0] == 1 {
+        return draw_points(args, name, &mesh.positions, ctx);
+    }
+    let batch = atlas.grid[0] * atlas.grid[1];
+    let color = |i: usize| {
+        let [r, g, b] = chart_color((i / batch) as u32);
+        [r, g, b, 1.0]
+    };
+    mesh.colors = Some((0..mesh.positions.len()).map(color).collect());
+    draw_mesh(args, name, &mesh, Mode::Shaded, ctx)
+}
+
+fn draw_points(args: &Args, name: &str, points: &[Vec3], ctx: &Context<'_>) -> Result<()> {
+    if points.is_empty() {
+        Ok(())
+    } else {
+        draw_mesh(args, name, &TriMesh::new(points.to_vec(), Vec::new()), Mode::Points, ctx)
+    }
+}
+
+fn draw_mesh(args: &Args, name: &str, mesh: &TriMesh, mode: Mode, ctx: &Context<'_>) -> Result<()> {
+    let flat = mesh.positions.iter().all(|p| p[2] == 0.0);
+    let view = if flat { View { azimuth: 0.0, elevation: 0.0 } } else { STYLE.view };
+    let picture = render(mesh, None, &Style { mode, view, ..STYLE }, ctx)?;
+    write_png(&args.output.join(format!("{name}.png")), &picture)
+}
+
+fn sphere(radius: f64) -> TriMesh {
+    grid(64, 128, |u, v| {
+        let (t, a) = (std::f64::consts::PI * u, std::f64::consts::TAU * v);
+        scale(normalize([t.sin() * a.cos(), t.sin() * a.sin(), t.cos()]), radius)
+    })
+}
+
+fn torus(large: f64, small: f64) -> TriMesh {
+    grid(256, 48, |u, v| {
+        let (a, b) = (std::f64::consts::TAU * u, std::f64::consts::TAU * v);
+        let r = large + small * b.cos();
+        add([r * a.cos(), r * a.sin(), 0.0], [0.0, 0.0, small * b.sin()])
+    })
+}
+
+/// Triangles of a grid of parameters in the unit square.
+fn grid(n: u32, m: u32, at: impl Fn(f64, f64) -> Vec3) -> TriMesh {
+    let index = |i: u32, j: u32| i * (m + 1) + j;
+    let place = |i: u32, n: u32| f64::from(i) / f64::from(n);
+    let positions = (0..=n)
+        .flat_map(|i| (0..=m).map(move |j| (i, j)))
+        .map(|(i, j)| at(place(i, n), place(j, m)))
+        .collect();
+    let triangles = (0..n)
+        .flat_map(|i| (0..m).map(move |j| (i, j)))
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    TriMesh::new(positions, triangles)
+}

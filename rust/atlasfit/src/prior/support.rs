@@ -1,0 +1,84 @@
+//! What the data say about a network's surface: networks fill gaps where there is no surface at all.
+//!
+//! In: a mesh and the points it was fitted to. Out: the mesh where points support it; the points moved onto it.
+
+use crate::error::Result;
+use crate::geometry::TriMesh;
+use crate::geometry::neighbours::Neighbours;
+use crate::geometry::vec3::{Vec3, add, scale};
+use crate::measure::Locator;
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// The triangles all of whose corners, and whose centres, have a point within `limit`. Vertices stay.
+///
+/// # Errors
+/// [`crate::Error::EmptyInput`] without points; cancelled or out of time.
+pub fn trim(mesh: &TriMesh, points: &[Vec3], limit: f64, ctx: &Context<'_>) -> Result<TriMesh> {
+    let tree = Neighbours::build(points, ctx)?;
+    let near = |p: Vec3| p.iter().all(|x| x.is_finite()) && tree.nearest_one(p).dist2 <= limit * limit;
+    let corners = mesh
+        .positions
+        .par_chunks(512)
+        .map(|block| {
+            ctx.check()?;
+            Ok(block.iter().map(|p| near(*p)).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    let triangles = mesh
+        .triangles
+        .par_chunks(512)
+        .map(|block| {
+            ctx.check()?;
+            let supported = |t: &&[u32; 3]| {
+                let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+                t.iter().all(|&v| corners[v as usize]) && near(scale(add(add(a, b), c), 1.0 / 3.0))
+            };
+            Ok(block.iter().filter(supported).copied().collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    Ok(TriMesh { triangles, corner_uv: None, face_chart: None, ..mesh.clone() })
+}
+
+/// For each point the nearest place of a mesh (exact on its triangles). Points must be finite.
+///
+/// # Errors
+/// [`crate::Error::EmptyInput`] where the mesh has no triangle; cancelled or out of time.
+pub fn project(mesh: &TriMesh, points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<Vec3>> {
+    let feet = Locator::new(mesh, ctx)?.nearest_all(points, ctx)?;
+    Ok(points.iter().zip(feet).map(|(p, foot)| foot.map_or(*p, |f| f.point)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Run;
+
+    #[test]
+    fn trimming_keeps_what_points_support() {
+        // Two squares of two triangles each; points lie along the first one only.
+        let positions: Vec<Vec3> = (0..6).map(|i| [f64::from(i / 2), f64::from(i % 2), 0.0]).collect();
+        let mesh = TriMesh::new(positions, vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]]);
+        let points: Vec<Vec3> =
+            (0..400).map(|i| [f64::from(i / 20) / 19.0, f64::from(i % 20) / 19.0, 0.01]).collect();
+        let trimmed = Run::default().execute(|ctx| trim(&mesh, &points, 0.1, ctx)).unwrap();
+        assert_eq!(trimmed.triangles, mesh.triangles[..2]);
+    }
+
+    #[test]
+    fn projection_is_no_farther_than_any_vertex_and_stays_put() {
+        let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+        let points = [[0.25, 0.5, 0.5], [2.0, -1.0, 0.0]];
+        let (once, twice) = Run::default()
+            .execute(|ctx| {
+                let once = project(&mesh, &points, ctx)?;
+                let twice = project(&mesh, &once, ctx)?;
+                Ok((once, twice))
+            })
+            .unwrap();
+        assert_eq!(once, [[0.25, 0.5, 0.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(once, twice);
+    }
+}

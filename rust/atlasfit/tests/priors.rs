@@ -1,0 +1,38 @@
+//! The network priors through the main job.
+
+use atlasfit::denoise::{DenoiseOptions, Prior, denoise};
+use atlasfit::geometry::PointCloud;
+use atlasfit::geometry::vec3::{Vec3, norm, normalize, scale};
+use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit::prior::level_set::LevelSetOptions;
+use atlasfit::rng::Rng;
+use atlasfit::run::Run;
+
+#[test]
+fn every_network_prior_answers_for_every_point_and_gives_one_surface() {
+    let mut rng = Rng::new(9);
+    let noisy: Vec<Vec3> = (0..3000)
+        .map(|_| {
+            let p = scale(normalize([0; 3].map(|_| rng.normal())), 10.0);
+            p.map(|x| x + 3.0 + 0.1 * rng.normal())
+        })
+        .collect();
+    let cloud = PointCloud::from_positions(noisy);
+    // Far from trained: what the networks do not reach must come out as with the default prior.
+    let few = NetworkOptions { charts: 1, recipe: Recipe::Paper, iterations: 5, ..NetworkOptions::default() };
+    for prior in [
+        Prior::Network(few),
+        Prior::Network(NetworkOptions { network: Network::Conv, ..few }),
+        Prior::LevelSet(LevelSetOptions { iterations: 30, resolution: 24, ..LevelSetOptions::default() }),
+    ] {
+        let how = DenoiseOptions { prior, uv: false, ..DenoiseOptions::default() };
+        let result = denoise(&cloud, &how, &mut Run::default()).unwrap();
+        assert_eq!(result.points.len(), 3000);
+        assert!((result.report.noise / 0.1 - 1.0).abs() < 0.3, "{}", result.report.noise);
+        assert_eq!(result.report.parts, 1);
+        let off = |points: &[Vec3]| -> f64 {
+            points.iter().map(|p| (norm(p.map(|x| x - 3.0)) - 10.0).powi(2)).sum::<f64>()
+        };
+        assert!(off(&result.points.positions) < off(&cloud.positions), "{prior:?}");
+    }
+}
