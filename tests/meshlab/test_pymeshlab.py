@@ -326,3 +326,15 @@ def test_many_runs_in_one_process_do_not_grow_it(torus):
     before = resident()
     rounds(20)
     assert resident() - before < 10, "MiB"
+
+
+def test_a_real_scan_and_a_real_mesh_are_what_the_program_makes(folder, atlasfit):
+    scan, mesh = DATA / "scans/owl_sfm.ply", DATA / "uv/cow.ply"
+    if not (scan.exists() and mesh.exists()):
+        pytest.skip("no ../shared/data beside the repository")
+    values, said = opened(scan).apply_filter(RECONSTRUCT), atlasfit("denoise", scan, "-o", folder / "owl.ply")
+    for name in ("charts", "outliers", "vertices", "faces", "uv_charts", "boundary_edges"):
+        assert values[name] == said[name], name
+    values, said = opened(mesh).apply_filter(UNWRAP), atlasfit("unwrap", mesh, "-o", folder / "cow.ply")
+    for name in ("charts", "flips", "overlapping_faces"):
+        assert values[name] == said[name], name
