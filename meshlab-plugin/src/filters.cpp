@@ -6,6 +6,7 @@
 #include "run.h"
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <vcg/complex/allocate.h>
@@ -117,13 +118,22 @@ bool only_selected(const MeshModel& layer, const RichParameterList& par)
 	throw std::runtime_error("atlasfit: no vertex is selected. Select some, or switch \"only the selected vertices\" off");
 }
 
+/// One long call into the library, its time added up.
+template <class Call> void timed(Outcome& outcome, Call call)
+{
+	const auto started = std::chrono::steady_clock::now();
+	const atlasfit_status status = call();
+	outcome.library_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+	check(status);
+}
+
 struct Denoised {
 	Result result;
 	atlasfit_report report;
 };
 
 /// The library's denoising of a layer's points, with what they carry.
-Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par, vcg::CallBackPos* progress, bool surface)
+Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par, vcg::CallBackPos* progress, bool surface, Outcome& outcome)
 {
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
 	options.noise = number(par, "noise");
@@ -160,7 +170,7 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	}
 	const atlasfit_run how = run(par, progress);
 	atlasfit_result* result = nullptr;
-	check(atlasfit_denoise(&in, &options, &how, &result));
+	timed(outcome, [&] { return atlasfit_denoise(&in, &options, &how, &result); });
 	Denoised out{Result(result), ::out<atlasfit_report>()};
 	check(atlasfit_result_report(result, &out.report));
 	return out;
@@ -201,7 +211,7 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	MeshModel& source = current(md);
 	const Frame frame(source.cm);
 	const Points from = points(source.cm, frame, only_selected(source, par));
-	const Denoised fit = denoise(source, from, par, progress, true);
+	const Denoised fit = denoise(source, from, par, progress, true, outcome);
 	const atlasfit_report& r = fit.report;
 
 	std::vector<double> xyz(3 * r.vertices);
@@ -272,7 +282,7 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 	const Frame frame(layer.cm);
 	const bool selection = only_selected(layer, par);
 	const Points from = points(layer.cm, frame, false);
-	const Denoised fit = denoise(layer, from, par, progress, false);
+	const Denoised fit = denoise(layer, from, par, progress, false, outcome);
 	std::vector<double> xyz(3 * fit.report.points);
 	std::vector<float> normals(3 * fit.report.points);
 	std::vector<uint32_t> chart(fit.report.points);
@@ -333,7 +343,7 @@ void measure(atlasfit_mesh in, const std::vector<float>& uv, std::size_t columns
 {
 	in.corner_uv = uv.data();
 	auto q = out<atlasfit_uv_quality>();
-	check(atlasfit_measure_uv(&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0));
+	timed(outcome, [&] { return atlasfit_measure_uv(&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0); });
 	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) + " times the square root of the area, " + brief(100 * q.coverage)
 		+ "% of the page covered" + (columns > 1 ? " (pages side by side)" : ""));
 	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " + brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2)
@@ -376,7 +386,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 		in.face_polygon = polygon.data();
 	const atlasfit_run how = run(par, progress);
 	atlasfit_uv* made = nullptr;
-	check(atlasfit_unwrap(&in, &options, &how, &made));
+	timed(outcome, [&] { return atlasfit_unwrap(&in, &options, &how, &made); });
 	const Uv owned(made);
 	auto info = out<atlasfit_uv_info>();
 	check(atlasfit_uv_get_info(made, &info));
@@ -490,6 +500,8 @@ Outcome apply(int filter, const RichParameterList& par, MeshDocument& md, vcg::C
 	case DISTORTION: distortion(md, par, progress, outcome); break;
 	default: throw std::runtime_error("atlasfit: no such filter");
 	}
+	outcome.lines.push_back("libatlasfit took " + brief(outcome.library_seconds) + " s");
+	outcome.values.push_back({"library_seconds", outcome.library_seconds});
 	if (progress)
 		progress(100, "done");
 	return outcome;

@@ -41,6 +41,8 @@ struct Outcome {
 	std::vector<std::string> lines;
 	/// Named numbers; pymeshlab gives them to the script.
 	std::vector<std::pair<std::string, double>> values;
+	/// Seconds spent in libatlasfit.
+	double library_seconds = 0;
 };
 
 const About& about(int filter);
