@@ -79,7 +79,7 @@ class LongOperator:
             return self._failed(failure)
         window_manager = context.window_manager
         window_manager.progress_begin(0, 100)
-        self._area = context.area
+        self._area, self._text = context.area, None
         self._timer = window_manager.event_timer_add(TICK_S, window=context.window)
         window_manager.modal_handler_add(self)
         Status.label = self.bl_label
@@ -120,10 +120,13 @@ class LongOperator:
         Status.stage, Status.share = job.stage, job.share
         context.window_manager.progress_update(int(100 * job.share))
         text = f"{self.bl_label}: {job.stage} {100 * job.share:.0f} %   (Esc cancels)"
+        if text == self._text:
+            return
+        self._text = text
         context.workspace.status_text_set(text)
         if self._area is not None:
             self._area.header_text_set(text)
-            self._area.tag_redraw()
+            self._redraw({"UI"})  # not the view: drawing a large mesh again and again would slow everything down
 
     def _hide(self, context):
         Status.label = ""
@@ -134,6 +137,11 @@ class LongOperator:
         if self._area is not None:
             self._area.header_text_set(None)
             self._area.tag_redraw()
+
+    def _redraw(self, kinds):
+        for region in self._area.regions:
+            if region.type in kinds:
+                region.tag_redraw()
 
     def _failed(self, failure):
         if isinstance(failure, atlasfit.Cancelled):

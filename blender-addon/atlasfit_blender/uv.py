@@ -38,11 +38,11 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         min=0.0,
     )
     pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs", default=0, min=0, max=100)
-    seams: BoolProperty(name="Keep Seams", description="Edges that are marked as seams are cut", default=True)
-    sharp: BoolProperty(name="Cut Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
-    materials: BoolProperty(name="Cut Between Materials", description="No chart spans two materials", default=False)
-    keep_uv_seams: BoolProperty(name="Keep UV Seams", description="Where the active UV map is cut, the new one is cut", default=False)
-    together: BoolProperty(name="Objects Share Texture", description="Several objects are packed on one texture, else on one each", default=True)
+    seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
+    sharp: BoolProperty(name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
+    materials: BoolProperty(name="Materials", description="No chart spans two materials", default=False)
+    keep_uv_seams: BoolProperty(name="UV Seams", description="Where the active UV map is cut, the new one is cut", default=False)
+    together: BoolProperty(name="One Texture", description="Several objects are packed on one texture, else on one each", default=True)
     target: EnumProperty(
         name="UV Map",
         items=(("ACTIVE", "Active", "Write to the active UV map"), ("NEW", "New", "Write to a new UV map and make it active")),
