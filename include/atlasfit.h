@@ -39,71 +39,6 @@
 
 
 /**
- * atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
- */
-#define ATLASFIT_PRIOR_GP 0
-
-/**
- * atlasfit_denoise_options.prior: the paper's networks, trained on the scan first; about a hundred times slower.
- */
-#define ATLASFIT_PRIOR_MLP 1
-
-/**
- * atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
- */
-#define ATLASFIT_OUTLIERS_KEEP 0
-
-/**
- * atlasfit_denoise_options.outliers: they are left out of the denoised points.
- */
-#define ATLASFIT_OUTLIERS_DROP 1
-
-/**
- * 32-bit float.
- */
-#define ATLASFIT_F32 0
-
-/**
- * 64-bit float.
- */
-#define ATLASFIT_F64 1
-
-/**
- * Unsigned 8-bit integer.
- */
-#define ATLASFIT_U8 2
-
-/**
- * Signed 8-bit integer.
- */
-#define ATLASFIT_I8 3
-
-/**
- * Unsigned 16-bit integer.
- */
-#define ATLASFIT_U16 4
-
-/**
- * Signed 16-bit integer.
- */
-#define ATLASFIT_I16 5
-
-/**
- * Unsigned 32-bit integer.
- */
-#define ATLASFIT_U32 6
-
-/**
- * Signed 32-bit integer.
- */
-#define ATLASFIT_I32 7
-
-/**
- * Stages that are numbered at the most: the length of atlasfit_report's stage_seconds.
- */
-#define ATLASFIT_STAGE_LIMIT 16
-
-/**
  * Major version of this header.
  */
 #define ATLASFIT_VERSION_MAJOR 0
@@ -194,6 +129,71 @@
 #define ATLASFIT_INTERNAL 100
 
 /**
+ * Stages that are numbered at the most: the length of atlasfit_report's stage_seconds.
+ */
+#define ATLASFIT_STAGE_LIMIT 16
+
+/**
+ * 32-bit float.
+ */
+#define ATLASFIT_F32 0
+
+/**
+ * 64-bit float.
+ */
+#define ATLASFIT_F64 1
+
+/**
+ * Unsigned 8-bit integer.
+ */
+#define ATLASFIT_U8 2
+
+/**
+ * Signed 8-bit integer.
+ */
+#define ATLASFIT_I8 3
+
+/**
+ * Unsigned 16-bit integer.
+ */
+#define ATLASFIT_U16 4
+
+/**
+ * Signed 16-bit integer.
+ */
+#define ATLASFIT_I16 5
+
+/**
+ * Unsigned 32-bit integer.
+ */
+#define ATLASFIT_U32 6
+
+/**
+ * Signed 32-bit integer.
+ */
+#define ATLASFIT_I32 7
+
+/**
+ * atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
+ */
+#define ATLASFIT_PRIOR_GP 0
+
+/**
+ * atlasfit_denoise_options.prior: the paper's networks, trained on the scan first; about a hundred times slower.
+ */
+#define ATLASFIT_PRIOR_MLP 1
+
+/**
+ * atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
+ */
+#define ATLASFIT_OUTLIERS_KEEP 0
+
+/**
+ * atlasfit_denoise_options.outliers: they are left out of the denoised points.
+ */
+#define ATLASFIT_OUTLIERS_DROP 1
+
+/**
  * atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
  */
 #define ATLASFIT_PACK_SHAPES 0
@@ -204,7 +204,8 @@
 #define ATLASFIT_PACK_BOXES 1
 
 /**
- * A fitted atlas: overlapping charts, each a smooth map from the unit disk into space. Immutable: any number of threads may use one at once.
+ * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along
+ * the tube and v = angle / pi around it. Immutable: any number of threads may use one at once.
  */
 typedef struct atlasfit_atlas atlasfit_atlas;
 
@@ -229,60 +230,56 @@ typedef struct atlasfit_uv atlasfit_uv;
 typedef int32_t atlasfit_status;
 
 /**
- * What an atlas holds.
+ * Told how far a run is. Called on the thread that called into the library, at most 50 times a second. It must return (no longjmp, no C++ exception).
+ *
+ * @param user     The atlasfit_run's progress_user.
+ * @param stage    The running stage; its name is atlasfit_stage_name(). Stages may come back and numbers may be added.
+ * @param fraction Share of the stage that is done, in [0, 1].
+ * @return 0 to cancel, anything else to go on.
  */
-typedef struct {
-  /**
-   * sizeof(atlasfit_atlas_info), set by the caller.
-   */
-  size_t struct_size;
-  /**
-   * Number of charts.
-   */
-  size_t charts;
-  /**
-   * Origin of the frame that the charts are held in, in the scan's.
-   */
-  double origin[3];
-  /**
-   * Length of that frame's unit in the scan's: about the scan's longest side.
-   */
-  double unit;
-} atlasfit_atlas_info;
+typedef int32_t (*atlasfit_progress_fn)(void *user, uint32_t stage, double fraction);
 
 /**
- * Where projection puts its results: arrays of the caller, each with room for `capacity` points, or NULL where not wanted.
+ * How long work is run. Fill it with atlasfit_run_init(); a NULL pointer to one means the defaults.
  */
 typedef struct {
   /**
-   * sizeof(atlasfit_projection).
+   * sizeof(atlasfit_run).
    */
   size_t struct_size;
   /**
-   * Points that each array has room for; at least as many as are projected.
+   * Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
    */
-  size_t capacity;
+  uint64_t seed;
   /**
-   * x, y, z per point.
+   * Worker threads, 0 = all cores. The result does not depend on it. Default 0.
    */
-  double *positions;
+  uint32_t threads;
   /**
-   * Unit normal per point, 3 numbers, in the atlas's orientation.
+   * Must be 0.
    */
-  float *normals;
+  uint32_t reserved;
   /**
-   * Nearest chart per point; UINT32_MAX for a point that is not finite (its position is given back, its other numbers are 0).
+   * Seconds after which the run gives up with #ATLASFIT_TIMED_OUT; 0 = no limit. Default 0.
    */
-  uint32_t *charts;
+  double time_limit_s;
   /**
-   * Coordinates in that chart's unit disk, 2 numbers per point.
+   * Bytes that the run's own estimate of its need may not exceed (#ATLASFIT_OUT_OF_MEMORY); 0 = no limit. Default 0.
    */
-  float *chart_uv;
+  uint64_t memory_limit_bytes;
   /**
-   * Distance from the point to its projection.
+   * Told how far the run is; may be NULL. Default NULL.
    */
-  double *distances;
-} atlasfit_projection;
+  atlasfit_progress_fn progress;
+  /**
+   * Handed to the callback as it is. Default NULL.
+   */
+  void *progress_user;
+  /**
+   * Cancels from another thread; may be NULL. Borrowed for the call. Default NULL.
+   */
+  const atlasfit_cancel *cancel;
+} atlasfit_run;
 
 /**
  * One number per point, or a few, that the surface is to carry: intensity, scan id. Numbers of an integer type are labels, copied from the
@@ -374,56 +371,63 @@ typedef struct {
 } atlasfit_points;
 
 /**
- * Told how far a run is. Called on the thread that called into the library, at most 50 times a second. It must return (no longjmp, no C++ exception).
- *
- * @param user     The atlasfit_run's progress_user.
- * @param stage    The running stage; its name is atlasfit_stage_name(). Stages may come back and numbers may be added.
- * @param fraction Share of the stage that is done, in [0, 1].
- * @return 0 to cancel, anything else to go on.
- */
-typedef int32_t (*atlasfit_progress_fn)(void *user, uint32_t stage, double fraction);
-
-/**
- * How long work is run. Fill it with atlasfit_run_init(); a NULL pointer to one means the defaults.
+ * A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there is.
  */
 typedef struct {
   /**
-   * sizeof(atlasfit_run).
+   * sizeof(atlasfit_mesh).
    */
   size_t struct_size;
   /**
-   * Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
+   * Vertex positions: x, y, z of each, of type `scalar`, in any unit.
    */
-  uint64_t seed;
+  const void *positions;
   /**
-   * Worker threads, 0 = all cores. The result does not depend on it. Default 0.
+   * Number of vertices, below 2^32 - 1.
    */
-  uint32_t threads;
+  size_t vertex_count;
+  /**
+   * Bytes from one vertex to the next; 0 = tightly packed.
+   */
+  size_t stride;
+  /**
+   * Type of the positions: #ATLASFIT_F32 or #ATLASFIT_F64. Default #ATLASFIT_F32.
+   */
+  uint32_t scalar;
   /**
    * Must be 0.
    */
   uint32_t reserved;
   /**
-   * Seconds after which the run gives up with #ATLASFIT_TIMED_OUT; 0 = no limit. Default 0.
+   * Three vertex indices per triangle, counter-clockwise seen from outside.
    */
-  double time_limit_s;
+  const uint32_t *triangles;
   /**
-   * Bytes that the run's own estimate of its need may not exceed (#ATLASFIT_OUT_OF_MEMORY); 0 = no limit. Default 0.
+   * Number of triangles, below 2^32 / 3.
    */
-  uint64_t memory_limit_bytes;
+  size_t triangle_count;
   /**
-   * Told how far the run is; may be NULL. Default NULL.
+   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv().
    */
-  atlasfit_progress_fn progress;
+  const float *corner_uv;
   /**
-   * Handed to the callback as it is. Default NULL.
+   * A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
    */
-  void *progress_user;
+  const uint32_t *face_group;
   /**
-   * Cancels from another thread; may be NULL. Borrowed for the call. Default NULL.
+   * The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
+   * atlasfit_unwrap().
    */
-  const atlasfit_cancel *cancel;
-} atlasfit_run;
+  const uint32_t *face_polygon;
+  /**
+   * Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
+   */
+  const uint32_t *seam_edges;
+  /**
+   * Number of seam edges.
+   */
+  size_t seam_edge_count;
+} atlasfit_mesh;
 
 /**
  * How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults, which suit an ordinary scan.
@@ -586,63 +590,181 @@ typedef struct {
 } atlasfit_report;
 
 /**
- * A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there is.
+ * What an atlas holds.
  */
 typedef struct {
   /**
-   * sizeof(atlasfit_mesh).
+   * sizeof(atlasfit_atlas_info), set by the caller.
    */
   size_t struct_size;
   /**
-   * Vertex positions: x, y, z of each, of type `scalar`, in any unit.
+   * Number of charts.
    */
-  const void *positions;
+  size_t charts;
   /**
-   * Number of vertices, below 2^32 - 1.
+   * Origin of the frame that the charts are held in, in the scan's.
    */
-  size_t vertex_count;
+  double origin[3];
   /**
-   * Bytes from one vertex to the next; 0 = tightly packed.
+   * Length of that frame's unit in the scan's: about the scan's longest side.
    */
-  size_t stride;
+  double unit;
+} atlasfit_atlas_info;
+
+/**
+ * Where projection puts its results: arrays of the caller, each with room for `capacity` points, or NULL where not wanted.
+ */
+typedef struct {
   /**
-   * Type of the positions: #ATLASFIT_F32 or #ATLASFIT_F64. Default #ATLASFIT_F32.
+   * sizeof(atlasfit_projection).
    */
-  uint32_t scalar;
+  size_t struct_size;
+  /**
+   * Points that each array has room for; at least as many as are projected.
+   */
+  size_t capacity;
+  /**
+   * x, y, z per point.
+   */
+  double *positions;
+  /**
+   * Unit normal per point, 3 numbers, in the atlas's orientation.
+   */
+  float *normals;
+  /**
+   * Nearest chart per point; UINT32_MAX for a point that is not finite (its position is given back, its other numbers are 0).
+   */
+  uint32_t *charts;
+  /**
+   * Coordinates in that chart, 2 numbers per point.
+   */
+  float *chart_uv;
+  /**
+   * Distance from the point to its projection.
+   */
+  double *distances;
+} atlasfit_projection;
+
+/**
+ * How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_unwrap_options).
+   */
+  size_t struct_size;
+  /**
+   * Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
+   */
+  double max_stretch;
+  /**
+   * Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
+   * Default 0.
+   */
+  uint32_t max_charts;
+  /**
+   * Width of a page in texels, 16 to 65536. Default 1024.
+   */
+  uint32_t page_width;
+  /**
+   * Height of a page in texels, 16 to 65536. Default 1024.
+   */
+  uint32_t page_height;
+  /**
+   * Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
+   */
+  uint32_t padding;
+  /**
+   * Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+   */
+  uint32_t pages;
+  /**
+   * #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
+   */
+  uint32_t packer;
+  /**
+   * 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+   */
+  uint32_t keep_uv_seams;
   /**
    * Must be 0.
    */
   uint32_t reserved;
   /**
-   * Three vertex indices per triangle, counter-clockwise seen from outside.
+   * Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
    */
-  const uint32_t *triangles;
+  double texels_per_unit;
   /**
-   * Number of triangles, below 2^32 / 3.
+   * Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
    */
-  size_t triangle_count;
+  double hard_edge_angle;
+} atlasfit_unwrap_options;
+
+/**
+ * What UVs hold.
+ */
+typedef struct {
   /**
-   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv().
+   * sizeof(atlasfit_uv_info), set by the caller.
    */
-  const float *corner_uv;
+  size_t struct_size;
   /**
-   * A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
+   * Triangles of the mesh.
    */
-  const uint32_t *face_group;
+  size_t triangles;
   /**
-   * The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
-   * atlasfit_unwrap().
+   * Charts.
    */
-  const uint32_t *face_polygon;
+  size_t charts;
   /**
-   * Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
+   * Pages.
    */
-  const uint32_t *seam_edges;
+  size_t pages;
   /**
-   * Number of seam edges.
+   * Vertices of the mesh in its split form.
    */
-  size_t seam_edge_count;
-} atlasfit_mesh;
+  size_t split_vertices;
+  /**
+   * Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
+   */
+  size_t degenerate_faces;
+  /**
+   * Triangles that repeat the corners of an earlier one; they got UVs of their own.
+   */
+  size_t duplicate_faces;
+  /**
+   * Edges cut because more than two triangles, or two of clashing orientation, meet there.
+   */
+  size_t non_manifold_edges;
+  /**
+   * Charts that had to be cut further to stay free of flips and overlaps.
+   */
+  size_t repaired_charts;
+  /**
+   * Polygons that could not stay in one piece because they do not lie flat.
+   */
+  size_t split_polygons;
+  /**
+   * Width of a page in texels.
+   */
+  uint32_t width;
+  /**
+   * Height of a page in texels.
+   */
+  uint32_t height;
+  /**
+   * Texels per unit of length on the surface.
+   */
+  double texels_per_unit;
+  /**
+   * The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+   */
+  double stretch_bound;
+  /**
+   * Share of the area stretched beyond the bound.
+   */
+  double over_stretched;
+} atlasfit_uv_info;
 
 /**
  * How a mesh hangs together. Vertices in one place count as one.
@@ -882,187 +1004,90 @@ typedef struct {
   size_t not_finite;
 } atlasfit_distance;
 
-/**
- * How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
- */
-typedef struct {
-  /**
-   * sizeof(atlasfit_unwrap_options).
-   */
-  size_t struct_size;
-  /**
-   * Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
-   */
-  double max_stretch;
-  /**
-   * Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
-   * Default 0.
-   */
-  uint32_t max_charts;
-  /**
-   * Width of a page in texels, 16 to 65536. Default 1024.
-   */
-  uint32_t page_width;
-  /**
-   * Height of a page in texels, 16 to 65536. Default 1024.
-   */
-  uint32_t page_height;
-  /**
-   * Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
-   */
-  uint32_t padding;
-  /**
-   * Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
-   */
-  uint32_t pages;
-  /**
-   * #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
-   */
-  uint32_t packer;
-  /**
-   * 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
-   */
-  uint32_t keep_uv_seams;
-  /**
-   * Must be 0.
-   */
-  uint32_t reserved;
-  /**
-   * Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
-   */
-  double texels_per_unit;
-  /**
-   * Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
-   */
-  double hard_edge_angle;
-} atlasfit_unwrap_options;
-
-/**
- * What UVs hold.
- */
-typedef struct {
-  /**
-   * sizeof(atlasfit_uv_info), set by the caller.
-   */
-  size_t struct_size;
-  /**
-   * Triangles of the mesh.
-   */
-  size_t triangles;
-  /**
-   * Charts.
-   */
-  size_t charts;
-  /**
-   * Pages.
-   */
-  size_t pages;
-  /**
-   * Vertices of the mesh in its split form.
-   */
-  size_t split_vertices;
-  /**
-   * Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
-   */
-  size_t degenerate_faces;
-  /**
-   * Triangles that repeat the corners of an earlier one; they got UVs of their own.
-   */
-  size_t duplicate_faces;
-  /**
-   * Edges cut because more than two triangles, or two of clashing orientation, meet there.
-   */
-  size_t non_manifold_edges;
-  /**
-   * Charts that had to be cut further to stay free of flips and overlaps.
-   */
-  size_t repaired_charts;
-  /**
-   * Polygons that could not stay in one piece because they do not lie flat.
-   */
-  size_t split_polygons;
-  /**
-   * Width of a page in texels.
-   */
-  uint32_t width;
-  /**
-   * Height of a page in texels.
-   */
-  uint32_t height;
-  /**
-   * Texels per unit of length on the surface.
-   */
-  double texels_per_unit;
-  /**
-   * The stretch bound that was held: max_stretch, or more where max_charts asked for it.
-   */
-  double stretch_bound;
-  /**
-   * Share of the area stretched beyond the bound.
-   */
-  double over_stretched;
-} atlasfit_uv_info;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
 /**
- * Frees an atlas; NULL is allowed.
- */
-ATLASFIT_API atlasfit_status atlasfit_atlas_free(atlasfit_atlas *atlas);
-
-/**
- * Tells what an atlas holds.
- *
- * @param info Filled; its struct_size must be set.
- */
-ATLASFIT_API atlasfit_status atlasfit_atlas_get_info(const atlasfit_atlas *atlas, atlasfit_atlas_info *info);
-
-/**
- * Fills a projection with its defaults: no array.
- *
- * @param projection  The struct to fill.
- * @param struct_size sizeof(atlasfit_projection).
- */
-ATLASFIT_API atlasfit_status atlasfit_projection_init(atlasfit_projection *projection, size_t struct_size);
-
-/**
- * Moves each point to the nearest place on the atlas's surface, in order: denoising of points that the atlas was not fitted to, or of the
- * vertices of any mesh. Accurate for points nearer to the surface than it bends.
- *
- * @param atlas  The atlas.
- * @param points Points; only their positions are read.
- * @param run    How long work is run; NULL = the defaults.
- * @param out    Where results are put. Its arrays may not overlap the points.
+ * The library's version: major << 24 | minor << 16 | patch << 8. Compare with #ATLASFIT_VERSION: same major (and, while it is 0, same minor)
+ * means that header and library agree.
  */
 ATLASFIT_API
-atlasfit_status atlasfit_atlas_project(const atlasfit_atlas *atlas,
-                                       const atlasfit_points *points,
-                                       const atlasfit_run *run,
-                                       const atlasfit_projection *out);
+uint32_t atlasfit_version(void);
 
 /**
- * The places of chart coordinates. Returns at once: it takes well under a microsecond per place.
- *
- * @param atlas    The atlas.
- * @param chart    Index of the chart, 0 to info.charts - 1.
- * @param uv       u, v of each place, in the unit disk: the circle of radius 1 about 0 is the chart's rim.
- * @param count    Number of places.
- * @param xyz      x, y, z per place; NULL = not wanted.
- * @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
- * @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond; NULL = not wanted.
- * @param capacity Places that each array has room for, at least `count`.
+ * The name of a status, for logs: "invalid argument". Static text, never NULL; "unknown status" for a value that is none.
  */
 ATLASFIT_API
-atlasfit_status atlasfit_atlas_eval(const atlasfit_atlas *atlas,
-                                    size_t chart,
-                                    const double *uv,
-                                    size_t count,
-                                    double *xyz,
-                                    float *normals,
-                                    float *inside,
-                                    size_t capacity);
+const char *atlasfit_status_name(atlasfit_status status);
+
+/**
+ * Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that succeeds leaves it as it is.
+ *
+ * At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8 characters. `buffer` may be NULL to ask for the length.
+ *
+ * @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on this thread.
+ */
+ATLASFIT_API
+size_t atlasfit_last_error(char *buffer,
+                           size_t capacity);
+
+/**
+ * Makes a cancel token. Free it with atlasfit_cancel_free().
+ *
+ * @param out Where the token is put; NULL on failure.
+ */
+ATLASFIT_API atlasfit_status atlasfit_cancel_new(atlasfit_cancel **out);
+
+/**
+ * Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no output. From any thread, but not from a signal
+ * handler (set a flag there, and return 0 from the progress callback).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_cancel_request(const atlasfit_cancel *token);
+
+/**
+ * Frees a token; NULL is allowed. Runs that hold it go on.
+ */
+ATLASFIT_API atlasfit_status atlasfit_cancel_free(atlasfit_cancel *token);
+
+/**
+ * Fills a run with its defaults.
+ *
+ * @param run         The struct to fill.
+ * @param struct_size sizeof(atlasfit_run).
+ */
+ATLASFIT_API atlasfit_status atlasfit_run_init(atlasfit_run *run, size_t struct_size);
+
+/**
+ * A short name for a stage, lower case: "fitting charts". Static text, never NULL; "working" for a number that is no stage.
+ */
+ATLASFIT_API
+const char *atlasfit_stage_name(uint32_t stage);
+
+/**
+ * Fills an attribute with its defaults.
+ *
+ * @param attribute   The struct to fill.
+ * @param struct_size sizeof(atlasfit_attribute).
+ */
+ATLASFIT_API atlasfit_status atlasfit_attribute_init(atlasfit_attribute *attribute, size_t struct_size);
+
+/**
+ * Fills points with their defaults: none.
+ *
+ * @param points      The struct to fill.
+ * @param struct_size sizeof(atlasfit_points).
+ */
+ATLASFIT_API atlasfit_status atlasfit_points_init(atlasfit_points *points, size_t struct_size);
+
+/**
+ * Fills a mesh with its defaults: no triangle.
+ *
+ * @param mesh        The struct to fill.
+ * @param struct_size sizeof(atlasfit_mesh).
+ */
+ATLASFIT_API atlasfit_status atlasfit_mesh_init(atlasfit_mesh *mesh, size_t struct_size);
 
 /**
  * Fills options with their defaults.
@@ -1235,166 +1260,61 @@ atlasfit_status atlasfit_result_atlas(const atlasfit_result *result,
                                       atlasfit_atlas **out);
 
 /**
- * The number of handles that were made and not freed, of all kinds: 0 at the end of a program that frees what it makes. Handles are kept in a
- * table, so that a leak checker alone does not see one that was forgotten.
+ * Frees an atlas; NULL is allowed.
+ */
+ATLASFIT_API atlasfit_status atlasfit_atlas_free(atlasfit_atlas *atlas);
+
+/**
+ * Tells what an atlas holds.
+ *
+ * @param info Filled; its struct_size must be set.
+ */
+ATLASFIT_API atlasfit_status atlasfit_atlas_get_info(const atlasfit_atlas *atlas, atlasfit_atlas_info *info);
+
+/**
+ * Fills a projection with its defaults: no array.
+ *
+ * @param projection  The struct to fill.
+ * @param struct_size sizeof(atlasfit_projection).
+ */
+ATLASFIT_API atlasfit_status atlasfit_projection_init(atlasfit_projection *projection, size_t struct_size);
+
+/**
+ * Moves each point to the nearest place on the atlas's surface, in order: denoising of points that the atlas was not fitted to, or of the
+ * vertices of any mesh. Accurate for points nearer to the surface than it bends.
+ *
+ * @param atlas  The atlas.
+ * @param points Points; only their positions are read.
+ * @param run    How long work is run; NULL = the defaults.
+ * @param out    Where results are put. Its arrays may not overlap the points.
  */
 ATLASFIT_API
-size_t atlasfit_live_handles(void);
+atlasfit_status atlasfit_atlas_project(const atlasfit_atlas *atlas,
+                                       const atlasfit_points *points,
+                                       const atlasfit_run *run,
+                                       const atlasfit_projection *out);
 
 /**
- * Fills an attribute with its defaults.
+ * The places of chart coordinates. Returns at once: it takes well under a microsecond per place.
  *
- * @param attribute   The struct to fill.
- * @param struct_size sizeof(atlasfit_attribute).
- */
-ATLASFIT_API atlasfit_status atlasfit_attribute_init(atlasfit_attribute *attribute, size_t struct_size);
-
-/**
- * Fills points with their defaults: none.
- *
- * @param points      The struct to fill.
- * @param struct_size sizeof(atlasfit_points).
- */
-ATLASFIT_API atlasfit_status atlasfit_points_init(atlasfit_points *points, size_t struct_size);
-
-/**
- * Fills a mesh with its defaults: no triangle.
- *
- * @param mesh        The struct to fill.
- * @param struct_size sizeof(atlasfit_mesh).
- */
-ATLASFIT_API atlasfit_status atlasfit_mesh_init(atlasfit_mesh *mesh, size_t struct_size);
-
-/**
- * Counts a mesh's connectivity.
- *
- * @param mesh The mesh.
- * @param run  How long work is run; NULL = the defaults.
- * @param out  Filled; its struct_size must be set.
+ * @param atlas    The atlas.
+ * @param chart    Index of the chart, 0 to info.charts - 1.
+ * @param uv       u, v of each place, from -1 to 1.
+ * @param count    Number of places.
+ * @param xyz      x, y, z per place; NULL = not wanted.
+ * @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
+ * @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond, 0 outside the chart's domain; NULL = not wanted.
+ * @param capacity Places that each array has room for, at least `count`.
  */
 ATLASFIT_API
-atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
-                                          const atlasfit_run *run,
-                                          atlasfit_topology *out);
-
-/**
- * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
- *
- * @param mesh         The mesh with its UVs.
- * @param run          How long work is run; NULL = the defaults.
- * @param out          Filled; its struct_size must be set.
- * @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.
- * @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is NULL.
- */
-ATLASFIT_API
-atlasfit_status atlasfit_measure_uv(const atlasfit_mesh *mesh,
-                                    const atlasfit_run *run,
-                                    atlasfit_uv_quality *out,
-                                    float *face_stretch,
+atlasfit_status atlasfit_atlas_eval(const atlasfit_atlas *atlas,
+                                    size_t chart,
+                                    const double *uv,
+                                    size_t count,
+                                    double *xyz,
+                                    float *normals,
+                                    float *inside,
                                     size_t capacity);
-
-/**
- * Fills options with their defaults.
- *
- * @param options     The struct to fill.
- * @param struct_size sizeof(atlasfit_distance_options).
- */
-ATLASFIT_API
-atlasfit_status atlasfit_distance_options_init(atlasfit_distance_options *options,
-                                               size_t struct_size);
-
-/**
- * Measures a mesh against the true surface, by random samples that follow the run's seed.
- *
- * @param mesh    The mesh to judge.
- * @param truth   The true surface, in the same frame.
- * @param options How to measure; NULL = the defaults.
- * @param run     How long work is run; NULL = the defaults.
- * @param out     Filled; its struct_size must be set.
- */
-ATLASFIT_API
-atlasfit_status atlasfit_measure_surface(const atlasfit_mesh *mesh,
-                                         const atlasfit_mesh *truth,
-                                         const atlasfit_distance_options *options,
-                                         const atlasfit_run *run,
-                                         atlasfit_distance *out);
-
-/**
- * Measures points against the true surface.
- *
- * @param points         The points to judge; only their positions are read.
- * @param truth          The true surface, in the same frame.
- * @param options        How to measure; NULL = the defaults.
- * @param run            How long work is run; NULL = the defaults.
- * @param out            Filled; its struct_size must be set.
- * @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL = not wanted.
- * @param capacity       Numbers that `point_distance` has room for, at least points.count unless it is NULL.
- */
-ATLASFIT_API
-atlasfit_status atlasfit_measure_points(const atlasfit_points *points,
-                                        const atlasfit_mesh *truth,
-                                        const atlasfit_distance_options *options,
-                                        const atlasfit_run *run,
-                                        atlasfit_distance *out,
-                                        double *point_distance,
-                                        size_t capacity);
-
-/**
- * Makes a cancel token. Free it with atlasfit_cancel_free().
- *
- * @param out Where the token is put; NULL on failure.
- */
-ATLASFIT_API atlasfit_status atlasfit_cancel_new(atlasfit_cancel **out);
-
-/**
- * Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no output. From any thread, but not from a signal
- * handler (set a flag there, and return 0 from the progress callback).
- */
-ATLASFIT_API
-atlasfit_status atlasfit_cancel_request(const atlasfit_cancel *token);
-
-/**
- * Frees a token; NULL is allowed. Runs that hold it go on.
- */
-ATLASFIT_API atlasfit_status atlasfit_cancel_free(atlasfit_cancel *token);
-
-/**
- * Fills a run with its defaults.
- *
- * @param run         The struct to fill.
- * @param struct_size sizeof(atlasfit_run).
- */
-ATLASFIT_API atlasfit_status atlasfit_run_init(atlasfit_run *run, size_t struct_size);
-
-/**
- * A short name for a stage, lower case: "fitting charts". Static text, never NULL; "working" for a number that is no stage.
- */
-ATLASFIT_API
-const char *atlasfit_stage_name(uint32_t stage);
-
-/**
- * The library's version: major << 24 | minor << 16 | patch << 8. Compare with #ATLASFIT_VERSION: same major (and, while it is 0, same minor)
- * means that header and library agree.
- */
-ATLASFIT_API
-uint32_t atlasfit_version(void);
-
-/**
- * The name of a status, for logs: "invalid argument". Static text, never NULL; "unknown status" for a value that is none.
- */
-ATLASFIT_API
-const char *atlasfit_status_name(atlasfit_status status);
-
-/**
- * Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that succeeds leaves it as it is.
- *
- * At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8 characters. `buffer` may be NULL to ask for the length.
- *
- * @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on this thread.
- */
-ATLASFIT_API
-size_t atlasfit_last_error(char *buffer,
-                           size_t capacity);
 
 /**
  * Fills options with their defaults.
@@ -1481,6 +1401,87 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
                                   uint32_t *sources,
                                   float *vertex_uv,
                                   size_t vertex_capacity);
+
+/**
+ * Counts a mesh's connectivity.
+ *
+ * @param mesh The mesh.
+ * @param run  How long work is run; NULL = the defaults.
+ * @param out  Filled; its struct_size must be set.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
+                                          const atlasfit_run *run,
+                                          atlasfit_topology *out);
+
+/**
+ * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
+ *
+ * @param mesh         The mesh with its UVs.
+ * @param run          How long work is run; NULL = the defaults.
+ * @param out          Filled; its struct_size must be set.
+ * @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.
+ * @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is NULL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_uv(const atlasfit_mesh *mesh,
+                                    const atlasfit_run *run,
+                                    atlasfit_uv_quality *out,
+                                    float *face_stretch,
+                                    size_t capacity);
+
+/**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_distance_options).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_distance_options_init(atlasfit_distance_options *options,
+                                               size_t struct_size);
+
+/**
+ * Measures a mesh against the true surface, by random samples that follow the run's seed.
+ *
+ * @param mesh    The mesh to judge.
+ * @param truth   The true surface, in the same frame.
+ * @param options How to measure; NULL = the defaults.
+ * @param run     How long work is run; NULL = the defaults.
+ * @param out     Filled; its struct_size must be set.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_surface(const atlasfit_mesh *mesh,
+                                         const atlasfit_mesh *truth,
+                                         const atlasfit_distance_options *options,
+                                         const atlasfit_run *run,
+                                         atlasfit_distance *out);
+
+/**
+ * Measures points against the true surface.
+ *
+ * @param points         The points to judge; only their positions are read.
+ * @param truth          The true surface, in the same frame.
+ * @param options        How to measure; NULL = the defaults.
+ * @param run            How long work is run; NULL = the defaults.
+ * @param out            Filled; its struct_size must be set.
+ * @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL = not wanted.
+ * @param capacity       Numbers that `point_distance` has room for, at least points.count unless it is NULL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_measure_points(const atlasfit_points *points,
+                                        const atlasfit_mesh *truth,
+                                        const atlasfit_distance_options *options,
+                                        const atlasfit_run *run,
+                                        atlasfit_distance *out,
+                                        double *point_distance,
+                                        size_t capacity);
+
+/**
+ * The number of handles that were made and not freed, of all kinds: 0 at the end of a program that frees what it makes. Handles are kept in a
+ * table, so that a leak checker alone does not see one that was forgotten.
+ */
+ATLASFIT_API
+size_t atlasfit_live_handles(void);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Puts every file of the zoo of difficult files, and damaged copies of it, through `atlasfit info`, `denoise` and `measure`.
 
-usage: zoo.py PROGRAM [FOLDER] [--table FILE.md] [--only WORD] [--commands info,denoise,measure] [--kinds whole,changed] [--jobs 2]
+usage: zoo.py PROGRAM [FOLDER] [--table FILE.md] [--only WORD] [--commands info,denoise,measure] [--kinds whole,changed] [--jobs 2] [--results FILE.jsonl]
        zoo.py --damage FILE KIND OUT        writes one damaged copy, to look at a failure (KIND: cut0 ... cut9, changed)
 
---kinds: which copies; by default whole, cut0 ... cut9, changed.
+--kinds: which copies; by default whole, cut0 ... cut9, changed. --results: what came of each run is kept there and not run again, so that
+a long run can be stopped and taken up later, with the same program; table and summary are of all that is in it.
 
-Damaged copies: the file cut off at 10 random places, and the file with 20 random bytes changed; always the same ones, by the file's
-name. Each run may take 30 s of processor time with one thread (so that a busy machine does not decide) and 2 GB. A run passes when it ends with a valid result or with a clear error: exit code 0, 1 or 2, one
+Damaged copies: the file cut off at 10 random places, and the file with 20 random bytes changed; always the same ones, by the file's name.
+Each run may take 30 s of processor time with one thread (so that a busy machine does not decide) and 2 GB. A run passes when it ends with a valid result or with a clear error: exit code 0, 1 or 2, one
 line on standard error that names the reason, no panic, no signal. A surface that was written must load again and be finite.
 Prints the failures and a summary, writes a table of all files; exit code 1 if anything fails. Needs only Python.
 """
@@ -173,6 +174,7 @@ def main():
     parser.add_argument("--only", default="")
     parser.add_argument("--commands", default=",".join(COMMANDS))
     parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--results", type=pathlib.Path)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args()
     folder = pathlib.Path(args.folder)
@@ -183,11 +185,18 @@ def main():
     # Whole files first: their failures matter most.
     work = [(program, folder, p, kind, command) for kind in kinds for p in files for command in commands]
     results = []
+    if args.results and args.results.exists():
+        results = [json.loads(line) for line in args.results.read_text().splitlines()]
+    there = {(r["file"], r["kind"], r["command"]) for r in results}
+    work = [w for w in work if (str(w[2].relative_to(folder)), w[3], w[4]) not in there]
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        for r in pool.map(lambda w: check(*w), work):
+        for done, r in enumerate(pool.map(lambda w: check(*w), work), 1):
             results.append(r)
-            if len(results) % 500 == 0:
-                print(f"{len(results)} of {len(work)} runs", file=sys.stderr, flush=True)
+            if args.results:
+                with args.results.open("a") as out:
+                    out.write(json.dumps(r) + "\n")
+            if done % 500 == 0:
+                print(f"{done} of {len(work)} runs", file=sys.stderr, flush=True)
             if r["fault"]:
                 print(f"FAILS {r['file']} ({r['kind']}) {r['command']}: {r['fault']}  [{r['seconds']:.1f} s]", flush=True)
     if args.table:
@@ -198,10 +207,11 @@ def main():
     if not results:
         print("no files")
         return 1
-    print(f"{len(files)} files, {len(results)} runs: {sum(r['code'] == 0 for r in results)} results, "
-          f"{len(results) - len(bad) - sum(r['code'] == 0 and not r['fault'] for r in results)} clear errors, {len(bad)} failures; "
+    good = sum(r["code"] == 0 and not r["fault"] for r in results)
+    print(f"{len({r['file'] for r in results})} files, {len(results)} runs: {good} results, {len(results) - len(bad) - good} clear errors; "
           f"slowest {slowest['seconds']:.1f} s ({slowest['file']}, {slowest['kind']}, {slowest['command']}), "
           f"most memory {most['peak'] >> 20} MB ({most['file']}, {most['kind']}, {most['command']})")
+    print(f"{len(results) - len(bad)} passed, {len(bad)} failed")
     return 1 if bad else 0
 
 

@@ -10,7 +10,8 @@ use crate::status::{
 use atlasfit::atlas::query::{Atlas, OnAtlas};
 use std::sync::Arc;
 
-/// A fitted atlas: overlapping charts, each a smooth map from the unit disk into space. Immutable: any number of threads may use one at once.
+/// A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along
+/// the tube and v = angle / pi around it. Immutable: any number of threads may use one at once.
 pub struct atlasfit_atlas(());
 
 impl Handle for atlasfit_atlas {
@@ -87,7 +88,7 @@ pub struct atlasfit_projection {
     pub normals: *mut f32,
     /// Nearest chart per point; UINT32_MAX for a point that is not finite (its position is given back, its other numbers are 0).
     pub charts: *mut u32,
-    /// Coordinates in that chart's unit disk, 2 numbers per point.
+    /// Coordinates in that chart, 2 numbers per point.
     pub chart_uv: *mut f32,
     /// Distance from the point to its projection.
     pub distances: *mut f64,
@@ -184,11 +185,11 @@ unsafe fn write<Number, Group>(to: *mut Number, values: impl Iterator<Item = Gro
 ///
 /// @param atlas    The atlas.
 /// @param chart    Index of the chart, 0 to info.charts - 1.
-/// @param uv       u, v of each place, in the unit disk: the circle of radius 1 about 0 is the chart's rim.
+/// @param uv       u, v of each place, from -1 to 1.
 /// @param count    Number of places.
 /// @param xyz      x, y, z per place; NULL = not wanted.
 /// @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
-/// @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond; NULL = not wanted.
+/// @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond, 0 outside the chart's domain; NULL = not wanted.
 /// @param capacity Places that each array has room for, at least `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_atlas_eval(

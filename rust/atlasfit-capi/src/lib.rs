@@ -11,12 +11,21 @@
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
 
-pub mod atlas;
-pub mod denoise;
-pub mod handle;
-pub mod input;
-pub mod measure;
-pub mod run;
-pub mod sized;
+// In the order of the header.
 pub mod status;
+
+pub mod run;
+
+pub mod input;
+
+pub mod denoise;
+
+pub mod atlas;
+
 pub mod unwrap;
+
+pub mod measure;
+
+// What they share; nothing of it is in the header but `atlasfit_live_handles`.
+pub mod handle;
+pub mod sized;

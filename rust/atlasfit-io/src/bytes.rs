@@ -2,6 +2,29 @@
 
 use atlasfit::geometry::ScalarKind;
 
+/// `n` zeros for a column whose bytes are known to be in the file. Several threads touch the pages of a large one: the first
+/// touch of its memory costs more than all else that reading rows does.
+pub fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
+    /// Smaller columns take less time than starting threads.
+    const LARGE: usize = 4 << 20;
+    /// More threads wait for each other in the system.
+    const MOST_THREADS: usize = 8;
+    const PAGE: usize = 4096;
+    let mut out = vec![zero; n];
+    let threads = std::thread::available_parallelism().map_or(1, |t| t.get().min(MOST_THREADS));
+    if n * size_of::<T>() >= LARGE && threads > 1 {
+        let step = (PAGE / size_of::<T>()).max(1);
+        std::thread::scope(|scope| {
+            for part in out.chunks_mut(n.div_ceil(threads)) {
+                let touch = move || part.iter_mut().step_by(step).for_each(|x| *x = zero);
+                // Without a thread the pages are touched when they are filled.
+                let _ = std::thread::Builder::new().spawn_scoped(scope, touch);
+            }
+        });
+    }
+    out
+}
+
 /// Bytes of a number.
 pub const fn size(kind: ScalarKind) -> usize {
     match kind {
@@ -22,13 +45,33 @@ pub fn column(
     big: bool,
     mut put: impl FnMut(usize, f64),
 ) {
+    columns::<1>(data, stride, offset, kind, big, |i, [value]| put(i, value));
+}
+
+/// Calls `put(i, values)` for the `C` numbers that stand one behind the other at `offset` of each row.
+#[inline]
+pub fn columns<const C: usize>(
+    data: &[u8],
+    stride: usize,
+    offset: usize,
+    kind: ScalarKind,
+    big: bool,
+    mut put: impl FnMut(usize, [f64; C]),
+) {
     macro_rules! each {
         ($t:ty) => {{
             const N: usize = size_of::<$t>();
             for (i, row) in data.chunks_exact(stride).enumerate() {
-                if let Some(Ok(bytes)) = row.get(offset..offset + N).map(<[u8; N]>::try_from) {
-                    let value = if big { <$t>::from_be_bytes(bytes) } else { <$t>::from_le_bytes(bytes) };
-                    put(i, f64::from(value));
+                if let Some(bytes) = row.get(offset..offset + N * C) {
+                    let (numbers, _) = bytes.as_chunks::<N>();
+                    let value = |c: usize| {
+                        f64::from(if big {
+                            <$t>::from_be_bytes(numbers[c])
+                        } else {
+                            <$t>::from_le_bytes(numbers[c])
+                        })
+                    };
+                    put(i, std::array::from_fn(value));
                 }
             }
         }};

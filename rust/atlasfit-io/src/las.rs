@@ -4,7 +4,7 @@
 //! wrote that), intensity, classification, returns, GPS time, source, user data, scan angle and the extra bytes that
 //! the file describes are kept where they are not all zero.
 
-use crate::bytes::{column, size};
+use crate::bytes::{column, columns, size, zeros};
 use crate::error::{Place, Result};
 use crate::load::{Content, Input};
 use atlasfit::geometry::{Attribute, ScalarKind};
@@ -225,7 +225,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         header,
         content: Content::default(),
         values: Vec::new(),
-        block: Vec::new(),
+        done: 0,
         expected: 0,
     };
     reader.values = reader.fields.iter().map(|_| Vec::new()).collect();
@@ -253,7 +253,6 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         }
         input.reserve(n, per_point)?;
         reader.expected = n;
-        reader.content.cloud.positions.reserve_exact(n);
         input.blocks(start.min(input.len), n * record, BLOCK * record, |records| reader.take(records))?;
     }
     Ok(reader.finish(input))
@@ -267,64 +266,71 @@ struct Points {
     content: Content,
     /// Per field; empty while all values are zero.
     values: Vec<Vec<f64>>,
-    /// One field's values of the records at hand.
-    block: Vec<f64>,
+    /// Points taken.
+    done: usize,
     /// Points for which memory is set aside at once: those whose bytes are there.
     expected: usize,
+}
+
+/// At least `n` entries.
+fn grow<T: Copy + Send>(column: &mut Vec<T>, zero: T, n: usize) {
+    if column.is_empty() {
+        *column = zeros(zero, n);
+    } else if column.len() < n {
+        column.resize(n, zero);
+    }
 }
 
 impl Points {
     /// Takes whole records.
     fn take(&mut self, records: &[u8]) {
-        let Self { header, fields, color, content, values, block, expected } = self;
-        let expected = *expected;
-        let stride = header.record;
+        let Self { header, fields, color, content, values, done, expected } = self;
+        let (stride, first, expected) = (header.record, *done, *expected);
+        *done += records.len() / stride;
+        let room = expected.max(*done);
         let positions = &mut content.cloud.positions;
-        let first = positions.len();
-        positions.resize(first + records.len() / stride, [0.0; 3]);
+        grow(positions, [0.0; 3], room);
         let added = &mut positions[first..];
-        for (k, (scale, add)) in header.scale.into_iter().zip(header.offset).enumerate() {
-            column(records, stride, 4 * k, ScalarKind::I32, false, |i, v| {
-                added[i][k] = v * scale + add;
-            });
-        }
+        let (scale, add) = (header.scale, header.offset);
+        columns(records, stride, 0, ScalarKind::I32, false, |i, v: [f64; 3]| {
+            added[i] = [0, 1, 2].map(|k| v[k] * scale[k] + add[k]);
+        });
         for (field, out) in fields.iter().zip(values) {
-            block.resize(records.len() / stride, 0.0);
-            column(records, stride, field.offset, field.stored, false, |i, v| {
+            let value = |v: f64| {
                 let v = field.bits.map_or(v, |(shift, mask)| f64::from((v as u32 >> shift) & mask));
-                block[i] = v * field.scale + field.add;
-            });
-            // A column that is zero so far takes no memory.
-            if !out.is_empty() || block.iter().any(|&v| v != 0.0) {
-                if out.is_empty() {
-                    out.reserve_exact(expected);
+                v * field.scale + field.add
+            };
+            if out.is_empty() {
+                // A column that is zero so far takes no memory.
+                let mut zero = true;
+                column(records, stride, field.offset, field.stored, false, |_, v| zero &= value(v) == 0.0);
+                if zero {
+                    continue;
                 }
-                out.resize(first, 0.0);
-                out.extend_from_slice(block);
             }
+            grow(out, 0.0, room);
+            let added = &mut out[first..];
+            column(records, stride, field.offset, field.stored, false, |i, v| added[i] = value(v));
         }
         if let Some(offset) = *color {
             let colors = content.cloud.colors.get_or_insert_default();
-            if first == 0 {
-                colors.reserve_exact(expected);
-            }
-            colors.resize(first + records.len() / stride, [0.0, 0.0, 0.0, 1.0]);
+            grow(colors, [0.0; 4], room);
             let added = &mut colors[first..];
-            for (k, offset) in [offset, offset + 2, offset + 4].into_iter().enumerate() {
-                column(records, stride, offset, ScalarKind::U16, false, |i, v| {
-                    added[i][k] = v as f32 / 65535.0;
-                });
-            }
+            columns(records, stride, offset, ScalarKind::U16, false, |i, v: [f64; 3]| {
+                let [r, g, b] = v.map(|v| v as f32 / 65535.0);
+                added[i] = [r, g, b, 1.0];
+            });
         }
     }
 
     fn finish(self, input: &mut Input<'_>) -> Content {
         let mut content = self.content;
         if let Some(colors) = &mut content.cloud.colors {
-            let largest = colors.iter().flat_map(|c| &c[..3]).fold(0.0f32, |a, &b| a.max(b));
-            if largest == 0.0 {
+            const LARGEST_BYTE: f32 = 255.0 / 65535.0;
+            let any = |least: f32| colors.iter().any(|c| c[..3].iter().any(|&v| v > least));
+            if !any(0.0) {
                 content.cloud.colors = None;
-            } else if largest <= 255.0 / 65535.0 {
+            } else if !any(LARGEST_BYTE) {
                 let n = colors.len() as u64;
                 input.report.add("colours not above 255, read as 8 bits (LAS asks for 16)", n, None);
                 colors.iter_mut().flat_map(|c| &mut c[..3]).for_each(|c| *c = (*c * 65535.0).round() / 255.0);

@@ -293,9 +293,10 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
     debug_assert!(content.cloud.normals.as_ref().is_none_or(|c| c.len() == n));
     debug_assert!(content.cloud.colors.as_ref().is_none_or(|c| c.len() == n));
     debug_assert!(content.cloud.attributes.iter().all(|a| a.values.len() == n * a.width));
-    let bad = |p: &[f64; 3]| !p.iter().all(|c| c.is_finite());
-    if let Some(first) = content.cloud.positions.iter().position(bad) {
-        let count = content.cloud.positions[first..].iter().filter(|p| bad(p)).count();
+    let bad = |p: &&[f64; 3]| !p.iter().all(|c| c.is_finite());
+    if let Some(first) = wrong_from(content.cloud.positions.as_flattened(), |c| c.is_finite()).map(|i| i / 3)
+    {
+        let count = content.cloud.positions[first..].iter().filter(bad).count();
         let what = "points with a coordinate that is not finite, kept in place";
         input.report.add(what, count as u64, Some(format!("point {first}")));
     }
@@ -315,10 +316,20 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
     })
 }
 
+/// The first number that is not right. Block by block without a branch inside: nearly always all are right.
+fn wrong_from<T: Copy>(values: &[T], right: impl Fn(T) -> bool) -> Option<usize> {
+    const BLOCK: usize = 1024;
+    let block = values.chunks(BLOCK).position(|b| !b.iter().fold(true, |all, &v| all & right(v)))?;
+    let from = block * BLOCK;
+    values[from..].iter().position(|&v| !right(v)).map(|i| from + i)
+}
+
 /// Normals, colours and texture coordinates that are not finite become 0 (of a normal: "unknown"), and are counted,
 /// so that they do not spread into what is computed from them.
 fn zero_wrong_numbers(content: &mut Content, report: &mut LoadReport) {
     fn zero<const N: usize>(rows: &mut [[f32; N]]) -> u64 {
+        let Some(first) = wrong_from(rows.as_flattened(), |c| c.is_finite()) else { return 0 };
+        let rows = &mut rows[first / N..];
         let wrong = rows.iter_mut().filter(|r| !r.iter().all(|c| c.is_finite()));
         wrong.map(|r| *r = [0.0; N]).count() as u64
     }

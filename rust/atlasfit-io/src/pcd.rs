@@ -3,7 +3,7 @@
 //! Positions, normals, packed colours (`rgb`, `rgba`) and every other field as an attribute. Points of organised
 //! clouds without a measurement are NaN in the file and stay so. The viewpoint is not applied (nor does PCL).
 
-use crate::bytes::{column, size};
+use crate::bytes::{self, column, size, zeros};
 use crate::error::{Place, Result};
 use crate::load::{Content, Input};
 use crate::text::{self, Lines};
@@ -175,8 +175,13 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             let (slots, mut out) = columns(input, &header, n)?;
             let mut first = 0;
             input.blocks(header.end, n * row, BLOCK.saturating_mul(row), |bytes| {
-                for slot in &slots {
-                    put(&mut out, slot, first, bytes, row, slot.offset);
+                let mut rest = slots.as_slice();
+                while let [slot, others @ ..] = rest {
+                    let taken = put_position(&mut out, rest, first, bytes, row);
+                    if !taken {
+                        put(&mut out, slot, first, bytes, row, slot.offset);
+                    }
+                    rest = if taken { &rest[3..] } else { others };
                 }
                 first += BLOCK;
             })?;
@@ -266,13 +271,12 @@ fn columns(input: &mut Input<'_>, header: &Header, n: usize) -> Result<(Vec<Slot
     let numbers: usize = attributes.iter().map(|f| f.count).fold(0, usize::saturating_add);
     let rest = if normals.is_empty() { 0 } else { 12 } + if color.is_some() { 16 } else { 0 };
     input.reserve(n, numbers.saturating_mul(8).saturating_add(24 + rest))?;
-    // Fresh zeros cost nothing until they are written to.
     let mut out = Content::default();
-    out.cloud.positions = vec![[0.0; 3]; n];
-    out.cloud.normals = (!normals.is_empty()).then(|| vec![[0.0; 3]; n]);
-    out.cloud.colors = color.is_some().then(|| vec![[0.0; 4]; n]);
+    out.cloud.positions = zeros([0.0; 3], n);
+    out.cloud.normals = (!normals.is_empty()).then(|| zeros([0.0; 3], n));
+    out.cloud.colors = color.is_some().then(|| zeros([0.0; 4], n));
     let attribute = |f: &Field| {
-        let values = vec![0.0; n * f.count];
+        let values = zeros(0.0, n * f.count);
         Attribute { name: f.name.clone(), width: f.count, kind: f.kind.stored(), values }
     };
     out.cloud.attributes = attributes.into_iter().map(attribute).collect();
@@ -283,6 +287,22 @@ fn columns(input: &mut Input<'_>, header: &Header, n: usize) -> Result<(Vec<Slot
 fn unpack(bits: u32, alpha: bool) -> [f32; 4] {
     let [blue, green, red, a] = bits.to_le_bytes().map(|b| f32::from(b) / 255.0);
     [red, green, blue, if alpha { a } else { 1.0 }]
+}
+
+/// Takes x, y and z at once where they are the next three fields, of one kind of number: nearly always.
+fn put_position(out: &mut Content, slots: &[Slot], first: usize, rows: &[u8], stride: usize) -> bool {
+    let Some(Slot { target: Target::Position(0), kind: Kind::Ours(kind), offset, .. }) = slots.first() else {
+        return false;
+    };
+    let one = |k: usize| {
+        slots.get(k).is_some_and(|s| s.target == Target::Position(k) && s.kind == Kind::Ours(*kind))
+    };
+    if !(one(1) && one(2)) {
+        return false;
+    }
+    let out = &mut out.cloud.positions[first..];
+    bytes::columns(rows, stride, *offset, *kind, false, |i, v| out[i] = v);
+    true
 }
 
 /// Takes a field of the points from `first` on, `stride` bytes from one to the next.

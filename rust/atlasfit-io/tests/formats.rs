@@ -100,6 +100,16 @@ fn obj_corners_of_all_forms_relative_indices_and_continued_lines() {
 }
 
 #[test]
+fn obj_groups_objects_and_materials_become_one_mesh_and_are_counted() {
+    let obj = b"mtllib a.mtl\no left\ng side 1\nusemtl red\ns off\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no right\nusemtl blue\nv 1 1 0\nf 2 4 3\n";
+    let l = read("a.obj", obj);
+    assert_eq!(l.faces, [[0, 1, 2], [1, 3, 2]]);
+    let notes = notes(&l);
+    assert!(notes.contains("2 changes of material, which are not kept"), "{notes}");
+    assert!(notes.contains("3 groups and objects, joined into one mesh"), "{notes}");
+}
+
+#[test]
 fn off_with_colours_and_normals_on_one_line_and_with_comments() {
     let l = read(
         "a.off",

@@ -189,6 +189,40 @@ proptest! {
     }
 
     #[test]
+    fn one_format_after_another_gives_what_both_hold(
+        w in wanted(),
+        seeds in prop::collection::vec(any::<u32>(), 3..40),
+        formats in prop::sample::subsequence(vec!["ply", "obj", "off", "glb", "stl"], 2),
+        turned: bool,
+    ) {
+        let mesh = mesh(Wanted { double: false, ..w }, &seeds);
+        let [first, second] = if turned { [formats[1], formats[0]] } else { [formats[0], formats[1]] };
+        let (between, _) = through(&format!("a.{first}"), &mesh, false);
+        let (back, _) = through(&format!("a.{second}"), &between, false);
+        let pair = [first, second];
+        let holds = |without: &[&str]| !pair.iter().any(|f| without.contains(f));
+        // Per corner: STL and GLB number the vertices anew.
+        fn corners<T: Copy, U>(m: &TriMesh, of: &[T], number: impl Fn(T) -> U) -> Vec<U> {
+            m.triangles.iter().flatten().map(|&v| number(of[v as usize])).collect()
+        }
+        let same = |a: Vec<f64>, b: Vec<f64>, off: f64| a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= off);
+        let places = |m: &TriMesh| corners(m, &m.positions, |p| p).concat();
+        // GLB may move the origin.
+        let off = if pair.contains(&"glb") { 1e-7 * (2000.0 * seeds.len() as f64 + 1000.0) } else { 0.0 };
+        prop_assert!(same(places(&back), places(&mesh), off), "{:?}", pair);
+        let normals = |m: &TriMesh| m.normals.iter().flat_map(|n| corners(m, n, |n| n.map(f64::from))).flatten().collect::<Vec<_>>();
+        let none = vec![];
+        prop_assert!(same(normals(&back), if holds(&["stl"]) { normals(&mesh) } else { none.clone() }, 1e-6), "{:?}", pair);
+        let colors = |m: &TriMesh| {
+            let numbers = if holds(&["obj"]) { 4 } else { 3 };
+            m.colors.iter().flat_map(|c| corners(m, c, |c| c[..numbers].iter().map(|&c| f64::from(c)).collect::<Vec<_>>())).flatten().collect::<Vec<_>>()
+        };
+        prop_assert!(same(colors(&back), if holds(&["stl"]) { colors(&mesh) } else { none.clone() }, 2e-6), "{:?}", pair);
+        let uv = |m: &TriMesh| m.corner_uv.iter().flatten().flatten().flatten().map(|&v| f64::from(v)).collect::<Vec<_>>();
+        prop_assert!(same(uv(&back), if holds(&["stl", "off"]) { uv(&mesh) } else { none }, 1e-4), "{:?}", pair);
+    }
+
+    #[test]
     fn columns_of_numbers_give_the_points_back(
         w in wanted(),
         seeds in prop::collection::vec(any::<u32>(), 3..40),

@@ -57,13 +57,14 @@ fn main() -> Result<()> {
                     Ok((uv, stages)) => {
                         let of = |s: Stage| stages.iter().find(|x| x.0 == s).map_or(0.0, |x| x.1);
                         println!(
-                            "{name} faces {} charts {} over {:.4} t {t:.3} segment {:.3} flatten {:.3} pack {:.3}",
+                            "{name} faces {} charts {} over {:.4} t {t:.3} segment {:.3} flatten {:.3} pack {:.3} fill {:.4}",
                             mesh.triangles.len(),
                             uv.charts,
                             uv.over_stretched,
                             of(Stage::Segment),
                             of(Stage::Parametrize),
-                            of(Stage::Pack)
+                            of(Stage::Pack),
+                            fill(&uv.corner_uv)
                         );
                         if let Some(dir) = &out {
                             std::fs::create_dir_all(dir)?;
@@ -83,4 +84,13 @@ fn main() -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Share of the page that faces cover.
+fn fill(uv: &[[[f32; 2]; 3]]) -> f64 {
+    let twice = |t: &[[f32; 2]; 3]| {
+        let [a, b, c] = t.map(|p| p.map(f64::from));
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    uv.iter().map(twice).sum::<f64>() / 2.0
 }

@@ -61,7 +61,8 @@ pub fn spacing(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<
                         let k = k.min(found.len() - 1);
                         (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
                     };
-                    side(SPACING_K).max(WIDE_SHARE * side(WIDE_K)) as f32
+                    // Never zero: what is divided by it stays a number.
+                    (side(SPACING_K).max(WIDE_SHARE * side(WIDE_K)) as f32).max(1e-30)
                 })
                 .collect();
             ctx.advance(chunk.len());

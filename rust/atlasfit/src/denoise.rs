@@ -8,7 +8,7 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, dist2, sub};
+use crate::geometry::vec3::{Vec3, dist2};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
@@ -16,6 +16,7 @@ use crate::partition::{self, PATCH_SIZE, grow, tubes};
 use crate::prior::mlp::{self, MlpOptions};
 use crate::project::{self, Projected};
 use crate::run::{Context, Run, Stage};
+use crate::scan::{self, Scan};
 use crate::surface::{clean, field, holes};
 use crate::unwrap::{self, UnwrapOptions};
 use rayon::prelude::*;
@@ -109,6 +110,8 @@ pub struct Report {
     pub boundary_edges: usize,
     /// UV charts.
     pub uv_charts: usize,
+    /// What the user should know, in words.
+    pub warnings: Vec<String>,
     /// Seconds per stage.
     pub seconds: Vec<(Stage, f64)>,
 }
@@ -141,10 +144,21 @@ const VOXEL: f64 = 0.75;
 /// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave gaps about four
 /// spacings wide.
 const GAP: f64 = 16.0;
-/// Parts of the surface with fewer triangles, those of about fifty points, are specks.
-const SPECK: usize = 180;
-/// The least number of distinct points that make a surface.
-const MIN_POINTS: usize = 12;
+/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch of each other.
+const SLIT: f64 = 3.0;
+/// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the usual size.
+const SPECK: f64 = 180.0;
+/// Whatever the voxels, fewer triangles are a speck.
+const LEAST_SPECK: f64 = 8.0;
+/// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels of its size would be many times as many
+/// as the points.
+const VOXEL_SPREAD: f64 = 0.2;
+/// A point alone covers a disk as wide as this many spacings.
+const ALONE: f64 = 4.2;
+/// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts (measured).
+const BYTES_PER_POINT: u64 = 700;
+/// Memory for one triangle while UVs are laid out (measured).
+const BYTES_PER_TRIANGLE: u64 = 250;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.
 const UV_STRETCH: f64 = 1.25;
 /// Times the noise may be corrected by the fit.
@@ -154,8 +168,6 @@ const NOISE_SETTLED: f64 = 0.85;
 /// The share of the charts that see the noise truly even where others hold two sheets unseen, and how far below the median that quantile lies where
 /// all see it truly.
 const SEEN: (f64, f64) = (0.3, 1.05);
-/// Points whose neighbours are this many times farther than their neighbours' neighbours are stray.
-const STRAY: f64 = 4.0;
 
 /// Denoises a scan.
 ///
@@ -205,193 +217,28 @@ fn validate(o: &DenoiseOptions) -> Result<()> {
     if !(o.fill_holes >= 0.0 && o.fill_holes.is_finite()) {
         return Err(Error::invalid(format!("fill_holes is {}", o.fill_holes), "Give a length, 0 or more"));
     }
+    if !(16..=65536).contains(&o.texture_size) {
+        return Err(Error::invalid(format!("texture_size is {}", o.texture_size), "Give 16 to 65536 texels"));
+    }
     match &o.prior {
         Prior::Gp => Ok(()),
         Prior::Mlp(how) => how.validate(),
     }
 }
 
-/// Distinct finite points in the normalised frame.
-struct Prepared {
-    points: Vec<Vec3>,
-    /// For each input point its prepared point; `u32::MAX` where it is not finite.
-    of_input: Vec<u32>,
-    origin: Vec3,
-    scale: f64,
-    not_finite: usize,
-    duplicates: usize,
-}
-
-fn prepare(cloud: &PointCloud) -> Result<Prepared> {
-    let n = cloud.len();
-    if n == 0 {
-        return Err(Error::empty(
-            "the scan has no points",
-            "Give a file with at least a few hundred points on a surface",
-        ));
-    }
-    let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
-    let count = cloud.positions.iter().filter(|p| finite(p)).count();
-    if count == 0 {
-        return Err(Error::empty(
-            format!("none of the {n} points has finite coordinates"),
-            "Check the file's columns and units",
-        ));
-    }
-    // Box and centre from quantiles: one stray point far away must not squeeze the rest into rounding noise.
-    let quantile = |axis: usize| {
-        let mut v: Vec<f64> = cloud.positions.iter().filter(|p| finite(p)).map(|p| p[axis]).collect();
-        let lo = (count as f64 * 0.005) as usize;
-        let low = *v.select_nth_unstable_by(lo, f64::total_cmp).1;
-        let high = *v.select_nth_unstable_by(count - 1 - lo, f64::total_cmp).1;
-        (low, high)
-    };
-    let range = [quantile(0), quantile(1), quantile(2)];
-    let origin = range.map(|(a, b)| a + (b - a) * 0.5);
-    let scale = range.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
-    if !(scale > 0.0 && scale.is_finite()) {
-        return Err(Error::Degenerate {
-            what: format!("all {count} points lie in one place"),
-            advice: "Give points that lie on a surface".into(),
-        });
-    }
-    let normalised: Vec<Vec3> = cloud.positions.iter().map(|p| sub(*p, origin).map(|x| x / scale)).collect();
-    let (points, of_input) = distinct(&normalised);
-    let finite_now = of_input.iter().filter(|&&i| i != u32::MAX).count();
-    Ok(Prepared {
-        duplicates: finite_now - points.len(),
-        not_finite: n - finite_now,
-        points,
-        of_input,
-        origin,
-        scale,
-    })
-}
-
-/// Points with equal positions become one; points that are not finite are left out. Gives the distinct points in the order of their first
-/// appearance, and for each given point its distinct one (`u32::MAX` where it is left out).
-fn distinct(given: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
-    let n = given.len();
-    // Sorting by bits is exact and fast.
-    let mut order: Vec<u32> =
-        (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
-    let bits = |i: u32| given[i as usize].map(|x| (x + 0.0).to_bits());
-    order.par_sort_unstable_by_key(|&i| (bits(i), i));
-    let mut first = vec![u32::MAX; n];
-    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
-        for &i in group {
-            first[i as usize] = group[0];
-        }
-    }
-    let mut place = vec![u32::MAX; n];
-    let mut points = Vec::new();
-    for i in 0..n {
-        let f = first[i];
-        if f == i as u32 {
-            place[i] = points.len() as u32;
-            points.push(given[i]);
-        } else if f != u32::MAX {
-            // The first of equal points has the least index, so it has its place already.
-            place[i] = place[f as usize];
-        }
-    }
-    (points, place)
-}
-
-/// Fails on points that span no surface: too few, or all on a line.
-fn check_surface(points: &[Vec3]) -> Result<()> {
-    let degenerate = |what: String| {
-        Err(Error::Degenerate {
-            what,
-            advice: "Give points that lie on a surface, a few hundred at least".into(),
-        })
-    };
-    if points.len() < MIN_POINTS {
-        return degenerate(format!("only {} distinct points", points.len()));
-    }
-    let n = points.len() as f64;
-    let mean = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n);
-    let mut m = [0.0; 6];
-    for p in points {
-        let d = sub(*p, mean);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            m[k] += d[i] * d[j] / n;
-        }
-    }
-    let (values, _) = crate::geometry::dense::eigen3(m);
-    if values[1] <= 1e-14 * values[2] {
-        return degenerate("the points lie on a line".into());
-    }
-    Ok(())
-}
-
-/// Points that are much lonelier than the points around them.
-fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<bool>> {
-    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan too.
-    let mut all = spacing.to_vec();
-    let at = all.len() * 9 / 10;
-    let lonely = project::WIDEST * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
-    points
-        .par_chunks(1024)
-        .enumerate()
-        .map(|(c, chunk)| {
-            ctx.check()?;
-            let mut found = Vec::new();
-            Ok(chunk
-                .iter()
-                .enumerate()
-                .map(|(k, p)| {
-                    let own = f64::from(spacing[c * 1024 + k]);
-                    tree.nearest(*p, 9, &mut found);
-                    let mut around: Vec<f64> =
-                        found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize])).collect();
-                    own > lonely || own > STRAY * analyse::median(&mut around)
-                })
-                .collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()
-        .map(|v| v.concat())
-}
-
 fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<Denoised> {
-    let prepared = prepare(cloud)?;
-    // Points, tree, neighbours, memberships and charts, and the contour's blocks: measured at about 900 bytes a point.
-    ctx.reserve(900 * prepared.points.len() as u64)?;
+    // Points, tree, neighbours, memberships and charts: measured.
+    ctx.reserve(BYTES_PER_POINT * cloud.len() as u64)?;
+    let scan = scan::analyse(scan::distinct(&cloud.positions, ctx)?, options.noise, ctx)?;
     let mut report = Report {
         points: cloud.len(),
-        not_finite: prepared.not_finite,
-        duplicates: prepared.duplicates,
+        not_finite: scan.not_finite,
+        duplicates: scan.duplicates,
+        warnings: scan.warnings,
         ..Report::default()
     };
-
-    ctx.stage(Stage::Analyse, 2 * prepared.points.len());
-    // Stray points are taken out once; the rest is then a scan of its own.
-    let tree = Neighbours::build(&prepared.points)?;
-    let spacing = analyse::spacing(&prepared.points, &tree, ctx)?;
-    let lonely = stray(&prepared.points, &tree, &spacing, ctx)?;
-    drop(tree);
-    let mut of_prepared = vec![u32::MAX; prepared.points.len()];
-    let mut points = Vec::with_capacity(prepared.points.len());
-    let mut kept_spacing = Vec::with_capacity(prepared.points.len());
-    for (i, p) in prepared.points.iter().enumerate() {
-        if !lonely[i] {
-            of_prepared[i] = points.len() as u32;
-            points.push(*p);
-            kept_spacing.push(spacing[i]);
-        }
-    }
-    check_surface(&points)?;
-    let mut tree = Neighbours::build(&points)?;
-    let noise = match options.noise {
-        Some(noise) => noise / prepared.scale,
-        None => {
-            let median = analyse::median(&mut kept_spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
-            let first = analyse::noise(&points, &tree, ctx)?;
-            partition::check_noise(&points, &tree, &kept_spacing, median, first, ctx)?
-        }
-    };
+    let Scan { mut points, mut of_input, mut tree, mut spacing, noise, origin, scale, .. } = scan;
     let mut sigma = noise;
-    let mut spacing = kept_spacing;
     if let Prior::Mlp(how) = &options.prior {
         drop(tree);
         let atlas = mlp::fit(&points, how, ctx)?;
@@ -405,14 +252,14 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
             }
         }
         // Points beyond a chart's border meet at the border.
-        let place;
-        (points, place) = distinct(&clean);
-        for p in &mut of_prepared {
-            *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
+        let met = scan::distinct(&clean, ctx)?;
+        points = met.points;
+        for p in &mut of_input {
+            *p = met.of_input.get(*p as usize).copied().unwrap_or(u32::MAX);
         }
-        check_surface(&points)?;
+        scan::check_surface(&points)?;
         ctx.stage(Stage::Analyse, points.len());
-        tree = Neighbours::build(&points)?;
+        tree = Neighbours::build(&points, ctx)?;
         spacing = analyse::spacing(&points, &tree, ctx)?;
         sigma = analyse::noise(&points, &tree, ctx)?;
     }
@@ -457,28 +304,38 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
 
     ctx.stage(Stage::Project, 3);
-    let members = project::membership(points.len(), &fitted);
-    let relations = orient::relations(&points, &fitted, &members);
-    ctx.check()?;
-    let (signs, conflicts) = orient::orient(fitted.len(), &relations);
+    let members = project::membership(points.len(), &fitted, ctx)?;
+    let relations = orient::relations(&points, &fitted, &members, ctx)?;
+    let (signs, conflicts) = orient::orient(fitted.len(), &relations, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs) {
         f.chart.sign = *sign;
     }
     ctx.advance(1);
-    let projected = project::project_members(&points, &fitted, &members, ctx)?;
+    let mut projected = project::project_members(&points, &fitted, &members, ctx)?;
+    let widest = ALONE * project::WIDEST * median_spacing;
+    let spread = analysis.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
+    let spread = (spread.sum::<f64>() / points.len() as f64).sqrt();
+    let voxel = (VOXEL * median_spacing).max(VOXEL_SPREAD * spread) / options.detail;
+    // What lies so far away that its voxels have no name is set aside.
+    for p in projected.iter_mut().filter(|p| !field::within_range(p.position, voxel)) {
+        p.chart = u32::MAX;
+    }
     ctx.advance(1);
-    let anchors = project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing);
+    let anchors =
+        project::anchors(&points, &projected, &fitted, &members, &analysis.spacing, median_spacing, ctx)?;
     ctx.advance(1);
 
     // Contouring needs the most memory: what is done with goes first.
     drop(tree);
     drop(members);
-    let voxel = VOXEL * median_spacing / options.detail;
+    let speck = (SPECK * (VOXEL * median_spacing / voxel).powi(2)).max(LEAST_SPECK) as usize;
     let charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
-    let contour = field::contour(&charts, &anchors, &relations, &conflicts, voxel, ctx)?;
-    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), SPECK);
-    let longest = (GAP * median_spacing).max(options.fill_holes / prepared.scale);
-    report.filled_holes = holes::fill(&mut surface, longest, ctx)?;
+    let contour = field::contour(&charts, anchors, &relations, &conflicts, voxel, ctx)?;
+    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), speck, ctx)?;
+    let longest = (GAP * median_spacing).max(options.fill_holes / scale);
+    let (filled, touched) = holes::fill(&mut surface, longest, SLIT * median_spacing, ctx)?;
+    report.filled_holes = filled;
+    clean::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::Degenerate {
             what: "the charts make no connected surface".into(),
@@ -486,21 +343,24 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         });
     }
 
+    ctx.check()?;
     // Attributes from the nearest denoised points.
     let sources: Vec<u32> = {
         let mut first = vec![u32::MAX; points.len()];
-        for (input, &p) in prepared.of_input.iter().enumerate().rev() {
-            if p != u32::MAX && of_prepared[p as usize] != u32::MAX {
-                first[of_prepared[p as usize] as usize] = input as u32;
+        for (input, &p) in of_input.iter().enumerate().rev() {
+            if p != u32::MAX {
+                first[p as usize] = input as u32;
             }
         }
         first
     };
-    let mut mesh = TriMesh::new(surface.positions.clone(), surface.triangles);
+    let mut mesh = TriMesh::new(surface.positions, surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.map(|x| x as f32)).collect());
     transfer(cloud, &projected, &sources, &mut mesh, ctx)?;
 
     if options.uv {
+        let (own, faces) = (BYTES_PER_POINT / 3 * points.len() as u64, mesh.triangles.len() as u64);
+        ctx.reserve(own + BYTES_PER_TRIANGLE * faces)?;
         let how = UnwrapOptions {
             max_stretch: UV_STRETCH,
             page_size: [options.texture_size; 2],
@@ -512,20 +372,23 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         mesh.face_chart = Some(layout.face_chart);
     }
     let topology = measure::topology(&mesh, ctx)?;
-    let back = |p: Vec3| [0, 1, 2].map(|k| p[k] * prepared.scale + prepared.origin[k]);
+    let back = |p: Vec3| [0, 1, 2].map(|k| p[k] * scale + origin[k]);
     for p in &mut mesh.positions {
         *p = back(*p);
     }
 
+    ctx.check()?;
     // Denoised points in input order.
     let mut out = cloud.clone();
     let mut normals = vec![[0f32; 3]; cloud.len()];
     let mut source: Vec<u32> = (0..cloud.len() as u32).collect();
     let mut orphan = vec![false; cloud.len()];
     let mut chart = vec![u32::MAX; cloud.len()];
-    for (i, &p) in prepared.of_input.iter().enumerate() {
-        let Some(&k) = of_prepared.get(p as usize) else { continue };
-        match projected.get(k as usize) {
+    for (i, &p) in of_input.iter().enumerate() {
+        if !cloud.positions[i].iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        match projected.get(p as usize) {
             Some(q) if q.chart != u32::MAX => {
                 out.positions[i] = back(q.position);
                 normals[i] = q.normal.map(|x| x as f32);
@@ -547,13 +410,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         out = pick(&out, &source);
     }
 
-    report.spacing = median_spacing * prepared.scale;
+    report.spacing = median_spacing * scale;
     // What the networks left is theirs, not the scan's.
     let scan_noise = if options.prior == Prior::Gp { analysis.sigma } else { noise };
-    report.noise = scan_noise * prepared.scale;
+    report.noise = scan_noise * scale;
     report.charts = charts.len();
     report.one_sided = !conflicts.is_empty();
-    report.voxel = voxel * prepared.scale;
+    report.voxel = voxel * scale;
     report.parts = topology.parts;
     report.boundary_loops = topology.boundary_loops;
     report.boundary_edges = topology.boundary_edges;
@@ -564,8 +427,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         point_chart: chart,
         surface: mesh,
         charts,
-        origin: prepared.origin,
-        scale: prepared.scale,
+        origin,
+        scale,
         report,
     })
 }
@@ -612,7 +475,7 @@ fn transfer(
         .filter(|(p, _)| p.chart != u32::MAX)
         .map(|(p, &s)| (p.position, s))
         .unzip();
-    let tree = Neighbours::build(&at)?;
+    let tree = Neighbours::build(&at, ctx)?;
     let weights: Vec<[(u32, f32); TRANSFER_K]> = mesh
         .positions
         .par_chunks(1024)
@@ -668,3 +531,6 @@ fn transfer(
         .collect();
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

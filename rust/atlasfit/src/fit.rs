@@ -20,6 +20,9 @@ const ROUNDS: usize = 3;
 /// deviate where the noise really varies, a chart of ten may not.
 const NOISE_STRENGTH: f64 = 40.0;
 
+/// Points that one chart is fitted to at the most; of more, an even share takes part.
+const MAX_DATA: usize = 4096;
+
 /// A chart and the points it was fitted to.
 pub struct Fitted {
     /// The chart.
@@ -37,10 +40,10 @@ pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) ->
     let fitted = patches
         .par_chunks(8)
         .map(|chunk| {
-            ctx.check()?;
             let mut tools = Tools::default();
             let mut out = Vec::new();
             for p in chunk {
+                ctx.check()?;
                 fit_patch(points, p, sigma, &mut tools, &mut out);
             }
             ctx.advance(chunk.len());
@@ -92,6 +95,10 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, tools: &mut Tools, out:
             ]
         })
         .collect();
+    // A few thousand points tell as much as a clump of a hundred thousand.
+    let full = local;
+    let step = full.len().div_ceil(MAX_DATA).max(1);
+    let local: Vec<[f64; 3]> = full.iter().step_by(step).copied().collect();
     let q = &patch.quadric;
     let mut weights: Vec<f64> = local
         .iter()
@@ -111,12 +118,16 @@ fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, tools: &mut Tools, out:
             *w = tukey(e, limit);
         }
     }
-    if let Some(pair) = two_sheets(&sheet.map, &local, patch, sigma, tools) {
-        for (sheet, weights) in pair {
-            finish(sheet, &local, &weights, patch, out);
+    let sheets = match two_sheets(&sheet.map, &local, patch, sigma, tools) {
+        Some(pair) => pair.into(),
+        None => vec![(sheet, weights)],
+    };
+    for (sheet, mut weights) in sheets {
+        if step > 1 {
+            let limit = TUKEY * sheet.sigma;
+            weights = residuals(&sheet.map, &full).map(|e| tukey(e, limit)).collect();
         }
-    } else {
-        finish(sheet, &local, &weights, patch, out);
+        finish(sheet, &full, &weights, patch, out);
     }
 }
 

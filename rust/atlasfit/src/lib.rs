@@ -22,6 +22,7 @@ pub mod prior;
 pub mod project;
 pub mod rng;
 pub mod run;
+pub mod scan;
 pub mod surface;
 pub mod unwrap;
 

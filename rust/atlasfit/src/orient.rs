@@ -5,9 +5,12 @@
 //! with charts in place of points: a chart's normal is far better known than a point's).
 
 use crate::atlas::Chart;
+use crate::error::Result;
 use crate::fit::Fitted;
+use crate::geometry::sort::sort_by;
 use crate::geometry::vec3::{Vec3, dot};
 use crate::project::Membership;
+use crate::run::Context;
 use rayon::prelude::*;
 
 /// Two overlapping charts, `a` < `b`, and how much their normals agree over the points that they share: positive when they
@@ -22,6 +25,9 @@ pub struct Relation {
     pub agreement: f64,
 }
 
+/// Two overlapping charts, the first less than the second.
+pub type Pair = (u32, u32);
+
 /// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose charts contradict each other
 /// over whole overlaps.
 const MIN_CONFLICT: f64 = 1.0;
@@ -31,51 +37,71 @@ const MIN_CONFLICT: f64 = 1.0;
 const ONE_SIDED: f64 = 0.004;
 
 /// Finds the relations of all overlapping charts.
-#[must_use]
-pub fn relations(points: &[Vec3], fitted: &[Fitted], members: &Membership) -> Vec<Relation> {
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn relations(
+    points: &[Vec3],
+    fitted: &[Fitted],
+    members: &Membership,
+    ctx: &Context<'_>,
+) -> Result<Vec<Relation>> {
     // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
-    let mut pairs: Vec<(u32, u32, f32)> = (0..points.len())
-        .into_par_iter()
-        .flat_map_iter(|i| {
-            let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
-            let mut views: Vec<(u32, f64, Vec3)> = row
-                .iter()
-                .map(|&(c, w)| {
-                    let chart: &Chart = &fitted[c as usize].chart;
-                    (c, (chart.weight(points[i]) + 1e-6) * f64::from(w), chart.normal_over(points[i]))
-                })
-                .collect();
-            let top = (0..views.len()).max_by(|&x, &y| views[x].1.total_cmp(&views[y].1)).unwrap_or(0);
-            if top != 0 {
-                views.swap(0, top);
-            }
-            let head = views.first().copied();
-            views.into_iter().skip(1).filter_map(move |(c, w, n)| {
-                let (c0, w0, n0) = head?;
-                let agree = dot(n, n0) * w.min(w0);
-                Some((c.min(c0), c.max(c0), agree as f32))
+    let of_point = |i: usize| {
+        let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+        let mut views: Vec<(u32, f64, Vec3)> = row
+            .iter()
+            .map(|&(c, w)| {
+                let chart: &Chart = &fitted[c as usize].chart;
+                (c, (chart.weight(points[i]) + 1e-6) * f64::from(w), chart.normal_over(points[i]))
             })
+            .collect();
+        let top = (0..views.len()).max_by(|&x, &y| views[x].1.total_cmp(&views[y].1)).unwrap_or(0);
+        if top != 0 {
+            views.swap(0, top);
+        }
+        let head = views.first().copied();
+        views.into_iter().skip(1).filter_map(move |(c, w, n)| {
+            let (c0, w0, n0) = head?;
+            let agree = dot(n, n0) * w.min(w0);
+            Some((c.min(c0), c.max(c0), agree as f32))
         })
-        .collect();
-    pairs.par_sort_by_key(|p| (p.0, p.1));
+    };
+    let mut pairs: Vec<(u32, u32, f32)> = points
+        .par_chunks(1024)
+        .enumerate()
+        .map(|(c, chunk)| {
+            ctx.check()?;
+            Ok((c * 1024..c * 1024 + chunk.len()).flat_map(of_point).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    // The last key makes the order of the sums the same on every run.
+    sort_by(&mut pairs, |x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)), ctx)?;
     let mut out: Vec<Relation> = Vec::new();
-    for (a, b, w) in pairs {
+    for (i, (a, b, w)) in pairs.into_iter().enumerate() {
+        if i % 65536 == 0 {
+            ctx.check()?;
+        }
         match out.last_mut() {
             Some(r) if r.a == a && r.b == b => r.agreement += f64::from(w),
             _ => out.push(Relation { a, b, agreement: f64::from(w) }),
         }
     }
-    out
+    Ok(out)
 }
 
 /// Signs per chart from the relations, and the relations that the signs contradict.
-#[must_use]
-pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32)>) {
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Result<(Vec<f64>, Vec<Pair>)> {
     let mut order: Vec<u32> = (0..relations.len() as u32).collect();
-    order.sort_by(|&x, &y| {
+    let strongest_first = |&x: &u32, &y: &u32| {
         let (x, y) = (relations[x as usize], relations[y as usize]);
         y.agreement.abs().total_cmp(&x.agreement.abs()).then((x.a, x.b).cmp(&(y.a, y.b)))
-    });
+    };
+    sort_by(&mut order, strongest_first, ctx)?;
     // Union-find with the parity of each node to its root.
     let mut parent: Vec<u32> = (0..charts as u32).collect();
     let mut parity = vec![1i8; charts];
@@ -110,7 +136,7 @@ pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32
     }
     let signs: Vec<f64> =
         (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
-    let conflicts: Vec<(u32, u32)> = relations
+    let conflicts: Vec<Pair> = relations
         .iter()
         .filter(|r| {
             r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
@@ -120,5 +146,6 @@ pub fn orient(charts: usize, relations: &[Relation]) -> (Vec<f64>, Vec<(u32, u32
     let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
     let against = sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
     let one_sided = against > ONE_SIDED * sum(&mut relations.iter());
-    (signs, if one_sided { conflicts } else { Vec::new() })
+    ctx.check()?;
+    Ok((signs, if one_sided { conflicts } else { Vec::new() }))
 }

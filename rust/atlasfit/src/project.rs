@@ -11,6 +11,9 @@ use crate::run::Context;
 use crate::surface::field::{ANCHOR_CHARTS, Anchor};
 use rayon::prelude::*;
 
+/// Charts whose members are listed between two checks.
+const CHECK_CHARTS: usize = 256;
+
 /// The chart memberships of every point, as compressed rows.
 pub struct Membership {
     /// Row starts, one more than there are points.
@@ -20,10 +23,15 @@ pub struct Membership {
 }
 
 /// Turns the charts' member lists into per-point lists (charts ascending).
-#[must_use]
-pub fn membership(points: usize, fitted: &[Fitted]) -> Membership {
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn membership(points: usize, fitted: &[Fitted], ctx: &Context<'_>) -> Result<Membership> {
     let mut start = vec![0u32; points + 1];
-    for f in fitted {
+    for (c, f) in fitted.iter().enumerate() {
+        if c % CHECK_CHARTS == 0 {
+            ctx.check()?;
+        }
         for &(m, _) in &f.members {
             start[m as usize + 1] += 1;
         }
@@ -34,12 +42,15 @@ pub fn membership(points: usize, fitted: &[Fitted]) -> Membership {
     let mut fill = start.clone();
     let mut entries = vec![(0u32, 0f32); start[points] as usize];
     for (c, f) in fitted.iter().enumerate() {
+        if c % CHECK_CHARTS == 0 {
+            ctx.check()?;
+        }
         for &(m, w) in &f.members {
             entries[fill[m as usize] as usize] = (c as u32, w);
             fill[m as usize] += 1;
         }
     }
-    Membership { start, entries }
+    Ok(Membership { start, entries })
 }
 
 /// A point on the atlas.
@@ -116,7 +127,9 @@ fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Pr
 pub(crate) const WIDEST: f64 = 6.0;
 
 /// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no chart claims are left out.
-#[must_use]
+///
+/// # Errors
+/// Cancelled or out of time.
 pub fn anchors(
     points: &[Vec3],
     projected: &[Projected],
@@ -124,30 +137,37 @@ pub fn anchors(
     members: &Membership,
     spacing: &[f32],
     median_spacing: f64,
-) -> Vec<Anchor> {
+    ctx: &Context<'_>,
+) -> Result<Vec<Anchor>> {
     let limit = WIDEST * median_spacing;
-    (0..points.len())
-        .into_par_iter()
-        .filter_map(|i| {
-            if projected[i].chart == u32::MAX {
-                return None;
-            }
-            let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
-            let mut best: Vec<(u32, f32)> = row
-                .iter()
-                .map(|&(c, w)| (c, (fitted[c as usize].chart.weight(points[i]) as f32 + 1e-6) * w))
-                .collect();
-            best.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-            let mut charts = [(u32::MAX, 0.0); ANCHOR_CHARTS];
-            for (to, from) in charts.iter_mut().zip(best) {
-                *to = from;
-            }
-            Some(Anchor {
-                position: projected[i].position,
-                normal: projected[i].normal,
-                spacing: f64::from(spacing[i]).min(limit),
-                charts,
-            })
+    let anchor = |i: usize| {
+        if projected[i].chart == u32::MAX {
+            return None;
+        }
+        let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+        let mut best: Vec<(u32, f32)> = row
+            .iter()
+            .map(|&(c, w)| (c, (fitted[c as usize].chart.weight(points[i]) as f32 + 1e-6) * w))
+            .collect();
+        best.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut charts = [(u32::MAX, 0.0); ANCHOR_CHARTS];
+        for (to, from) in charts.iter_mut().zip(best) {
+            *to = from;
+        }
+        Some(Anchor {
+            position: projected[i].position,
+            normal: projected[i].normal,
+            spacing: f64::from(spacing[i]).min(limit),
+            charts,
         })
-        .collect()
+    };
+    points
+        .par_chunks(1024)
+        .enumerate()
+        .map(|(c, chunk)| {
+            ctx.check()?;
+            Ok((c * 1024..c * 1024 + chunk.len()).filter_map(anchor).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()
+        .map(|v| v.concat())
 }

@@ -1,9 +1,9 @@
 //! Claims about the numerical tools that all stages share: searches against brute force, factorisations against their definition.
 
-use atlasfit::Error;
 use atlasfit::geometry::dense::{cholesky, cholesky_log_det, cholesky_solve, eigen3};
 use atlasfit::geometry::neighbours::{Neighbour, Neighbours};
 use atlasfit::geometry::vec3::{Vec3, cross, dist2, dot, norm, tangents};
+use atlasfit::{Error, Run};
 use proptest::prelude::*;
 
 /// Points in general, with repeats, all equal, on a line, or on a coarse lattice where many distances tie.
@@ -15,6 +15,10 @@ fn points() -> impl Strategy<Value = Vec<Vec3>> {
     let lattice = prop::collection::vec(prop::array::uniform3(0i32..4), 1..200)
         .prop_map(|v| v.into_iter().map(|p| p.map(f64::from)).collect());
     prop_oneof![general, equal, line, lattice]
+}
+
+fn search(points: &[Vec3]) -> atlasfit::Result<Neighbours> {
+    Run::default().execute(|ctx| Neighbours::build(points, ctx))
 }
 
 fn brute(points: &[Vec3], q: Vec3) -> Vec<Neighbour> {
@@ -33,7 +37,7 @@ proptest! {
 
     #[test]
     fn the_nearest_are_those_of_a_full_search(points in points(), q in prop::array::uniform3(-12.0..12.0f64), k in 0usize..50, own in any::<prop::sample::Index>()) {
-        let tree = Neighbours::build(&points).unwrap();
+        let tree = search(&points).unwrap();
         for q in [q, points[own.index(points.len())]] {
             let all = brute(&points, q);
             let mut found = Vec::new();
@@ -51,7 +55,7 @@ proptest! {
 
     #[test]
     fn those_within_are_those_of_a_full_search(points in points(), q in prop::array::uniform3(-12.0..12.0f64), radius in 0.0..20.0f64) {
-        let tree = Neighbours::build(&points).unwrap();
+        let tree = search(&points).unwrap();
         let mut found = Vec::new();
         tree.within(q, radius, &mut found);
         let all = brute(&points, q);
@@ -158,5 +162,5 @@ fn a_matrix_that_is_not_positive_definite_is_refused() {
 
 #[test]
 fn no_points_make_no_tree() {
-    assert!(matches!(Neighbours::build(&[]), Err(Error::EmptyInput { .. })));
+    assert!(matches!(search(&[]), Err(Error::EmptyInput { .. })));
 }

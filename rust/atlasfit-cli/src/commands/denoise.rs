@@ -143,6 +143,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         console.note(format_args!("{}: {lost}", file.display()));
     }
 
+    for warning in &outcome.report.warnings {
+        console.note(format_args!("{warning}"));
+    }
+
     let seconds = started.elapsed().as_secs_f64();
     let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
     let (r, mesh) = (&outcome.report, &outcome.surface);
@@ -180,7 +184,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         "one_sided": r.one_sided, "boundary_edges": r.boundary_edges, "boundary_loops": r.boundary_loops,
         "uv_charts": r.uv_charts, "seconds": number(seconds),
         "stages": r.seconds.iter().map(|(s, t)| (s.name().to_owned(), number(*t))).collect::<serde_json::Value>(),
-        "files": files,
+        "files": files, "warnings": r.warnings,
     });
     console.report(&text, &json);
     Ok(())

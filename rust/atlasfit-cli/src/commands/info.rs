@@ -7,10 +7,11 @@ use crate::console::{Console, RunArgs};
 use crate::files;
 use crate::number::{count, json as number, short};
 use anyhow::Result;
-use atlasfit::geometry::neighbours::Neighbours;
+use atlasfit::geometry::sort::sort;
 use atlasfit::geometry::{ScalarKind, TriMesh};
 use atlasfit::measure::{Topology, topology};
-use atlasfit::{Context, Stage, analyse, partition};
+use atlasfit::scan::{self, MIN_POINTS};
+use atlasfit::{Context, Error};
 use atlasfit_io::Format;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -41,18 +42,6 @@ struct Facts {
     topology: Option<Topology>,
 }
 
-/// Fewer distinct points show neither spacing nor noise.
-const FEW: usize = 12;
-/// Points of a cloud hang together when they are nearer than this many spacings.
-const LINK: f64 = 5.0;
-/// Neighbours that a point may hang together with.
-const LINKS: usize = 8;
-/// Fewer points that hang together are no part of a scan but stray.
-const GROUP: usize = 10;
-/// Points farther from the bulk than this many of its sides take no part in spacing and noise.
-const FAR: f64 = 10.0;
-/// Spacing, as a share of the bulk's side, that rounding alone could make.
-const LEAST_SPACING: f64 = 1e-12;
 /// Memory for one point: copies, tree, neighbours (measured, rounded up).
 const BYTES_PER_POINT: u64 = 250;
 /// Memory for one face: edges and their order.
@@ -83,109 +72,38 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     let n = mesh.positions.len();
     ctx.reserve(BYTES_PER_POINT * n as u64 + BYTES_PER_FACE * mesh.triangles.len() as u64)?;
-    let mut out = Facts::default();
-    // The first point at each place.
-    let bits = |i: u32| mesh.positions[i as usize].map(|x| (x + 0.0).to_bits());
-    let finite = |p: &[f64; 3]| p.iter().all(|x| x.is_finite());
-    let mut order: Vec<u32> = (0..n as u32).filter(|&i| finite(&mesh.positions[i as usize])).collect();
-    order.sort_unstable_by_key(|&i| (bits(i), i));
-    ctx.check()?;
-    out.not_finite = n - order.len();
-    let mut place: Vec<u32> = (0..n as u32).collect();
-    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
-        group.iter().for_each(|&i| place[i as usize] = group[0]);
-    }
-    let mut points: Vec<[f64; 3]> =
-        order.iter().filter(|&&i| place[i as usize] == i).map(|&i| mesh.positions[i as usize]).collect();
-    out.duplicates = order.len() - points.len();
-    drop(order);
-
+    let found = scan::distinct(&mesh.positions, ctx)?;
+    let mut out = Facts { not_finite: found.not_finite, duplicates: found.duplicates, ..Facts::default() };
     if !mesh.triangles.is_empty() {
-        let mut faces: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
+        let place = |v: u32| match found.of_input[v as usize] {
+            // Positions that are not finite stay alone.
+            u32::MAX => found.points.len() as u32 + v,
+            p => p,
+        };
+        let mut faces: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(place)).collect();
         faces.iter_mut().for_each(|f| f.sort_unstable());
         faces.retain(|[a, b, c]| a != b && b != c);
-        faces.sort_unstable();
+        sort(&mut faces, ctx)?;
         out.duplicate_faces = faces.chunk_by(|a, b| a == b).map(|g| g.len() - 1).sum();
-        ctx.check()?;
         out.topology = Some(topology(mesh, ctx)?);
     }
-    let Some(&first) = points.first() else { return Ok(out) };
-    let [min, max] = points.iter().fold([first; 2], |[lo, hi], p| {
+    let Some(&first) = found.points.first() else { return Ok(out) };
+    out.extent = Some(found.points.iter().fold([first; 2], |[lo, hi], p| {
         [[0, 1, 2].map(|k| lo[k].min(p[k])), [0, 1, 2].map(|k| hi[k].max(p[k]))]
-    });
-    out.extent = Some([min, max]);
-    // The frame is that of the bulk: one point far away must not squeeze the rest into rounding noise.
-    let [low, high] = bulk(&points);
-    let side = [0, 1, 2].map(|k| high[k] - low[k]).into_iter().fold(0.0, f64::max);
-    if points.len() < FEW || !(side > 0.0 && side.is_finite()) {
-        return Ok(out);
-    }
-    points.iter_mut().for_each(|p| *p = [0, 1, 2].map(|k| (p[k] - low[k]) / side - 0.5));
-    let all = points.len();
-    points.retain(|p| p.iter().all(|x| x.abs() < FAR));
-    let far = all - points.len();
-    if points.len() < FEW {
-        return Ok(out);
-    }
-    ctx.stage(Stage::Analyse, points.len());
-    let tree = Neighbours::build(&points)?;
-    let spacing = analyse::spacing(&points, &tree, ctx)?;
-    let median = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
-    // Where most points all but coincide, nothing can be said.
-    if median < LEAST_SPACING {
-        return Ok(out);
-    }
-    let noise = analyse::noise(&points, &tree, ctx)?;
-    let noise = partition::check_noise(&points, &tree, &spacing, median, noise, ctx)?;
-    out.spacing = Some(median * side);
-    out.noise = Some(noise * side);
+    }));
+    let scan = match scan::analyse(found, None, ctx) {
+        Ok(scan) => scan,
+        // What is no surface still has the facts above.
+        Err(Error::Degenerate { .. }) => return Ok(out),
+        Err(e) => return Err(e),
+    };
+    out.spacing = Some(scan.median_spacing * scan.scale);
+    out.noise = Some(scan.noise * scan.scale);
     if mesh.triangles.is_empty() {
-        let (groups, stray) = groups(&points, &tree, LINK * median, ctx)?;
-        out.groups = Some((groups, stray + far));
+        let (parts, alone) = scan::parts(&scan, ctx)?;
+        out.groups = Some((parts, alone + scan.stray));
     }
     Ok(out)
-}
-
-/// The box of all but a twentieth of the points at each end of each axis.
-fn bulk(points: &[[f64; 3]]) -> [[f64; 3]; 2] {
-    let (n, cut) = (points.len(), points.len() / 20);
-    let end = |axis: usize, at: usize| {
-        let mut v: Vec<f64> = points.iter().map(|p| p[axis]).collect();
-        *v.select_nth_unstable_by(at, f64::total_cmp).1
-    };
-    [[0, 1, 2].map(|k| end(k, cut)), [0, 1, 2].map(|k| end(k, n - 1 - cut))]
-}
-
-/// How many groups of points hang together by links no longer than `link`, and how many points are in none.
-fn groups(
-    points: &[[f64; 3]],
-    tree: &Neighbours,
-    link: f64,
-    ctx: &Context<'_>,
-) -> atlasfit::Result<(usize, usize)> {
-    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
-    fn root(parent: &mut [u32], mut i: u32) -> u32 {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
-    let mut found = Vec::new();
-    for (i, p) in points.iter().enumerate() {
-        if i % 256 == 0 {
-            ctx.check()?;
-        }
-        tree.nearest(*p, LINKS + 1, &mut found);
-        for f in found.iter().take_while(|f| f.dist2 <= link * link) {
-            let (a, b) = (root(&mut parent, i as u32), root(&mut parent, f.index));
-            parent[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let mut size = vec![0usize; points.len()];
-    (0..points.len() as u32).for_each(|i| size[root(&mut parent, i) as usize] += 1);
-    let stray = size.iter().filter(|&&s| s < GROUP).sum();
-    Ok((size.iter().filter(|&&s| s >= GROUP).count(), stray))
 }
 
 /// Name, kind and width of each column.
@@ -250,7 +168,7 @@ fn warnings(mesh: &TriMesh, facts: &Facts) -> Vec<String> {
         out.push("there are no points".into());
     } else if let Some([min, max]) = facts.extent {
         let distinct = n - facts.not_finite - facts.duplicates;
-        if distinct < FEW {
+        if distinct < MIN_POINTS {
             out.push(format!("only {distinct} distinct points: too few to fit a surface"));
         } else if facts.spacing.is_none() {
             out.push(

@@ -135,10 +135,10 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
         primitives.push(Primitive::Line(ends, 0.5 * width * OVER as f32));
         line_color.push(color);
     };
-    let place = weld(&mesh.positions, 0.0);
+    let place = weld(&mesh.positions, 0.0, ctx)?;
     let welded: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
     let lines = style.boundary || matches!(style.mode, Mode::Wire | Mode::Charts);
-    let edges = Edges::new(if lines { &welded } else { &[] });
+    let edges = Edges::new(if lines { &welded } else { &[] }, ctx)?;
     for edge in edges.iter() {
         let (a, b) = ((edge[0].0 >> 32) as u32, edge[0].0 as u32);
         let chart_of = |h: &(u64, u32)| chart[h.1 as usize / 3];

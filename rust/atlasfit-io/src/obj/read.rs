@@ -32,7 +32,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let (mut bad, mut commas) = (0u64, 0u64);
     let mut first_bad: Option<(u64, String)> = None;
     let mut corner_normals: Vec<(u32, u32)> = Vec::new();
-    let mut materials = 0;
+    let (mut materials, mut groups) = (0, 0);
     while let Some(line) = lines.next() {
         let mut text = Cow::Borrowed(line.text);
         // A backslash at the end of a line joins the next one to it.
@@ -86,8 +86,12 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
                 materials += 1;
                 true
             }
-            b"mtllib" | b"g" | b"o" | b"s" | b"usemap" | b"mg" | b"maplib" | b"lod" | b"bevel"
-            | b"c_interp" | b"d_interp" | b"shadow_obj" | b"trace_obj" => true,
+            b"g" | b"o" => {
+                groups += 1;
+                true
+            }
+            b"mtllib" | b"s" | b"usemap" | b"mg" | b"maplib" | b"lod" | b"bevel" | b"c_interp"
+            | b"d_interp" | b"shadow_obj" | b"trace_obj" => true,
             b"l" | b"p" => {
                 input.report.add("line and point elements, left out (their vertices are kept)", 1, None);
                 true
@@ -121,6 +125,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     );
     input.report.add("numbers with a decimal comma, read as a point", commas, None);
     input.report.add("changes of material, which are not kept", materials, None);
+    input.report.add("groups and objects, joined into one mesh", groups, None);
     r.finish(input, &corner_normals)
 }
 

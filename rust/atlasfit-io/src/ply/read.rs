@@ -1,7 +1,7 @@
 //! Reads the body of a PLY file.
 
 use super::header::{self, Element, Encoding};
-use crate::bytes::{column, scalar, size};
+use crate::bytes::{self, column, scalar, size, zeros};
 use crate::error::{Place, Result};
 use crate::faces::{self, Faces};
 use crate::load::{Content, Input};
@@ -260,19 +260,21 @@ impl Columns {
         let optional = [(self.normals.capacity(), 12), (self.colors.capacity(), 16), (self.uv.capacity(), 8)];
         let optional: usize = optional.iter().filter(|o| o.0 > 0).map(|o| o.1).sum();
         input.reserve(n, 24 + 8 * self.scalars.len() + optional)?;
-        // Fresh zeros cost nothing until they are written to.
-        self.positions = vec![[0.0; 3]; n];
+        self.positions = zeros([0.0; 3], n);
         if self.normals.capacity() > 0 {
-            self.normals = vec![[0.0; 3]; n];
+            self.normals = zeros([0.0; 3], n);
         }
         if self.colors.capacity() > 0 {
-            self.colors.resize(n, [0.0, 0.0, 0.0, 1.0]);
+            self.colors = zeros([0.0; 4], n);
+            if !self.order.contains(&Target::Color(3)) {
+                self.colors.iter_mut().for_each(|c| c[3] = 1.0);
+            }
         }
         if self.uv.capacity() > 0 {
-            self.uv = vec![[0.0; 2]; n];
+            self.uv = zeros([0.0; 2], n);
         }
         for a in &mut self.scalars {
-            a.values = vec![0.0; n];
+            a.values = zeros(0.0, n);
         }
         Ok(())
     }
@@ -361,13 +363,10 @@ impl Reader<'_, '_> {
             (Encoding::Ascii, _) => self.ascii_vertices(element, &targets, &mut columns)?,
             (_, Some(stride)) => {
                 // rows_possible has checked that the bytes are there.
-                let (big, mut first) = (self.big(), 0);
+                let (parts, mut first) = (parts(element, &targets, stride, self.big()), 0);
                 self.input.blocks(self.at, n * stride, BLOCK * stride, |rows| {
-                    let mut offset = 0;
-                    for (p, &target) in element.properties.iter().zip(&targets) {
-                        let at = At { stride, offset, kind: p.kind, big };
+                    for &(target, at) in &parts {
                         block_column(&mut columns, target, first, rows, at);
-                        offset += size(p.kind);
                     }
                     first += BLOCK;
                 })?;
@@ -681,22 +680,54 @@ fn value(word: &[u8]) -> Option<f64> {
     })
 }
 
-/// Fills one column of one block: dispatches on the target outside the loop over rows.
+/// Where the vertex columns stand in the rows. Three properties of one kind that stand together, as nearly always, are one part.
+fn parts(element: &Element, targets: &[Target], stride: usize, big: bool) -> Vec<(Target, At)> {
+    let properties = &element.properties;
+    let together = |i: usize, target: fn(usize) -> Target| {
+        (0..3).all(|k| targets.get(i + k) == Some(&target(k)) && properties[i + k].kind == properties[i].kind)
+    };
+    let mut out = Vec::new();
+    let (mut i, mut offset) = (0, 0);
+    while i < properties.len() {
+        let three = [Target::Position, Target::Normal, Target::Color].iter().any(|&t| together(i, t));
+        out.push((targets[i], At { stride, offset, kind: properties[i].kind, big, three }));
+        let next = if three { i + 3 } else { i + 1 };
+        offset += properties[i..next].iter().map(|p| size(p.kind)).sum::<usize>();
+        i = next;
+    }
+    out
+}
+
+/// Fills one column of one block, or three that stand together: dispatches on the target outside the loop over rows.
 fn block_column(columns: &mut Columns, target: Target, first: usize, rows: &[u8], at: At) {
-    let At { stride, offset, kind, big } = at;
+    let At { stride, offset, kind, big, three } = at;
     match target {
         Target::Position(k) => {
             let out = &mut columns.positions[first..];
-            column(rows, stride, offset, kind, big, |i, v| out[i][k] = v);
+            if three {
+                bytes::columns(rows, stride, offset, kind, big, |i, v| out[i] = v);
+            } else {
+                column(rows, stride, offset, kind, big, |i, v| out[i][k] = v);
+            }
         }
         Target::Normal(k) => {
             let out = &mut columns.normals[first..];
-            column(rows, stride, offset, kind, big, |i, v| out[i][k] = v as f32);
+            if three {
+                bytes::columns(rows, stride, offset, kind, big, |i, v| out[i] = v.map(|v| v as f32));
+            } else {
+                column(rows, stride, offset, kind, big, |i, v| out[i][k] = v as f32);
+            }
         }
         Target::Color(k) => {
-            let scale = columns.color_scale[k];
+            let (scale, all) = (columns.color_scale[k], columns.color_scale);
             let out = &mut columns.colors[first..];
-            column(rows, stride, offset, kind, big, |i, v| out[i][k] = (v / scale) as f32);
+            if three {
+                bytes::columns(rows, stride, offset, kind, big, |i, v: [f64; 3]| {
+                    out[i][..3].copy_from_slice(&[0, 1, 2].map(|c| (v[c] / all[c]) as f32));
+                });
+            } else {
+                column(rows, stride, offset, kind, big, |i, v| out[i][k] = (v / scale) as f32);
+            }
         }
         Target::Uv(k) => {
             let out = &mut columns.uv[first..];
@@ -717,4 +748,6 @@ struct At {
     offset: usize,
     kind: ScalarKind,
     big: bool,
+    /// Whether three columns of the target stand here, one behind the other.
+    three: bool,
 }

@@ -108,7 +108,7 @@ impl Chart {
     #[must_use]
     pub fn mask_at(&self, uv: [f64; 2]) -> f64 {
         match &self.map {
-            _ if self.reach(uv) > 1.0 + 1e-9 => 0.0,
+            _ if self.reach(uv) > 1.0 + 1e-6 => 0.0, // may have been rounded to single precision
             Map::Monge(m) => m.mask.value(uv[0], uv[1]),
             Map::Tube(t) => t.mask_at(uv[0]),
         }

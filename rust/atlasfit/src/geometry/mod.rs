@@ -4,6 +4,7 @@ pub mod cloud;
 pub mod dense;
 pub mod mesh;
 pub mod neighbours;
+pub mod sort;
 pub mod vec3;
 
 pub use cloud::{Attribute, PointCloud, ScalarKind};

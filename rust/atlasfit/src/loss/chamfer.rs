@@ -37,7 +37,7 @@ impl Chamfer {
     /// # Errors
     /// [`crate::Error::EmptyInput`] without points; cancelled or out of time.
     pub fn new(points: &[Vec3], ctx: &Context<'_>) -> Result<Self> {
-        let tree = Neighbours::build(points)?;
+        let tree = Neighbours::build(points, ctx)?;
         let around = points
             .par_chunks(BLOCK)
             .map(|block| {
@@ -71,7 +71,7 @@ impl Chamfer {
         ctx: &Context<'_>,
     ) -> Result<f64> {
         let wide: Vec<Vec3> = samples.iter().map(|s| s.map(f64::from)).collect();
-        let moving = Neighbours::build(&wide)?;
+        let moving = Neighbours::build(&wide, ctx)?;
         let mut last = std::mem::take(&mut self.last);
         last.resize(samples.len(), u32::MAX);
         let to_points: f64 = samples

@@ -2,7 +2,10 @@
 //!
 //! In: positions, triangles. Out: plain indices, the same for any thread count.
 
+use crate::error::Result;
+use crate::geometry::sort::sort;
 use crate::geometry::vec3::Vec3;
+use crate::run::Context;
 use rayon::prelude::*;
 
 /// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of unions.
@@ -40,8 +43,10 @@ impl Sets {
 
 /// For each position the smallest index of those at the same place: equal after rounding to multiples of
 /// `tolerance`, or exactly equal where that is 0. Positions that are not finite stay alone.
-#[must_use]
-pub fn weld(positions: &[Vec3], tolerance: f64) -> Vec<u32> {
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn weld(positions: &[Vec3], tolerance: f64, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let key = |p: &Vec3| {
         // Adding 0 makes one zero of the two that f64 has.
         p.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
@@ -52,14 +57,15 @@ pub fn weld(positions: &[Vec3], tolerance: f64) -> Vec<u32> {
         .filter(|(_, p)| p.iter().all(|x| x.is_finite()))
         .map(|(i, p)| (key(p), i as u32))
         .collect();
-    order.par_sort_unstable();
+    sort(&mut order, ctx)?;
     let mut to: Vec<u32> = (0..positions.len() as u32).collect();
     for same in order.chunk_by(|a, b| a.0 == b.0) {
         for (_, i) in same {
             to[*i as usize] = same[0].1;
         }
     }
-    to
+    ctx.check()?;
+    Ok(to)
 }
 
 /// Half-edges by edge. The half-edge from corner `k` of a face to its next corner is `3 * face + k`; the key of an edge
@@ -69,8 +75,10 @@ pub struct Edges(Vec<(u64, u32)>);
 
 impl Edges {
     /// Sorts the half-edges of triangles by edge, then by face.
-    #[must_use]
-    pub fn new(triangles: &[[u32; 3]]) -> Self {
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn new(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
         let mut half: Vec<(u64, u32)> = triangles
             .par_iter()
             .enumerate()
@@ -81,8 +89,8 @@ impl Edges {
                 })
             })
             .collect();
-        half.par_sort_unstable();
-        Self(half)
+        sort(&mut half, ctx)?;
+        Ok(Self(half))
     }
     /// The half-edges of each edge in turn, by ascending face.
     pub fn iter(&self) -> impl Iterator<Item = &[(u64, u32)]> {

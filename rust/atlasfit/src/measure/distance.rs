@@ -18,6 +18,9 @@ use rayon::prelude::*;
 /// The F-score's distance as a share of the longest side of the truth's bounding box, where no distance is given.
 pub const F_SCORE_SHARE: f64 = 0.005;
 
+/// More samples than anyone can wait for or keep in memory.
+const MOST_SAMPLES: usize = 100_000_000;
+
 /// What to sample and how finely.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistanceOptions {
@@ -229,6 +232,13 @@ fn quantile(sorted: &[f64], q: f64) -> f64 {
 fn check(options: &DistanceOptions) -> Result<()> {
     if options.samples == 0 || options.chamfer_samples == 0 {
         return Err(Error::invalid("the number of samples is 0", "Give at least 1, or leave the default"));
+    }
+    let samples = options.samples.max(options.chamfer_samples);
+    if samples > MOST_SAMPLES {
+        return Err(Error::invalid(
+            format!("the number of samples is {samples}"),
+            format!("Give at most {MOST_SAMPLES}"),
+        ));
     }
     match options.threshold {
         Some(t) if !(t > 0.0 && t.is_finite()) => Err(Error::invalid(

@@ -67,16 +67,15 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
         .iter()
         .filter(|p| p.iter().all(|x| x.is_finite()))
         .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: *p, max: *p }));
-    let to = weld(&mesh.positions, WELD_SHARE * finite.longest_side());
     ctx.check()?;
+    let to = weld(&mesh.positions, WELD_SHARE * finite.longest_side(), ctx)?;
     let triangles: Vec<[u32; 3]> = mesh
         .triangles
         .iter()
         .map(|t| t.map(|v| to[v as usize]))
         .filter(|[a, b, c]| a != b && b != c && c != a)
         .collect();
-    let edges = Edges::new(&triangles);
-    ctx.check()?;
+    let edges = Edges::new(&triangles, ctx)?;
 
     let mut out = Topology {
         faces: triangles.len(),
@@ -131,16 +130,20 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
             fans_at[triangles[corner as usize / 3][corner as usize % 3] as usize] += 1;
         }
     }
+    ctx.check()?;
     out.vertices = fans_at.iter().filter(|c| **c > 0).count();
     out.non_manifold_vertices = fans_at.iter().filter(|c| **c > 1).count();
 
+    ctx.check()?;
     let mut parts = Sets::new(n);
     for t in &triangles {
         parts.join(t[0], t[1]);
         parts.join(t[0], t[2]);
     }
+    ctx.check()?;
     out.parts = parts.count(triangles.iter().map(|t| t[0]));
 
+    ctx.check()?;
     // A boundary edge runs from fan to fan, and a fan with boundary has two such edges: their chains are the loops.
     let mut chains = Sets::new(3 * f);
     for &h in &boundary {
@@ -150,6 +153,7 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
     out.boundary_edges = boundary.len();
     out.boundary_loops = chains.count(boundary.iter().map(|&h| fans.find(h)));
 
+    ctx.check()?;
     out.orientable = (0..f as u32).all(|i| sides.find(2 * i) != sides.find(2 * i + 1));
     out.euler = out.vertices as i64 - out.edges as i64 + f as i64;
     if out.non_manifold_edges == 0 && out.orientable {

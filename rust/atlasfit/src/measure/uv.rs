@@ -180,11 +180,9 @@ pub struct Charts {
 pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
     let uvs = corners(mesh)?;
     // Files that hold one vertex per corner (glTF) split vertices along seams: such a vertex is one place.
-    let place = weld(&mesh.positions, 0.0);
+    let place = weld(&mesh.positions, 0.0, ctx)?;
     let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
-    ctx.check()?;
-    let edges = Edges::new(&triangles);
-    ctx.check()?;
+    let edges = Edges::new(&triangles, ctx)?;
     let mut sets = Sets::new(triangles.len());
     let mut seam_length = 0.0;
     let mut outline = Vec::new();

@@ -55,6 +55,8 @@ const GROWTH: f64 = 1.3;
 /// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 % efficiency for Gaussian
 /// noise, less would tell near sheets apart better but waste data).
 pub const TUKEY: f64 = 4.0;
+/// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a few thousand tell as much.
+const MAX_FOUND: usize = 4096;
 /// Fewer points than this carry no quadric.
 pub const MIN_MEMBERS: usize = 7;
 /// Points a little outside the domain still take part in the fit, so that a chart's rim is not extrapolated.
@@ -121,6 +123,7 @@ fn grow_from(
             return None;
         }
     }
+    let mut all = thin(found);
     let start = found[found.len().min(10) - 1].dist2.sqrt().max(2.5 * p.sigma).max(1e-12);
     // First plane: principal directions of the nearest points, weighted towards the seed.
     let near =
@@ -162,11 +165,14 @@ fn grow_from(
         if radius > p.max_radius && !wide {
             wide = true;
             tree.within(origin, MAX_LENGTHEN * p.max_radius * RIM, found);
+            all = thin(found);
         }
     }
     let s = best?;
     let limit = TUKEY * p.sigma + 0.03 * s.radii[0].min(s.radii[1]);
-    let members: Vec<u32> = found
+    let members: Vec<u32> = all
+        .as_ref()
+        .unwrap_or(found)
         .iter()
         .filter(|f| {
             let d = sub(points[f.index as usize], s.center);
@@ -184,6 +190,15 @@ fn grow_from(
         residual: s.residual,
         spacing: p.spacing,
         sound,
+    })
+}
+
+/// Leaves an even share of too many points and gives them all back.
+fn thin(found: &mut Vec<Neighbour>) -> Option<Vec<Neighbour>> {
+    let step = found.len().div_ceil(MAX_FOUND);
+    (step > 1).then(|| {
+        let few = found.iter().step_by(step).copied().collect();
+        std::mem::replace(found, few)
     })
 }
 

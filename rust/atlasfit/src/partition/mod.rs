@@ -72,18 +72,18 @@ pub fn check_noise(
         let grown: Vec<Option<bool>> = seeds
             .par_chunks(8)
             .map(|chunk| {
-                ctx.check()?;
                 let mut scratch = Scratch::default();
-                Ok(chunk
+                chunk
                     .iter()
                     .map(|&i| {
+                        ctx.check()?;
                         let s = f64::from(spacing[i]);
                         let max_radius = (PATCH_SIZE.spacings * s).max(PATCH_SIZE.sigmas * sigma);
                         let params = GrowParams { sigma, spacing: s, max_radius };
-                        grow(points, tree, i, &params, &mut scratch)
-                            .map(|p| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma))
+                        Ok(grow(points, tree, i, &params, &mut scratch)
+                            .map(|p| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma)))
                     })
-                    .collect::<Vec<_>>())
+                    .collect::<Result<Vec<_>>>()
             })
             .collect::<Result<Vec<_>>>()?
             .concat();
@@ -167,13 +167,11 @@ pub fn partition(
             }
             seeds.push(i);
             taken[i] = true;
-            if round + 1 < ROUNDS {
-                tree.within(points[i], shrink * max_radius(i), &mut found);
-                for f in &found {
-                    taken[f.index as usize] = true;
-                }
+            tree.within(points[i], shrink * max_radius(i), &mut found);
+            for f in &found {
+                taken[f.index as usize] = true;
             }
-            if seeds.len() % 256 == 0 {
+            if seeds.len() % 16 == 0 {
                 ctx.check()?;
             }
         }
@@ -184,19 +182,19 @@ pub fn partition(
         let grown: Vec<Option<Patch>> = seeds
             .par_chunks(16)
             .map(|chunk| {
-                ctx.check()?;
                 let mut scratch = Scratch::default();
-                let out: Vec<_> = chunk
+                let out = chunk
                     .iter()
                     .map(|&i| {
+                        ctx.check()?;
                         let params = GrowParams {
                             sigma,
                             spacing: f64::from(analysis.spacing[i]),
                             max_radius: max_radius(i),
                         };
-                        grow(points, tree, i, &params, &mut scratch)
+                        Ok(grow(points, tree, i, &params, &mut scratch))
                     })
-                    .collect();
+                    .collect::<Result<Vec<_>>>()?;
                 ctx.advance(chunk.len());
                 Ok(out)
             })

@@ -96,7 +96,7 @@ pub fn find(
     let order = shuffled(n, ctx.seed);
     let coarse: Vec<Vec3> =
         order.iter().step_by((n / FIRST_LOOK).clamp(1, THIN_OUT)).map(|&i| points[i as usize]).collect();
-    let coarse_tree = Neighbours::build(&coarse)?;
+    let coarse_tree = Neighbours::build(&coarse, ctx)?;
     let mut covered = vec![false; n];
     let mut looked = vec![false; n];
     let mut raws: Vec<Raw> = Vec::new();

@@ -4,7 +4,11 @@
 //! specks.
 
 use super::field::Contour;
+use crate::error::{Error, Result};
+use crate::geometry::sort::sort;
 use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, mul_add, norm, normalize, scale, sub};
+use crate::run::Context;
+use rayon::prelude::*;
 
 /// Layers of triangles peeled from open boundaries: two triangles a voxel, for each round of filling, and one round more.
 const PEEL: usize = 2 * (super::field::FILL_ROUNDS as usize + 1);
@@ -28,25 +32,62 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Sorted directed edges: (low, high, triangle, whether the triangle runs from high to low).
-fn edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32, u32, bool)> {
+/// Triangles, vertices handled between two checks.
+const CHECK: usize = 1 << 15;
+
+/// An edge of a triangle: its lower and its higher vertex, and twice the triangle, plus one where the triangle runs from high to low. Sorted, the
+/// triangles at an edge stand together.
+pub(super) type Edge = (u32, u32, u32);
+
+/// The triangle of an edge.
+pub(super) fn triangle(e: &Edge) -> usize {
+    e.2 as usize / 2
+}
+/// Whether the triangle runs from the edge's higher vertex to the lower.
+pub(super) fn runs_down(e: &Edge) -> bool {
+    e.2 % 2 == 1
+}
+/// The groups of equal edges.
+pub(super) fn groups(edges: &[Edge]) -> impl Iterator<Item = &[Edge]> {
+    edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
+}
+
+/// The edges of all triangles, sorted.
+pub(super) fn edges(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<Edge>> {
     let mut out = Vec::with_capacity(triangles.len() * 3);
     for (t, tri) in triangles.iter().enumerate() {
         for k in 0..3 {
             let (a, b) = (tri[k], tri[(k + 1) % 3]);
-            out.push((a.min(b), a.max(b), t as u32, a > b));
+            out.push((a.min(b), a.max(b), 2 * t as u32 + u32::from(a > b)));
         }
     }
-    out.sort_unstable();
-    out
+    sort(&mut out, ctx)?;
+    Ok(out)
+}
+
+/// Calls `ctx.check()` now and then in a long loop.
+fn tick(i: usize, ctx: &Context<'_>) -> Result<()> {
+    if i.is_multiple_of(CHECK) { ctx.check() } else { Ok(()) }
 }
 
 /// Splits the quads, drops what is not manifold, orients, removes specks smaller than `min_triangles`.
-#[must_use]
-pub fn triangulate(contour: Contour, one_sided: bool, min_triangles: usize) -> Surface {
-    let p = &contour.positions;
-    let mut triangles = Vec::with_capacity(contour.quads.len() * 2);
-    for &[a, b, c, d] in &contour.quads {
+///
+/// # Errors
+/// Cancelled or out of time; [`Error::InvalidArgument`] above 2^30 quads.
+pub fn triangulate(
+    contour: Contour,
+    one_sided: bool,
+    min_triangles: usize,
+    ctx: &Context<'_>,
+) -> Result<Surface> {
+    let Contour { positions, normals, chart, filled, quads } = contour;
+    if quads.len() > 1 << 30 {
+        return Err(Error::invalid(format!("the surface has {} quads", quads.len()), "Lower the detail"));
+    }
+    let p = &positions;
+    let mut triangles = Vec::with_capacity(quads.len() * 2);
+    for (i, &[a, b, c, d]) in quads.iter().enumerate() {
+        tick(i, ctx)?;
         if a == b || b == c || c == d || d == a || a == c || b == d {
             continue;
         }
@@ -59,49 +100,49 @@ pub fn triangulate(contour: Contour, one_sided: bool, min_triangles: usize) -> S
             triangles.push([b, c, d]);
         }
     }
+    drop(quads);
     // Edges in more than two triangles: all their triangles go; the hole is closed later if it is small.
-    let list = edges(&triangles);
+    let list = edges(&triangles, ctx)?;
     let mut bad = vec![false; triangles.len()];
-    for group in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
-        if group.len() > 2 {
-            for e in group {
-                bad[e.2 as usize] = true;
-            }
-        }
+    for group in groups(&list).filter(|g| g.len() > 2) {
+        group.iter().for_each(|e| bad[triangle(e)] = true);
     }
+    drop(list);
+    ctx.check()?;
     let mut keep = bad.iter().map(|b| !b);
     triangles.retain(|_| keep.next().unwrap_or(true));
-    peel(&mut triangles, &contour.filled);
-    let filled = contour.filled;
-    let mut surface =
-        Surface { positions: contour.positions, normals: contour.normals, chart: contour.chart, triangles };
-    orient(&mut surface, one_sided, min_triangles);
-    smooth(&mut surface, filled);
-    split_bowties(&mut surface);
-    compact(&mut surface);
-    surface
+    peel(&mut triangles, &filled, ctx)?;
+    let mut surface = Surface { positions, normals, chart, triangles };
+    orient(&mut surface, one_sided, min_triangles, ctx)?;
+    smooth(&mut surface, filled, ctx)?;
+    split_bowties(&mut surface, ctx)?;
+    compact(&mut surface, ctx)?;
+    Ok(surface)
 }
 
 /// Takes away what was filled in at open boundaries. Filling extends the field by a few voxels everywhere; where that closed a gap the
 /// new triangles have no boundary edge and stay, elsewhere they are peeled off from the boundary inwards.
-fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool]) {
+fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Result<()> {
     let new: Vec<bool> = triangles.iter().map(|t| t.iter().any(|&v| filled[v as usize])).collect();
-    let list = edges(triangles);
+    let list = edges(triangles, ctx)?;
     let mut gone = vec![false; triangles.len()];
     // Per triangle its neighbours; a missing one is a boundary.
     let mut neighbours = vec![[u32::MAX; 3]; triangles.len()];
     let mut count = vec![0u8; triangles.len()];
-    for g in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
+    for (i, g) in groups(&list).enumerate() {
+        tick(i, ctx)?;
         if let [x, y] = g {
-            for (a, b) in [(x.2, y.2), (y.2, x.2)] {
-                neighbours[a as usize][count[a as usize] as usize] = b;
-                count[a as usize] += 1;
+            for (a, b) in [(x, y), (y, x)].map(|(a, b)| (triangle(a), triangle(b))) {
+                neighbours[a][count[a] as usize] = b as u32;
+                count[a] += 1;
             }
         }
     }
+    drop(list);
     let mut front: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| new[t as usize] && count[t as usize] < 3).collect();
     for _ in 0..PEEL {
+        ctx.check()?;
         let mut next = Vec::new();
         for &t in &front {
             gone[t as usize] = true;
@@ -119,28 +160,41 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool]) {
     }
     let mut g = gone.iter();
     triangles.retain(|_| !g.next().unwrap_or(&false));
+    Ok(())
+}
+
+/// A connected part of the surface.
+struct Component {
+    triangles: Vec<u32>,
+    volume: f64,
+    mean_normal: Vec3,
+    /// Whether it is an open sheet rather than a body.
+    open: bool,
 }
 
 /// Orients each component consistently (breadth first where the field's orientation is only local), outward by its signed volume; drops components of fewer than
 /// `min_triangles`. One-sided components keep a seam of disagreeing neighbours.
-fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
-    let list = edges(&s.triangles);
+fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<'_>) -> Result<()> {
+    let list = edges(&s.triangles, ctx)?;
     let n = s.triangles.len();
     let mut neighbours = vec![[(u32::MAX, false); 3]; n];
     let mut count = vec![0u8; n];
-    for g in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
+    for (i, g) in groups(&list).enumerate() {
+        tick(i, ctx)?;
         if let [x, y] = g {
             // Two-sided surfaces come consistently oriented from the field.
-            let flip = one_sided && x.3 == y.3;
-            for (a, b) in [(x.2, y.2), (y.2, x.2)] {
-                neighbours[a as usize][count[a as usize] as usize] = (b, flip);
-                count[a as usize] += 1;
+            let flip = one_sided && runs_down(x) == runs_down(y);
+            for (a, b) in [(x, y), (y, x)].map(|(a, b)| (triangle(a), triangle(b))) {
+                neighbours[a][count[a] as usize] = (b as u32, flip);
+                count[a] += 1;
             }
         }
     }
+    drop(list);
     let mut state = vec![0u8; n]; // 0 unseen, 1 as is, 2 flipped
     let mut keep = vec![true; n];
     let mut component = Vec::new();
+    let mut found: Vec<Component> = Vec::new();
     for start in 0..n {
         if state[start] != 0 {
             continue;
@@ -150,6 +204,7 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
         state[start] = 1;
         let mut head = 0;
         while head < component.len() {
+            tick(head, ctx)?;
             let t = component[head] as usize;
             head += 1;
             for &(u, flip) in &neighbours[t][..count[t] as usize] {
@@ -170,12 +225,14 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
             s.positions[t[0] as usize]
         };
         let mut mean = [0.0; 3];
-        for &t in &component {
+        for (i, &t) in component.iter().enumerate() {
+            tick(i, ctx)?;
             mean = add(mean, sub(s.positions[s.triangles[t as usize][0] as usize], centre));
         }
         let centre = add(centre, scale(mean, 1.0 / component.len() as f64));
         let (mut volume, mut area, mut mean_normal) = (0.0, 0.0, [0.0; 3]);
-        for &t in &component {
+        for (i, &t) in component.iter().enumerate() {
+            tick(i, ctx)?;
             let [a, b, c] = s.triangles[t as usize].map(|v| sub(s.positions[v as usize], centre));
             let sign = if state[t as usize] == 2 { -0.5 } else { 0.5 };
             let n = scale(cross(sub(b, a), sub(c, a)), sign);
@@ -183,18 +240,18 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
             area += norm(n);
             volume += dot(a, n) / 3.0;
         }
-        // A closed surface faces outward. An open sheet like a terrain faces along the axis that it faces most, upward.
         let facing = norm(mean_normal) / area.max(1e-300);
         let roundness = 6.0 * std::f64::consts::PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
-        let volume = if facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1 {
-            let axis =
-                (0..3).max_by(|&i, &j| mean_normal[i].abs().total_cmp(&mean_normal[j].abs())).unwrap_or(2);
-            mean_normal[axis]
-        } else {
-            volume
-        };
-        let invert = volume < 0.0;
-        for &t in &component {
+        let open = facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1;
+        found.push(Component { triangles: component.clone(), volume, mean_normal, open });
+    }
+    // A closed surface faces outward. Open sheets, such as parts of a terrain, face along the one axis that they face most, upward.
+    let faced =
+        [0, 1, 2].map(|k| found.iter().filter(|c| c.open).map(|c| c.mean_normal[k].abs()).sum::<f64>());
+    let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);
+    for c in &found {
+        let invert = if c.open { c.mean_normal[up] } else { c.volume } < 0.0;
+        for &t in &c.triangles {
             if (state[t as usize] == 2) != invert {
                 s.triangles[t as usize].swap(1, 2);
             }
@@ -202,28 +259,43 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize) {
     }
     let mut k = keep.iter();
     s.triangles.retain(|_| *k.next().unwrap_or(&true));
+    ctx.check()
 }
 
-/// Sweeps of the smoothing.
+/// Double sweeps of the smoothing, and the steps of each: out again by most of it, so that tips keep most of their length (after Taubin 1995).
 const SMOOTH: usize = 6;
+const TAUBIN: [f64; 2] = [0.5, -0.43];
+/// Rings about these vertices that are smoothed too.
+const SPREAD: usize = 1;
 /// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the scale of a voxel: no data carries it.
 const SPIKE: f64 = 0.42;
 
-/// Smooths vertices that no data carries: filled in, or part of spikes. The others stay where the charts put them.
-fn smooth(s: &mut Surface, mut free: Vec<bool>) {
+/// Smooths vertices that no data carries: filled in, or part of spikes, and those next to them. The others stay where the charts put them.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()> {
     let normal: Vec<Vec3> = s
         .triangles
-        .iter()
-        .map(|t| {
-            let [a, b, c] = t.map(|v| s.positions[v as usize]);
-            normalize(cross(sub(b, a), sub(c, a)))
+        .par_chunks(CHECK)
+        .map(|chunk| {
+            ctx.check()?;
+            let normal = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| s.positions[v as usize]);
+                normalize(cross(sub(b, a), sub(c, a)))
+            };
+            Ok(chunk.iter().map(normal).collect::<Vec<_>>())
         })
-        .collect();
-    let list = edges(&s.triangles);
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    let list = edges(&s.triangles, ctx)?;
     let mut rim = vec![false; s.positions.len()];
-    for g in list.chunk_by(|x, y| x.0 == y.0 && x.1 == y.1) {
+    for (i, g) in groups(&list).enumerate() {
+        tick(i, ctx)?;
         match g {
-            [x, y] if dot(normal[x.2 as usize], normal[y.2 as usize]) < SPIKE && x.3 != y.3 => {
+            [x, y]
+                if dot(normal[triangle(x)], normal[triangle(y)]) < SPIKE && runs_down(x) != runs_down(y) =>
+            {
                 free[x.0 as usize] = true;
                 free[x.1 as usize] = true;
             }
@@ -234,31 +306,49 @@ fn smooth(s: &mut Surface, mut free: Vec<bool>) {
             _ => {}
         }
     }
-    let links: Vec<(u32, u32)> = list
-        .chunk_by(|x, y| x.0 == y.0 && x.1 == y.1)
-        .flat_map(|g| [(g[0].0, g[0].1), (g[0].1, g[0].0)])
-        .filter(|l| free[l.0 as usize] && (!rim[l.0 as usize] || rim[l.1 as usize]))
-        .collect();
-    for _ in 0..SMOOTH {
+    for _ in 0..SPREAD {
+        let core = free.clone();
+        for (i, g) in groups(&list).enumerate() {
+            tick(i, ctx)?;
+            let (a, b) = (g[0].0 as usize, g[0].1 as usize);
+            free[a] |= core[b];
+            free[b] |= core[a];
+        }
+    }
+    let mut links: Vec<(u32, u32)> = Vec::new();
+    for (i, g) in groups(&list).enumerate() {
+        tick(i, ctx)?;
+        links.extend(
+            [(g[0].0, g[0].1), (g[0].1, g[0].0)]
+                .iter()
+                .filter(|l| free[l.0 as usize] && (!rim[l.0 as usize] || rim[l.1 as usize])),
+        );
+    }
+    drop(list);
+    for step in TAUBIN.into_iter().cycle().take(2 * SMOOTH) {
         let mut sum = vec![([0.0; 3], 0.0); s.positions.len()];
-        for &(v, w) in &links {
+        for (i, &(v, w)) in links.iter().enumerate() {
+            tick(i, ctx)?;
             let t = &mut sum[v as usize];
             t.0 = add(t.0, s.positions[w as usize]);
             t.1 += 1.0;
         }
         for (p, (total, count)) in s.positions.iter_mut().zip(&sum) {
             if *count > 1.0 {
-                *p = mul_add(scale(*p, 0.5), *total, 0.5 / count);
+                *p = mul_add(scale(*p, 1.0 - step), *total, step / count);
             }
         }
+        ctx.check()?;
     }
+    Ok(())
 }
 
 /// Gives each fan of triangles around a vertex its own vertex, so that every vertex has one fan (no bow ties).
-fn split_bowties(s: &mut Surface) {
+fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let n = s.positions.len();
     let mut start = vec![0u32; n + 1];
-    for t in &s.triangles {
+    for (i, t) in s.triangles.iter().enumerate() {
+        tick(i, ctx)?;
         for &v in t {
             start[v as usize + 1] += 1;
         }
@@ -269,6 +359,7 @@ fn split_bowties(s: &mut Surface) {
     let mut fill = start.clone();
     let mut around = vec![0u32; s.triangles.len() * 3];
     for (t, tri) in s.triangles.iter().enumerate() {
+        tick(t, ctx)?;
         for &v in tri {
             around[fill[v as usize] as usize] = t as u32;
             fill[v as usize] += 1;
@@ -276,6 +367,7 @@ fn split_bowties(s: &mut Surface) {
     }
     let mut fan = Vec::new();
     for v in 0..n {
+        tick(v * 4, ctx)?;
         let tris = &around[start[v] as usize..start[v + 1] as usize];
         if tris.len() < 2 {
             continue;
@@ -335,13 +427,15 @@ fn split_bowties(s: &mut Surface) {
             }
         }
     }
+    Ok(())
 }
 
 /// Drops unused vertices and turns vertex normals to the triangles' side.
-fn compact(s: &mut Surface) {
+fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let mut sum = vec![[0.0; 3]; s.positions.len()];
     let mut used = vec![false; s.positions.len()];
-    for t in &s.triangles {
+    for (i, t) in s.triangles.iter().enumerate() {
+        tick(i, ctx)?;
         let [a, b, c] = t.map(|v| s.positions[v as usize]);
         let n = cross(sub(b, a), sub(c, a));
         for &v in t {
@@ -352,6 +446,7 @@ fn compact(s: &mut Surface) {
     let mut map = vec![u32::MAX; s.positions.len()];
     let mut at = 0usize;
     for v in 0..s.positions.len() {
+        tick(v, ctx)?;
         if !used[v] {
             continue;
         }
@@ -368,4 +463,5 @@ fn compact(s: &mut Surface) {
     for t in &mut s.triangles {
         *t = t.map(|v| map[v as usize]);
     }
+    ctx.check()
 }

@@ -6,7 +6,8 @@
 
 use crate::atlas::{Chart, View};
 use crate::error::Result;
-use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale, sub};
+use crate::geometry::sort::sort;
+use crate::geometry::vec3::{Vec3, add, dist2, mul_add, norm, scale, sub};
 use crate::orient::Relation;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -29,8 +30,24 @@ const MAX_JUMP: f64 = 1.9;
 /// The same where the field is filled in: values two voxels apart across the surface differ by two.
 const FILL_JUMP: f64 = 2.2;
 
-/// Voxels from the origin that the keys of blocks and edges can name.
-const KEY_RANGE: f64 = 500_000.0;
+/// A sheet this many voxels away counts half as much as one at the place itself when charts disagree which sheet a place belongs to.
+const NEAR: f64 = 0.5;
+/// Charts whose distances differ by less than so many voxels plus so many standard deviations of the noise see the same sheet.
+const SAME_SHEET: (f64, f64) = (1.0, 1.0);
+
+/// Voxels from the origin that the keys of blocks can name.
+const RANGE: f64 = 4e6;
+/// Pairs of a block and a point handled at a time: bounds the memory, costs a look at all points each time.
+const PAIRS: usize = 1 << 22;
+/// One in so many pairs takes part in the choice of what is handled at a time.
+const PAIR_SAMPLE: usize = 64;
+/// Blocks, points that one worker handles between two checks.
+const CHUNK: usize = 64;
+/// Memory for one block: its corners, the blocks around it, its charts; and the vertices and quads in it (measured).
+const BYTES_PER_BLOCK: u64 = 1500;
+/// Memory for one chart, and for one point at this stage (measured).
+const BYTES_PER_CHART: u64 = 900;
+const BYTES_PER_POINT: u64 = 300;
 
 /// A contoured surface before cleaning.
 #[derive(Debug, Clone, Default)]
@@ -96,10 +113,13 @@ fn influence(d2: f64, spacing: f64) -> f64 {
 struct Grid<'c> {
     charts: &'c [Chart],
     h: f64,
-    /// Integer position of each block, in blocks.
-    at: Vec<[i32; 3]>,
-    /// The charts of each block, ascending, and their signs in the block's gauge.
-    lists: Vec<(Vec<u32>, Vec<f64>)>,
+    /// Position of each block, as a key; ascending.
+    keys: Vec<u64>,
+    /// Where the charts of each block start, one more than there are blocks.
+    start: Vec<u32>,
+    /// The charts of each block, ascending, and whether each faces the other way in the block's gauge.
+    lists: Vec<u32>,
+    turned: Vec<bool>,
     /// Whether the block's gauge may differ from the global signs.
     local: Vec<bool>,
     /// Indices of the 27 blocks around each block, itself in the middle; `u32::MAX` where there is none.
@@ -123,115 +143,136 @@ fn corner_index(i: [i32; 3]) -> usize {
 }
 
 impl Grid<'_> {
+    /// Charts of a block, and whether each is turned in the block's gauge.
+    fn list(&self, block: usize) -> (&[u32], &[bool]) {
+        let range = self.start[block] as usize..self.start[block + 1] as usize;
+        (&self.lists[range.clone()], &self.turned[range])
+    }
     /// Sign of a chart in a block's gauge.
     fn sign(&self, block: usize, chart: u32) -> f64 {
+        let sign = self.charts[chart as usize].sign;
         if self.local[block] {
-            let (list, signs) = &self.lists[block];
+            let (list, turned) = self.list(block);
             if let Ok(k) = list.binary_search(&chart) {
-                return signs[k];
+                return if turned[k] { -sign } else { sign };
             }
         }
-        self.charts[chart as usize].sign
+        sign
     }
-    /// Value, level and chart at corner `i` of `block` in that block's gauge; `i` may reach into the blocks around it.
+    /// The block and the place in it of corner `i`, counted from `block`, whose neighbour it may be in.
     #[inline]
-    fn fetch(&self, block: usize, mut i: [i32; 3]) -> (f64, u8, u32) {
+    fn owner(&self, block: usize, mut i: [i32; 3]) -> (u32, usize) {
         let mut n = 13usize;
-        let mut inside = true;
         for (k, stride) in [(0, 1usize), (1, 3), (2, 9)] {
             if i[k] < 0 {
                 i[k] += BLOCK;
                 n -= stride;
-                inside = false;
             } else if i[k] >= BLOCK {
                 i[k] -= BLOCK;
                 n += stride;
-                inside = false;
             }
         }
-        let c = corner_index(i);
-        if inside {
-            let b = &self.cells[block];
-            return (f64::from(b.value[c]), b.level[c], b.chart[c]);
-        }
-        let other = self.around[block][n];
+        (if n == 13 { block as u32 } else { self.around[block][n] }, corner_index(i))
+    }
+    /// Value, level and chart at corner `i` of `block` in that block's gauge; `i` may reach into the blocks around it.
+    #[inline]
+    fn fetch(&self, block: usize, i: [i32; 3]) -> (f64, u8, u32) {
+        let (other, c) = self.owner(block, i);
         if other == u32::MAX {
             return (0.0, 0, u32::MAX);
         }
         let other = other as usize;
         let b = &self.cells[other];
         let (mut value, level, chart) = (f64::from(b.value[c]), b.level[c], b.chart[c]);
-        if level > 0 && (self.local[block] || self.local[other]) {
+        if other != block && level > 0 && (self.local[block] || self.local[other]) {
             value *= self.sign(block, chart) * self.sign(other, chart);
         }
         (value, level, chart)
     }
 }
 
+/// A cell at an edge that the surface crosses: the edge (owner of its low corner, corner, axis), the cell's slot around it and whether the field
+/// rises along it, in bits from high to low; and the vertex in the cell.
+type Record = (u64, u32);
+/// Bits below the edge.
+const EDGE_SHIFT: u32 = 3;
+
+/// What some blocks contribute.
+#[derive(Default)]
 struct BlockOut {
-    positions: Vec<Vec3>,
-    normals: Vec<Vec3>,
-    chart: Vec<u32>,
-    filled: Vec<bool>,
-    /// Edge key, slot of the cell around the edge, local vertex, whether the field rises along the edge.
-    records: Vec<(u64, u8, u32, bool)>,
+    contour: Contour,
+    records: Vec<Record>,
 }
 
-/// Contours the atlas at voxel size `h`.
+/// Whether voxels of size `h` at `p` can be named.
+#[must_use]
+pub fn within_range(p: Vec3, h: f64) -> bool {
+    p.iter().all(|x| x.abs() < RANGE * h)
+}
+
+/// Contours the atlas at voxel size `h`. Anchors out of range ([`within_range`]) are left out.
 ///
 /// # Errors
 /// Cancelled, out of time or memory.
 pub fn contour(
     charts: &[Chart],
-    anchors: &[Anchor],
+    mut anchors: Vec<Anchor>,
     relations: &[Relation],
     conflicts: &[(u32, u32)],
     h: f64,
     ctx: &Context<'_>,
 ) -> Result<Contour> {
-    let mut grid = sample(charts, anchors, relations, conflicts, h, ctx)?;
+    anchors.retain(|a| within_range(a.position, h));
+    let (mut grid, pairs) = sample(charts, &anchors, relations, conflicts, h, ctx)?;
+    drop(anchors);
     fill(&mut grid, ctx)?;
-    let outs: Vec<BlockOut> = (0..grid.at.len())
+    let blocks = grid.keys.len();
+    let outs: Vec<BlockOut> = (0..blocks.div_ceil(CHUNK))
         .into_par_iter()
-        .map(|b| {
-            if b % 16 == 0 {
-                ctx.check()?;
-            }
-            let mut out = BlockOut {
-                positions: vec![],
-                normals: vec![],
-                chart: vec![],
-                filled: vec![],
-                records: vec![],
-            };
-            for z in 0..BLOCK {
-                for y in 0..BLOCK {
-                    for x in 0..BLOCK {
-                        cell(&grid, b, [x, y, z], &mut out);
-                    }
+        .map(|chunk| {
+            ctx.check()?;
+            let mut out = BlockOut::default();
+            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(blocks);
+            ctx.advance(pairs / blocks * range.len());
+            for b in range {
+                for k in 0..CORNERS as i32 {
+                    cell(&grid, b, [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK], &mut out);
                 }
             }
-            ctx.advance(1);
             Ok(out)
         })
         .collect::<Result<_>>()?;
+    drop(grid);
     let mut contour = Contour::default();
-    let mut records: Vec<(u64, u8, u32, bool)> = Vec::new();
-    for o in outs {
+    let vertices = outs.iter().map(|o| o.contour.positions.len()).sum();
+    let mut records: Vec<Record> = Vec::with_capacity(outs.iter().map(|o| o.records.len()).sum());
+    contour.positions.reserve_exact(vertices);
+    contour.normals.reserve_exact(vertices);
+    contour.chart.reserve_exact(vertices);
+    contour.filled.reserve_exact(vertices);
+    for (k, o) in outs.into_iter().enumerate() {
+        if k % CHUNK == 0 {
+            ctx.check()?;
+        }
         let base = contour.positions.len() as u32;
-        records.extend(o.records.into_iter().map(|(k, s, v, up)| (k, s, v + base, up)));
-        contour.positions.extend(o.positions);
-        contour.normals.extend(o.normals);
-        contour.chart.extend(o.chart);
-        contour.filled.extend(o.filled);
+        records.extend(o.records.into_iter().map(|(key, v)| (key, v + base)));
+        contour.positions.extend(o.contour.positions);
+        contour.normals.extend(o.contour.normals);
+        contour.chart.extend(o.contour.chart);
+        contour.filled.extend(o.contour.filled);
     }
-    records.par_sort_unstable_by_key(|r| (r.0, r.1));
+    sort(&mut records, ctx)?;
+    contour.quads.reserve_exact(records.len() / 4);
     let mut i = 0;
     while i + 3 < records.len() {
+        if i % 65536 < 4 {
+            ctx.check()?;
+        }
         let r = &records[i..i + 4];
-        if r[3].0 == r[0].0 && (0..4).all(|k| usize::from(r[k].1) == k) {
-            let q = [r[0].2, r[1].2, r[2].2, r[3].2];
-            contour.quads.push(if r[0].3 { q } else { [q[3], q[2], q[1], q[0]] });
+        let edge = r[0].0 >> EDGE_SHIFT;
+        if (0..4).all(|k| r[k].0 >> 1 == edge << 2 | k as u64) {
+            let q = [r[0].1, r[1].1, r[2].1, r[3].1];
+            contour.quads.push(if r[0].0 & 1 == 1 { q } else { [q[3], q[2], q[1], q[0]] });
             i += 4;
         } else {
             i += 1;
@@ -240,7 +281,41 @@ pub fn contour(
     Ok(contour)
 }
 
-/// Evaluates the charts at the corners of the band.
+/// Names the blocks that an anchor influences: those that its reach touches near its tangent plane.
+fn touched(a: &Anchor, h: f64, mut visit: impl FnMut(u64)) {
+    let size = h * f64::from(BLOCK);
+    let reach = REACH * a.spacing;
+    let lo = a.position.map(|x| ((x - reach) / size).floor() as i32);
+    let hi = a.position.map(|x| ((x + reach) / size).floor() as i32);
+    // Half a block's diagonal, the band, and what a curved surface leaves its tangent plane by within reach.
+    let slab = 0.87 * size + BAND * h + 0.5 * reach;
+    let far = reach + 0.87 * size;
+    // Columns of blocks along the axis that the anchor faces most.
+    let n = a.normal;
+    let k = (0..3).fold(0, |k, i| if n[i].abs() > n[k].abs() { i } else { k });
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    let centre = |b: i32, axis: usize| (f64::from(b) + 0.5) * size - a.position[axis];
+    for x in lo[i]..=hi[i] {
+        for y in lo[j]..=hi[j] {
+            let (dx, dy) = (centre(x, i), centre(y, j));
+            let ball = far * far - dx * dx - dy * dy;
+            if ball < 0.0 {
+                continue;
+            }
+            let middle = -(n[i] * dx + n[j] * dy) / n[k];
+            let (half, ball) = ((slab / n[k]).abs(), ball.sqrt());
+            let from = (a.position[k] + (middle - half).max(-ball)) / size - 0.5;
+            let to = (a.position[k] + (middle + half).min(ball)) / size - 0.5;
+            for z in (from.ceil() as i32).max(lo[k])..=(to.floor() as i32).min(hi[k]) {
+                let mut b = [0; 3];
+                (b[i], b[j], b[k]) = (x, y, z);
+                visit(block_key(b));
+            }
+        }
+    }
+}
+
+/// Evaluates the charts at the corners of the band. Gives the grid and the number of pairs of a block and an anchor.
 fn sample<'c>(
     charts: &'c [Chart],
     anchors: &[Anchor],
@@ -248,78 +323,154 @@ fn sample<'c>(
     conflicts: &[(u32, u32)],
     h: f64,
     ctx: &Context<'_>,
-) -> Result<Grid<'c>> {
-    let size = h * f64::from(BLOCK);
-    // Blocks that each anchor influences: those that its reach touches near its tangent plane.
-    let mut pairs: Vec<(u64, u32)> = anchors
-        .par_iter()
-        .enumerate()
-        // Beyond the range of the keys there can only be strays: scans are a few hundred thousand voxels wide at the most.
-        .filter(|(_, a)| a.position.iter().all(|x| x.abs() < KEY_RANGE * h))
-        .flat_map_iter(|(i, a)| {
-            let reach = REACH * a.spacing;
-            let lo = a.position.map(|x| ((x - reach) / size).floor() as i32);
-            let hi = a.position.map(|x| ((x + reach) / size).floor() as i32);
-            // Half a block's diagonal, the band, and what a curved surface leaves its tangent plane by within reach.
-            let slab = 0.87 * size + BAND * h + 0.5 * reach;
-            let far = reach + 0.87 * size;
-            (lo[2]..=hi[2]).flat_map(move |z| {
-                (lo[1]..=hi[1]).flat_map(move |y| {
-                    (lo[0]..=hi[0]).filter_map(move |x| {
-                        let d = sub([x, y, z].map(|b| (f64::from(b) + 0.5) * size), a.position);
-                        (dot(d, a.normal).abs() <= slab && norm(d) <= far)
-                            .then(|| (block_key([x, y, z]), i as u32))
-                    })
-                })
-            })
+) -> Result<(Grid<'c>, usize)> {
+    // How many pairs there are, and keys that cut them into shares of equal size.
+    let counts: Vec<(usize, Vec<u64>)> = anchors
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            ctx.check()?;
+            let (mut count, mut some) = (0, Vec::new());
+            for a in chunk {
+                touched(a, h, |key| {
+                    if count % PAIR_SAMPLE == 0 {
+                        some.push(key);
+                    }
+                    count += 1;
+                });
+            }
+            Ok((count, some))
         })
-        .collect();
-    pairs.par_sort_unstable();
-    let wanted: Vec<(u64, Vec<u32>)> =
-        pairs.chunk_by(|a, b| a.0 == b.0).map(|g| (g[0].0, g.iter().map(|p| p.1).collect())).collect();
-    drop(pairs);
-    ctx.stage(crate::run::Stage::Surface, 2 * wanted.len());
+        .collect::<Result<_>>()?;
+    let total: usize = counts.iter().map(|c| c.0).sum();
+    ctx.stage(crate::run::Stage::Surface, 2 * total);
+    let mut cuts: Vec<u64> = counts.into_iter().flat_map(|c| c.1).collect();
+    sort(&mut cuts, ctx)?;
+    let shares = total.div_ceil(PAIRS);
+    let mut cuts: Vec<u64> = (1..shares).map(|k| cuts[k * cuts.len() / shares]).collect();
+    cuts.dedup();
+    cuts.push(u64::MAX);
+
     let mut conflict = vec![false; charts.len()];
     for &(a, b) in conflicts {
         conflict[a as usize] = true;
         conflict[b as usize] = true;
     }
-    let blocks: Vec<_> = wanted
-        .into_par_iter()
-        .map(|(key, near)| {
+    let mut grid = Grid {
+        charts,
+        h,
+        keys: vec![],
+        start: vec![0],
+        lists: vec![],
+        turned: vec![],
+        local: vec![],
+        around: vec![],
+        cells: vec![],
+    };
+    let fixed = BYTES_PER_CHART * charts.len() as u64 + BYTES_PER_POINT * anchors.len() as u64;
+    let size = h * f64::from(BLOCK);
+    let (mut from, mut seen) = (0, 0);
+    for to in cuts {
+        let (low, high) = (unkey(from)[2], unkey(to - 1)[2]);
+        let found: Vec<Vec<(u64, u32)>> = anchors
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(c, chunk)| {
+                ctx.check()?;
+                let mut out = Vec::new();
+                for (i, a) in chunk.iter().enumerate() {
+                    let [z0, z1] = [-1.0, 1.0].map(|s| (a.position[2] + s * REACH * a.spacing) / size);
+                    if (z1.floor() as i32) < low || (z0.floor() as i32) > high {
+                        continue;
+                    }
+                    touched(a, h, |key| {
+                        if (from..to).contains(&key) {
+                            out.push((key, (c * CHUNK + i) as u32));
+                        }
+                    });
+                }
+                Ok(out)
+            })
+            .collect::<Result<_>>()?;
+        let mut pairs: Vec<(u64, u32)> = Vec::with_capacity(found.iter().map(Vec::len).sum());
+        found.into_iter().for_each(|f| pairs.extend(f));
+        sort(&mut pairs, ctx)?;
+        let groups: Vec<&[(u64, u32)]> = pairs.chunk_by(|a, b| a.0 == b.0).collect();
+        // Stopping early beats running out of memory late.
+        seen += pairs.len();
+        let blocks = (grid.keys.len() + groups.len()) as f64 * total as f64 / seen.max(1) as f64;
+        ctx.reserve(fixed + BYTES_PER_BLOCK * blocks as u64)?;
+        let made: Vec<Vec<Made>> = groups
+            .par_chunks(CHUNK)
+            .map(|groups| {
+                let mut out = Vec::new();
+                for near in groups {
+                    ctx.check()?;
+                    ctx.advance(near.len());
+                    out.extend(make(charts, anchors, relations, &conflict, near, h));
+                }
+                Ok(out)
+            })
+            .collect::<Result<_>>()?;
+        for m in made.into_iter().flatten() {
+            grid.keys.push(m.key);
+            grid.lists.extend(m.list);
+            grid.turned.extend(m.turned);
+            grid.start.push(grid.lists.len() as u32);
+            grid.local.push(m.local);
+            grid.cells.push(m.corners);
+        }
+        from = to;
+    }
+    let keys = &grid.keys;
+    let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
+    grid.around = keys
+        .par_chunks(1024)
+        .map(|chunk| {
             ctx.check()?;
-            ctx.advance(1);
-            let at = unkey(key);
-            let mut list: Vec<u32> = near
-                .iter()
-                .flat_map(|&a| anchors[a as usize].charts.iter().map(|c| c.0).filter(|&c| c != u32::MAX))
-                .collect();
-            list.sort_unstable();
-            list.dedup();
-            let local = list.iter().any(|&c| conflict[c as usize]);
-            let signs = gauge(charts, relations, local, &list);
-            let corners = corners(charts, anchors, &near, &list, &signs, at, h);
-            Ok(corners.map(|c| (key, (at, (list, signs), local, c))))
+            let around = |&key: &u64| {
+                let at = unkey(key);
+                std::array::from_fn(|n| {
+                    let n = n as i32;
+                    find([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1])
+                })
+            };
+            Ok(chunk.iter().map(around).collect::<Vec<[u32; 27]>>())
         })
         .collect::<Result<Vec<_>>>()?
-        .into_iter()
-        .flatten()
+        .concat();
+    Ok((grid, total))
+}
+
+/// A block on its way into the grid.
+struct Made {
+    key: u64,
+    list: Vec<u32>,
+    turned: Vec<bool>,
+    local: bool,
+    corners: Corners,
+}
+
+/// Evaluates the charts at the corners of one block.
+fn make(
+    charts: &[Chart],
+    anchors: &[Anchor],
+    relations: &[Relation],
+    conflict: &[bool],
+    near: &[(u64, u32)],
+    h: f64,
+) -> Option<Made> {
+    let key = near[0].0;
+    let mut list: Vec<u32> = near
+        .iter()
+        .flat_map(|&(_, a)| anchors[a as usize].charts.iter().map(|c| c.0).filter(|&c| c != u32::MAX))
         .collect();
-    let keys: Vec<u64> = blocks.iter().map(|b| b.0).collect();
-    let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
-    let mut grid =
-        Grid { charts, h, at: vec![], lists: vec![], local: vec![], around: vec![], cells: vec![] };
-    for (_, (at, list, local, corners)) in blocks {
-        grid.around.push(std::array::from_fn(|n| {
-            let n = n as i32;
-            find([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1])
-        }));
-        grid.at.push(at);
-        grid.lists.push(list);
-        grid.local.push(local);
-        grid.cells.push(corners);
-    }
-    Ok(grid)
+    list.sort_unstable();
+    list.dedup();
+    let local = list.iter().any(|&c| conflict[c as usize]);
+    let signs = gauge(charts, relations, local, &list);
+    let corners = corners(charts, anchors, near, &list, &signs, unkey(key), h)?;
+    let turned = list.iter().zip(&signs).map(|(&c, s)| s * charts[c as usize].sign < 0.0).collect();
+    Some(Made { key, list, turned, local, corners })
 }
 
 /// Extends the field into corners that no chart reaches, and smooths what was filled in.
@@ -347,44 +498,38 @@ fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
     };
     for round in 0..usize::from(FILL_ROUNDS) + RELAX {
         let growing = round < usize::from(FILL_ROUNDS);
-        let next: Vec<Option<Corners>> = (0..grid.cells.len())
+        let blocks = grid.cells.len();
+        let changes: Vec<Vec<(u32, f32, u32)>> = (0..blocks.div_ceil(CHUNK))
             .into_par_iter()
-            .map(|b| {
-                if b % 64 == 0 {
-                    ctx.check()?;
-                }
-                let old = &grid.cells[b];
-                let wanted = |level: u8| if growing { level == 0 } else { level > 1 };
-                if !old.level.iter().any(|&l| wanted(l)) {
-                    return Ok(None);
-                }
-                let mut new = old.clone();
-                let mut changed = false;
-                for z in 0..BLOCK {
-                    for y in 0..BLOCK {
-                        for x in 0..BLOCK {
-                            let c = corner_index([x, y, z]);
-                            if wanted(old.level[c])
-                                && let Some((value, chart)) = average(grid, b, [x, y, z])
-                            {
-                                new.value[c] = if value == 0.0 { f32::MIN_POSITIVE } else { value };
-                                if growing {
-                                    new.chart[c] = chart;
-                                    new.level[c] = 2 + round as u8;
-                                }
-                                changed = true;
-                            }
+            .map(|chunk| {
+                ctx.check()?;
+                let mut changes = Vec::new();
+                for b in chunk * CHUNK..((chunk + 1) * CHUNK).min(blocks) {
+                    for (c, &level) in grid.cells[b].level.iter().enumerate() {
+                        let k = c as i32;
+                        if (if growing { level == 0 } else { level > 1 })
+                            && let Some((value, chart)) =
+                                average(grid, b, [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK])
+                        {
+                            changes.push(((b % CHUNK * CORNERS + c) as u32, value, chart));
                         }
                     }
                 }
-                Ok(changed.then_some(new))
+                Ok(changes)
             })
             .collect::<Result<_>>()?;
-        for (cell, new) in grid.cells.iter_mut().zip(next) {
-            if let Some(new) = new {
-                *cell = new;
+        grid.cells.par_chunks_mut(CHUNK).zip(changes).try_for_each(|(cells, changes)| {
+            ctx.check()?;
+            for (at, value, chart) in changes {
+                let (cell, c) = (&mut cells[at as usize / CORNERS], at as usize % CORNERS);
+                cell.value[c] = if value == 0.0 { f32::MIN_POSITIVE } else { value };
+                if growing {
+                    cell.chart[c] = chart;
+                    cell.level[c] = 2 + round as u8;
+                }
             }
-        }
+            Ok(())
+        })?;
     }
     Ok(())
 }
@@ -480,11 +625,11 @@ struct Blend {
 
 impl Blend {
     /// Sums the weights of charts at `p`.
-    fn gather(&mut self, anchors: &[Anchor], near: &[u32], list: &[u32], p: Vec3) -> f64 {
+    fn gather(&mut self, anchors: &[Anchor], near: &[(u64, u32)], list: &[u32], p: Vec3) -> f64 {
         self.weights.clear();
         self.weights.resize(list.len(), 0.0);
         let mut total = 0.0;
-        for &a in near {
+        for &(_, a) in near {
             let anchor = &anchors[a as usize];
             let k = influence(dist2(p, anchor.position), anchor.spacing);
             if k <= 0.0 {
@@ -504,7 +649,7 @@ impl Blend {
 fn corners(
     charts: &[Chart],
     anchors: &[Anchor],
-    near: &[u32],
+    near: &[(u64, u32)],
     list: &[u32],
     signs: &[f64],
     at: [i32; 3],
@@ -513,6 +658,7 @@ fn corners(
     let origin = at.map(|b| b * BLOCK);
     let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
     let mut blend = Blend { weights: Vec::new() };
+    let mut seen: Vec<(u32, f64, f64, f64)> = Vec::new();
     let mut any = false;
     for n in 0..CORNERS {
         let k = n as i32;
@@ -522,14 +668,29 @@ fn corners(
         if total <= 0.0 {
             continue;
         }
-        let mut s = Sample::default();
+        seen.clear();
         for ((&c, &sign), &w) in list.iter().zip(signs).zip(&blend.weights) {
             if w < 1e-3 * total {
                 continue;
             }
-            let Some(View { distance: f, mask, .. }) = charts[c as usize].view(p) else { continue };
+            let Some(View { distance, mask, .. }) = charts[c as usize].view(p) else { continue };
+            seen.push((c, w, distance * sign, mask));
+        }
+        // Charts of another sheet nearby have no say here: the sheet that is near and well known decides which charts are of the same opinion.
+        let score = |x: &(u32, f64, f64, f64)| x.1 * (x.3 + 0.02) / (x.2.abs() + NEAR * h);
+        let Some(lead) = seen.iter().max_by(|a, b| score(a).total_cmp(&score(b))).map(|x| x.2) else {
+            continue;
+        };
+        let mut s = Sample::default();
+        for &(c, w, f, mask) in &seen {
+            let limit = SAME_SHEET.0 * h + SAME_SHEET.1 * charts[c as usize].sigma;
+            let t = 1.0 - ((f - lead) / limit).powi(2);
+            if t <= 0.0 {
+                continue;
+            }
+            let w = w * t * t;
             s.weight += w;
-            s.value += w * f * sign;
+            s.value += w * f;
             s.support += w * mask;
             if w > s.top {
                 (s.top, s.chart) = (w, c);
@@ -553,7 +714,7 @@ fn corners(
 
 fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
     let h = grid.h;
-    let origin = grid.at[block].map(|b| b * BLOCK);
+    let origin = unkey(grid.keys[block]).map(|b| b * BLOCK);
     let mut f = [0.0; 8];
     let mut filled = false;
     for (c, v) in f.iter_mut().enumerate() {
@@ -606,7 +767,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             continue;
         }
         let (mut sum, mut count, mut e, mut from) = ([0.0; 3], 0.0, start, usize::MAX);
-        let vertex = out.positions.len() as u32;
+        let vertex = out.contour.positions.len() as u32;
         let first = out.records.len();
         loop {
             done[e] = true;
@@ -616,10 +777,10 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             count += 1.0;
             if (f[a] - f[b]).abs() <= if filled { FILL_JUMP } else { MAX_JUMP } * h {
                 let o = corner(a);
-                let k =
-                    [0, 1, 2].map(|k| (i64::from(origin[k] + at[k] + o[k]) + (1 << 19)) as u64 & 0xF_FFFF);
-                let key = (k[2] << 40 | k[1] << 20 | k[0]) << 2 | (e / 4) as u64;
-                out.records.push((key, slot(e), vertex, f[b] > f[a]));
+                let (owner, c) = grid.owner(block, [0, 1, 2].map(|k| at[k] + o[k]));
+                let edge = u64::from(owner) * CORNERS as u64 + c as u64;
+                let edge = (edge << 2 | (e / 4) as u64) << EDGE_SHIFT;
+                out.records.push((edge | u64::from(slot(e)) << 1 | u64::from(f[b] > f[a]), vertex));
             }
             let [p, q] = next[e];
             let to = if p != from { p } else { q };
@@ -633,9 +794,9 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             continue;
         }
         let middle = scale(sum, 1.0 / count);
-        let (list, signs) = &grid.lists[block];
-        let (position, normal, chart) = settle(grid.charts, list, signs, middle, h);
-        out.positions.push(position);
+        let (normal, chart) = settle(grid, block, middle);
+        let out = &mut out.contour;
+        out.positions.push(middle);
         out.normals.push(normal);
         out.chart.push(chart);
         out.filled.push(filled);
@@ -643,17 +804,19 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
 }
 
 /// The normal at a vertex, from the charts of its block that pass nearest, and the nearest of them.
-fn settle(charts: &[Chart], list: &[u32], signs: &[f64], p: Vec3, h: f64) -> (Vec3, Vec3, u32) {
+fn settle(grid: &Grid<'_>, block: usize, p: Vec3) -> (Vec3, u32) {
     let (mut n, mut best) = ([0.0; 3], (0.0, u32::MAX));
-    for (&c, sign) in list.iter().zip(signs) {
-        if let Some(v) = charts[c as usize].view(p) {
-            let w = v.taper * v.mask / (v.distance * v.distance + 0.01 * h * h);
-            n = mul_add(n, v.normal, w * sign);
+    let (list, turned) = grid.list(block);
+    for (&c, &turned) in list.iter().zip(turned) {
+        let chart = &grid.charts[c as usize];
+        if let Some(v) = chart.view(p) {
+            let w = v.taper * v.mask / (v.distance * v.distance + 0.01 * grid.h * grid.h);
+            n = mul_add(n, v.normal, if turned { -w * chart.sign } else { w * chart.sign });
             if w > best.0 {
                 best = (w, c);
             }
         }
     }
     let l = norm(n);
-    (p, if l > 0.0 { scale(n, 1.0 / l) } else { [0.0; 3] }, best.1)
+    (if l > 0.0 { scale(n, 1.0 / l) } else { [0.0; 3] }, best.1)
 }

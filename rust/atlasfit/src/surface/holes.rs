@@ -1,35 +1,35 @@
 //! Filling small holes.
 //!
-//! In: an oriented triangle surface, the longest boundary to fill. Out: the same surface with those holes triangulated. Each hole gets the
+//! In: an oriented triangle surface, the longest boundary to fill, the widest slit. Out: the same surface with those holes triangulated. Slits are holes
+//! of any length whose sides run close to each other: where the two sides of a thin part fail to meet at its rim. Each hole gets the
 //! triangulation of its boundary with the least area, which bends least for the small holes that are meant (dynamic programming; Barequet
 //! and Sharir 1995, Liepa 2003). A triangle that would repeat an edge of the surface is never used, so the result stays manifold.
 
-use super::clean::Surface;
+use super::clean::{Surface, edges, groups, runs_down};
 use crate::error::Result;
+use crate::geometry::neighbours::Neighbours;
+use crate::geometry::sort::sort;
 use crate::geometry::vec3::{Vec3, cross, dist2, norm, sub};
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Holes of more edges are left open: the triangulation costs the cube of it.
-const MAX_EDGES: usize = 220;
+/// Holes of more edges are cut in two where their sides come close, or left open: the triangulation costs the cube of it.
+const MAX_EDGES: usize = 400;
+/// A cut is at most this many times as long as the widest slit.
+const CUT: f64 = 1.5;
+/// A slit's filling may have at most this share of the area of the surface around it: else the surface is a ribbon, and the filling its back.
+const RIBBON: f64 = 0.2;
 
 /// Boundary loops as vertices in the order in which new triangles run along them. Vertices where boundaries touch make no loop.
-fn loops(s: &Surface) -> Vec<Vec<u32>> {
-    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(s.triangles.len() * 3);
-    for t in &s.triangles {
-        for k in 0..3 {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
-            edges.push((a.min(b), a.max(b), a > b));
-        }
-    }
-    edges.sort_unstable();
+fn loops(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
+    let list = edges(&s.triangles, ctx)?;
     // The missing triangle runs against the one that is there.
-    let mut next: Vec<(u32, u32)> = edges
-        .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
+    let mut next: Vec<(u32, u32)> = groups(&list)
         .filter(|g| g.len() == 1)
-        .map(|g| if g[0].2 { (g[0].0, g[0].1) } else { (g[0].1, g[0].0) })
+        .map(|g| if runs_down(&g[0]) { (g[0].0, g[0].1) } else { (g[0].1, g[0].0) })
         .collect();
-    next.sort_unstable();
+    drop(list);
+    sort(&mut next, ctx)?;
     let successor = |v: u32| {
         let i = next.partition_point(|e| e.0 < v);
         match next.get(i) {
@@ -62,23 +62,24 @@ fn loops(s: &Surface) -> Vec<Vec<u32>> {
             out.push(ring);
         }
     }
-    out
+    Ok(out)
 }
 
-/// Fills every hole whose boundary is at most `longest` long; returns how many were filled.
+/// Fills every hole whose boundary is at most `longest` long, and every slit that is at most `widest` wide in the mean. Returns how many were
+/// filled, and which vertices lie about them.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
+pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Result<(usize, Vec<bool>)> {
     let length = |r: &[u32]| {
         (0..r.len())
             .map(|i| dist2(s.positions[r[i] as usize], s.positions[r[(i + 1) % r.len()] as usize]).sqrt())
             .sum::<f64>()
     };
-    let holes: Vec<Vec<u32>> =
-        loops(s).into_iter().filter(|r| r.len() <= MAX_EDGES && length(r) <= longest).collect();
+    let holes: Vec<Vec<u32>> = loops(s, ctx)?.into_iter().filter(|r| r.len() <= MAX_EDGES).collect();
+    let mut touched = vec![false; s.positions.len()];
     if holes.is_empty() {
-        return Ok(0);
+        return Ok((0, touched));
     }
     // Edges among the holes' vertices: a filling must not use them again.
     let mut of_hole = vec![false; s.positions.len()];
@@ -94,25 +95,87 @@ pub fn fill(s: &mut Surface, longest: f64, ctx: &Context<'_>) -> Result<usize> {
             }
         }
     }
-    taken.sort_unstable();
+    sort(&mut taken, ctx)?;
+    let holes = cut(&s.positions, holes, &taken, CUT * widest, ctx)?;
     let positions = &s.positions;
+    let whole: f64 = s.triangles.iter().map(|t| area(t.map(|v| positions[v as usize]))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = holes
         .par_iter()
         .map(|ring| {
             ctx.check()?;
-            Ok(triangulate(positions, ring, &taken))
+            let length = length(ring);
+            let Some((patch, area)) = triangulate(positions, ring, &taken, ctx)? else { return Ok(None) };
+            let slit = area <= 0.5 * length * widest && area <= RIBBON * whole;
+            Ok((length <= longest || slit).then_some(patch))
         })
         .collect::<Result<_>>()?;
     let mut filled = 0;
     for patch in patches.into_iter().flatten() {
+        for &v in patch.iter().flatten() {
+            touched[v as usize] = true;
+        }
         s.triangles.extend(patch);
         filled += 1;
     }
-    Ok(filled)
+    Ok((filled, touched))
 }
 
-/// The triangulation of a closed polygon with the least area; `None` where every one would use a taken edge.
-fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option<Vec<[u32; 3]>> {
+/// Cuts rings of too many edges in two, and those again, by edges at most `longest` long that are not taken. Rings that cannot be cut are left out.
+fn cut(
+    positions: &[Vec3],
+    rings: Vec<Vec<u32>>,
+    taken: &[(u32, u32)],
+    longest: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Vec<u32>>> {
+    let (mut todo, mut out) = (rings, Vec::new());
+    let mut found = Vec::new();
+    while let Some(ring) = todo.pop() {
+        let n = ring.len();
+        if n <= MAX_EDGES {
+            out.push(ring);
+            continue;
+        }
+        let at: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
+        let tree = Neighbours::build(&at, ctx)?;
+        // The most even cut; the shorter of two.
+        let mut best: Option<(usize, f64, usize, usize)> = None;
+        for (i, &p) in at.iter().enumerate() {
+            if i % 256 == 0 {
+                ctx.check()?;
+            }
+            tree.within(p, longest, &mut found);
+            for f in &found {
+                let j = f.index as usize;
+                let edge = (ring[i].min(ring[j]), ring[i].max(ring[j]));
+                if j <= i + 1 || (i == 0 && j == n - 1) || taken.binary_search(&edge).is_ok() {
+                    continue;
+                }
+                let even = (j - i).min(n - (j - i));
+                if best.is_none_or(|b| even > b.0 || (even == b.0 && f.dist2 < b.1)) {
+                    best = Some((even, f.dist2, i, j));
+                }
+            }
+        }
+        if let Some((_, _, i, j)) = best {
+            todo.push(ring[i..=j].to_vec());
+            todo.push(ring[j..].iter().chain(&ring[..=i]).copied().collect());
+        }
+    }
+    Ok(out)
+}
+
+fn area([a, b, c]: [Vec3; 3]) -> f64 {
+    0.5 * norm(cross(sub(b, a), sub(c, a)))
+}
+
+/// The triangulation of a closed polygon with the least area, and that area; `None` where every one would use a taken edge.
+fn triangulate(
+    positions: &[Vec3],
+    ring: &[u32],
+    taken: &[(u32, u32)],
+    ctx: &Context<'_>,
+) -> Result<Option<(Vec<[u32; 3]>, f64)>> {
     let n = ring.len();
     let at = |i: usize| positions[ring[i] as usize];
     let free = |i: usize, j: usize| {
@@ -126,6 +189,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
         cost[i * n + i + 1] = 0.0;
     }
     for span in 2..n {
+        ctx.check()?;
         for i in 0..n - span {
             let j = i + span;
             if !free(i, j) {
@@ -136,8 +200,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
                 if below >= cost[i * n + j] {
                     continue;
                 }
-                let (e, f) = (sub(at(k), at(i)), sub(at(j), at(i)));
-                let c = below + norm(cross(e, f));
+                let c = below + area([at(i), at(k), at(j)]);
                 if c < cost[i * n + j] {
                     cost[i * n + j] = c;
                     split[i * n + j] = k as u32;
@@ -146,7 +209,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
         }
     }
     if !cost[n - 1].is_finite() {
-        return None;
+        return Ok(None);
     }
     let mut out = Vec::with_capacity(n - 2);
     let mut stack = vec![(0, n - 1)];
@@ -159,7 +222,7 @@ fn triangulate(positions: &[Vec3], ring: &[u32], taken: &[(u32, u32)]) -> Option
         stack.push((i, k));
         stack.push((k, j));
     }
-    Some(out)
+    Ok(Some((out, cost[n - 1])))
 }
 
 #[cfg(test)]
@@ -178,14 +241,14 @@ mod tests {
     }
 
     fn boundary(s: &Surface) -> usize {
-        loops(s).iter().map(Vec::len).sum()
+        Run::default().execute(|ctx| loops(s, ctx)).unwrap().iter().map(Vec::len).sum()
     }
 
     #[test]
     fn an_open_box_is_closed_by_two_triangles_that_face_out() {
         let mut s = open_box();
         assert_eq!(boundary(&s), 4);
-        let filled = Run::default().execute(|ctx| fill(&mut s, 4.5, ctx)).unwrap();
+        let (filled, _) = Run::default().execute(|ctx| fill(&mut s, 4.5, 0.0, ctx)).unwrap();
         assert_eq!((filled, s.triangles.len(), boundary(&s)), (1, 12, 0));
         let volume: f64 = s
             .triangles
@@ -201,7 +264,7 @@ mod tests {
     #[test]
     fn a_hole_longer_than_asked_stays() {
         let mut s = open_box();
-        let filled = Run::default().execute(|ctx| fill(&mut s, 3.9, ctx)).unwrap();
+        let (filled, _) = Run::default().execute(|ctx| fill(&mut s, 3.9, 0.0, ctx)).unwrap();
         assert_eq!((filled, boundary(&s)), (0, 4));
     }
 }

@@ -8,6 +8,7 @@ use super::chart::Chart;
 use super::solver::{Factor, Graph};
 use super::surface::Surface;
 use crate::geometry::vec3::{Vec3, dot, norm, sub};
+use crate::run::Context;
 
 /// Cotangent weights are kept inside this range, so that needles neither vanish nor rule.
 const COT: (f64, f64) = (0.02, 20.0);
@@ -110,27 +111,41 @@ enum Solver {
 const GRADIENT_STEPS: usize = 12;
 
 /// Iterations of local rotations and global solves.
-pub(super) struct Arap {
+pub(super) struct Arap<'c> {
+    ctx: &'c Context<'c>,
     solver: Solver,
     cot: Vec<[f64; 3]>,
     rest: Vec<[f64; 3]>,
 }
 
-impl Arap {
+impl<'c> Arap<'c> {
     /// Prepares the matrix of a chart; the present positions only serve the ordering. Vertices marked in `pinned`
     /// (which may be empty) stay where they are.
-    pub(super) fn new(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, uv: &[[f64; 2]], pinned: &[bool]) -> Self {
+    ///
+    /// When the run is to stop, this and the steps end early: the caller checks and drops the positions.
+    pub(super) fn new(
+        tris: &[[u32; 3]],
+        rest: Vec<[f64; 3]>,
+        uv: &[[f64; 2]],
+        pinned: &[bool],
+        ctx: &'c Context<'c>,
+    ) -> Self {
         let cot = cotangents(&rest);
         let graph = Graph::from_triangles(uv.len(), tris, &cot);
-        let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v));
-        Self { solver: Solver::Direct(factor), cot, rest }
+        let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v), ctx);
+        Self { ctx, solver: Solver::Direct(factor), cot, rest }
     }
 
     /// The same for large charts that are nearly in place: no factorisation, nothing pinned.
-    pub(super) fn iterative(tris: &[[u32; 3]], rest: Vec<[f64; 3]>, vertices: usize) -> Self {
+    pub(super) fn iterative(
+        tris: &[[u32; 3]],
+        rest: Vec<[f64; 3]>,
+        vertices: usize,
+        ctx: &'c Context<'c>,
+    ) -> Self {
         let cot = cotangents(&rest);
         let graph = Graph::from_triangles(vertices, tris, &cot);
-        Self { solver: Solver::Iterative(graph), cot, rest }
+        Self { ctx, solver: Solver::Iterative(graph), cot, rest }
     }
 
     /// Runs one iteration.
@@ -142,6 +157,9 @@ impl Arap {
         rhs: &mut Vec<[f64; 2]>,
         work: &mut Vec<[f64; 2]>,
     ) {
+        if self.ctx.check().is_err() {
+            return;
+        }
         rhs.clear();
         match self.solver {
             Solver::Direct(_) => {
@@ -173,14 +191,14 @@ impl Arap {
         }
         match &self.solver {
             Solver::Direct(factor) => {
-                factor.solve(rhs, work);
+                factor.solve(rhs, work, self.ctx);
                 for (v, (p, q)) in uv.iter_mut().zip(rhs.iter()).enumerate() {
                     if !pinned.get(v).is_some_and(|&x| x) {
                         *p = *q;
                     }
                 }
             }
-            Solver::Iterative(graph) => graph.relax(uv, rhs, pinned, GRADIENT_STEPS),
+            Solver::Iterative(graph) => graph.relax(uv, rhs, pinned, GRADIENT_STEPS, self.ctx),
         }
     }
 }

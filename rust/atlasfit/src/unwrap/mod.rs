@@ -212,7 +212,7 @@ pub struct UvLayout {
 pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<UvLayout> {
     options.validate(mesh)?;
     ctx.stage(Stage::Segment, mesh.triangles.len());
-    let s = Surface::new(mesh, options)?;
+    let s = Surface::new(mesh, options, ctx)?;
     ctx.check()?;
     let mut bound = options.max_stretch;
     let list = loop {
@@ -223,6 +223,7 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
         bound = (1.0 + (bound - 1.0) * LOOSEN).min(STRETCH_LIMIT);
     };
     ctx.stage(Stage::Pack, list.len());
+    ctx.check()?;
     let (list, places, density, repaired_charts) = settle(&s, list, options, ctx)?;
     let [width, height] = options.page_size;
     let known = UvLayout {
@@ -388,7 +389,7 @@ fn first_charts(
                 let h = s.mate[e as usize / 3][e as usize % 3];
                 (h != NONE && label[h as usize / 3] == id as u32).then(|| index_of[h as usize / 3])
             });
-            flatten_first(s, chart, bound)
+            flatten_first(s, chart, bound, ctx)
         })
         .collect();
     ctx.check()?;
@@ -396,7 +397,7 @@ fn first_charts(
 }
 
 /// Charts of the patches among some faces.
-fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64) -> Vec<Chart> {
+fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64, ctx: &Context<'_>) -> Vec<Chart> {
     let mut sorted: Vec<(u32, u32)> = faces.iter().map(|&f| (label[f as usize], f)).collect();
     sorted.sort_unstable();
     sorted
@@ -407,13 +408,16 @@ fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64) -> Vec<Ch
                 let h = s.mate[e as usize / 3][e as usize % 3];
                 if h == NONE { None } else { own.binary_search(&(h / 3)).ok().map(|i| i as u32) }
             });
-            flatten_first(s, chart, Some(bound))
+            flatten_first(s, chart, Some(bound), ctx)
         })
         .collect()
 }
 
 /// Lays a patch flat; one that flips or overlaps is cut in two until it does not.
-fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
+fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_>) -> Vec<Chart> {
+    if ctx.check().is_err() {
+        return Vec::new();
+    }
     if c.faces.len() == 1 {
         return vec![single(s, c.faces[0])];
     }
@@ -421,7 +425,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
     flatten::project(s, &mut c, n);
     if flatten::all_positive(&c.tris, &c.uv) {
         if bound.is_some() {
-            let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[]);
+            let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[], ctx);
             let (mut rhs, mut work) = (Vec::new(), Vec::new());
             let mut uv = c.uv.clone();
             for _ in 0..5 {
@@ -454,7 +458,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>) -> Vec<Chart> {
             .1;
         halves(s, &c.faces, |i| centre(c.faces[i])[axis])
     };
-    pieces(s, &c, &side).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound)).collect()
+    pieces(s, &c, &side).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound, ctx)).collect()
 }
 
 /// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart.

@@ -86,6 +86,7 @@ pub(super) fn refine(
             }
         }
     }
+    ctx.check()?;
     for p in 0..patches.count as u32 {
         root[p as usize] = merge::find(&mut root, p);
     }
@@ -100,6 +101,7 @@ pub(super) fn refine(
             }
         }
     }
+    ctx.check()?;
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); patches.count];
     let mut index_of = vec![NONE; s.faces()];
     for f in 0..s.faces() {
@@ -132,10 +134,10 @@ pub(super) fn refine(
             let mut c = Chart::glue(s, faces, across);
             let own = root[label[c.faces[0] as usize] as usize];
             c.zip(s, |f| (label[f] != NONE && root[label[f] as usize] == own).then(|| index_of[f]));
-            if flatten(s, &mut c, label, coarse, &known) {
-                return untangle(s, c, label, bound);
+            if flatten(s, &mut c, label, coarse, &known, ctx) {
+                return untangle(s, c, label, bound, ctx);
             }
-            (Vec::new(), super::patch_charts(s, &c.faces, label, bound))
+            (Vec::new(), super::patch_charts(s, &c.faces, label, bound, ctx))
         })
         .collect();
     ctx.check()?;
@@ -153,23 +155,26 @@ pub(super) fn refine(
 /// Takes patches off a flattened chart until its borders touch nowhere (at full resolution the two sides of a narrow
 /// slit may). Returns the sound charts, and those to be merged anew because they stretch too much or touch within a
 /// patch.
-fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64) -> (Vec<Chart>, Vec<Chart>) {
+fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) -> (Vec<Chart>, Vec<Chart>) {
     let (mut good, mut bad) = (Vec::new(), Vec::new());
     let mut open = vec![c];
     while let Some(mut c) = open.pop() {
+        if ctx.check().is_err() {
+            break;
+        }
         let Some(pair) = touching(&c.tris, &c.uv, &c.border) else {
             c.over = over_area(s, &c, bound);
             if c.over <= OVER * c.area {
                 good.push(c);
             } else {
-                bad.extend(super::patch_charts(s, &c.faces, label, bound));
+                bad.extend(super::patch_charts(s, &c.faces, label, bound, ctx));
             }
             continue;
         };
         let of = |i: u32| label[c.faces[i as usize] as usize];
         let [p, q] = pair.map(of);
         if p == q {
-            bad.extend(super::patch_charts(s, &c.faces, label, bound));
+            bad.extend(super::patch_charts(s, &c.faces, label, bound, ctx));
             continue;
         }
         let size = |p: u32| (0..c.faces.len() as u32).filter(|&i| of(i) == p).count();
@@ -187,6 +192,7 @@ fn flatten(
     label: &[u32],
     coarse: &Coarse,
     known: &HashMap<(u32, u32), [f64; 2]>,
+    ctx: &Context<'_>,
 ) -> bool {
     let mut pinned = vec![false; c.vertices()];
     let mut placed = vec![false; c.vertices()];
@@ -210,11 +216,17 @@ fn flatten(
     // Everything between the pins by a harmonic map, then everything free.
     let rest = c.rest(s);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
-    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest)).relax(&mut c.uv, &[], &pinned, RELAX);
+    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest)).relax(
+        &mut c.uv,
+        &[],
+        &pinned,
+        RELAX,
+        ctx,
+    );
     let arap = if c.vertices() > DIRECT {
-        Arap::iterative(&c.tris, rest, c.vertices())
+        Arap::iterative(&c.tris, rest, c.vertices(), ctx)
     } else {
-        Arap::new(&c.tris, rest, &c.uv, &[])
+        Arap::new(&c.tris, rest, &c.uv, &[], ctx)
     };
     for _ in 0..3 {
         for _ in 0..STEPS {

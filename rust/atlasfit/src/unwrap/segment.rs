@@ -6,6 +6,7 @@
 
 use super::surface::{Cells, NONE, Surface};
 use crate::error::Result;
+use crate::geometry::sort::sort_by;
 use crate::geometry::vec3::{Vec3, add, dot, norm, normalize, scale};
 use crate::run::Context;
 use rayon::prelude::*;
@@ -122,6 +123,7 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
                     .unwrap_or(f64::INFINITY)
             })
             .collect();
+        ctx.check()?;
         let mut pick = vec![(f64::INFINITY, NONE); clusters.len()];
         for (e, (&(a, b, _), &c)) in edges.iter().zip(&costs).enumerate() {
             for v in [a, b] {
@@ -130,6 +132,7 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
                 }
             }
         }
+        ctx.check()?;
         let mut name = vec![NONE; clusters.len()];
         let mut joined: Vec<Cluster> = Vec::with_capacity(clusters.len() * 2 / 3);
         for c in 0..clusters.len() {
@@ -150,13 +153,14 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
                 joined.push(Cluster { near: Vec::new(), ..*one });
             }
         }
+        ctx.check()?;
         of_face.par_iter_mut().for_each(|c| *c = name[*c as usize]);
         edges.par_iter_mut().for_each(|e| {
             let (a, b) = (name[e.0 as usize], name[e.1 as usize]);
             (e.0, e.1) = (a.min(b), a.max(b));
         });
         edges.retain(|e| e.0 != e.1);
-        edges.par_sort_unstable_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)));
+        sort_by(&mut edges, |x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)), ctx)?;
         edges.dedup_by(|x, kept| {
             let same = (x.0, x.1) == (kept.0, kept.1);
             if same {
@@ -164,6 +168,7 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
             }
             same
         });
+        ctx.check()?;
         let fewer = clusters.len() - joined.len();
         clusters = joined;
         if fewer * 8 < clusters.len() {
@@ -193,17 +198,22 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
             }
         }
     }
+    ctx.check()?;
     let mut heap = BinaryHeap::from(heap);
+    ctx.check()?;
     let mut owner: Vec<u32> = (0..clusters.len() as u32).collect();
-    let mut steps = 0usize;
+    let (mut steps, mut looks) = (0usize, 0usize);
     while let Some(Candidate { a, b, stamp, .. }) = heap.pop() {
+        looks += 1;
+        if looks.is_multiple_of(1024) {
+            ctx.check()?;
+        }
         let (ca, cb) = (&clusters[a as usize], &clusters[b as usize]);
         if ca.stamp == NONE || cb.stamp == NONE || ca.stamp + cb.stamp != stamp {
             continue;
         }
         steps += 1;
         if steps.is_multiple_of(1024) {
-            ctx.check()?;
             ctx.advance(1024);
         }
         // The one with more neighbours takes in the other.
@@ -250,6 +260,8 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
         }
         clusters[a as usize].near = near;
     }
+    drop(heap);
+    ctx.check()?;
     let mut label = vec![NONE; m];
     for f in 0..m {
         if s.usable[f] {
@@ -262,6 +274,8 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
         }
     }
     smooth(s, &mut label, &clusters, ctx)?;
+    drop(clusters);
+    ctx.check()?;
     Ok(split_components(s, &label))
 }
 

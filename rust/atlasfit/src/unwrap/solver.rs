@@ -6,6 +6,7 @@
 //! ordering of George 1973 a few lines, with O(n log n) fill.
 
 use super::surface::NONE;
+use crate::run::Context;
 
 /// Sets of at most this many vertices are not dissected further.
 const LEAF: usize = 24;
@@ -71,7 +72,14 @@ impl Graph {
     }
     /// Takes `steps` of conjugate gradients with diagonal scaling towards the solution of Laplacian * uv = `rhs`
     /// (an empty one is zero: weighted means of neighbours), from the present positions; pinned ones stay.
-    pub(super) fn relax(&self, uv: &mut [[f64; 2]], rhs: &[[f64; 2]], pinned: &[bool], steps: usize) {
+    pub(super) fn relax(
+        &self,
+        uv: &mut [[f64; 2]],
+        rhs: &[[f64; 2]],
+        pinned: &[bool],
+        steps: usize,
+        ctx: &Context<'_>,
+    ) {
         let n = uv.len();
         let apply = |x: &[[f64; 2]], out: &mut [[f64; 2]]| {
             for i in 0..n {
@@ -102,6 +110,9 @@ impl Graph {
         };
         let mut rho = scaled(&r);
         for _ in 0..steps {
+            if ctx.check().is_err() {
+                return;
+            }
             apply(&d, &mut q);
             let mut dq = [0.0; 2];
             for (d, q) in d.iter().zip(&q) {
@@ -135,13 +146,22 @@ impl Graph {
 
 impl Factor {
     /// Factorises the weighted Laplacian of `graph` plus `shift` per vertex on the diagonal.
-    pub(super) fn laplacian(graph: &Graph, coordinates: &[[f64; 2]], shift: impl Fn(usize) -> f64) -> Self {
+    /// Unfinished when the run is to stop: the caller checks.
+    pub(super) fn laplacian(
+        graph: &Graph,
+        coordinates: &[[f64; 2]],
+        shift: impl Fn(usize) -> f64,
+        ctx: &Context<'_>,
+    ) -> Self {
         let n = coordinates.len();
         let mut order: Vec<u32> = (0..n as u32).collect();
         let mut side = vec![0u32; n];
         let mut stamp = 0;
         let mut scratch = Vec::new();
         dissect(graph, coordinates, &mut order, &mut side, &mut stamp, &mut scratch);
+        if ctx.check().is_err() {
+            return Self::default();
+        }
         let mut place = vec![0u32; n];
         for (p, &v) in order.iter().enumerate() {
             place[v as usize] = p as u32;
@@ -180,6 +200,9 @@ impl Factor {
         let mut length = vec![0u32; n];
         flag.fill(NONE);
         for k in 0..n {
+            if k % 4 == 0 && ctx.check().is_err() {
+                break;
+            }
             let mut top = n;
             flag[k] = k as u32;
             let mut d = shift(order[k] as usize);
@@ -221,7 +244,8 @@ impl Factor {
     }
 
     /// Solves in place for both coordinates.
-    pub(super) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>) {
+    /// Unfinished when the run is to stop: the caller checks.
+    pub(super) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>, ctx: &Context<'_>) {
         let n = self.place.len();
         work.clear();
         work.resize(n, [0.0; 2]);
@@ -229,6 +253,9 @@ impl Factor {
             work[p as usize] = b[i];
         }
         for j in 0..n {
+            if j % 1024 == 0 && ctx.check().is_err() {
+                return;
+            }
             let x = work[j];
             for e in self.start[j] as usize..self.start[j + 1] as usize {
                 let w = &mut work[self.row[e] as usize];
@@ -237,6 +264,9 @@ impl Factor {
             }
         }
         for j in (0..n).rev() {
+            if j % 1024 == 0 && ctx.check().is_err() {
+                return;
+            }
             let mut x = [work[j][0] / self.diagonal[j], work[j][1] / self.diagonal[j]];
             for e in self.start[j] as usize..self.start[j + 1] as usize {
                 let w = work[self.row[e] as usize];

@@ -8,6 +8,7 @@ use super::UnwrapOptions;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::geometry::vec3::{Vec3, cross, dot, norm, scale, sub};
+use crate::run::Context;
 
 /// No half-edge, no chart, no face.
 pub(super) const NONE: u32 = u32::MAX;
@@ -99,8 +100,9 @@ impl Cells {
 
 impl Surface {
     /// Prepares a mesh.
-    pub(super) fn new(mesh: &TriMesh, options: &UnwrapOptions) -> Result<Self> {
+    pub(super) fn new(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<Self> {
         mesh.validate()?;
+        ctx.check()?;
         let m = mesh.triangles.len();
         if m as u64 * 3 >= u64::from(NONE) {
             return Err(Error::invalid(format!("{m} triangles"), "Split the mesh: half-edges are 32-bit"));
@@ -121,6 +123,7 @@ impl Surface {
                 }
             }
         }
+        ctx.check()?;
         let extent = (0..3).map(|k| hi[k] * 0.5 - lo[k] * 0.5).fold(0.0, f64::max) * 2.0;
         if !(extent > 0.0 && extent.is_finite()) {
             return Err(Error::degenerate(
@@ -144,12 +147,15 @@ impl Surface {
                 "Give a mesh with at least one triangle of positive area",
             ));
         }
+        ctx.check()?;
         let s = 1.0 / total.sqrt();
         for p in &mut pos {
             *p = if p.iter().all(|x| x.is_finite()) { scale(*p, s) } else { [0.0; 3] };
         }
-        let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options);
+        let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options, ctx)?;
+        ctx.check()?;
         let mut out = Self::from_parts(pos, tri, mate);
+        ctx.check()?;
         if options.keep_uv_seams
             && let Some(uv) = &mesh.corner_uv
         {
@@ -252,7 +258,8 @@ fn pair_edges(
     tri: &[[u32; 3]],
     usable: &[bool],
     options: &UnwrapOptions,
-) -> (Vec<[u32; 3]>, usize, usize) {
+    ctx: &Context<'_>,
+) -> Result<(Vec<[u32; 3]>, usize, usize)> {
     let m = tri.len();
     // Bucket half-edges by their smaller vertex (a counting sort), then match inside the small buckets.
     let mut start = vec![0u32; vertices + 1];
@@ -277,6 +284,7 @@ fn pair_edges(
             fill[v] += 1;
         }
     }
+    ctx.check()?;
     // A duplicate face lives on a layer of its own, so that sheets of duplicates stay connected.
     let mut layer = vec![0u32; m];
     let mut duplicate = 0;
@@ -301,12 +309,16 @@ fn pair_edges(
             }
         }
     }
+    ctx.check()?;
     let seam_set: std::collections::HashSet<(u32, u32)> =
         options.seam_edges.iter().flatten().map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
     let mut mate = vec![[NONE; 3]; m];
     let mut non_manifold = 0;
     let mut sorted: Vec<(u32, u32, bool, u32)> = Vec::new();
     for v in 0..vertices {
+        if v % 16384 == 0 {
+            ctx.check()?;
+        }
         sorted.clear();
         for &h in &bucket[start[v] as usize..start[v + 1] as usize] {
             let (f, k) = (h as usize / 3, h as usize % 3);
@@ -334,5 +346,5 @@ fn pair_edges(
             i = j;
         }
     }
-    (mate, non_manifold, duplicate)
+    Ok((mate, non_manifold, duplicate))
 }

@@ -1,0 +1,203 @@
+/* Every kind of call once, also failing and cancelled at each stage, for valgrind and the sanitizers: all memory must be given back.
+ * soak [POINTS [THREADS]] */
+#include <atlasfit.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static int wrong = 0;
+
+static void want(int32_t status, int32_t expected, const char *what) {
+  if (status != expected) {
+    char text[512];
+    atlasfit_last_error(text, sizeof text);
+    fprintf(stderr, "%s: %s instead of %s; %s\n", what, atlasfit_status_name(status), atlasfit_status_name(expected), text);
+    wrong++;
+  }
+}
+
+/* Cancels at a share of the stages. */
+static int32_t until(void *user, uint32_t stage, double fraction) { return stage + fraction < *(double *)user; }
+
+static double noise(void) { return (double)rand() / RAND_MAX - 0.5; }
+
+int main(int argc, char **argv) {
+  const size_t n = argc > 1 ? (size_t)atol(argv[1]) : 3000;
+  double *xyz = malloc(3 * n * sizeof *xyz);
+  uint8_t *rgb = malloc(3 * n);
+  float *weight = malloc(n * sizeof *weight);
+  if (!xyz || !rgb || !weight) return 1;
+  for (size_t i = 0; i < n; i++) {
+    double z = 2.0 * ((double)i + 0.5) / (double)n - 1.0, a = 2.399963229728653 * (double)i, s = sqrt(1.0 - z * z), r = 1.0 + 0.02 * noise();
+    xyz[3 * i] = r * s * cos(a) + 1000000.0;
+    xyz[3 * i + 1] = r * s * sin(a);
+    xyz[3 * i + 2] = r * z;
+    rgb[3 * i] = rgb[3 * i + 1] = rgb[3 * i + 2] = (uint8_t)i;
+    weight[i] = (float)i;
+  }
+  atlasfit_points points;
+  atlasfit_attribute attribute;
+  atlasfit_run run;
+  want(atlasfit_points_init(&points, sizeof points), ATLASFIT_OK, "points");
+  want(atlasfit_attribute_init(&attribute, sizeof attribute), ATLASFIT_OK, "attribute");
+  want(atlasfit_run_init(&run, sizeof run), ATLASFIT_OK, "run");
+  attribute.name = "weight";
+  attribute.values = weight;
+  points.positions = xyz;
+  points.count = n;
+  points.scalar = ATLASFIT_F64;
+  points.colors = rgb;
+  points.color_scalar = ATLASFIT_U8;
+  points.color_width = 3;
+  points.attributes = &attribute;
+  points.attribute_count = 1;
+  run.threads = argc > 2 ? (uint32_t)atoi(argv[2]) : 2;
+
+  /* Failing. */
+  atlasfit_result *result = NULL;
+  atlasfit_points bad = points;
+  bad.count = 0;
+  want(atlasfit_denoise(&bad, NULL, &run, &result), ATLASFIT_EMPTY_INPUT, "no points");
+  bad.count = 5;
+  want(atlasfit_denoise(&bad, NULL, &run, &result), ATLASFIT_DEGENERATE, "five points");
+  bad.struct_size = 3;
+  want(atlasfit_denoise(&bad, NULL, &run, &result), ATLASFIT_ABI_MISMATCH, "struct_size");
+  run.memory_limit_bytes = 1000;
+  want(atlasfit_denoise(&points, NULL, &run, &result), ATLASFIT_OUT_OF_MEMORY, "memory limit");
+  run.memory_limit_bytes = 0;
+  run.time_limit_s = 1e-6;
+  want(atlasfit_denoise(&points, NULL, &run, &result), ATLASFIT_TIMED_OUT, "time limit");
+  run.time_limit_s = 0;
+
+  /* Cancelled at the start, early, in the middle, late, and by a token. */
+  const double moments[] = {-1.0, 1.0, 2.0, 3.5, 4.5, 5.5, 6.5, 8.0};
+  for (size_t i = 0; i < sizeof moments / sizeof *moments; i++) {
+    double moment = moments[i];
+    run.progress = until;
+    run.progress_user = &moment;
+    /* A stage may be too short to be seen: then it is done. */
+    int32_t status = atlasfit_denoise(&points, NULL, &run, &result);
+    if (status != ATLASFIT_OK || moment < 0.0) want(status, ATLASFIT_CANCELLED, "cancel");
+    want(atlasfit_result_free(result), ATLASFIT_OK, "free");
+  }
+  run.progress = NULL;
+  atlasfit_cancel *token = NULL;
+  want(atlasfit_cancel_new(&token), ATLASFIT_OK, "token");
+  want(atlasfit_cancel_request(token), ATLASFIT_OK, "request");
+  run.cancel = token;
+  want(atlasfit_denoise(&points, NULL, &run, &result), ATLASFIT_CANCELLED, "token");
+  run.cancel = NULL;
+  want(atlasfit_cancel_free(token), ATLASFIT_OK, "free");
+  want(atlasfit_cancel_free(token), ATLASFIT_INVALID_HANDLE, "freed twice");
+
+  /* Denoising. */
+  want(atlasfit_denoise(&points, NULL, &run, &result), ATLASFIT_OK, "denoise");
+  atlasfit_report report;
+  report.struct_size = sizeof report;
+  want(atlasfit_result_report(result, &report), ATLASFIT_OK, "report");
+  const size_t p = report.points, v = report.vertices, t = report.triangles;
+  double *places = malloc(3 * (p > v ? p : v) * sizeof *places);
+  double *vertices = malloc(3 * v * sizeof *vertices);
+  float *floats = malloc(6 * (p + v + t) * sizeof *floats);
+  uint32_t *triangles = malloc(3 * t * sizeof *triangles), *words = malloc((p + v + 3 * t) * sizeof *words);
+  if (!places || !vertices || !floats || !triangles || !words) return 1;
+  want(atlasfit_result_point_positions(result, places, 3 * p), ATLASFIT_OK, "positions");
+  want(atlasfit_result_point_normals(result, floats, 3 * p), ATLASFIT_OK, "normals");
+  want(atlasfit_result_point_sources(result, words, p), ATLASFIT_OK, "sources");
+  want(atlasfit_result_point_charts(result, words, p), ATLASFIT_OK, "charts");
+  want(atlasfit_result_surface_positions(result, vertices, 3 * v), ATLASFIT_OK, "vertices");
+  want(atlasfit_result_surface_normals(result, floats, 3 * v), ATLASFIT_OK, "vertex normals");
+  want(atlasfit_result_surface_colors(result, floats, 4 * v), ATLASFIT_OK, "colours");
+  want(atlasfit_result_surface_attribute(result, 0, places, v), ATLASFIT_OK, "attribute");
+  want(atlasfit_result_surface_triangles(result, triangles, 3 * t), ATLASFIT_OK, "triangles");
+  want(atlasfit_result_surface_corner_uv(result, floats, 6 * t - 1), ATLASFIT_BUFFER_TOO_SMALL, "small");
+  want(atlasfit_result_surface_face_charts(result, words, t), ATLASFIT_OK, "UV charts");
+  want(atlasfit_result_surface_corner_uv(result, floats, 6 * t), ATLASFIT_OK, "UVs");
+
+  /* The atlas outlives its result. */
+  atlasfit_atlas *atlas = NULL;
+  want(atlasfit_result_atlas(result, &atlas), ATLASFIT_OK, "atlas");
+  want(atlasfit_atlas_free((atlasfit_atlas *)result), ATLASFIT_INVALID_HANDLE, "another kind");
+  want(atlasfit_result_free(result), ATLASFIT_OK, "free");
+  want(atlasfit_result_report(result, &report), ATLASFIT_INVALID_HANDLE, "used after it was freed");
+  atlasfit_atlas_info info;
+  info.struct_size = sizeof info;
+  want(atlasfit_atlas_get_info(atlas, &info), ATLASFIT_OK, "info");
+  atlasfit_projection out;
+  want(atlasfit_projection_init(&out, sizeof out), ATLASFIT_OK, "projection");
+  out.capacity = n;
+  out.positions = places;
+  want(atlasfit_atlas_project(atlas, &points, &run, &out), ATLASFIT_OK, "project");
+  const double uv[2] = {0.1, -0.2};
+  double place[3];
+  want(atlasfit_atlas_eval(atlas, info.charts - 1, uv, 1, place, NULL, NULL, 1), ATLASFIT_OK, "eval");
+  want(atlasfit_atlas_eval(atlas, info.charts, uv, 1, place, NULL, NULL, 1), ATLASFIT_INDEX_OUT_OF_RANGE, "eval");
+  want(atlasfit_atlas_free(atlas), ATLASFIT_OK, "free");
+
+  /* Measuring and unwrapping the surface. */
+  atlasfit_mesh mesh;
+  want(atlasfit_mesh_init(&mesh, sizeof mesh), ATLASFIT_OK, "mesh");
+  mesh.positions = vertices;
+  mesh.vertex_count = v;
+  mesh.scalar = ATLASFIT_F64;
+  mesh.triangles = triangles;
+  mesh.triangle_count = t;
+  mesh.corner_uv = floats;
+  atlasfit_topology topology;
+  topology.struct_size = sizeof topology;
+  want(atlasfit_measure_topology(&mesh, &run, &topology), ATLASFIT_OK, "topology");
+  atlasfit_uv_quality quality;
+  quality.struct_size = sizeof quality;
+  float *stretch = malloc(t * sizeof *stretch);
+  want(atlasfit_measure_uv(&mesh, &run, &quality, stretch, t), ATLASFIT_OK, "UV quality");
+  free(stretch);
+  atlasfit_distance distance;
+  distance.struct_size = sizeof distance;
+  atlasfit_distance_options few;
+  want(atlasfit_distance_options_init(&few, sizeof few), ATLASFIT_OK, "options");
+  few.samples = few.chamfer_samples = 500;
+  want(atlasfit_measure_surface(&mesh, &mesh, &few, &run, &distance), ATLASFIT_OK, "distance");
+  want(atlasfit_measure_points(&points, &mesh, &few, &run, &distance, NULL, 0), ATLASFIT_OK, "distance of points");
+  mesh.corner_uv = NULL;
+  atlasfit_uv *layout = NULL;
+  for (double moment = -1.0; moment < 10.0; moment += 3.0) {
+    run.progress = until;
+    run.progress_user = &moment;
+    int32_t status = atlasfit_unwrap(&mesh, NULL, &run, &layout);
+    if (status != ATLASFIT_OK) want(status, ATLASFIT_CANCELLED, "cancelled unwrap");
+    want(atlasfit_uv_free(layout), ATLASFIT_OK, "free");
+  }
+  run.progress = NULL;
+  triangles[4] = (uint32_t)v;
+  want(atlasfit_unwrap(&mesh, NULL, &run, &layout), ATLASFIT_INDEX_OUT_OF_RANGE, "an index that is none");
+  triangles[4] = 0;
+  want(atlasfit_unwrap(&mesh, NULL, &run, &layout), ATLASFIT_OK, "unwrap");
+  atlasfit_uv_info uv_info;
+  uv_info.struct_size = sizeof uv_info;
+  want(atlasfit_uv_get_info(layout, &uv_info), ATLASFIT_OK, "UV info");
+  want(atlasfit_uv_corners(layout, floats, 6 * t), ATLASFIT_OK, "corners");
+  uint32_t *sources = malloc(uv_info.split_vertices * sizeof *sources);
+  float *split = malloc(2 * uv_info.split_vertices * sizeof *split);
+  want(atlasfit_uv_split(layout, words, 3 * t, sources, split, uv_info.split_vertices), ATLASFIT_OK, "split");
+  want(atlasfit_uv_face_charts(layout, words, t), ATLASFIT_OK, "face charts");
+  want(atlasfit_uv_face_pages(layout, words, t), ATLASFIT_OK, "face pages");
+  want(atlasfit_uv_free(layout), ATLASFIT_OK, "free");
+
+  free(sources);
+  free(split);
+  free(words);
+  free(triangles);
+  free(floats);
+  free(vertices);
+  free(places);
+  free(weight);
+  free(rgb);
+  free(xyz);
+  if (atlasfit_live_handles() != 0) {
+    fprintf(stderr, "%zu handles are left\n", atlasfit_live_handles());
+    wrong++;
+  }
+  printf("%d wrong\n", wrong);
+  return wrong != 0;
+}

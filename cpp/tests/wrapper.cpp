@@ -1,0 +1,93 @@
+// The C++ wrapper: results, errors as exceptions, exceptions out of callbacks, moves.
+#include <atlasfit.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+static int wrong = 0;
+
+static void want(bool good, const char *what) {
+  if (!good) {
+    std::fprintf(stderr, "wrong: %s\n", what);
+    wrong++;
+  }
+}
+
+template <class F>
+static atlasfit_status status_of(F &&f) {
+  try {
+    f();
+    return ATLASFIT_OK;
+  } catch (const atlasfit::Error &e) {
+    want(e.what()[0] != '\0', "an error has a text");
+    return e.status();
+  }
+}
+
+int main() {
+  std::vector<float> xyz;
+  for (int i = 0; i < 3000; i++) {
+    const float z = 2.0f * (static_cast<float>(i) + 0.5f) / 3000.0f - 1.0f, a = 2.39996323f * static_cast<float>(i), s = std::sqrt(1.0f - z * z);
+    const float r = 1.0f + 0.01f * std::sin(static_cast<float>(i) * 12.9898f);
+    xyz.insert(xyz.end(), {r * s * std::cos(a), r * s * std::sin(a), r * z});
+  }
+  int calls = 0;
+  atlasfit::Run run;
+  run.progress = [&calls](std::uint32_t, double) { return ++calls > 0; };
+  atlasfit::Denoised one = atlasfit::denoise(atlasfit::Points(xyz), {}, run);
+  atlasfit::Denoised clean = std::move(one);
+  want(calls > 0, "progress is told");
+  want(clean.report().parts == 1 && clean.report().points == 3000, "one part, all points");
+  want(clean.point_positions().size() == 9000 && clean.surface_corner_uv().size() == 6 * clean.report().triangles, "sizes");
+  want(status_of([&] { clean.surface_colors(); }) == ATLASFIT_NOT_AVAILABLE, "no colours");
+
+  const atlasfit::Atlas atlas = clean.atlas();
+  const std::array<double, 6> two = {0, 0, 1.5, 0.2, 0, -0.9};
+  const atlasfit::Projection p = atlas.project(atlasfit::Points(two));
+  want(std::abs(p.positions[2] - 1.0) < 0.05 && std::abs(p.distances[0] - 0.5) < 0.05, "projected onto the sphere");
+  const atlasfit::Places places = atlas.eval(0, std::vector<double>{0.0, 0.0});
+  want(std::abs(std::hypot(places.positions[0], places.positions[1], places.positions[2]) - 1.0) < 0.05, "a chart is on the sphere");
+
+  // Eigen-style: a pointer, a count, a stride in bytes.
+  struct Vertex {
+    float xyz[3];
+    int tag;
+  };
+  std::vector<Vertex> wide(3000);
+  for (std::size_t i = 0; i < 3000; i++) wide[i] = Vertex{{xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}, 7};
+  const atlasfit::Denoised same = atlasfit::denoise(atlasfit::Points(wide[0].xyz, wide.size(), sizeof(Vertex)));
+  want(same.point_positions() == clean.point_positions(), "a stride changes nothing");
+
+  const std::vector<double> surface = clean.surface_positions();
+  const std::vector<std::uint32_t> triangles = clean.surface_triangles();
+  atlasfit::UnwrapOptions options;
+  options.max_stretch = 1.5;
+  const atlasfit::UvLayout layout = atlasfit::unwrap(atlasfit::Mesh(surface, triangles), options);
+  const std::vector<float> corners = layout.corners();
+  std::vector<float> stretch;
+  const atlasfit_uv_quality q = atlasfit::measure_uv(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), {}, &stretch);
+  want(q.flips == 0 && q.overlapping_faces == 0 && stretch.size() == clean.report().triangles, "UVs are sound");
+  want(layout.split().indices.size() == triangles.size(), "split form");
+  want(atlasfit::measure_topology(atlasfit::Mesh(surface, triangles)).closed == 1, "closed");
+
+  want(status_of([] { atlasfit::denoise(atlasfit::Points(std::vector<double>())); }) == ATLASFIT_EMPTY_INPUT, "no points");
+  want(status_of([] { atlasfit::Points(std::vector<double>(4)); }) == ATLASFIT_INVALID_ARGUMENT, "four numbers are no points");
+  struct Stop {};
+  run.progress = [](std::uint32_t, double) -> bool { throw Stop(); };
+  bool stopped = false;
+  try {
+    atlasfit::denoise(atlasfit::Points(xyz), {}, run);
+  } catch (const Stop &) {
+    stopped = true;
+  }
+  want(stopped, "a callback's exception comes out");
+  atlasfit::CancelToken token;
+  run.progress = nullptr;
+  run.cancel = &token;
+  std::thread([&token] { token.request(); }).join();
+  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_CANCELLED, "cancelled from a thread");
+  std::printf("%d wrong\n", wrong);
+  return wrong != 0;
+}

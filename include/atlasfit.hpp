@@ -1,0 +1,496 @@
+/* atlasfit.hpp - atlasfit for C++17, header only, over atlasfit.h.
+ * SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * One move-only class per handle; failures are atlasfit::Error with the status and the text; arrays go in as anything with data() and
+ * size() (std::vector, std::array, std::span), or as pointer, count and stride (Eigen: matrix.data(), matrix.cols(), 0 for column-major 3 x n).
+ * An exception thrown by a progress callback cancels the work and comes out of the call. */
+#ifndef ATLASFIT_HPP
+#define ATLASFIT_HPP
+
+#include "atlasfit.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace atlasfit {
+
+/// A failed call: its status and the library's text.
+class Error : public std::runtime_error {
+ public:
+  Error(atlasfit_status status, const std::string &text) : std::runtime_error(text), status_(status) {}
+  /// ATLASFIT_CANCELLED, ATLASFIT_EMPTY_INPUT, ...
+  atlasfit_status status() const noexcept { return status_; }
+
+ private:
+  atlasfit_status status_;
+};
+
+namespace detail {
+
+inline void check(atlasfit_status status) {
+  if (status == ATLASFIT_OK) return;
+  std::string text(atlasfit_last_error(nullptr, 0), '\0');
+  atlasfit_last_error(&text[0], text.size() + 1);
+  throw Error(status, text.empty() ? atlasfit_status_name(status) : text);
+}
+
+template <class T, atlasfit_status (*Free)(T *)>
+struct Freer {
+  void operator()(T *handle) const noexcept { Free(handle); }
+};
+
+/// A handle that frees itself.
+template <class T, atlasfit_status (*Free)(T *)>
+using Owner = std::unique_ptr<T, Freer<T, Free>>;
+
+/// A struct for a result: zeros and its size.
+template <class T>
+T output() {
+  T value{};
+  value.struct_size = sizeof(T);
+  return value;
+}
+
+template <class T>
+constexpr std::uint32_t scalar() {
+  static_assert(std::is_same<T, float>::value || std::is_same<T, double>::value, "positions are float or double");
+  return std::is_same<T, float>::value ? ATLASFIT_F32 : ATLASFIT_F64;
+}
+
+/// Numbers of a container, as groups of `width`.
+template <class C>
+std::size_t groups(const C &numbers, std::size_t width) {
+  if (numbers.size() % width != 0) {
+    throw Error(ATLASFIT_INVALID_ARGUMENT,
+                "an array of " + std::to_string(numbers.size()) + " numbers is no whole number of groups of " + std::to_string(width));
+  }
+  return numbers.size() / width;
+}
+
+template <class C>
+using Number = typename std::remove_cv<typename std::remove_pointer<decltype(std::declval<const C &>().data())>::type>::type;
+
+}  // namespace detail
+
+/// major << 24 | minor << 16 | patch << 8 of the library.
+inline std::uint32_t version() noexcept { return atlasfit_version(); }
+
+/// Points to work on: a view of the caller's arrays, which must outlive the call that it is handed to.
+class Points {
+ public:
+  /// x, y, z after each other: anything with data() and size() over float or double.
+  template <class C, class = decltype(std::declval<const C &>().data())>
+  explicit Points(const C &xyz) : Points(xyz.data(), detail::groups(xyz, 3)) {}
+  /// `count` points, `stride` bytes apart (0 = tightly packed).
+  template <class T>
+  Points(const T *xyz, std::size_t count, std::size_t stride = 0) {
+    detail::check(atlasfit_points_init(&c_, sizeof c_));
+    c_.positions = xyz;
+    c_.count = count;
+    c_.stride = stride;
+    c_.scalar = detail::scalar<T>();
+  }
+  /// Unit normals, 3 floats per point.
+  Points &normals(const float *normals, std::size_t stride = 0) {
+    c_.normals = normals;
+    c_.normal_stride = stride;
+    return *this;
+  }
+  /// Colours of `width` channels per point, 0 to 1.
+  Points &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) { return colors_of(colors, width, stride, ATLASFIT_F32); }
+  /// Colours of `width` channels per point, 0 to 255.
+  Points &colors(const std::uint8_t *colors, std::uint32_t width = 4, std::size_t stride = 0) {
+    return colors_of(colors, width, stride, ATLASFIT_U8);
+  }
+  /// An attribute of `width` numbers per point, of type `scalar` (ATLASFIT_F32 to ATLASFIT_I32). `name` must outlive the call too.
+  Points &attribute(const char *name, const void *values, std::uint32_t scalar, std::uint32_t width = 1, std::size_t stride = 0) {
+    atlasfit_attribute a;
+    detail::check(atlasfit_attribute_init(&a, sizeof a));
+    a.name = name;
+    a.values = values;
+    a.scalar = scalar;
+    a.width = width;
+    a.stride = stride;
+    attributes_.push_back(a);
+    return *this;
+  }
+  /// The C struct; it points into this object.
+  atlasfit_points c() const noexcept {
+    atlasfit_points all = c_;
+    all.attributes = attributes_.empty() ? nullptr : attributes_.data();
+    all.attribute_count = static_cast<std::uint32_t>(attributes_.size());
+    return all;
+  }
+
+ private:
+  Points &colors_of(const void *colors, std::uint32_t width, std::size_t stride, std::uint32_t scalar) {
+    c_.colors = colors;
+    c_.color_width = width;
+    c_.color_stride = stride;
+    c_.color_scalar = scalar;
+    return *this;
+  }
+  atlasfit_points c_;
+  std::vector<atlasfit_attribute> attributes_;
+};
+
+/// A triangle mesh to work on: a view of the caller's arrays, which must outlive the call that it is handed to.
+class Mesh {
+ public:
+  /// x, y, z of each vertex, and three vertex indices (32 bits, unsigned) of each triangle.
+  template <class C, class I, class = decltype(std::declval<const C &>().data())>
+  Mesh(const C &xyz, const I &triangles)
+      : Mesh(xyz.data(), detail::groups(xyz, 3), triangles.data(), detail::groups(triangles, 3)) {}
+  /// Vertices `stride` bytes apart (0 = tightly packed).
+  template <class T>
+  Mesh(const T *xyz, std::size_t vertices, const std::uint32_t *triangles, std::size_t triangle_count, std::size_t stride = 0) {
+    detail::check(atlasfit_mesh_init(&c_, sizeof c_));
+    c_.positions = xyz;
+    c_.vertex_count = vertices;
+    c_.stride = stride;
+    c_.scalar = detail::scalar<T>();
+    c_.triangles = triangles;
+    c_.triangle_count = triangle_count;
+  }
+  /// u, v of each corner of each triangle.
+  Mesh &corner_uv(const float *uv) {
+    c_.corner_uv = uv;
+    return *this;
+  }
+  /// A group per triangle: no UV chart spans two.
+  Mesh &face_group(const std::uint32_t *group) {
+    c_.face_group = group;
+    return *this;
+  }
+  /// The polygon that each triangle was cut from.
+  Mesh &face_polygon(const std::uint32_t *polygon) {
+    c_.face_polygon = polygon;
+    return *this;
+  }
+  /// Edges that must be seams, as pairs of vertex indices.
+  Mesh &seam_edges(const std::uint32_t *pairs, std::size_t count) {
+    c_.seam_edges = pairs;
+    c_.seam_edge_count = count;
+    return *this;
+  }
+  /// The C struct.
+  const atlasfit_mesh &c() const noexcept { return c_; }
+
+ private:
+  atlasfit_mesh c_;
+};
+
+/// Cancels runs from another thread.
+class CancelToken {
+ public:
+  CancelToken() {
+    atlasfit_cancel *handle = nullptr;
+    detail::check(atlasfit_cancel_new(&handle));
+    handle_.reset(handle);
+  }
+  /// Every run that holds the token stops within 100 ms.
+  void request() const { detail::check(atlasfit_cancel_request(handle_.get())); }
+  const atlasfit_cancel *handle() const noexcept { return handle_.get(); }
+
+ private:
+  detail::Owner<atlasfit_cancel, atlasfit_cancel_free> handle_;
+};
+
+/// How long work is run. All members may be set freely.
+struct Run {
+  std::uint64_t seed = 0;
+  /// 0 = all cores.
+  std::uint32_t threads = 0;
+  /// Seconds; 0 = no limit.
+  double time_limit_s = 0.0;
+  /// Bytes; 0 = no limit.
+  std::uint64_t memory_limit_bytes = 0;
+  /// Told stage and share done, on the calling thread; false cancels.
+  std::function<bool(std::uint32_t stage, double fraction)> progress;
+  /// May be null; must outlive the call.
+  const CancelToken *cancel = nullptr;
+};
+
+namespace detail {
+
+/// The C struct of a Run for one call. An exception of the callback is kept while C frames are below, and thrown after the call.
+class Call {
+ public:
+  explicit Call(const Run &run) : run_(run) {
+    check(atlasfit_run_init(&c_, sizeof c_));
+    c_.seed = run.seed;
+    c_.threads = run.threads;
+    c_.time_limit_s = run.time_limit_s;
+    c_.memory_limit_bytes = run.memory_limit_bytes;
+    c_.cancel = run.cancel ? run.cancel->handle() : nullptr;
+    if (run.progress) {
+      c_.progress = &Call::told;
+      c_.progress_user = this;
+    }
+  }
+  Call(const Call &) = delete;
+  Call &operator=(const Call &) = delete;
+  const atlasfit_run *c() const noexcept { return &c_; }
+  void done(atlasfit_status status) const {
+    if (thrown_) std::rethrow_exception(thrown_);
+    check(status);
+  }
+
+ private:
+  static std::int32_t told(void *user, std::uint32_t stage, double fraction) {
+    Call *self = static_cast<Call *>(user);
+    if (self->thrown_) return 0;
+    try {
+      return self->run_.progress(stage, fraction) ? 1 : 0;
+    } catch (...) {
+      self->thrown_ = std::current_exception();
+      return 0;
+    }
+  }
+  const Run &run_;
+  atlasfit_run c_;
+  std::exception_ptr thrown_;
+};
+
+}  // namespace detail
+
+/// atlasfit_denoise_options with its defaults.
+struct DenoiseOptions : atlasfit_denoise_options {
+  DenoiseOptions() { detail::check(atlasfit_denoise_options_init(this, sizeof(atlasfit_denoise_options))); }
+};
+
+/// atlasfit_unwrap_options with its defaults.
+struct UnwrapOptions : atlasfit_unwrap_options {
+  UnwrapOptions() { detail::check(atlasfit_unwrap_options_init(this, sizeof(atlasfit_unwrap_options))); }
+};
+
+/// atlasfit_distance_options with its defaults.
+struct DistanceOptions : atlasfit_distance_options {
+  DistanceOptions() { detail::check(atlasfit_distance_options_init(this, sizeof(atlasfit_distance_options))); }
+};
+
+/// Where points are on an atlas.
+struct Projection {
+  std::vector<double> positions;        ///< x, y, z per point.
+  std::vector<float> normals;           ///< 3 per point.
+  std::vector<std::uint32_t> charts;    ///< UINT32_MAX for points that are not finite.
+  std::vector<float> chart_uv;          ///< 2 per point.
+  std::vector<double> distances;        ///< 1 per point.
+};
+
+/// Places of chart coordinates.
+struct Places {
+  std::vector<double> positions;  ///< x, y, z per place.
+  std::vector<float> normals;     ///< 3 per place.
+  std::vector<float> inside;      ///< In [0, 1]; one half at the surface's edge.
+};
+
+/// A fitted atlas.
+class Atlas {
+ public:
+  /// Takes a handle over.
+  explicit Atlas(atlasfit_atlas *handle) noexcept : handle_(handle) {}
+  atlasfit_atlas_info info() const {
+    auto info = detail::output<atlasfit_atlas_info>();
+    detail::check(atlasfit_atlas_get_info(handle_.get(), &info));
+    return info;
+  }
+  /// The nearest place of the surface for each point.
+  Projection project(const Points &points, const Run &run = Run()) const {
+    const atlasfit_points in = points.c();
+    Projection p;
+    p.positions.resize(3 * in.count);
+    p.normals.resize(3 * in.count);
+    p.charts.resize(in.count);
+    p.chart_uv.resize(2 * in.count);
+    p.distances.resize(in.count);
+    auto out = detail::output<atlasfit_projection>();
+    out.capacity = in.count;
+    out.positions = p.positions.data();
+    out.normals = p.normals.data();
+    out.charts = p.charts.data();
+    out.chart_uv = p.chart_uv.data();
+    out.distances = p.distances.data();
+    detail::Call call(run);
+    call.done(atlasfit_atlas_project(handle_.get(), &in, call.c(), &out));
+    return p;
+  }
+  /// The places of chart coordinates: u, v from -1 to 1 after each other.
+  template <class C>
+  Places eval(std::size_t chart, const C &uv) const {
+    static_assert(std::is_same<detail::Number<C>, double>::value, "chart coordinates are double");
+    const std::size_t n = detail::groups(uv, 2);
+    Places p;
+    p.positions.resize(3 * n);
+    p.normals.resize(3 * n);
+    p.inside.resize(n);
+    detail::check(atlasfit_atlas_eval(handle_.get(), chart, uv.data(), n, p.positions.data(), p.normals.data(), p.inside.data(), n));
+    return p;
+  }
+  const atlasfit_atlas *handle() const noexcept { return handle_.get(); }
+
+ private:
+  detail::Owner<atlasfit_atlas, atlasfit_atlas_free> handle_;
+};
+
+/// A denoised scan.
+class Denoised {
+ public:
+  /// Takes a handle over.
+  explicit Denoised(atlasfit_result *handle) : handle_(handle), report_(detail::output<atlasfit_report>()) {
+    detail::check(atlasfit_result_report(handle_.get(), &report_));
+  }
+  const atlasfit_report &report() const noexcept { return report_; }
+  std::vector<double> point_positions() const { return copy<double>(atlasfit_result_point_positions, 3 * report_.points); }
+  std::vector<float> point_normals() const { return copy<float>(atlasfit_result_point_normals, 3 * report_.points); }
+  std::vector<std::uint32_t> point_sources() const { return copy<std::uint32_t>(atlasfit_result_point_sources, report_.points); }
+  std::vector<std::uint32_t> point_charts() const { return copy<std::uint32_t>(atlasfit_result_point_charts, report_.points); }
+  std::vector<double> surface_positions() const { return copy<double>(atlasfit_result_surface_positions, 3 * report_.vertices); }
+  std::vector<float> surface_normals() const { return copy<float>(atlasfit_result_surface_normals, 3 * report_.vertices); }
+  std::vector<std::uint32_t> surface_triangles() const {
+    return copy<std::uint32_t>(atlasfit_result_surface_triangles, 3 * report_.triangles);
+  }
+  /// Throws Error with ATLASFIT_NOT_AVAILABLE without UVs; so do the three below for what is not there.
+  std::vector<float> surface_corner_uv() const { return copy<float>(atlasfit_result_surface_corner_uv, 6 * report_.triangles); }
+  std::vector<std::uint32_t> surface_face_charts() const {
+    return copy<std::uint32_t>(atlasfit_result_surface_face_charts, report_.triangles);
+  }
+  std::vector<float> surface_colors() const { return copy<float>(atlasfit_result_surface_colors, 4 * report_.vertices); }
+  /// One attribute that was given with `width` numbers per point.
+  std::vector<double> surface_attribute(std::size_t index, std::size_t width = 1) const {
+    std::vector<double> values(width * report_.vertices);
+    detail::check(atlasfit_result_surface_attribute(handle_.get(), index, values.data(), values.size()));
+    return values;
+  }
+  Atlas atlas() const {
+    atlasfit_atlas *atlas = nullptr;
+    detail::check(atlasfit_result_atlas(handle_.get(), &atlas));
+    return Atlas(atlas);
+  }
+  const atlasfit_result *handle() const noexcept { return handle_.get(); }
+
+ private:
+  template <class T>
+  std::vector<T> copy(atlasfit_status (*get)(const atlasfit_result *, T *, std::size_t), std::size_t count) const {
+    std::vector<T> all(count);
+    detail::check(get(handle_.get(), all.data(), all.size()));
+    return all;
+  }
+  detail::Owner<atlasfit_result, atlasfit_result_free> handle_;
+  atlasfit_report report_;
+};
+
+/// Denoises a scan.
+inline Denoised denoise(const Points &points, const DenoiseOptions &options = DenoiseOptions(), const Run &run = Run()) {
+  const atlasfit_points in = points.c();
+  detail::Call call(run);
+  atlasfit_result *result = nullptr;
+  const atlasfit_status status = atlasfit_denoise(&in, &options, call.c(), &result);
+  detail::Owner<atlasfit_result, atlasfit_result_free> owner(result);
+  call.done(status);
+  return Denoised(owner.release());
+}
+
+/// The form of a mesh with one vertex per pair of vertex and UV.
+struct SplitMesh {
+  std::vector<std::uint32_t> indices;  ///< 3 per triangle.
+  std::vector<std::uint32_t> sources;  ///< The mesh's vertex of each new vertex.
+  std::vector<float> vertex_uv;        ///< u, v per new vertex.
+};
+
+/// UVs of a mesh.
+class UvLayout {
+ public:
+  /// Takes a handle over.
+  explicit UvLayout(atlasfit_uv *handle) : handle_(handle), info_(detail::output<atlasfit_uv_info>()) {
+    detail::check(atlasfit_uv_get_info(handle_.get(), &info_));
+  }
+  const atlasfit_uv_info &info() const noexcept { return info_; }
+  std::vector<float> corners() const {
+    std::vector<float> all(6 * info_.triangles);
+    detail::check(atlasfit_uv_corners(handle_.get(), all.data(), all.size()));
+    return all;
+  }
+  std::vector<std::uint32_t> face_charts() const { return faces(atlasfit_uv_face_charts); }
+  std::vector<std::uint32_t> face_pages() const { return faces(atlasfit_uv_face_pages); }
+  SplitMesh split() const {
+    SplitMesh s;
+    s.indices.resize(3 * info_.triangles);
+    s.sources.resize(info_.split_vertices);
+    s.vertex_uv.resize(2 * info_.split_vertices);
+    detail::check(atlasfit_uv_split(handle_.get(), s.indices.data(), s.indices.size(), s.sources.data(), s.vertex_uv.data(),
+                                    s.sources.size()));
+    return s;
+  }
+  const atlasfit_uv *handle() const noexcept { return handle_.get(); }
+
+ private:
+  std::vector<std::uint32_t> faces(atlasfit_status (*get)(const atlasfit_uv *, std::uint32_t *, std::size_t)) const {
+    std::vector<std::uint32_t> all(info_.triangles);
+    detail::check(get(handle_.get(), all.data(), all.size()));
+    return all;
+  }
+  detail::Owner<atlasfit_uv, atlasfit_uv_free> handle_;
+  atlasfit_uv_info info_;
+};
+
+/// Lays out UVs for a mesh.
+inline UvLayout unwrap(const Mesh &mesh, const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
+  detail::Call call(run);
+  atlasfit_uv *uv = nullptr;
+  const atlasfit_status status = atlasfit_unwrap(&mesh.c(), &options, call.c(), &uv);
+  detail::Owner<atlasfit_uv, atlasfit_uv_free> owner(uv);
+  call.done(status);
+  return UvLayout(owner.release());
+}
+
+/// How a mesh hangs together.
+inline atlasfit_topology measure_topology(const Mesh &mesh, const Run &run = Run()) {
+  detail::Call call(run);
+  auto out = detail::output<atlasfit_topology>();
+  call.done(atlasfit_measure_topology(&mesh.c(), call.c(), &out));
+  return out;
+}
+
+/// Quality of the mesh's corner UVs; `face_stretch`, if given, gets a number per triangle.
+inline atlasfit_uv_quality measure_uv(const Mesh &mesh, const Run &run = Run(), std::vector<float> *face_stretch = nullptr) {
+  if (face_stretch) face_stretch->resize(mesh.c().triangle_count);
+  detail::Call call(run);
+  auto out = detail::output<atlasfit_uv_quality>();
+  call.done(atlasfit_measure_uv(&mesh.c(), call.c(), &out, face_stretch ? face_stretch->data() : nullptr,
+                                face_stretch ? face_stretch->size() : 0));
+  return out;
+}
+
+/// A mesh against the true surface.
+inline atlasfit_distance measure_surface(const Mesh &mesh, const Mesh &truth, const DistanceOptions &options = DistanceOptions(),
+                                         const Run &run = Run()) {
+  detail::Call call(run);
+  auto out = detail::output<atlasfit_distance>();
+  call.done(atlasfit_measure_surface(&mesh.c(), &truth.c(), &options, call.c(), &out));
+  return out;
+}
+
+/// Points against the true surface; `distances`, if given, gets a number per point.
+inline atlasfit_distance measure_points(const Points &points, const Mesh &truth, const DistanceOptions &options = DistanceOptions(),
+                                        const Run &run = Run(), std::vector<double> *distances = nullptr) {
+  const atlasfit_points in = points.c();
+  if (distances) distances->resize(in.count);
+  detail::Call call(run);
+  auto out = detail::output<atlasfit_distance>();
+  call.done(atlasfit_measure_points(&in, &truth.c(), &options, call.c(), &out, distances ? distances->data() : nullptr,
+                                    distances ? distances->size() : 0));
+  return out;
+}
+
+}  // namespace atlasfit
+
+#endif

@@ -1,0 +1,496 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "filters.h"
+
+#include "layer.h"
+#include "page.h"
+#include "run.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vcg/complex/allocate.h>
+
+namespace {
+
+const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b><br>ECCV 2020.";
+const char* const STRETCH_PAPER = "<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive Meshes\"</b><br>SIGGRAPH 2001.";
+const char* const FRAME = "<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
+
+/// Texels that a baked colour is carried beyond a chart's border where the library chooses the padding.
+const int BLEED = 4;
+
+/// Choices of the parameter "texture".
+enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
+
+Parameter texture_parameter()
+{
+	return {Parameter::ENUM, "texture", TEXTURE_COLORS, "Texture page",
+		"<b>Vertex colours</b>: they are baked into the page (plain grey where there are none). <b>Checker</b>: squares look square and equally large "
+		"where the UVs are good. <b>None</b>: no page is made.",
+		{"Vertex colours", "Checker", "None"}, false};
+}
+
+Parameter texture_size_parameter(uint32_t value)
+{
+	return {Parameter::INT, "textureSize", double(value), "Page size (texels)", "Side of the square texture page, 16 to 65536. The gaps between charts follow from it.", {}, false};
+}
+
+std::vector<Parameter> denoise_parameters(bool surface)
+{
+	const atlasfit_denoise_options o = defaults(atlasfit_denoise_options_init);
+	std::vector<Parameter> list{
+		{Parameter::BOOL, "onlySelected", 0, surface ? "Only the selected vertices" : "Move only the selected vertices",
+			surface ? "The surface is fitted to the selected vertices, the others are left out." : "The surface is fitted to all vertices, but only the selected ones are moved.", {}, false},
+		{Parameter::FLOAT, "noise", o.noise, "Noise (length)",
+			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is estimated.", {}, false},
+		{Parameter::ENUM, "prior", double(o.prior), "Prior",
+			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they grow wide. <b>Networks</b>: the paper's networks, "
+			"trained on the scan first; about a hundred times slower.",
+			{"Gaussian process", "Networks"}, false},
+		{Parameter::INT, "charts", double(o.charts), "Charts", "Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
+	};
+	if (surface) {
+		list.push_back({Parameter::FLOAT, "detail", o.detail, "Detail", "Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {}, false});
+		list.push_back({Parameter::FLOAT, "fillHoles", o.fill_holes, "Fill holes (length)",
+			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the sampling.", {}, false});
+		list.push_back({Parameter::BOOL, "uv", double(o.uv), "Lay out UVs", "Whether the surface gets per-wedge texture coordinates.", {}, false});
+		list.push_back(texture_size_parameter(o.texture_size));
+		list.push_back(texture_parameter());
+	} else {
+		list.push_back({Parameter::BOOL, "selectOutliers", 0, "Select outliers",
+			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. They are not moved in any case.", {}, false});
+	}
+	return list;
+}
+
+std::vector<Parameter> unwrap_parameters()
+{
+	const atlasfit_unwrap_options o = defaults(atlasfit_unwrap_options_init);
+	return {
+		{Parameter::FLOAT, "maxStretch", o.max_stretch, "Largest stretch",
+			"Bound on the stretch of 95% of the area: 1.1 = lengths are kept within about 10%. Larger gives fewer charts.", {}, false},
+		{Parameter::INT, "maxCharts", double(o.max_charts), "Most charts", "The stretch bound is raised as far as that needs. 0 = any number.", {}, false},
+		{Parameter::BOOL, "keepSeams", double(o.keep_uv_seams), "Keep seams", "Seams of the texture coordinates that the mesh has stay seams.", {}, false},
+		{Parameter::FLOAT, "hardEdges", o.hard_edge_angle, "Cut at angles above (degrees)", "Edges bent by more than this become seams, 0 to 180; 180 = none do for that reason.", {}, false},
+		texture_size_parameter(o.page_width),
+		texture_parameter(),
+		{Parameter::INT, "padding", double(o.padding), "Padding (texels)", "Free texels between charts and at the page's border.", {}, true},
+		{Parameter::INT, "pages", double(o.pages), "Most pages", "0 = one page, or with a density as many as that needs.", {}, true},
+		{Parameter::FLOAT, "density", o.texels_per_unit, "Density (texels per unit)", "Texels per unit of length on the surface. 0 = what fills the pages.", {}, true},
+		{Parameter::ENUM, "packer", double(o.packer), "Packing", "How charts are put on the page. <b>Shapes</b>: in each other's bays and holes. <b>Boxes</b>: by their bounding boxes, fastest.",
+			{"Shapes", "Boxes"}, true},
+	};
+}
+
+/// "12,345": readable in a log.
+std::string grouped(std::size_t n)
+{
+	std::string s = std::to_string(n);
+	for (std::size_t i = s.size(); i > 3; i -= 3)
+		s.insert(i - 3, ",");
+	return s;
+}
+
+std::string brief(double x)
+{
+	char text[32];
+	std::snprintf(text, sizeof text, "%.4g", x);
+	return text;
+}
+
+/// The layer that the filter works on.
+MeshModel& current(MeshDocument& md)
+{
+	if (md.mm() == nullptr)
+		throw std::runtime_error("atlasfit: there is no current layer. Open a scan or a mesh first");
+	return *md.mm();
+}
+
+/// Whether the user asked for the selected vertices only.
+bool only_selected(const MeshModel& layer, const RichParameterList& par)
+{
+	if (!par.getBool("onlySelected"))
+		return false;
+	for (const CVertexO& v : layer.cm.vert)
+		if (!v.IsD() && v.IsS())
+			return true;
+	throw std::runtime_error("atlasfit: no vertex is selected. Select some, or switch \"only the selected vertices\" off");
+}
+
+struct Denoised {
+	Result result;
+	atlasfit_report report;
+};
+
+/// The library's denoising of a layer's points, with what they carry.
+Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par, vcg::CallBackPos* progress, bool surface)
+{
+	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
+	options.noise = number(par, "noise");
+	options.charts = count(par, "charts");
+	options.prior = par.getEnum("prior") == 0 ? ATLASFIT_PRIOR_GP : ATLASFIT_PRIOR_MLP;
+	options.uv = 0;
+	atlasfit_points in = defaults(atlasfit_points_init);
+	in.positions = from.xyz.data();
+	in.count = from.vertex.size();
+	in.scalar = ATLASFIT_F64;
+	std::vector<uint8_t> rgba;
+	std::vector<double> quality;
+	atlasfit_attribute attribute = defaults(atlasfit_attribute_init);
+	if (surface) {
+		options.detail = number(par, "detail");
+		options.fill_holes = number(par, "fillHoles");
+		options.uv = par.getBool("uv") ? 1 : 0;
+		options.texture_size = count(par, "textureSize");
+		if (layer.hasDataMask(MeshModel::MM_VERTCOLOR)) {
+			rgba = colors(layer.cm, from);
+			in.colors = rgba.data();
+			in.color_scalar = ATLASFIT_U8;
+		}
+		if (layer.hasDataMask(MeshModel::MM_VERTQUALITY)) {
+			quality.reserve(from.vertex.size());
+			for (uint32_t vertex : from.vertex)
+				quality.push_back(double(layer.cm.vert[vertex].cQ()));
+			attribute.name = "quality";
+			attribute.values = quality.data();
+			attribute.scalar = ATLASFIT_F64;
+			in.attributes = &attribute;
+			in.attribute_count = 1;
+		}
+	}
+	const atlasfit_run how = run(par, progress);
+	atlasfit_result* result = nullptr;
+	check(atlasfit_denoise(&in, &options, &how, &result));
+	Denoised out{Result(result), ::out<atlasfit_report>()};
+	check(atlasfit_result_report(result, &out.report));
+	return out;
+}
+
+/// What was found in the scan.
+void tell(const atlasfit_report& r, Outcome& outcome)
+{
+	outcome.lines.push_back("scan: " + grouped(r.points_given) + " points, spacing " + brief(r.spacing) + ", noise " + brief(r.noise) + ", "
+		+ grouped(r.outliers) + " on no surface, " + grouped(r.charts) + " charts");
+	if (r.not_finite + r.duplicates > 0)
+		outcome.lines.push_back("repairs: " + grouped(r.not_finite) + " points not finite and left out, " + grouped(r.duplicates) + " duplicates");
+	for (const auto& v : std::vector<std::pair<const char*, double>>{{"points", double(r.points)}, {"outliers", double(r.outliers)},
+			 {"not_finite", double(r.not_finite)}, {"duplicates", double(r.duplicates)}, {"charts", double(r.charts)}, {"spacing", r.spacing},
+			 {"noise", r.noise}})
+		outcome.values.push_back(v);
+}
+
+/// Makes the page that the user asked for and says where it is.
+void make_page(int texture, int size, int bleed, std::size_t pages, MeshModel& layer, const MeshModel& beside, const std::vector<uint32_t>& corners,
+	const std::vector<float>& uv, const std::vector<uint32_t>& page, const std::vector<uint8_t>& rgba, Outcome& outcome)
+{
+	if (texture == TEXTURE_NONE)
+		return;
+	std::vector<QImage> images;
+	if (texture == TEXTURE_CHECKER)
+		images.assign(pages, checker(size));
+	else if (rgba.empty())
+		images.assign(pages, plain(size));
+	else
+		images = bake(size, bleed, pages, corners, uv, page, rgba);
+	for (const Page& p : set_pages(layer, beside, images))
+		outcome.lines.push_back(p.kept ? "texture page: " + p.where : p.where);
+}
+
+void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+{
+	MeshModel& source = current(md);
+	const Frame frame(source.cm);
+	const Points from = points(source.cm, frame, only_selected(source, par));
+	const Denoised fit = denoise(source, from, par, progress, true);
+	const atlasfit_report& r = fit.report;
+
+	std::vector<double> xyz(3 * r.vertices);
+	std::vector<float> normals(3 * r.vertices), uv, rgba;
+	Triangles surface;
+	surface.corners.resize(3 * r.triangles);
+	check(atlasfit_result_surface_positions(fit.result.get(), xyz.data(), xyz.size()));
+	check(atlasfit_result_surface_normals(fit.result.get(), normals.data(), normals.size()));
+	check(atlasfit_result_surface_triangles(fit.result.get(), surface.corners.data(), surface.corners.size()));
+	if (r.has_uv) {
+		uv.resize(6 * r.triangles);
+		check(atlasfit_result_surface_corner_uv(fit.result.get(), uv.data(), uv.size()));
+	}
+	if (r.has_colors) {
+		rgba.resize(4 * r.vertices);
+		check(atlasfit_result_surface_colors(fit.result.get(), rgba.data(), rgba.size()));
+	}
+	std::vector<uint8_t> bytes(rgba.size());
+	for (std::size_t i = 0; i < rgba.size(); ++i)
+		bytes[i] = uint8_t(std::lround(255 * rgba[i]));
+	std::vector<double> quality;
+	if (r.attributes > 0) {
+		quality.resize(r.vertices);
+		check(atlasfit_result_surface_attribute(fit.result.get(), 0, quality.data(), quality.size()));
+	}
+
+	MeshModel& layer = *md.addNewMesh("", QFileInfo(source.label()).completeBaseName() + "_atlas", true);
+	layer.cm.Tr = source.cm.Tr;
+	layer.updateDataMask((rgba.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTCOLOR) | (quality.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTQUALITY));
+	vcg::tri::Allocator<CMeshO>::AddVertices(layer.cm, r.vertices);
+	vcg::tri::Allocator<CMeshO>::AddFaces(layer.cm, r.triangles);
+	surface.face.resize(r.triangles);
+	for (std::size_t i = 0; i < r.vertices; ++i) {
+		CVertexO& v = layer.cm.vert[i];
+		v.P() = frame.position_back(&xyz[3 * i]);
+		if (!bytes.empty())
+			v.C() = vcg::Color4b(bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]);
+		if (!quality.empty())
+			v.Q() = typename CVertexO::QualityType(quality[i]);
+	}
+	for (std::size_t i = 0; i < r.triangles; ++i) {
+		surface.face[i] = uint32_t(i);
+		for (int k = 0; k < 3; ++k)
+			layer.cm.face[i].V(k) = &layer.cm.vert[surface.corners[3 * i + std::size_t(k)]];
+	}
+	update_box_and_normals(layer);
+	// The atlas knows the normals better than the triangles do.
+	for (std::size_t i = 0; i < r.vertices; ++i)
+		layer.cm.vert[i].N() = frame.normal_back(&normals[3 * i]);
+	if (!uv.empty()) {
+		set_corner_uv(layer, surface, uv, {});
+		make_page(par.getEnum("texture"), int(count(par, "textureSize")), BLEED, 1, layer, source, surface.corners, uv, {}, bytes, outcome);
+	}
+
+	tell(r, outcome);
+	outcome.lines.push_back("surface: " + grouped(r.vertices) + " vertices, " + grouped(r.triangles) + " faces, " + grouped(r.parts)
+		+ (r.parts == 1 ? " part, " : " parts, ") + grouped(r.boundary_edges) + " boundary edges in " + grouped(r.boundary_loops) + " loops, "
+		+ grouped(r.filled_holes) + " holes filled, " + grouped(r.uv_charts) + " UV charts" + (r.one_sided ? ", one-sided" : ""));
+	for (const auto& v : std::vector<std::pair<const char*, double>>{{"vertices", double(r.vertices)}, {"faces", double(r.triangles)},
+			 {"parts", double(r.parts)}, {"boundary_edges", double(r.boundary_edges)}, {"boundary_loops", double(r.boundary_loops)},
+			 {"uv_charts", double(r.uv_charts)}, {"one_sided", double(r.one_sided)}, {"voxel", r.voxel}})
+		outcome.values.push_back(v);
+}
+
+void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+{
+	MeshModel& layer = current(md);
+	const Frame frame(layer.cm);
+	const bool selection = only_selected(layer, par);
+	const Points from = points(layer.cm, frame, false);
+	const Denoised fit = denoise(layer, from, par, progress, false);
+	std::vector<double> xyz(3 * fit.report.points);
+	std::vector<float> normals(3 * fit.report.points);
+	std::vector<uint32_t> chart(fit.report.points);
+	check(atlasfit_result_point_positions(fit.result.get(), xyz.data(), xyz.size()));
+	check(atlasfit_result_point_normals(fit.result.get(), normals.data(), normals.size()));
+	check(atlasfit_result_point_charts(fit.result.get(), chart.data(), chart.size()));
+
+	layer.updateDataMask(MeshModel::MM_VERTQUALITY);
+	const bool select_outliers = par.getBool("selectOutliers"), cloud = layer.cm.fn == 0;
+	std::size_t moved = 0;
+	double sum = 0, most = 0;
+	for (std::size_t i = 0; i < from.vertex.size(); ++i) {
+		CVertexO& v = layer.cm.vert[from.vertex[i]];
+		const bool on_surface = chart[i] != UINT32_MAX;
+		double length = 0;
+		if (on_surface && (!selection || v.IsS())) {
+			const double d[3] = {xyz[3 * i] - from.xyz[3 * i], xyz[3 * i + 1] - from.xyz[3 * i + 1], xyz[3 * i + 2] - from.xyz[3 * i + 2]};
+			length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+			v.P() = frame.position_back(&xyz[3 * i]);
+			if (cloud)
+				v.N() = frame.normal_back(&normals[3 * i]);
+			++moved;
+			sum += length * length;
+			most = std::max(most, length);
+		}
+		v.Q() = typename CVertexO::QualityType(length);
+		if (select_outliers) {
+			if (on_surface)
+				v.ClearS();
+			else
+				v.SetS();
+		}
+	}
+	update_box_and_normals(layer);
+
+	tell(fit.report, outcome);
+	const double rms = moved ? std::sqrt(sum / double(moved)) : 0;
+	outcome.lines.push_back("moved: " + grouped(moved) + " vertices by " + brief(rms) + " (root mean square), at most " + brief(most) + "; stored as vertex quality");
+	outcome.values.push_back({"moved", double(moved)});
+	outcome.values.push_back({"displacement_rms", rms});
+	outcome.values.push_back({"displacement_max", most});
+}
+
+/// A mesh for the library; it borrows the arrays.
+atlasfit_mesh mesh(const Points& from, const Triangles& faces)
+{
+	atlasfit_mesh in = defaults(atlasfit_mesh_init);
+	in.positions = from.xyz.data();
+	in.vertex_count = from.vertex.size();
+	in.scalar = ATLASFIT_F64;
+	in.triangles = faces.corners.data();
+	in.triangle_count = faces.face.size();
+	return in;
+}
+
+/// Quality of the UVs that `in` has, for the log and for scripts; pages lie side by side in `columns` columns.
+void measure(atlasfit_mesh in, const std::vector<float>& uv, std::size_t columns, const atlasfit_run& how, std::vector<float>* stretch, Outcome& outcome)
+{
+	in.corner_uv = uv.data();
+	auto q = out<atlasfit_uv_quality>();
+	check(atlasfit_measure_uv(&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0));
+	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) + " times the square root of the area, " + brief(100 * q.coverage)
+		+ "% of the page covered" + (columns > 1 ? " (pages side by side)" : ""));
+	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " + brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2)
+		+ ", conformal " + brief(q.conformal));
+	outcome.lines.push_back("faults: " + grouped(q.flips) + " flipped, " + grouped(q.overlapping_faces) + " overlapping, " + grouped(q.degenerate)
+		+ " collapsed faces" + (q.inside ? "" : "; UVs leave the page") + (q.finite ? "" : "; some UVs are not finite"));
+	for (const auto& v : std::vector<std::pair<const char*, double>>{{"charts", double(q.charts)}, {"seam", q.seam}, {"stretch_median", q.stretch_median},
+			 {"stretch_p95", q.stretch_p95}, {"stretch_l2", q.stretch_l2}, {"stretch_linf", q.stretch_linf}, {"conformal", q.conformal},
+			 {"flips", double(q.flips)}, {"overlapping_faces", double(q.overlapping_faces)}, {"collapsed", double(q.degenerate)},
+			 {"coverage", q.coverage}, {"inside", double(q.inside)}})
+		outcome.values.push_back(v);
+}
+
+void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+{
+	MeshModel& layer = current(md);
+	const Frame frame(layer.cm);
+	const Points from = points(layer.cm, frame, false);
+	const Triangles faces = triangles(layer.cm, from);
+	atlasfit_unwrap_options options = defaults(atlasfit_unwrap_options_init);
+	options.max_stretch = number(par, "maxStretch");
+	options.max_charts = count(par, "maxCharts");
+	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
+	options.hard_edge_angle = number(par, "hardEdges");
+	options.page_width = options.page_height = count(par, "textureSize");
+	options.padding = count(par, "padding");
+	options.pages = count(par, "pages");
+	options.texels_per_unit = number(par, "density");
+	options.packer = par.getEnum("packer") == 0 ? ATLASFIT_PACK_SHAPES : ATLASFIT_PACK_BOXES;
+	atlasfit_mesh in = mesh(from, faces);
+	std::vector<float> old;
+	if (options.keep_uv_seams) {
+		if (!layer.hasDataMask(MeshModel::MM_WEDGTEXCOORD))
+			throw std::runtime_error("atlasfit: the layer has no per-wedge texture coordinates whose seams could be kept");
+		old = corner_uv(layer.cm, faces);
+		in.corner_uv = old.data();
+	}
+	const std::vector<uint32_t> polygon = polygons(layer.cm, faces);
+	if (!polygon.empty())
+		in.face_polygon = polygon.data();
+	const atlasfit_run how = run(par, progress);
+	atlasfit_uv* made = nullptr;
+	check(atlasfit_unwrap(&in, &options, &how, &made));
+	const Uv owned(made);
+	auto info = out<atlasfit_uv_info>();
+	check(atlasfit_uv_get_info(made, &info));
+	std::vector<float> uv(6 * info.triangles);
+	std::vector<uint32_t> pages(info.triangles);
+	check(atlasfit_uv_corners(made, uv.data(), uv.size()));
+	check(atlasfit_uv_face_pages(made, pages.data(), pages.size()));
+
+	set_corner_uv(layer, faces, uv, pages);
+	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) + (info.pages == 1 ? " page, " : " pages, ")
+		+ brief(info.texels_per_unit) + " texels per unit" + (info.stretch_bound > options.max_stretch ? "; stretch bound raised to " + brief(info.stretch_bound) : ""));
+	for (const auto& said : std::vector<std::pair<std::size_t, const char*>>{{info.degenerate_faces, "faces without area got small UV triangles"},
+			 {info.duplicate_faces, "faces that repeat another got UVs of their own"},
+			 {info.non_manifold_edges, "edges where more than two faces, or two that face apart, meet were cut"}})
+		if (said.first > 0)
+			outcome.lines.push_back(grouped(said.first) + " " + said.second);
+	std::vector<uint8_t> rgba;
+	if (layer.hasDataMask(MeshModel::MM_VERTCOLOR))
+		rgba = colors(layer.cm, from);
+	make_page(par.getEnum("texture"), int(options.page_width), int(options.padding), info.pages, layer, layer, faces.corners, uv, pages, rgba, outcome);
+	outcome.values.push_back({"pages", double(info.pages)});
+	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
+	std::size_t columns = 1;
+	measure(mesh(from, faces), corner_uv_side_by_side(layer.cm, faces, columns), columns, run(par, nullptr), nullptr, outcome);
+}
+
+void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+{
+	MeshModel& layer = current(md);
+	if (!layer.hasDataMask(MeshModel::MM_WEDGTEXCOORD))
+		throw std::runtime_error("atlasfit: the layer has no per-wedge texture coordinates to measure");
+	const Frame frame(layer.cm);
+	const Points from = points(layer.cm, frame, false);
+	const Triangles faces = triangles(layer.cm, from);
+	std::size_t columns = 1;
+	const std::vector<float> uv = corner_uv_side_by_side(layer.cm, faces, columns);
+	std::vector<float> stretch(faces.face.size());
+	measure(mesh(from, faces), uv, columns, run(par, progress), &stretch, outcome);
+
+	// Infinity would spoil the host's colour maps and histograms; how many have collapsed is in the log.
+	float largest = 1;
+	for (float s : stretch)
+		if (std::isfinite(s))
+			largest = std::max(largest, s);
+	layer.updateDataMask(MeshModel::MM_FACEQUALITY);
+	for (std::size_t i = 0; i < faces.face.size(); ++i)
+		layer.cm.face[faces.face[i]].Q() = typename CFaceO::QualityType(std::isfinite(stretch[i]) ? stretch[i] : largest);
+	outcome.values.push_back({"largest", double(largest)});
+}
+
+} // namespace
+
+const About& about(int filter)
+{
+	static const std::array<About, FILTERS> all{{
+		{"Atlas reconstruction (deep manifold prior)", "generate_surface_reconstruction_atlas",
+			QString("Fits an atlas of smooth overlapping charts to the vertices of the current layer and makes one clean connected surface of it in a new layer, with "
+					"normals, colours, per-wedge texture coordinates and a texture page. The layer may be a point cloud or a mesh, whose faces are not looked at; "
+					"normals are not needed.<br>Use it for noisy scans with stray points, thin parts and holes: noise, charts and smoothness are found from the data, holes "
+					"stay open unless you ask for them to be filled, one-sided surfaces are possible.") + FRAME + PAPER,
+			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE, MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},
+		{"Denoise points/vertices (deep manifold prior)", "apply_coord_denoising_atlas",
+			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of smooth charts that is fitted to them. Order, faces, attributes and "
+					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices that belong to no surface stay where they are.<br>Use it where "
+					"the points themselves matter: for registration, measuring, or before a reconstruction of your choice.") + FRAME + PAPER,
+			Host::Smoothing | Host::PointSet, MeshModel::MM_NONE,
+			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL | MeshModel::MM_VERTQUALITY | MeshModel::MM_VERTFLAGSELECT},
+		{"Parametrization: stretch-regularized atlas", "compute_texcoord_parametrization_atlas",
+			QString("Gives the current mesh per-wedge texture coordinates: few charts of low stretch that neither flip nor overlap, packed on square pages, and a texture page "
+					"with the vertex colours baked into it. Geometry and order stay as they are. Any mesh will do: open, closed, of any genus, with non-manifold "
+					"edges or faces without area.<br>Use it before baking, painting or exporting with a texture. The pages that the layer had are replaced.") + FRAME + PAPER + STRETCH_PAPER,
+			Host::Texture, MeshModel::MM_FACENUMBER, MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
+		{"UV distortion", "compute_scalar_by_uv_distortion_per_face",
+			QString("Measures the per-wedge texture coordinates of the current mesh, whoever made them. Face quality becomes the stretch: the largest factor by which a length on "
+					"the face is stretched or shrunk in the texture, after one global scale that makes the areas equal; 1 = isometric. Collapsed faces get the "
+					"largest stretch of the others. The log says charts, seam length, stretch, flips and overlaps, by exact predicates.<br>Pages count as square; "
+					"follow it with \"Colorize by face Quality\".") + FRAME + STRETCH_PAPER,
+			Host::Quality | Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD, MeshModel::MM_FACEQUALITY},
+	}};
+	return all.at(std::size_t(filter));
+}
+
+std::vector<Parameter> parameters(int filter)
+{
+	std::vector<Parameter> list;
+	switch (filter) {
+	case RECONSTRUCT: list = denoise_parameters(true); break;
+	case DENOISE: list = denoise_parameters(false); break;
+	case PARAMETRIZE: list = unwrap_parameters(); break;
+	}
+	for (const Parameter& p : run_parameters())
+		list.push_back(p);
+	for (Parameter& p : list) {
+		const QString value = p.kind == Parameter::BOOL ? QString(p.value != 0 ? "on" : "off")
+			: p.kind == Parameter::ENUM ? p.choices.value(int(p.value)) : QString::number(p.value);
+		p.help += "<br>Default: " + value + ".";
+	}
+	return list;
+}
+
+Outcome apply(int filter, const RichParameterList& par, MeshDocument& md, vcg::CallBackPos* progress)
+{
+	// While the major version is 0, the minor one decides.
+	if (atlasfit_version() >> 16 != ATLASFIT_VERSION >> 16)
+		throw std::runtime_error("atlasfit: the plugin was built for another version of libatlasfit than the one that was loaded. Build it again");
+	Outcome outcome;
+	switch (filter) {
+	case RECONSTRUCT: reconstruct(md, par, progress, outcome); break;
+	case DENOISE: denoise_vertices(md, par, progress, outcome); break;
+	case PARAMETRIZE: parametrize(md, par, progress, outcome); break;
+	case DISTORTION: distortion(md, par, progress, outcome); break;
+	default: throw std::runtime_error("atlasfit: no such filter");
+	}
+	if (progress)
+		progress(100, "done");
+	return outcome;
+}

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Calls into libatlasfit: its failures as exceptions, its handles freed, its progress on the host's bar, its struct defaults.
+#pragma once
+
+#include "filters.h"
+
+#include <atlasfit.h>
+#include <memory>
+
+/// Throws what the library says of a failure.
+void check(atlasfit_status status);
+
+/// A struct with the library's defaults.
+template <class T> T defaults(atlasfit_status (*init)(T*, std::size_t))
+{
+	T value;
+	check(init(&value, sizeof value));
+	return value;
+}
+
+/// A struct that the library fills.
+template <class T> T out()
+{
+	T value{};
+	value.struct_size = sizeof value;
+	return value;
+}
+
+/// Frees what the library made.
+struct Free {
+	void operator()(atlasfit_result* result) const { atlasfit_result_free(result); }
+	void operator()(atlasfit_uv* uv) const { atlasfit_uv_free(uv); }
+};
+using Result = std::unique_ptr<atlasfit_result, Free>;
+using Uv = std::unique_ptr<atlasfit_uv, Free>;
+
+/// The parameters that every filter ends with.
+std::vector<Parameter> run_parameters();
+
+/// How a call is run, from those parameters.
+atlasfit_run run(const RichParameterList& par, vcg::CallBackPos* progress);
+
+/// A number that the user gave. Hosts built for float hold 1.1 as 1.10000002: its shortest decimal is what was meant.
+double number(const RichParameterList& par, const char* name);
+
+/// A whole number that the user gave, 0 or more.
+uint32_t count(const RichParameterList& par, const char* name);
