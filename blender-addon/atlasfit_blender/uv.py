@@ -78,7 +78,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         obs = mesh.objects(context)
         only_selected = context.mode == "EDIT_MESH"
         groups = [obs] if self.together else [[ob] for ob in obs]
-        jobs = [self._read(group, only_selected) for group in groups]
+        with mesh.object_mode(context, obs):
+            jobs = [self._read(group, only_selected) for group in groups]
         options = {
             "max_stretch": self.max_stretch,
             "max_charts": self.max_charts,
@@ -226,12 +227,13 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
 
     def prepare(self, context):
         """Reads each mesh with its UVs; the work measures them."""
-        jobs = []
-        for ob in mesh.objects(context):
-            given = mesh.triangles([ob], False)
-            if not ob.data.uv_layers:
-                raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
-            jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
+        jobs, obs = [], mesh.objects(context)
+        with mesh.object_mode(context, obs):
+            for ob in obs:
+                given = mesh.triangles([ob], False)
+                if not ob.data.uv_layers:
+                    raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
+                jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
         return lambda progress, cancel: [
             (given, atlasfit.measure_uv(given.vertices, given.faces, uv, progress=progress, cancel=cancel)) for given, uv in jobs
         ]

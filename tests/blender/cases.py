@@ -253,6 +253,21 @@ def test_edit_mode_unwraps_the_selected_faces_and_leaves_the_others():
     assert (after[~corner] == before[~corner]).all() and (after[corner] != before[corner]).any(1).all()
 
 
+def test_edit_mode_heeds_seams_and_measures_uvs():
+    ob = grid()
+    wanted = set()
+    for e in middle(ob):
+        e.use_seam = True
+        wanted.add(tuple(sorted(e.vertices)))
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.uv.atlasfit_unwrap()
+    bpy.ops.uv.atlasfit_unwrap(seams=False, keep_uv_seams=True)
+    bpy.ops.uv.atlasfit_stretch()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert cut_edges(ob) == wanted and len(ob.data.color_attributes) == 1 and int(report(ob)["charts"]) == 2
+
+
 def test_edit_mode_without_a_selection_is_refused():
     ob = grid()
     bpy.ops.object.mode_set(mode="EDIT")
