@@ -16,7 +16,7 @@ from . import _abi
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-_SCALARS = {
+_SCALARS: dict[np.dtype[Any], int] = {
     np.dtype(np.float32): _abi.F32,
     np.dtype(np.float64): _abi.F64,
     np.dtype(np.uint8): _abi.U8,

@@ -224,7 +224,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, progress=progress, cancel=cancel)
             s = out.surface
             margin = 2
-            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress, cancel) if wanted else None
+            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress) if wanted else None
 
         return work
 

@@ -101,7 +101,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     progress=progress,
                     cancel=cancel,
                 )
-                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress, cancel) if colors is not None else None
+                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress) if colors is not None else None
                 out.append((given, uv, image))
             return out
 
