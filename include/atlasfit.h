@@ -1317,6 +1317,33 @@ atlasfit_status atlasfit_atlas_eval(const atlasfit_atlas *atlas,
                                     size_t capacity);
 
 /**
+ * Writes an atlas as bytes, for a file or the network: a safetensors file, the same bytes for the same atlas. About 1 KB per chart.
+ *
+ * @param atlas    The atlas.
+ * @param bytes    Room for `capacity` bytes; NULL to ask for the size.
+ * @param capacity At least the size, unless `bytes` is NULL.
+ * @param size     Set to the number of bytes that the atlas takes, also with #ATLASFIT_BUFFER_TOO_SMALL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_atlas_save(const atlasfit_atlas *atlas,
+                                    uint8_t *bytes,
+                                    size_t capacity,
+                                    size_t *size);
+
+/**
+ * Reads an atlas from bytes that atlasfit_atlas_save() made. The bytes need not be trusted: whatever is no sound atlas is #ATLASFIT_BAD_FILE.
+ *
+ * @param bytes The bytes, borrowed for the call.
+ * @param size  Their number.
+ * @param out   Where the atlas is put; NULL on failure. Free it with atlasfit_atlas_free().
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_BAD_FILE, #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_atlas_load(const uint8_t *bytes,
+                                    size_t size,
+                                    atlasfit_atlas **out);
+
+/**
  * Fills options with their defaults.
  *
  * @param options     The struct to fill.

@@ -335,6 +335,20 @@ class Atlas {
     detail::check(atlasfit_atlas_eval(handle_.get(), chart, uv.data(), n, p.positions.data(), p.normals.data(), p.inside.data(), n));
     return p;
   }
+  /// The atlas as bytes, for a file.
+  std::vector<std::uint8_t> save() const {
+    std::size_t size = 0;
+    detail::check(atlasfit_atlas_save(handle_.get(), nullptr, 0, &size));
+    std::vector<std::uint8_t> bytes(size);
+    detail::check(atlasfit_atlas_save(handle_.get(), bytes.data(), bytes.size(), &size));
+    return bytes;
+  }
+  /// The atlas that save() made bytes of; the bytes need not be trusted.
+  static Atlas load(const std::uint8_t *bytes, std::size_t size) {
+    atlasfit_atlas *handle = nullptr;
+    detail::check(atlasfit_atlas_load(bytes, size, &handle));
+    return Atlas(handle);
+  }
   const atlasfit_atlas *handle() const noexcept { return handle_.get(); }
 
  private:

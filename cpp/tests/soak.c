@@ -133,7 +133,15 @@ int main(int argc, char **argv) {
   double place[3];
   want(atlasfit_atlas_eval(atlas, info.charts - 1, uv, 1, place, NULL, NULL, 1), ATLASFIT_OK, "eval");
   want(atlasfit_atlas_eval(atlas, info.charts, uv, 1, place, NULL, NULL, 1), ATLASFIT_INDEX_OUT_OF_RANGE, "eval");
+  size_t size = 0;
+  want(atlasfit_atlas_save(atlas, NULL, 0, &size), ATLASFIT_OK, "size");
+  uint8_t *bytes = malloc(size);
+  want(atlasfit_atlas_save(atlas, bytes, size, &size), ATLASFIT_OK, "save");
   want(atlasfit_atlas_free(atlas), ATLASFIT_OK, "free");
+  want(atlasfit_atlas_load(bytes, size - 5, &atlas), ATLASFIT_BAD_FILE, "load a part");
+  want(atlasfit_atlas_load(bytes, size, &atlas), ATLASFIT_OK, "load");
+  want(atlasfit_atlas_free(atlas), ATLASFIT_OK, "free");
+  free(bytes);
 
   /* Measuring and unwrapping the surface. */
   atlasfit_mesh mesh;

@@ -50,6 +50,10 @@ int main() {
   const atlasfit::Places places = atlas.eval(0, std::vector<double>{0.0, 0.0});
   want(std::abs(std::hypot(places.positions[0], places.positions[1], places.positions[2]) - 1.0) < 0.05, "a chart is on the sphere");
 
+  const std::vector<std::uint8_t> bytes = atlas.save();
+  want(atlasfit::Atlas::load(bytes.data(), bytes.size()).project(atlasfit::Points(two)).positions == p.positions, "saved and loaded");
+  want(status_of([&] { atlasfit::Atlas::load(bytes.data(), 100); }) == ATLASFIT_BAD_FILE, "a part of the bytes is refused");
+
   // Eigen-style: a pointer, a count, a stride in bytes.
   struct Vertex {
     float xyz[3];

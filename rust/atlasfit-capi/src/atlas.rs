@@ -2,11 +2,12 @@
 
 use crate::handle::{self, Handle, Object};
 use crate::input::{self, atlasfit_points};
-use crate::run::{atlasfit_run, core_run};
+use crate::run::{atlasfit_run, brief_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{
     ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_INDEX_OUT_OF_RANGE, Failure, atlasfit_status, guard,
 };
+use atlasfit::atlas::file;
 use atlasfit::atlas::query::{Atlas, OnAtlas};
 use std::sync::Arc;
 
@@ -227,6 +228,60 @@ pub unsafe extern "C" fn atlasfit_atlas_eval(
         write(xyz, places.iter().map(|p| p.position));
         write(normals, places.iter().map(|p| p.normal.map(|x| x as f32)));
         write(inside, places.iter().map(|p| p.inside as f32));
+        Ok(())
+    })
+}
+
+/// Writes an atlas as bytes, for a file or the network: a safetensors file, the same bytes for the same atlas. About 1 KB per chart.
+///
+/// @param atlas    The atlas.
+/// @param bytes    Room for `capacity` bytes; NULL to ask for the size.
+/// @param capacity At least the size, unless `bytes` is NULL.
+/// @param size     Set to the number of bytes that the atlas takes, also with #ATLASFIT_BUFFER_TOO_SMALL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_atlas_save(
+    atlas: *const atlasfit_atlas,
+    bytes: *mut u8,
+    capacity: usize,
+    size: *mut usize,
+) -> atlasfit_status {
+    guard("atlasfit_atlas_save", || unsafe {
+        let a = handle::get(atlas)?;
+        if size.is_null() {
+            return Err(Failure::invalid("size is NULL. Give the address of a size_t"));
+        }
+        let all = file::to_bytes(&a)?;
+        size.write_unaligned(all.len());
+        if bytes.is_null() {
+            return Ok(());
+        }
+        input::copy_out(&all, bytes, capacity, "bytes")
+    })
+}
+
+/// Reads an atlas from bytes that atlasfit_atlas_save() made. The bytes need not be trusted: whatever is no sound atlas is #ATLASFIT_BAD_FILE.
+///
+/// @param bytes The bytes, borrowed for the call.
+/// @param size  Their number.
+/// @param out   Where the atlas is put; NULL on failure. Free it with atlasfit_atlas_free().
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_BAD_FILE, #ATLASFIT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_atlas_load(
+    bytes: *const u8,
+    size: usize,
+    out: *mut *mut atlasfit_atlas,
+) -> atlasfit_status {
+    guard("atlasfit_atlas_load", || unsafe {
+        handle::checked_out(out)?;
+        if bytes.is_null() || isize::try_from(size).is_err() {
+            return Err(Failure::invalid(format!(
+                "bytes is NULL, or {size} bytes are more than memory holds"
+            )));
+        }
+        // SAFETY: the caller gives `size` bytes.
+        let bytes = std::slice::from_raw_parts(bytes, size);
+        let atlas = brief_run().execute(|ctx| file::from_bytes(bytes, ctx))?;
+        handle::give(Object::Atlas(Arc::new(atlas)), out);
         Ok(())
     })
 }

@@ -78,6 +78,7 @@ impl From<Error> for Failure {
             Error::TimedOut { .. } => ATLASFIT_TIMED_OUT,
             Error::OutOfMemory { .. } => ATLASFIT_OUT_OF_MEMORY,
             Error::Diverged { .. } => ATLASFIT_DIVERGED,
+            Error::BadFile { .. } => ATLASFIT_BAD_FILE,
             // The enum may grow; what is unknown here is a defect until it is given its own status.
             _ => ATLASFIT_INTERNAL,
         };

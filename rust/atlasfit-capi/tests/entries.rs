@@ -420,6 +420,31 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         t.want(name, "absurd count", INVALID, eval(s.atlas, 0, uv.as_ptr(), usize::MAX, usize::MAX));
         t.want(name, "uv outside", INVALID, eval(s.atlas, 0, [0.0, f64::NAN].as_ptr(), 1, 1));
 
+        let name = "atlasfit_atlas_save";
+        let mut size = 0;
+        t.handle(name, s.result, |h| atlasfit_atlas_save(h, null_mut(), 0, &mut 0));
+        t.want(name, "size", ATLASFIT_OK, atlasfit_atlas_save(s.atlas, null_mut(), 0, &mut size));
+        t.want(name, "size NULL", INVALID, atlasfit_atlas_save(s.atlas, null_mut(), 0, null_mut()));
+        let mut saved = vec![0u8; size + 1];
+        let to = saved.as_mut_ptr();
+        t.want(name, "no room", SMALL, atlasfit_atlas_save(s.atlas, to, size - 1, &mut size));
+        t.want(name, "room", ATLASFIT_OK, atlasfit_atlas_save(s.atlas, to, size, &mut size));
+        let name = "atlasfit_atlas_load";
+        let load = |bytes: *const u8, size: usize| {
+            let mut out = without_provenance_mut(1);
+            let status = atlasfit_atlas_load(bytes, size, &mut out);
+            assert!(out.is_null() == (status != ATLASFIT_OK));
+            assert_eq!(atlasfit_atlas_free(out), ATLASFIT_OK);
+            status
+        };
+        t.want(name, "out NULL", INVALID, atlasfit_atlas_load(to, size, null_mut()));
+        t.want(name, "NULL", INVALID, load(null(), size));
+        t.want(name, "absurd size", INVALID, load(to, usize::MAX));
+        t.want(name, "good", ATLASFIT_OK, load(to, size));
+        t.want(name, "nothing", ATLASFIT_BAD_FILE, load(to, 0));
+        t.want(name, "cut off", ATLASFIT_BAD_FILE, load(to, size - 1));
+        t.want(name, "too long", ATLASFIT_BAD_FILE, load(to, size + 1));
+
         // UVs.
         let unwrap = |m: *const atlasfit_mesh, o: *const atlasfit_unwrap_options, r: *const atlasfit_run| {
             let mut out = without_provenance_mut(1);

@@ -382,3 +382,63 @@ fn progress_comes_on_the_calling_thread_and_a_token_cancels_from_another() {
     assert_eq!((status, result.is_null()), (ATLASFIT_CANCELLED, true));
     ok(unsafe { atlasfit_cancel_free(token) });
 }
+
+/// The bytes of an atlas.
+fn saved(atlas: *const atlasfit_atlas) -> Vec<u8> {
+    let mut size = 0;
+    ok(unsafe { atlasfit_atlas_save(atlas, null_mut(), 0, &mut size) });
+    let mut bytes = vec![0u8; size];
+    ok(unsafe { atlasfit_atlas_save(atlas, bytes.as_mut_ptr(), size, &mut size) });
+    bytes
+}
+
+#[test]
+fn a_loaded_atlas_answers_as_the_saved_one_and_saves_to_the_same_bytes() {
+    let s = Scene::new(1500);
+    let bytes = saved(s.atlas);
+    let mut loaded = null_mut();
+    ok(unsafe { atlasfit_atlas_load(bytes.as_ptr(), bytes.len(), &mut loaded) });
+    assert!(saved(loaded) == bytes);
+    assert!(projected(loaded, &s.points()) == projected(s.atlas, &s.points()));
+    ok(unsafe { atlasfit_atlas_free(loaded) });
+}
+
+#[test]
+fn damaged_bytes_are_a_bad_file_or_an_atlas_that_answers() {
+    let s = Scene::new(300);
+    let bytes = saved(s.atlas);
+    let few = points(&s.xyz[..30]);
+    let mut refused = 0;
+    for i in 0..400 {
+        let mut damaged = bytes.clone();
+        // Both the header and the numbers; single bits, and whole words of ones (not a number).
+        let at = if i % 2 == 0 { i * 3 % 900 } else { i * 7919 % (bytes.len() - 8) };
+        if i % 3 == 0 {
+            damaged[at..at + 8].fill(0xFF);
+        } else {
+            damaged[at] ^= 1 << (i % 8);
+        }
+        let mut loaded = null_mut();
+        match unsafe { atlasfit_atlas_load(damaged.as_ptr(), damaged.len(), &mut loaded) } {
+            ATLASFIT_OK => {
+                projected(loaded, &few);
+                ok(unsafe { atlasfit_atlas_free(loaded) });
+            }
+            status => {
+                assert_eq!(status, ATLASFIT_BAD_FILE, "{}", last_error());
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 100, "{refused}");
+}
+
+/// A seed for the fuzz target `atlas`.
+#[test]
+#[ignore = "writes a file"]
+fn write_a_fuzz_seed() {
+    let s = Scene::new(120);
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/corpus/atlas");
+    std::fs::create_dir_all(folder).expect("the folder is made");
+    std::fs::write(format!("{folder}/small"), saved(s.atlas)).expect("the seed is written");
+}

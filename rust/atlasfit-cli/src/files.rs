@@ -1,7 +1,8 @@
 //! Reads input files and tells what had to be repaired; checks output names.
 
 use crate::console::{Console, RunArgs, Usage};
-use anyhow::Result;
+use anyhow::{Context as _, Result};
+use atlasfit::bake::Image;
 use atlasfit_io::{Format, LoadOptions, Loaded};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -43,4 +44,39 @@ pub fn output_format(path: &Path) -> Result<Format> {
         ))
         .into()),
     }
+}
+
+/// An image as the bytes of a PNG file; without alpha where all of it is opaque.
+pub fn png(image: &Image) -> Result<Vec<u8>> {
+    let opaque = image.rgba.iter().all(|c| c[3] == 255);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width, image.height);
+    encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Balanced);
+    let rgb: Vec<u8> =
+        if opaque { image.rgba.iter().flat_map(|c| [c[0], c[1], c[2]]).collect() } else { Vec::new() };
+    let data = if opaque { &rgb[..] } else { image.rgba.as_flattened() };
+    encoder.write_header().and_then(|mut w| w.write_image_data(data)).context("cannot encode the texture")?;
+    Ok(bytes)
+}
+
+/// The image in the bytes of a PNG file.
+pub fn read_png(bytes: &[u8]) -> Result<Image> {
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().context("the texture is no PNG")?;
+    let size = reader.output_buffer_size().context("the texture is too large")?;
+    let mut data = vec![0; size];
+    let info = reader.next_frame(&mut data).context("the texture cannot be read")?;
+    data.truncate(info.buffer_size());
+    let rgba = match info.color_type {
+        png::ColorType::Rgba => data.as_chunks::<4>().0.to_vec(),
+        png::ColorType::Rgb => data.as_chunks::<3>().0.iter().map(|c| [c[0], c[1], c[2], 255]).collect(),
+        png::ColorType::GrayscaleAlpha => {
+            data.as_chunks::<2>().0.iter().map(|c| [c[0], c[0], c[0], c[1]]).collect()
+        }
+        _ => data.iter().map(|&g| [g, g, g, 255]).collect(),
+    };
+    Ok(Image { width: info.width, height: info.height, rgba })
 }

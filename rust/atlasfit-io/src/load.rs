@@ -68,6 +68,9 @@ pub struct Loaded {
     pub face_chart: Option<Vec<u32>>,
     /// The faces as the file has them, where some have more than three corners.
     pub polygons: Option<Polygons>,
+    /// The image file that colours the faces through `corner_uv`, as it is (PNG, JPEG); the first where there are
+    /// several. An image that cannot be read is none.
+    pub texture: Option<Vec<u8>>,
     /// The format found.
     pub format: Format,
     /// What was repaired or left out.
@@ -98,6 +101,7 @@ pub(crate) struct Content {
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
     pub face_chart: Option<Vec<u32>>,
     pub polygons: Option<Polygons>,
+    pub texture: Option<Vec<u8>>,
 }
 
 /// What a reader works on: the bytes, the memory limit, the report.
@@ -119,6 +123,21 @@ pub(crate) struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
+    /// A file that this one names, from its own folder or below: a model has no business anywhere else.
+    pub fn beside(&mut self, name: &str) -> Option<Vec<u8>> {
+        let name = Path::new(name);
+        if !name
+            .components()
+            .all(|c| matches!(c, std::path::Component::Normal(_) | std::path::Component::CurDir))
+        {
+            return None;
+        }
+        let path = self.path.with_file_name("").join(name);
+        let about = std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file)?;
+        self.reserve(usize::try_from(about.len()).ok()?, 1).ok()?;
+        std::fs::read(path).ok()
+    }
+
     fn new(path: &'a Path, data: &'a [u8], options: &LoadOptions) -> Self {
         Input {
             file: path.display().to_string(),
@@ -311,6 +330,7 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
         corner_uv: content.corner_uv,
         face_chart: content.face_chart,
         polygons: content.polygons,
+        texture: content.texture,
         format,
         report: input.report,
     })

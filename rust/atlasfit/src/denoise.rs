@@ -8,7 +8,7 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, dist2};
+use crate::geometry::vec3::{Vec3, dist2, dot};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient;
@@ -329,7 +329,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     drop(tree);
     drop(members);
     let speck = (SPECK * (VOXEL * median_spacing / voxel).powi(2)).max(LEAST_SPECK) as usize;
-    let charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
+    let mut charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
     let contour = field::contour(&charts, anchors, &relations, &conflicts, voxel, ctx)?;
     let mut surface = clean::triangulate(contour, !conflicts.is_empty(), speck, ctx)?;
     let longest = (GAP * median_spacing).max(options.fill_holes / scale);
@@ -341,6 +341,19 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
             what: "the charts make no connected surface".into(),
             advice: "Give a denser scan, set the noise by hand, or lower the detail".into(),
         });
+    }
+    // The surface knows which side is out; the charts and the points follow it.
+    let mut side = vec![0.0; charts.len()];
+    for ((&p, &n), &c) in surface.positions.iter().zip(&surface.normals).zip(&surface.chart) {
+        if let Some(chart) = charts.get(c as usize) {
+            side[c as usize] += chart.sign * dot(n, chart.normal_over(p));
+        }
+    }
+    let turned = orient::face(&mut charts, &relations, &side);
+    for p in &mut projected {
+        if turned.get(p.chart as usize).is_some_and(|t| *t) {
+            p.normal = p.normal.map(|x| -x);
+        }
     }
 
     ctx.check()?;

@@ -69,6 +69,14 @@ pub enum Error {
         /// What the caller can do.
         advice: String,
     },
+    /// Bytes that are not what they should be.
+    #[error("no atlas can be read from these bytes: {what}. {advice}")]
+    BadFile {
+        /// What is wrong with them, and where.
+        what: String,
+        /// What the caller can do.
+        advice: String,
+    },
     /// A defect of this library; please report it.
     #[error("internal error: {what}. Please report this with the input that caused it")]
     Internal {

@@ -10,6 +10,7 @@
 
 pub mod analyse;
 pub mod atlas;
+pub mod bake;
 pub mod denoise;
 pub mod error;
 pub mod fit;

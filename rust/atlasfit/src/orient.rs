@@ -149,3 +149,32 @@ pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Resul
     ctx.check()?;
     Ok((signs, if one_sided { conflicts } else { Vec::new() }))
 }
+
+/// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each chart how much of the surface agrees with
+/// its normal, less how much does not) says in sum. Returns which charts were turned.
+pub fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<bool> {
+    let mut group: Vec<u32> = (0..charts.len() as u32).collect();
+    fn root(group: &mut [u32], mut i: u32) -> u32 {
+        while group[i as usize] != i {
+            group[i as usize] = group[group[i as usize] as usize];
+            i = group[i as usize];
+        }
+        i
+    }
+    for r in relations {
+        let (a, b) = (root(&mut group, r.a), root(&mut group, r.b));
+        group[a.max(b) as usize] = a.min(b);
+    }
+    let mut sum = vec![0.0; charts.len()];
+    for (c, s) in side.iter().enumerate() {
+        sum[root(&mut group, c as u32) as usize] += s;
+    }
+    let mut turned = vec![false; charts.len()];
+    for (c, chart) in charts.iter_mut().enumerate() {
+        if sum[root(&mut group, c as u32) as usize] < 0.0 {
+            chart.sign = -chart.sign;
+            turned[c] = true;
+        }
+    }
+    turned
+}

@@ -242,10 +242,7 @@ impl Run<'_> {
                 ));
             }
         };
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads)
-            .build()
-            .map_err(|e| Error::internal(format!("cannot start worker threads: {e}")))?;
+        let threads = self.threads;
         let shared = Shared {
             stage: AtomicU32::new(0),
             done: AtomicU64::new(0),
@@ -277,12 +274,21 @@ impl Run<'_> {
                     }
                 }
                 let _done = Done(&finished);
-                pool.install(|| {
-                    context.check()?;
-                    let result = job(&context)?;
-                    context.check()?;
-                    Ok(result)
-                })
+                // A scoped pool: its threads have ended when the run returns, none is left behind in the caller's process.
+                rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build_scoped(
+                        |thread| thread.run(),
+                        |pool| {
+                            pool.install(|| {
+                                context.check()?;
+                                let result = job(&context)?;
+                                context.check()?;
+                                Ok(result)
+                            })
+                        },
+                    )
+                    .map_err(|e| Error::internal(format!("cannot start worker threads: {e}")))?
             });
             let mut over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
             loop {

@@ -144,3 +144,23 @@ fn a_gutter_and_a_ribbon_are_no_tubes() {
         assert_eq!(out.report.boundary_loops, 1, "shape {shape}");
     }
 }
+
+#[test]
+fn points_face_the_same_way_as_the_surface_outward() {
+    let mut rng = Rng::new(11);
+    let points: Vec<[f64; 3]> = (0..6000)
+        .map(|_| {
+            let p = [rng.normal(), rng.normal(), rng.normal()];
+            let r = norm(p);
+            p.map(|x| x / r + 0.01 * rng.normal())
+        })
+        .collect();
+    let out = denoise(&PointCloud::from_positions(points), &DenoiseOptions::default(), &mut Run::default())
+        .unwrap();
+    let normals = out.points.normals.as_ref().unwrap();
+    let outward = |p: &[f64; 3], n: &[f32; 3]| (0..3).map(|k| p[k] * f64::from(n[k])).sum::<f64>() > 0.0;
+    assert!(out.points.positions.iter().zip(normals).all(|(p, n)| outward(p, n)));
+    assert!(
+        out.surface.positions.iter().zip(out.surface.normals.as_ref().unwrap()).all(|(p, n)| outward(p, n))
+    );
+}

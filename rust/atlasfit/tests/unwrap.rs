@@ -1,7 +1,7 @@
 //! What every UV layout must satisfy, on small meshes made here.
 
 use atlasfit::geometry::TriMesh;
-use atlasfit::unwrap::{UnwrapOptions, UvLayout, unwrap};
+use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
 use atlasfit::{CancelToken, Error, Run};
 use proptest::prelude::*;
 
@@ -149,6 +149,64 @@ fn groups_and_seam_edges_are_borders() {
     assert_eq!(run(&flat, &UnwrapOptions::default(), 0).unwrap().charts, 1);
     let cut = UnwrapOptions { seam_edges: Some(vec![[2, 0]]), ..UnwrapOptions::default() };
     assert_eq!(run(&flat, &cut, 0).unwrap().charts, 2);
+}
+
+#[test]
+fn polygons_stay_in_one_piece() {
+    let mesh = torus(24);
+    let polygon: Vec<u32> = (0..mesh.triangles.len() as u32).map(|f| f / 2).collect();
+    let options = UnwrapOptions { face_polygon: Some(polygon), ..UnwrapOptions::default() };
+    let uv = run(&mesh, &options, 0).unwrap();
+    check(&mesh, &uv);
+    assert_eq!(uv.split_polygons, 0);
+    for (t, pair) in uv.face_chart.chunks_exact(2).enumerate() {
+        assert_eq!(pair[0], pair[1], "quad {t}");
+        // The two triangles share corners 0 and 1 or 2 of the quad.
+        assert_eq!(uv.corner_uv[2 * t][0], uv.corner_uv[2 * t + 1][0]);
+        assert_eq!(uv.corner_uv[2 * t][2], uv.corner_uv[2 * t + 1][1]);
+    }
+}
+
+#[test]
+fn pages_have_the_size_and_the_density_asked_for() {
+    let mesh = cube();
+    let area = |uv: &UvLayout| -> f64 {
+        let texels = f64::from(uv.width) * f64::from(uv.height);
+        uv.corner_uv.iter().map(twice).sum::<f64>() * 0.5 * texels
+    };
+    let wide = UnwrapOptions { page_size: [512, 128], ..UnwrapOptions::default() };
+    let uv = run(&mesh, &wide, 0).unwrap();
+    check(&mesh, &uv);
+    assert!((area(&uv) / (6.0 * uv.texels_per_unit.powi(2)) - 1.0).abs() < 1e-3);
+    let dense =
+        UnwrapOptions { page_size: [256; 2], texels_per_unit: Some(100.0), ..UnwrapOptions::default() };
+    for packer in [Packer::Shapes, Packer::Boxes] {
+        // The whole cube needs 60,000 texels of 65,536 at this density: more than one page.
+        let options = UnwrapOptions { packer, hard_edge_angle: Some(60.0), ..dense.clone() };
+        let uv = run(&mesh, &options, 0).unwrap();
+        check(&mesh, &uv);
+        assert_eq!((uv.charts, uv.texels_per_unit.round()), (6, 100.0));
+        assert!(uv.pages == 2, "{} pages", uv.pages);
+        // One page only: the density gives way.
+        let uv = run(&mesh, &UnwrapOptions { pages: Some(1), ..options }, 0).unwrap();
+        check(&mesh, &uv);
+        assert!(uv.pages == 1 && uv.texels_per_unit < 99.0);
+    }
+}
+
+#[test]
+fn seams_of_the_old_uvs_and_fewer_charts_are_kept_when_asked_for() {
+    let mut mesh = torus(24);
+    let loose = run(&mesh, &UnwrapOptions { max_charts: Some(4), ..UnwrapOptions::default() }, 0).unwrap();
+    check(&mesh, &loose);
+    let free = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+    assert!(loose.charts < free.charts && loose.stretch_bound > 1.1);
+    // Every triangle an island: every triangle a chart.
+    let n = mesh.triangles.len();
+    mesh.corner_uv =
+        Some((0..n).map(|f| [[f as f32, 0.0], [f as f32 + 0.5, 0.0], [f as f32, 1.0]]).collect());
+    let kept = run(&mesh, &UnwrapOptions { keep_uv_seams: true, ..UnwrapOptions::default() }, 0).unwrap();
+    assert_eq!(kept.charts, n);
 }
 
 #[test]

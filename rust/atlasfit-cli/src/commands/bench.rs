@@ -22,6 +22,8 @@ use std::time::Instant;
 pub enum Bench {
     /// Accuracy, completeness, topology and time of denoising, beside screened Poisson
     Denoise(Args),
+    /// Charts, seams, stretch, coverage and time of unwrapping, beside uvunwrap, xatlas and Blender
+    Unwrap(super::bench_unwrap::Args),
 }
 
 /// Options of `bench denoise`.
@@ -114,12 +116,18 @@ impl Row {
 
 /// Runs a benchmark.
 pub fn run(bench: &Bench, console: &Console) -> Result<()> {
-    let Bench::Denoise(args) = bench;
     let temporary = std::env::temp_dir().join(format!("atlasfit-bench-{}", std::process::id()));
-    let folder = args.keep.clone().unwrap_or_else(|| temporary.clone());
+    let keep = match bench {
+        Bench::Denoise(args) => args.keep.clone(),
+        Bench::Unwrap(_) => None,
+    };
+    let folder = keep.clone().unwrap_or_else(|| temporary.clone());
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let done = denoise(args, &folder, console);
-    if args.keep.is_none() {
+    let done = match bench {
+        Bench::Denoise(args) => denoise(args, &folder, console),
+        Bench::Unwrap(args) => super::bench_unwrap::run(args, &folder, console),
+    };
+    if keep.is_none() {
         // What cannot be removed stays in the system's temporary folder.
         let _ = std::fs::remove_dir_all(&temporary);
     }
@@ -204,6 +212,15 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     let json: Vec<Value> = rows.iter().map(row_json).collect();
     console.report(&table, &json!({ "rows": json, "failed": failed }));
     if failed.is_empty() { Ok(()) } else { bail!("{} of our fits failed", failed.len()) }
+}
+
+/// The middle of some numbers, or the mean of the two in the middle.
+pub fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        n => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+    }
 }
 
 fn cancelled(error: &anyhow::Error) -> bool {

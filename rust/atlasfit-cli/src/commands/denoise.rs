@@ -1,13 +1,14 @@
 //! `atlasfit denoise`: points in; clean points, a stitched surface and chart UVs out.
 
-use crate::console::{Console, RunArgs};
+use crate::console::{Console, RunArgs, Usage};
 use crate::files;
 use crate::number::{count, json as number, short};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
+use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::denoise::{self, Report};
 use atlasfit::prior::mlp::MlpOptions;
-use atlasfit_io::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};
+use atlasfit_io::{SaveCloud, SaveMesh, Saved, Texture, save_cloud, save_mesh};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -42,10 +43,13 @@ pub struct Args {
     /// Fill holes whose boundary is shorter than this, in the scan's unit
     #[arg(long, default_value_t = 0.0, value_name = "LENGTH", value_parser = not_negative, help_heading = "Fit")]
     fill_holes: f64,
-    /// Side of the texture in texels, for the padding between UV charts
-    #[arg(long, default_value_t = DenoiseOptions::default().texture_size, value_name = "TEXELS",
-        value_parser = clap::value_parser!(u32).range(16..=65536), help_heading = "Fit")]
-    texture_size: u32,
+    /// Side of the texture in texels, for the padding between UV charts and for --bake [default: 1024; with --bake about
+    /// four texels per point]
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(16..=65536), help_heading = "Fit")]
+    texture_size: Option<u32>,
+    /// Write a texture with the scan's colours, which replaces the colours of the vertices
+    #[arg(long, help_heading = "Fit", conflicts_with = "no_uv", requires = "output")]
+    bake: bool,
     /// Points that belong to no surface
     #[arg(long, value_enum, default_value = "keep", help_heading = "Fit")]
     outliers: Outliers,
@@ -109,6 +113,14 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     }
     let started = Instant::now();
     let loaded = files::load(&args.scan, &args.run, console)?;
+    if args.bake && loaded.cloud.colors.is_none() {
+        return Err(Usage(format!("{} has no colours to bake", args.scan.display())).into());
+    }
+    let texture_size = match args.texture_size {
+        Some(size) => size,
+        None if args.bake => texture_size(loaded.cloud.len()),
+        None => DenoiseOptions::default().texture_size,
+    };
     let options = DenoiseOptions {
         noise: args.noise.0,
         detail: args.detail,
@@ -118,21 +130,32 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
             Prior::Mlp => denoise::Prior::Mlp(MlpOptions::default()),
         },
         fill_holes: args.fill_holes,
-        texture_size: args.texture_size,
+        texture_size,
         outliers: match args.outliers {
             Outliers::Keep => denoise::Outliers::Keep,
             Outliers::Drop => denoise::Outliers::Drop,
         },
         uv: !args.no_uv && args.output.is_some(),
     };
-    let outcome = {
+    let mut outcome = {
         let mut run = console.start(&args.run);
         atlasfit::denoise(&loaded.cloud, &options, &mut run)?
     };
     console.check()?;
     let mut saved: Vec<Saved> = Vec::new();
     if let Some(path) = &args.output {
-        let how = SaveMesh { ascii: args.ascii, ..SaveMesh::default() };
+        let texture = if args.bake {
+            let options = BakeOptions { size: [texture_size; 2], ..BakeOptions::default() };
+            let (mesh, points) = (&outcome.surface, Colors::Points(&outcome.points));
+            let image = console.start(&args.run).execute(|ctx| bake(mesh, points, &options, ctx))?;
+            // The vertices' colours would tint the texture.
+            outcome.surface.colors = None;
+            Some(files::png(&image)?)
+        } else {
+            None
+        };
+        let texture = texture.as_deref().map(Texture::Png);
+        let how = SaveMesh { ascii: args.ascii, texture, ..SaveMesh::default() };
         saved.push(save_mesh(path, &outcome.surface, &how)?);
     }
     if let Some(path) = &args.points {
@@ -188,6 +211,13 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     });
     console.report(&text, &json);
     Ok(())
+}
+
+/// Side of a texture with about four texels per point, a power of two.
+fn texture_size(points: usize) -> u32 {
+    // Charts cover about 70 % of it.
+    let side = (4.0 * points as f64 / 0.7).sqrt();
+    (side as u32).next_power_of_two().clamp(512, 8192)
 }
 
 /// What was found in the scan.

@@ -35,7 +35,7 @@ pub struct Args {
     /// Draw boundary edges in red and edges with more than two faces in magenta
     #[arg(long)]
     boundary: bool,
-    /// Leave the file's colours out
+    /// Leave the file's colours and texture out
     #[arg(long)]
     plain: bool,
     /// Diameter of a point in pixels
@@ -69,6 +69,13 @@ const BYTES_PER_PIXEL: usize = 40;
 /// Draws.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let loaded = files::load(&args.file, &args.run, console)?;
+    let mut loaded = loaded;
+    let texture = loaded.texture.take().filter(|_| !args.plain && loaded.corner_uv.is_some());
+    let texture = texture.and_then(|bytes| {
+        files::read_png(&bytes)
+            .inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}")))
+            .ok()
+    });
     let mesh = loaded.into_mesh();
     let mode = args.mode.unwrap_or(if mesh.triangles.is_empty() { Mode::Points } else { Mode::Shaded });
     let style = Style {
@@ -84,7 +91,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let bytes = BYTES_PER_FACE * mesh.triangles.len() + BYTES_PER_PIXEL * args.size[0] * args.size[1];
     let picture = console.start(&args.run).execute(|ctx| {
         ctx.reserve(bytes as u64)?;
-        render(&mesh, &style, ctx)
+        render(&mesh, texture.as_ref(), &style, ctx)
     })?;
     if picture.not_shown > 0 {
         console.note(format_args!(
@@ -102,7 +109,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 }
 
 /// Writes beside the output, then renames: a failed run leaves what was there.
-fn write_png(path: &Path, picture: &Picture) -> Result<()> {
+pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.size[0] as u32, picture.size[1] as u32);
     encoder.set_color(png::ColorType::Rgb);

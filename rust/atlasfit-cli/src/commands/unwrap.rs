@@ -4,10 +4,11 @@ use crate::console::{Console, RunArgs, Usage};
 use crate::files;
 use crate::number::{count, json as number, short};
 use anyhow::{Context as _, Result};
+use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{UvQuality, uv};
 use atlasfit::unwrap::{self, UnwrapOptions, UvLayout};
-use atlasfit_io::{Format, SaveMesh, save_mesh};
+use atlasfit_io::{Format, SaveMesh, Texture, save_mesh};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -57,6 +58,12 @@ pub struct Args {
     /// How charts are put on the page
     #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
     packer: Packer,
+    /// Write a texture with the colours of the mesh's vertices, which it then replaces
+    #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]
+    bake: bool,
+    /// Write a texture with the colours of these points, which lie on the mesh
+    #[arg(long, value_name = "SCAN", help_heading = "Texture", conflicts_with = "pages")]
+    bake_from: Option<PathBuf>,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -102,13 +109,21 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let polygons = loaded.polygons.take();
     let mut mesh = loaded.into_mesh();
     let of_triangle = polygons.as_ref().map(atlasfit_io::Polygons::of_triangles);
+    if args.bake && mesh.colors.is_none() {
+        return Err(Usage(format!(
+            "{} has no colours to bake. Give a coloured mesh, or a scan with --bake-from",
+            args.mesh.display()
+        ))
+        .into());
+    }
     let options = UnwrapOptions {
         max_stretch: args.max_stretch,
         max_charts: args.max_charts,
         page_size: args.texture_size,
         padding_px: args.padding,
         texels_per_unit: args.density,
-        pages: args.pages,
+        // One mesh, one texture.
+        pages: if args.bake || args.bake_from.is_some() { Some(1) } else { args.pages },
         packer: match args.packer {
             Packer::Shapes => unwrap::Packer::Shapes,
             Packer::Boxes => unwrap::Packer::Boxes,
@@ -133,7 +148,13 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     mesh.corner_uv = Some(corner_uv);
     mesh.face_chart = Some(face_chart);
     console.check()?;
-    let how = SaveMesh { ascii: args.ascii, polygons: polygons.as_ref(), ..SaveMesh::default() };
+    let texture = baked(&mut mesh, args, console)?;
+    let how = SaveMesh {
+        ascii: args.ascii,
+        polygons: polygons.as_ref(),
+        texture: texture.as_deref().map(Texture::Png),
+        ..SaveMesh::default()
+    };
     let saved = save_mesh(&args.output, &mesh, &how)?;
     for lost in saved.lost.iter().filter(|l| !l.starts_with("chart numbers")) {
         console.note(format_args!("{}: not kept: {lost}", args.output.display()));
@@ -193,6 +214,20 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     });
     console.report(&text, &json);
     Ok(())
+}
+
+/// The texture asked for, as a PNG file; the vertices' own colours are taken off then, or they would tint it.
+fn baked(mesh: &mut TriMesh, args: &Args, console: &Console) -> Result<Option<Vec<u8>>> {
+    let scan = args.bake_from.as_deref().map(|p| files::load(p, &args.run, console)).transpose()?;
+    let source = match &scan {
+        Some(scan) => Colors::Points(&scan.cloud),
+        None if args.bake => Colors::Vertices,
+        None => return Ok(None),
+    };
+    let options = BakeOptions { size: args.texture_size, ..BakeOptions::default() };
+    let image = console.start(&args.run).execute(|ctx| bake(mesh, source, &options, ctx))?;
+    mesh.colors = None;
+    files::png(&image).map(Some)
 }
 
 /// Measures a layout in texels: pages side by side, so that shape and neighbours are what they are.

@@ -7,6 +7,7 @@ pub mod camera;
 pub mod canvas;
 mod color;
 
+use atlasfit::bake::Image;
 use atlasfit::geometry::TriMesh;
 use atlasfit::geometry::vec3::{Vec3, add, cross, dot, normalize, sub};
 use atlasfit::measure::charts;
@@ -76,8 +77,8 @@ const OVERLAP: Rgb = [1.0, 0.0, 0.0];
 /// Squares of the checker along each side of the texture.
 const SQUARES: f32 = 64.0;
 
-/// Draws a mesh. Modes that need UVs or faces fail without them.
-pub fn render(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> {
+/// Draws a mesh, in the light with its texture if there is one. Modes that need UVs or faces fail without them.
+pub fn render(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context<'_>) -> Result<Picture> {
     mesh.validate()?;
     match style.mode {
         Mode::Points => Ok(points(mesh, style)),
@@ -86,7 +87,7 @@ pub fn render(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pictur
             advice: "Show the points (--mode points)".into(),
         }),
         Mode::Uv => uv_layout(mesh, style, ctx),
-        _ => surface(mesh, style, ctx),
+        _ => surface(mesh, texture, style, ctx),
     }
 }
 
@@ -105,7 +106,7 @@ fn samples(style: &Style) -> [usize; 2] {
     style.size.map(|s| s * OVER)
 }
 
-fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> {
+fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context<'_>) -> Result<Picture> {
     let size = samples(style);
     let shown: Vec<u32> = (0..mesh.triangles.len() as u32)
         .filter(|&i| mesh.triangles[i as usize].iter().all(|&v| finite(&mesh.positions[v as usize])))
@@ -174,6 +175,8 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
     });
     let vertex_colors = mesh.colors.as_ref().filter(|_| style.colors && style.mode == Mode::Shaded);
 
+    let texture = texture.filter(|_| style.colors && style.mode == Mode::Shaded).zip(mesh.corner_uv.as_ref());
+
     let canvas = Canvas::draw(size, &primitives);
     let shade = |at: usize| -> Rgb {
         let id = canvas.id[at] as usize;
@@ -213,9 +216,16 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
                 let [u, v] = [0, 1].map(|k| (0..3).map(|c| w[c] * uv[face][c][k]).sum::<f32>());
                 checker(u, v)
             }),
-            _ => vertex_colors.map_or(FRONT, |colors| {
-                std::array::from_fn(|k| (0..3).map(|c| w[c] * colors[corners[c] as usize][k]).sum())
-            }),
+            _ => match (texture, vertex_colors) {
+                (Some((image, uv)), _) => {
+                    let [u, v] = [0, 1].map(|k| (0..3).map(|c| w[c] * uv[face][c][k]).sum::<f32>());
+                    look_up(image, u, v)
+                }
+                (None, Some(colors)) => {
+                    std::array::from_fn(|k| (0..3).map(|c| w[c] * colors[corners[c] as usize][k]).sum())
+                }
+                (None, None) => FRONT,
+            },
         };
         if !front {
             base = mix(
@@ -227,6 +237,23 @@ fn surface(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> 
         scaled(base, light(n))
     };
     Ok(finish(&canvas, shade, mesh.triangles.len() - shown.len()))
+}
+
+/// The texture at a point, between texels; it repeats outside of [0, 1].
+fn look_up(image: &Image, u: f32, v: f32) -> Rgb {
+    let at = |t: f32, n: u32| {
+        let x = t * n as f32 - 0.5;
+        let low = x.floor();
+        let index = |i: f32| i.rem_euclid(n as f32) as usize % n as usize;
+        (index(low), index(low + 1.0), x - low)
+    };
+    let ((x0, x1, fx), (y0, y1, fy)) = (at(u, image.width), at(1.0 - v, image.height));
+    let texel = |x: usize, y: usize| image.rgba[y * image.width as usize + x];
+    let (a, b, c, d) = (texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1));
+    std::array::from_fn(|k| {
+        let across = |p: [u8; 4], q: [u8; 4]| f32::from(p[k]) * (1.0 - fx) + f32::from(q[k]) * fx;
+        (across(a, b) * (1.0 - fy) + across(c, d) * fy) / 255.0
+    })
 }
 
 fn checker(u: f32, v: f32) -> Rgb {

@@ -65,7 +65,30 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let file = File { json, buffers };
     let mut scene = Scene::default();
     walk(input, &file, &mut scene)?;
-    finish(input, scene)
+    let texture = texture(input, &file);
+    Ok(Content { texture, ..finish(input, scene)? })
+}
+
+/// The image of the first material that has a base colour texture.
+fn texture(input: &mut Input<'_>, file: &File<'_>) -> Option<Vec<u8>> {
+    let of = |m: &Value| number(&m["pbrMetallicRoughness"]["baseColorTexture"]["index"]);
+    let id = list(&file.json, "materials").iter().find_map(of)?;
+    let image = list(&file.json, "textures").get(id).and_then(|t| number(&t["source"]))?;
+    let image = list(&file.json, "images").get(image)?;
+    match image["uri"].as_str() {
+        Some(uri) => match uri.strip_prefix("data:") {
+            Some(data) => base64(data.split_once(',')?.1.as_bytes()),
+            None => input.beside(&unescape(uri)),
+        },
+        None => {
+            let view = list(&file.json, "bufferViews").get(number(&image["bufferView"])?)?;
+            let from = number(&view["byteOffset"]).unwrap_or(0);
+            let bytes = file.buffers.get(number(&view["buffer"])?)?;
+            let bytes = bytes.get(from..from.checked_add(number(&view["byteLength"])?)?)?;
+            input.reserve(bytes.len(), 1).ok()?;
+            Some(bytes.to_vec())
+        }
+    }
 }
 
 fn list<'v>(value: &'v Value, key: &str) -> &'v [Value] {

@@ -33,6 +33,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let mut first_bad: Option<(u64, String)> = None;
     let mut corner_normals: Vec<(u32, u32)> = Vec::new();
     let (mut materials, mut groups) = (0, 0);
+    let mut library: Option<String> = None;
     while let Some(line) = lines.next() {
         let mut text = Cow::Borrowed(line.text);
         // A backslash at the end of a line joins the next one to it.
@@ -90,8 +91,12 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
                 groups += 1;
                 true
             }
-            b"mtllib" | b"s" | b"usemap" | b"mg" | b"maplib" | b"lod" | b"bevel" | b"c_interp"
-            | b"d_interp" | b"shadow_obj" | b"trace_obj" => true,
+            b"mtllib" => {
+                library.get_or_insert_with(|| rest_of(content, key));
+                true
+            }
+            b"s" | b"usemap" | b"mg" | b"maplib" | b"lod" | b"bevel" | b"c_interp" | b"d_interp"
+            | b"shadow_obj" | b"trace_obj" => true,
             b"l" | b"p" => {
                 input.report.add("line and point elements, left out (their vertices are kept)", 1, None);
                 true
@@ -126,7 +131,24 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     input.report.add("numbers with a decimal comma, read as a point", commas, None);
     input.report.add("changes of material, which are not kept", materials, None);
     input.report.add("groups and objects, joined into one mesh", groups, None);
-    r.finish(input, &corner_normals)
+    let texture = library.and_then(|name| texture(input, &name));
+    Ok(Content { texture, ..r.finish(input, &corner_normals)? })
+}
+
+/// What stands behind the keyword of a line.
+fn rest_of(line: &[u8], key: &[u8]) -> String {
+    let line = line.trim_ascii();
+    String::from_utf8_lossy(line.get(key.len()..).unwrap_or_default().trim_ascii()).into_owned()
+}
+
+/// The first image of a material library beside the file.
+fn texture(input: &mut Input<'_>, library: &str) -> Option<Vec<u8>> {
+    let library = input.beside(library)?;
+    let mut lines = Lines::new(&library);
+    let image = std::iter::from_fn(|| lines.next())
+        .map(|l| l.text.trim_ascii().to_vec())
+        .find(|l| l.to_ascii_lowercase().starts_with(b"map_kd"))?;
+    input.beside(&rest_of(&image, b"map_Kd"))
 }
 
 impl Reader {

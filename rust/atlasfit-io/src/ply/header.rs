@@ -73,6 +73,8 @@ pub struct Header {
     pub end: usize,
     /// Lines of the header.
     pub lines: u64,
+    /// The image file that a comment names.
+    pub texture: Option<String>,
 }
 
 /// Known files have up to ten.
@@ -84,6 +86,7 @@ pub fn read(input: &Input<'_>) -> Result<Header> {
     let first = text::first_line(input.data).len();
     let cr_only = input.data.get(first) == Some(&b'\r') && input.data.get(first + 1) != Some(&b'\n');
     let mut encoding = None;
+    let mut texture = None;
     let mut elements: Vec<Element> = Vec::new();
     while let Some(line) = lines.next() {
         let words: Vec<&[u8]> = text::tokens(line.text).take(6).collect();
@@ -91,6 +94,10 @@ pub fn read(input: &Input<'_>) -> Result<Header> {
             input.malformed(Place::Line(line.number), text::quote(line.text), expected, advice)
         };
         match words.as_slice() {
+            [b"comment", name, ..] if name.eq_ignore_ascii_case(b"TextureFile") => {
+                let line = String::from_utf8_lossy(line.text.trim_ascii()).into_owned();
+                texture = line.split_once("File").map(|l| l.1.trim().to_owned()).or(texture);
+            }
             [b"ply", ..] | [b"comment", ..] | [b"obj_info", ..] | [] => {}
             [b"format", name, ..] => {
                 encoding = Some(match *name {
@@ -157,7 +164,7 @@ pub fn read(input: &Input<'_>) -> Result<Header> {
                 {
                     end -= 1;
                 }
-                return Ok(Header { encoding, elements, end, lines: line.number });
+                return Ok(Header { encoding, elements, end, lines: line.number, texture });
             }
             _ => {
                 return Err(wrong(

@@ -86,7 +86,8 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         }
     }
     let Some(columns) = columns else { return Ok(Content::default()) };
-    finish(input, columns, faces)
+    let texture = header.texture.filter(|_| has_faces).and_then(|name| input.beside(&name));
+    Ok(Content { texture, ..finish(input, columns, faces)? })
 }
 
 /// Whether the file is rows of points behind the header and nothing else that is used: then it can be read block by block.

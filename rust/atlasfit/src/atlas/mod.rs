@@ -6,6 +6,7 @@
 
 use crate::geometry::vec3::Vec3;
 
+pub mod file;
 pub mod mask;
 pub mod monge;
 pub mod query;

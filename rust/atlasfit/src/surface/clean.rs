@@ -101,10 +101,13 @@ pub fn triangulate(
         }
     }
     drop(quads);
-    // Edges in more than two triangles: all their triangles go; the hole is closed later if it is small.
+    // Edges in more than two triangles: all their triangles go; the hole is closed later if it is small. So do neighbours that face opposite ways where
+    // the surface has two sides: there a stray chart joins one side to the other.
+    let torn =
+        |g: &[Edge]| g.len() > 2 || (!one_sided && g.len() == 2 && runs_down(&g[0]) == runs_down(&g[1]));
     let list = edges(&triangles, ctx)?;
     let mut bad = vec![false; triangles.len()];
-    for group in groups(&list).filter(|g| g.len() > 2) {
+    for group in groups(&list).filter(|g| torn(g)) {
         group.iter().for_each(|e| bad[triangle(e)] = true);
     }
     drop(list);
@@ -339,6 +342,23 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
             }
         }
         ctx.check()?;
+    }
+    // Their normals too come from the triangles now.
+    let mut sum = vec![[0.0; 3]; s.positions.len()];
+    for (i, t) in s.triangles.iter().enumerate() {
+        tick(i, ctx)?;
+        if t.iter().any(|&v| free[v as usize]) {
+            let [a, b, c] = t.map(|v| s.positions[v as usize]);
+            let n = cross(sub(b, a), sub(c, a));
+            for &v in t {
+                sum[v as usize] = add(sum[v as usize], n);
+            }
+        }
+    }
+    for ((n, sum), _) in s.normals.iter_mut().zip(&sum).zip(&free).filter(|x| *x.1) {
+        if norm(*sum) > 0.0 {
+            *n = normalize(*sum);
+        }
     }
     Ok(())
 }

@@ -76,7 +76,7 @@ pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Re
             .map(|i| dist2(s.positions[r[i] as usize], s.positions[r[(i + 1) % r.len()] as usize]).sqrt())
             .sum::<f64>()
     };
-    let holes: Vec<Vec<u32>> = loops(s, ctx)?.into_iter().filter(|r| r.len() <= MAX_EDGES).collect();
+    let holes = loops(s, ctx)?;
     let mut touched = vec![false; s.positions.len()];
     if holes.is_empty() {
         return Ok((0, touched));

@@ -234,7 +234,7 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
         repaired_charts,
         ..UvLayout::default()
     };
-    Ok(layout(&s, &list, &places, known))
+    Ok(layout(&s, &list, &places, options.face_polygon.as_deref(), known))
 }
 
 /// The surface in charts that are stretched by `bound` at most.
@@ -533,8 +533,46 @@ fn single(s: &Surface, f: u32) -> Chart {
     }
 }
 
+/// Gives the faces of a polygon that have no shape the UVs of the others' corners. Returns whether all its faces then lie
+/// in one chart and agree on the UVs of its corners.
+fn rejoin(
+    s: &Surface,
+    faces: std::ops::Range<usize>,
+    uv: &mut [[[f32; 2]; 3]],
+    chart: &mut [u32],
+    page: &mut [u32],
+) -> bool {
+    let Some(home) = faces.clone().find(|&f| s.usable[f]) else { return true };
+    let corner = |uv: &[[[f32; 2]; 3]], v: u32| {
+        (faces.clone().filter(|&f| s.usable[f] && chart[f] == chart[home]))
+            .find_map(|f| (0..3).find(|&k| s.tri[f][k] == v).map(|k| uv[f][k]))
+    };
+    let mut known = Vec::new();
+    for f in faces.clone() {
+        let at = s.tri[f].map(|v| corner(uv, v));
+        match at {
+            [Some(a), Some(b), Some(c)] => known.push([a, b, c]),
+            _ => return false,
+        }
+    }
+    for (f, at) in faces.clone().zip(known) {
+        if s.usable[f] && (chart[f] != chart[home] || uv[f] != at) {
+            return false;
+        }
+        uv[f] = at;
+    }
+    faces.for_each(|f| (chart[f], page[f]) = (chart[home], page[home]));
+    true
+}
+
 /// The layout of charts in their places; `known` holds what was decided before.
-fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], known: UvLayout) -> UvLayout {
+fn layout(
+    s: &Surface,
+    list: &[Chart],
+    places: &[pack::Place],
+    polygon: Option<&[u32]>,
+    known: UvLayout,
+) -> UvLayout {
     let m = s.faces();
     let mut corner_uv = vec![[[0f32; 2]; 3]; m];
     let mut face_chart = vec![NONE; m];
@@ -547,14 +585,6 @@ fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], known: UvLayout) 
             corner_uv[f as usize] = t.map(|v| at[v as usize]);
         }
     }
-    let mut split_polygons = 0;
-    if let Some(cells) = &s.cells {
-        for c in 0..cells.count() as u32 {
-            let own = cells.faces(c);
-            split_polygons +=
-                usize::from(own.iter().any(|&f| face_chart[f as usize] != face_chart[own[0] as usize]));
-        }
-    }
     // Faces without a shape share a point inside the first chart's first face.
     for f in 0..m {
         if face_chart[f] == NONE {
@@ -563,6 +593,14 @@ fn layout(s: &Surface, list: &[Chart], places: &[pack::Place], known: UvLayout) 
             face_page[f] = face_page[home];
             corner_uv[f] = [corner_uv[home][0]; 3];
         }
+    }
+    let mut split_polygons = 0;
+    let mut first = 0;
+    for run in polygon.unwrap_or_default().chunk_by(|a, b| a == b) {
+        let own = first..first + run.len();
+        first = own.end;
+        split_polygons +=
+            usize::from(run.len() > 1 && !rejoin(s, own, &mut corner_uv, &mut face_chart, &mut face_page));
     }
     UvLayout {
         corner_uv,
