@@ -294,6 +294,8 @@ FUNCTIONS = {
     "atlasfit_projection_init": (status, [POINTER(atlasfit_projection), c_size_t]),
     "atlasfit_atlas_project": (status, [_handle, _points, _run, POINTER(atlasfit_projection)]),
     "atlasfit_atlas_eval": (status, [_handle, c_size_t, _array, c_size_t, _array, _array, _array, c_size_t]),
+    "atlasfit_atlas_save": (status, [_handle, _array, c_size_t, _array]),
+    "atlasfit_atlas_load": (status, [_array, c_size_t, _new_handle]),
     "atlasfit_denoise_options_init": (status, [POINTER(atlasfit_denoise_options), c_size_t]),
     "atlasfit_denoise": (status, [_points, POINTER(atlasfit_denoise_options), _run, _new_handle]),
     "atlasfit_result_free": (status, [_handle]),
@@ -366,6 +368,8 @@ def lib() -> ctypes.CDLL:
             f"{VERSION[0]}.{VERSION[1]}. Reinstall both together"
         )
     for name, (result, arguments) in FUNCTIONS.items():
-        function = getattr(library, name)
+        function = getattr(library, name, None)
+        if function is None:
+            raise ImportError(f"the native library {path} has no {name}: it is older than this package. Reinstall both together")
         function.restype, function.argtypes = result, arguments
     return library

@@ -1,20 +1,22 @@
 """numpy arrays in and out of the library's structs.
 
 An input is passed as it lies in memory if its rows are contiguous (C-contiguous arrays, and columns cut from wider ones); otherwise it
-is copied once. The array that was passed must outlive the call: each function keeps what `rows` and `flat` return.
+is copied once. The array that was passed must outlive the call: each function keeps what these return.
 """
 
 from __future__ import annotations
 
 from ctypes import sizeof
-from typing import Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from . import _abi
 
-_SCALARS = {
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+_SCALARS: dict[np.dtype[Any], int] = {
     np.dtype(np.float32): _abi.F32,
     np.dtype(np.float64): _abi.F64,
     np.dtype(np.uint8): _abi.U8,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 from ctypes import byref
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from . import _abi
 from ._abi import lib
@@ -15,6 +17,7 @@ from ._arrays import points_struct, positions, rows
 from ._call import Handle, RunOptions, check, run
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
 
@@ -51,7 +54,7 @@ class Places:
 
 
 class Atlas:
-    """A fitted atlas, made by denoise(). Immutable: any number of threads may use one at once."""
+    """A fitted atlas, made by denoise() or read from a file. Immutable: any number of threads may use one at once. It can be pickled."""
 
     def __init__(self, handle: Handle) -> None:
         self._handle = handle
@@ -89,3 +92,30 @@ class Atlas:
         arrays: list[Any] = [array.ctypes.data for array in vars(out).values()]
         check(lib().atlasfit_atlas_eval(self._handle.pointer, chart, uv.ctypes.data, n, *arrays, n))
         return out
+
+    def to_bytes(self) -> bytes:
+        """The atlas as a safetensors file's bytes, the same for the same atlas: about 1 KB per chart."""
+        size = ctypes.c_size_t()
+        check(lib().atlasfit_atlas_save(self._handle.pointer, None, 0, byref(size)))
+        out = ctypes.create_string_buffer(size.value)
+        check(lib().atlasfit_atlas_save(self._handle.pointer, out, size, byref(size)))
+        return out.raw
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Atlas:
+        """The atlas that to_bytes() wrote. The bytes need not be trusted: what is no sound atlas raises Error."""
+        handle = Handle("atlas")
+        check(lib().atlasfit_atlas_load(data, len(data), byref(handle.pointer)))
+        return cls(handle)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the atlas to a file."""
+        Path(path).write_bytes(self.to_bytes())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Atlas:
+        """Reads an atlas from a file that save() wrote."""
+        return cls.from_bytes(Path(path).read_bytes())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Atlas.from_bytes, (self.to_bytes(),)

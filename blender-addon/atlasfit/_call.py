@@ -114,7 +114,7 @@ def run(call: Callable[[Any], int], options: RunOptions) -> None:
     held = _Held()
     progress, cancel = options.get("progress"), options.get("cancel")
 
-    @_abi.progress_fn
+    @_abi.progress_fn  # type: ignore[untyped-decorator]
     def tick(_user: object, stage: int, fraction: float) -> int:
         # Being here at all lets Python run its signal handlers: see `interrupted`.
         if progress is not None and held.exception is None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from . import _abi
 from ._abi import lib
@@ -16,6 +15,7 @@ from ._atlas import Atlas
 from ._call import Handle, RunOptions, check, choice, options_with, run
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from . import _abi
 from ._abi import lib
@@ -15,6 +14,7 @@ from ._arrays import address, corners, indices, mesh_struct, positions
 from ._call import Handle, RunOptions, check, choice, options_with, run
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
 

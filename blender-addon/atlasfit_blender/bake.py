@@ -6,7 +6,6 @@ import numpy as np
 
 from . import mesh
 from .long import Refused
-from .native import atlasfit
 
 TEXELS_AT_ONCE = 4_000_000  # bounds the memory of one step and the time until a cancel is seen
 
@@ -22,7 +21,7 @@ def corner_colors(me, loops):
     return colors[loops]
 
 
-def image(colors, corner_uv, size, margin, progress, cancel):
+def image(colors, corner_uv, size, margin, progress):
     """Draws triangles with interpolated colours, (size, size, 4) float32, bottom row first; the margin is filled with what is beside it."""
     uv = corner_uv.astype(np.float64) * size - 0.5  # texel centres on integers
     low = np.clip(np.ceil(uv.min(1)), 0, size - 1).astype(np.int64)
@@ -55,7 +54,7 @@ def image(colors, corner_uv, size, margin, progress, cancel):
         drawn[texel] = True
         start = stop
         if progress("baking colors", start / faces) is False:
-            break
+            break  # asked to stop: what is drawn will not be used
     return _bleed(out.reshape(size, size, 4), drawn.reshape(size, size), margin + 1)
 
 

@@ -20,6 +20,10 @@ class Refused(ValueError):
     """The scene is not what the operator needs. The text says what to do."""
 
 
+class Stopped(Exception):
+    """Esc was pressed while no call into the library was under way."""
+
+
 class Status:
     """What the panel shows of the run that is under way; `label` is empty when there is none."""
 
@@ -32,7 +36,8 @@ class Job:
     """Work in a thread of its own."""
 
     def __init__(self, work):
-        self.cancel = atlasfit.Cancel()
+        self.token = atlasfit.Cancel()
+        self.asked = False
         self.stage, self.share = "preparing", 0.0
         self.result = self.failure = None
         self.thread = threading.Thread(target=self._run, args=(work,), daemon=True)
@@ -40,12 +45,20 @@ class Job:
 
     def _run(self, work):
         try:
-            self.result = work(progress=self._tell, cancel=self.cancel)
+            self.result = work(progress=self._tell, cancel=self.token)
+            if self.asked:
+                raise Stopped
         except BaseException as failure:  # told on the main thread, whatever it is
             self.failure = failure
 
     def _tell(self, stage, share):
         self.stage, self.share = stage, share
+        return not self.asked
+
+    def stop(self):
+        """Asks the work to end: within 100 ms."""
+        self.asked = True
+        self.token.request()
 
 
 class LongOperator:
@@ -79,7 +92,7 @@ class LongOperator:
             return self._failed(failure)
         window_manager = context.window_manager
         window_manager.progress_begin(0, 100)
-        self._area = context.area
+        self._area, self._text = context.area, None
         self._timer = window_manager.event_timer_add(TICK_S, window=context.window)
         window_manager.modal_handler_add(self)
         Status.label = self.bl_label
@@ -88,7 +101,7 @@ class LongOperator:
     def modal(self, context, event):
         job = self._job
         if event.type == "ESC":
-            job.cancel.request()
+            job.stop()
             job.thread.join(2 * TICK_S)
         elif event.type != "TIMER":
             return {"RUNNING_MODAL"}  # swallowed: the scene must not change meanwhile
@@ -97,7 +110,7 @@ class LongOperator:
             return {"RUNNING_MODAL"}
         self._hide(context)
         if job.failure is not None:
-            if isinstance(job.failure, FAILURES):
+            if isinstance(job.failure, (Stopped, *FAILURES)):
                 return self._failed(job.failure)
             raise job.failure
         try:
@@ -108,7 +121,7 @@ class LongOperator:
 
     def cancel(self, context):
         """Blender ends the operator: its window was closed, another file is loaded."""
-        self._job.cancel.request()
+        self._job.stop()
         self._job.thread.join()
         self._hide(context)
 
@@ -120,10 +133,13 @@ class LongOperator:
         Status.stage, Status.share = job.stage, job.share
         context.window_manager.progress_update(int(100 * job.share))
         text = f"{self.bl_label}: {job.stage} {100 * job.share:.0f} %   (Esc cancels)"
+        if text == self._text:
+            return
+        self._text = text
         context.workspace.status_text_set(text)
         if self._area is not None:
             self._area.header_text_set(text)
-            self._area.tag_redraw()
+            self._redraw({"UI"})  # not the view: drawing a large mesh again and again would slow everything down
 
     def _hide(self, context):
         Status.label = ""
@@ -135,8 +151,13 @@ class LongOperator:
             self._area.header_text_set(None)
             self._area.tag_redraw()
 
+    def _redraw(self, kinds):
+        for region in self._area.regions:
+            if region.type in kinds:
+                region.tag_redraw()
+
     def _failed(self, failure):
-        if isinstance(failure, atlasfit.Cancelled):
+        if isinstance(failure, (Stopped, atlasfit.Cancelled)):
             self.report({"WARNING"}, f"{self.bl_label}: cancelled, nothing was changed")
         else:
             text = str(failure) or type(failure).__name__

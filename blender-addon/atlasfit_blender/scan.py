@@ -15,8 +15,6 @@ def _active(context):
     ob = context.view_layer.objects.active
     if ob is None or ob.type != "MESH":
         raise Refused("the active object is no mesh")
-    if ob.mode == "EDIT":
-        ob.update_from_editmode()
     return ob
 
 
@@ -106,8 +104,16 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     def prepare(self, context):
         """Reads the vertices; the work fits and projects them."""
         ob = _active(context)
+        self._edit = context.mode == "EDIT_MESH"
+        with mesh.object_mode(context, [ob]):
+            points, normals = self._read(ob)
+        noise, charts = self.noise, self.charts
+        return lambda progress, cancel: atlasfit.denoise(
+            points, normals=normals, noise=noise, charts=charts, uv=False, progress=progress, cancel=cancel
+        )
+
+    def _read(self, ob):
         me = ob.data
-        self._edit = ob.mode == "EDIT"
         chosen = np.flatnonzero(mesh.get(me.vertices, "select", 1, np.bool_)) if self._edit else np.arange(len(me.vertices))
         if len(chosen) == 0:
             raise Refused("no vertex is selected" if self._edit else "the mesh has no vertices")
@@ -118,10 +124,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         normals = _normals(me, matrix)
         normals = None if normals is None else normals[chosen]
         self._source = (ob.name, len(me.vertices), chosen, matrix)
-        noise, charts = self.noise, self.charts
-        return lambda progress, cancel: atlasfit.denoise(
-            points, normals=normals, noise=noise, charts=charts, uv=False, progress=progress, cancel=cancel
-        )
+        return points, normals
 
     def finish(self, context, result):
         """Moves the vertices of the object or of a copy."""
@@ -212,21 +215,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     def prepare(self, context):
         """Reads the points as the modifiers leave them; the work fits, makes the surface, and bakes."""
         ob = _active(context)
-        matrix = mesh.linear(ob)
-        evaluated = ob.evaluated_get(context.evaluated_depsgraph_get())
-        me = evaluated.to_mesh()
-        try:
-            if not me.vertices:
-                raise Refused("the mesh has no vertices")
-            points = mesh.positions(me) @ matrix.T
-            normals = _normals(me, matrix)
-            columns, self._left = mesh.attributes(me)
-            self._kinds = {a.name: a.data_type for a in me.attributes if a.name in columns}
-            colors, self._color = mesh.point_colors(me)
-        finally:
-            evaluated.to_mesh_clear()
-        columns.pop(self._color, None)
-        self._source = (ob.name, matrix)
+        with mesh.object_mode(context, [ob]):
+            points, normals, colors, columns = self._read(context, ob)
         size, wanted = self.texture_size, self.bake and colors is not None
         options = {"noise": self.noise, "charts": self.charts, "detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
 
@@ -234,9 +224,25 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, progress=progress, cancel=cancel)
             s = out.surface
             margin = 2
-            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress, cancel) if wanted else None
+            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress) if wanted else None
 
         return work
+
+    def _read(self, context, ob):
+        matrix = mesh.linear(ob)
+        self._source = (ob.name, matrix)
+        evaluated = ob.evaluated_get(context.evaluated_depsgraph_get())
+        me = evaluated.to_mesh()
+        try:
+            if not me.vertices:
+                raise Refused("the mesh has no vertices")
+            columns, self._left = mesh.attributes(me)
+            self._kinds = {a.name: a.data_type for a in me.attributes if a.name in columns}
+            colors, self._color = mesh.point_colors(me)
+            columns.pop(self._color, None)
+            return mesh.positions(me) @ matrix.T, _normals(me, matrix), colors, columns
+        finally:
+            evaluated.to_mesh_clear()
 
     def finish(self, context, result):
         """The new object."""

@@ -38,11 +38,11 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         min=0.0,
     )
     pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs", default=0, min=0, max=100)
-    seams: BoolProperty(name="Keep Seams", description="Edges that are marked as seams are cut", default=True)
-    sharp: BoolProperty(name="Cut Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
-    materials: BoolProperty(name="Cut Between Materials", description="No chart spans two materials", default=False)
-    keep_uv_seams: BoolProperty(name="Keep UV Seams", description="Where the active UV map is cut, the new one is cut", default=False)
-    together: BoolProperty(name="Objects Share Texture", description="Several objects are packed on one texture, else on one each", default=True)
+    seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
+    sharp: BoolProperty(name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
+    materials: BoolProperty(name="Materials", description="No chart spans two materials", default=False)
+    keep_uv_seams: BoolProperty(name="UV Seams", description="Where the active UV map is cut, the new one is cut", default=False)
+    together: BoolProperty(name="One Texture", description="Several objects are packed on one texture, else on one each", default=True)
     target: EnumProperty(
         name="UV Map",
         items=(("ACTIVE", "Active", "Write to the active UV map"), ("NEW", "New", "Write to a new UV map and make it active")),
@@ -78,7 +78,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         obs = mesh.objects(context)
         only_selected = context.mode == "EDIT_MESH"
         groups = [obs] if self.together else [[ob] for ob in obs]
-        jobs = [self._read(group, only_selected) for group in groups]
+        with mesh.object_mode(context, obs):
+            jobs = [self._read(group, only_selected) for group in groups]
         options = {
             "max_stretch": self.max_stretch,
             "max_charts": self.max_charts,
@@ -100,7 +101,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     progress=progress,
                     cancel=cancel,
                 )
-                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress, cancel) if colors is not None else None
+                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress) if colors is not None else None
                 out.append((given, uv, image))
             return out
 
@@ -226,12 +227,13 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
 
     def prepare(self, context):
         """Reads each mesh with its UVs; the work measures them."""
-        jobs = []
-        for ob in mesh.objects(context):
-            given = mesh.triangles([ob], False)
-            if not ob.data.uv_layers:
-                raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
-            jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
+        jobs, obs = [], mesh.objects(context)
+        with mesh.object_mode(context, obs):
+            for ob in obs:
+                given = mesh.triangles([ob], False)
+                if not ob.data.uv_layers:
+                    raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
+                jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
         return lambda progress, cancel: [
             (given, atlasfit.measure_uv(given.vertices, given.faces, uv, progress=progress, cancel=cancel)) for given, uv in jobs
         ]

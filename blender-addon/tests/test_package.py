@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -91,6 +92,21 @@ def test_an_atlas_outlives_its_result(sphere):
     atlas = atlasfit.denoise(sphere, uv=False).atlas
     gc.collect()
     assert len(atlas.project(sphere[:10]).positions) == 10
+
+
+def test_an_atlas_comes_back_from_a_file_and_from_a_pickle(denoised, tmp_path):
+    atlas = denoised.atlas
+    path = tmp_path / "scan.safetensors"
+    atlas.save(path)
+    for again in (atlasfit.Atlas.load(path), pickle.loads(pickle.dumps(atlas))):
+        assert (again.charts, again.unit, again.origin) == (atlas.charts, atlas.unit, atlas.origin)
+        assert again.to_bytes() == atlas.to_bytes()
+        a, b = (x.project(denoised.points[:100]).positions for x in (atlas, again))
+        assert a.tobytes() == b.tobytes()
+    for damaged in (b"", b"no atlas", path.read_bytes()[:-1]):
+        with pytest.raises(atlasfit.Error) as caught:
+            atlasfit.Atlas.from_bytes(damaged)
+        assert caught.value.status in (_abi.BAD_FILE, _abi.INVALID_ARGUMENT)
 
 
 def test_points_that_are_not_finite_are_counted_and_stay(sphere):

@@ -253,6 +253,21 @@ def test_edit_mode_unwraps_the_selected_faces_and_leaves_the_others():
     assert (after[~corner] == before[~corner]).all() and (after[corner] != before[corner]).any(1).all()
 
 
+def test_edit_mode_heeds_seams_and_measures_uvs():
+    ob = grid()
+    wanted = set()
+    for e in middle(ob):
+        e.use_seam = True
+        wanted.add(tuple(sorted(e.vertices)))
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.uv.atlasfit_unwrap()
+    bpy.ops.uv.atlasfit_unwrap(seams=False, keep_uv_seams=True)
+    bpy.ops.uv.atlasfit_stretch()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert cut_edges(ob) == wanted and len(ob.data.color_attributes) == 1 and int(report(ob)["charts"]) == 2
+
+
 def test_edit_mode_without_a_selection_is_refused():
     ob = grid()
     bpy.ops.object.mode_set(mode="EDIT")
@@ -526,7 +541,7 @@ def test_a_scan_becomes_a_closed_surface_with_uvs_colors_attributes_and_an_image
     co = mesh.positions(me)
     colors = np.ones((3000, 4), np.float32)
     colors[:, :3] = 0.5 + 0.5 * np.clip(co, -1, 1)
-    attribute = me.color_attributes.new(name="paint", type="FLOAT_COLOR", domain="POINT")
+    me.color_attributes.new(name="paint", type="FLOAT_COLOR", domain="POINT")
     mesh.put(me.color_attributes["paint"].data, "color", colors)
     mesh.add_attribute(me, "label", "INT", (co[:, 2] > 0) * 7)
     mesh.add_attribute(me, "height", "FLOAT", co[:, 2])
@@ -600,7 +615,7 @@ def test_a_cancelled_run_ends_at_once_and_leaves_everything():
     time.sleep(0.3)
     assert job.thread.is_alive()
     asked = time.perf_counter()
-    job.cancel.request()
+    job.stop()
     job.thread.join(5)
     waited = time.perf_counter() - asked
     assert isinstance(job.failure, atlasfit.Cancelled) and job.result is None and waited < 2

@@ -1,0 +1,249 @@
+"""The add-on in a Blender with a window: drives itself, takes pictures, checks Esc, undo and the interface, and quits.
+
+    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1200 800 --python gui.py
+
+ADDON_ZIP names the legacy zip, PICTURES the folder for pictures (taken with scrot). Prints one line per check, "GUI ok" at the end.
+"""
+
+import os
+import struct
+import subprocess
+import sys
+import time
+import traceback
+import zlib
+
+import bpy
+import numpy as np
+
+bpy.ops.preferences.addon_install(filepath=os.environ["ADDON_ZIP"], overwrite=True)
+bpy.ops.preferences.addon_enable(module="atlasfit_blender")
+import atlasfit_blender as addon
+
+mesh, Status = addon.mesh, addon.long.Status
+PICTURES = os.environ["PICTURES"]
+WAIT_S = 180  # for one run, on a loaded machine
+failed = []
+# Where the mouse must click, from the window's top left: neither the sidebar's tab nor the redo panel can be opened by script in 3.4.
+TAB = (978, 247)
+REDO_PANEL = (76, 705)
+
+
+def window():
+    return bpy.context.window_manager.windows[0]
+
+
+def area(kind):
+    return next(a for a in window().screen.areas if a.type == kind)
+
+
+def within(kind):
+    a = area(kind)
+    region = next(r for r in a.regions if r.type == "WINDOW")
+    return bpy.context.temp_override(window=window(), screen=window().screen, area=a, region=region)
+
+
+def key(kind, value="PRESS", x=300, y=400):
+    window().event_simulate(type=kind, value=value, x=x, y=y)
+
+
+def picture(name):
+    """The whole screen. With 256 colours a picture is a third of its size, and looks the same."""
+    path = os.path.join(PICTURES, name)
+    subprocess.run(["scrot", "-o", path], check=True)
+    image = bpy.data.images.load(path)
+    width, height = image.size
+    rgb = np.array(image.pixels[:], np.float32).reshape(height, width, 4)[::-1, :, :3]
+    bpy.data.images.remove(image)
+    rgb = np.round(255 * rgb).astype(np.uint32).reshape(-1, 3)
+    coarse = rgb // 8  # 32 steps a channel, then the most frequent 256 of them
+    keys, which, count = np.unique(coarse @ np.uint32([1024, 32, 1]), return_inverse=True, return_counts=True)
+    kept = np.argsort(-count)[:256]
+    mean = np.stack([np.bincount(which, rgb[:, k]) / count for k in range(3)], 1)
+    nearest = np.argmin(((mean[:, None] - mean[None, kept]) ** 2).sum(-1), 1) if len(keys) < 20000 else np.zeros(len(keys), int)
+    rows = np.zeros((height, width + 1), np.uint8)
+    rows[:, 1:] = nearest[which].reshape(height, width)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
+    palette = np.round(mean[kept]).astype(np.uint8).tobytes()
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"PLTE", palette))
+        file.write(chunk(b"IDAT", zlib.compress(rows.tobytes(), 9)) + chunk(b"IEND", b""))
+
+
+def check(what, good):
+    print("GUI", "ok  " if good else "FAIL", what)
+    sys.stdout.flush()
+    if not good:
+        failed.append(what)
+
+
+def active():
+    return bpy.context.view_layer.objects.active
+
+
+def layers():
+    return [layer.name for layer in active().data.uv_layers]
+
+
+def remove_all():
+    for ob in list(bpy.data.objects):
+        bpy.data.objects.remove(ob)
+
+
+def waited():
+    """Yields until no run of the add-on is under way."""
+    until = time.monotonic() + WAIT_S
+    while Status.label and time.monotonic() < until:
+        yield 0.1
+    check("the run ended", not Status.label)
+
+
+def click(x, y):
+    """x from the left, y from the top of the window."""
+    y = window().height - y
+    key("MOUSEMOVE", "NOTHING", x, y)
+    yield 0.5
+    key("LEFTMOUSE", "PRESS", x, y)
+    key("LEFTMOUSE", "RELEASE", x, y)
+    yield 1.0
+
+
+def script():
+    """Each yield lets Blender live for that many seconds."""
+    remove_all()
+    with within("VIEW_3D"):
+        bpy.ops.mesh.primitive_monkey_add()
+        for layer in list(active().data.uv_layers):
+            active().data.uv_layers.remove(layer)
+        bpy.ops.object.modifier_add(type="SUBSURF")
+        active().modifiers[0].levels = 1
+        bpy.ops.object.modifier_apply(modifier=active().modifiers[0].name)
+        bpy.ops.object.shade_smooth()
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_selected()
+        bpy.ops.ed.undo_push(message="scene made")
+    area("VIEW_3D").spaces[0].show_region_ui = True
+    yield 1.0
+    yield from click(*TAB)
+
+    with within("VIEW_3D"):
+        bpy.ops.uv.atlasfit_unwrap("INVOKE_DEFAULT", name="Atlas", target="NEW")
+    check("invoke returns at once and works in a thread", Status.label == "Atlas Unwrap" and layers() == [])
+    yield from waited()
+    yield 1.0
+    check("the UV map is written", layers() == ["Atlas"])
+    yield from click(*REDO_PANEL)
+    picture("panel.png")
+    yield from click(*REDO_PANEL)
+    bpy.ops.ed.undo()
+    yield 0.5
+    check("undo takes it back in one step", layers() == [])
+    bpy.ops.ed.redo()
+    yield 0.5
+    check("redo brings it again", layers() == ["Atlas"])
+
+    with within("VIEW_3D"):
+        bpy.ops.uv.atlasfit_stretch("INVOKE_DEFAULT", full_scale=1.2)
+    yield from waited()
+    yield 1.0
+    picture("stretch.png")
+
+    with within("VIEW_3D"):
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_mode(type="FACE")
+        bpy.ops.mesh.select_all(action="SELECT")
+    with within("VIEW_3D"):
+        bpy.ops.uv.atlasfit_unwrap("INVOKE_DEFAULT", max_stretch=1.5)
+    yield from waited()
+    yield 0.5
+    check("Edit mode stays", bpy.context.mode == "EDIT_MESH")
+    with within("VIEW_3D"):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    yield 0.5
+    [a for a in window().screen.areas if a.type == "VIEW_3D"][-1].ui_type = "UV"
+    yield 0.7
+    with within("IMAGE_EDITOR"):
+        bpy.ops.image.view_all(fit_view=True)
+    yield 1.0
+    picture("uv_editor.png")
+    with within("IMAGE_EDITOR"):
+        bpy.ops.wm.call_menu(name="IMAGE_MT_uvs_unwrap")
+    yield 0.7
+    picture("menu.png")
+    key("ESC")
+    key("ESC", "RELEASE")
+    yield 0.5
+    with within("VIEW_3D"):
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    remove_all()
+    rng = np.random.default_rng(1)
+    p = rng.normal(size=(300_000, 3))
+    p *= (1 + 0.005 * rng.normal(size=(len(p), 1))) / np.linalg.norm(p, axis=1)[:, None]
+    me = bpy.data.meshes.new("scan")
+    me.vertices.add(len(p))
+    mesh.put(me.vertices, "co", p.astype(np.float32))
+    me.update()
+    ob = bpy.data.objects.new("scan", me)
+    bpy.context.collection.objects.link(ob)
+    bpy.context.view_layer.objects.active = ob
+    ob.select_set(True)
+    before = mesh.positions(me)
+    started = time.perf_counter()
+    with within("VIEW_3D"):
+        bpy.ops.object.atlasfit_denoise("INVOKE_DEFAULT", result="PLACE")
+    check(f"reading 300,000 points took {1000 * (time.perf_counter() - started):.0f} ms", True)
+    yield 2.0
+    turns, until = 0, time.monotonic() + 1.0
+    while time.monotonic() < until:
+        turns += 1
+        yield 0.01
+    check(f"the interface lives meanwhile ({turns} turns in a second)", turns > 0)
+    picture("progress.png")
+    # From the key's event to the end of the run: what goes before is Blender's own drawing.
+    operator = addon.scan.OBJECT_OT_atlasfit_denoise
+    original, took = addon.long.LongOperator.modal, []
+
+    def timed(self, context, event):
+        started = time.perf_counter()
+        out = original(self, context, event)
+        if event.type == "ESC" and out == {"CANCELLED"}:
+            took.append(time.perf_counter() - started)
+        return out
+
+    operator.modal = timed
+    key("ESC")
+    key("ESC", "RELEASE")
+    yield from waited()
+    del operator.modal
+    check(f"Esc ended the run within {1000 * took[0] if took else -1:.0f} ms", len(took) == 1)
+    check("and left the points alone", (mesh.positions(active().data) == before).all() and mesh.REPORT not in active().data)
+    check("the file is as it was", active().name == "scan" and len(bpy.data.objects) == 1)
+
+
+def end():
+    print("GUI ok" if not failed else f"GUI {len(failed)} failed")
+    sys.stdout.flush()
+    os._exit(1 if failed else 0)
+
+
+steps = script()
+
+
+def tick():
+    try:
+        return next(steps)
+    except StopIteration:
+        end()
+    except Exception:
+        traceback.print_exc(file=sys.stdout)
+        failed.append("exception")
+        end()
+
+
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(tick, first_interval=2.0)
