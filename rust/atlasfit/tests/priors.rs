@@ -23,7 +23,7 @@ fn every_network_prior_answers_for_every_point_and_gives_one_surface() {
     for prior in [
         Prior::Network(few),
         Prior::Network(NetworkOptions { network: Network::Conv, ..few }),
-        Prior::LevelSet(LevelSetOptions { iterations: 30, resolution: 24, ..LevelSetOptions::default() }),
+        Prior::LevelSet(LevelSetOptions { iterations: 150, resolution: 48, ..LevelSetOptions::default() }),
     ] {
         let how = DenoiseOptions { prior, uv: false, ..DenoiseOptions::default() };
         let result = denoise(&cloud, &how, &mut Run::default()).unwrap();
