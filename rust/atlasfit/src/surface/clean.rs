@@ -268,6 +268,8 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
 /// Double sweeps of the smoothing, and the steps of each: out again by most of it, so that tips keep most of their length (after Taubin 1995).
 const SMOOTH: usize = 6;
 const TAUBIN: [f64; 2] = [0.5, -0.43];
+/// A normal that is off its triangles by more than this (cosine) is not the surface's.
+const ASTRAY: f64 = 0.5;
 /// Rings about these vertices that are smoothed too.
 const SPREAD: usize = 1;
 /// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the scale of a voxel: no data carries it.
@@ -343,7 +345,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
         }
         ctx.check()?;
     }
-    // Their normals too come from the triangles now.
+    // Charts and triangles are both witnesses of the normals here; charts are none where the surface has left them.
     let mut sum = vec![[0.0; 3]; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
         tick(i, ctx)?;
@@ -357,7 +359,8 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     }
     for ((n, sum), _) in s.normals.iter_mut().zip(&sum).zip(&free).filter(|x| *x.1) {
         if norm(*sum) > 0.0 {
-            *n = normalize(*sum);
+            let seen = normalize(*sum);
+            *n = if dot(*n, seen) < ASTRAY { seen } else { normalize(add(*n, seen)) };
         }
     }
     Ok(())

@@ -7,7 +7,7 @@
 use crate::atlas::{Chart, View};
 use crate::error::Result;
 use crate::geometry::sort::sort;
-use crate::geometry::vec3::{Vec3, add, dist2, mul_add, norm, scale, sub};
+use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale, sub};
 use crate::orient::Relation;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -34,6 +34,8 @@ const FILL_JUMP: f64 = 2.2;
 const NEAR: f64 = 0.5;
 /// Charts whose distances differ by less than so many voxels plus so many standard deviations of the noise see the same sheet.
 const SAME_SHEET: (f64, f64) = (1.0, 1.0);
+/// So do charts whose normals differ by less than this (cosine).
+const SAME_WAY: f64 = 0.5;
 
 /// Voxels from the origin that the keys of blocks can name.
 const RANGE: f64 = 4e6;
@@ -658,7 +660,7 @@ fn corners(
     let origin = at.map(|b| b * BLOCK);
     let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
     let mut blend = Blend { weights: Vec::new() };
-    let mut seen: Vec<(u32, f64, f64, f64)> = Vec::new();
+    let mut seen: Vec<(u32, f64, f64, f64, Vec3)> = Vec::new();
     let mut any = false;
     for n in 0..CORNERS {
         let k = n as i32;
@@ -673,22 +675,23 @@ fn corners(
             if w < 1e-3 * total {
                 continue;
             }
-            let Some(View { distance, mask, .. }) = charts[c as usize].view(p) else { continue };
-            seen.push((c, w, distance * sign, mask));
+            let Some(View { distance, mask, normal, .. }) = charts[c as usize].view(p) else { continue };
+            seen.push((c, w, distance * sign, mask, scale(normal, sign)));
         }
         // Charts of another sheet nearby have no say here: the sheet that is near and well known decides which charts are of the same opinion.
-        let score = |x: &(u32, f64, f64, f64)| x.1 * (x.3 + 0.02) / (x.2.abs() + NEAR * h);
-        let Some(lead) = seen.iter().max_by(|a, b| score(a).total_cmp(&score(b))).map(|x| x.2) else {
+        let score = |x: &(u32, f64, f64, f64, Vec3)| x.1 * (x.3 + 0.02) / (x.2.abs() + NEAR * h);
+        let Some(&(_, _, lead, _, facing)) = seen.iter().max_by(|a, b| score(a).total_cmp(&score(b))) else {
             continue;
         };
         let mut s = Sample::default();
-        for &(c, w, f, mask) in &seen {
+        for &(c, w, f, mask, normal) in &seen {
             let limit = SAME_SHEET.0 * h + SAME_SHEET.1 * charts[c as usize].sigma;
-            let t = 1.0 - ((f - lead) / limit).powi(2);
-            if t <= 0.0 {
+            let t = (1.0 - ((f - lead) / limit).powi(2)).max(0.0);
+            // Charts that face the same way are one sheet's, however noisy.
+            let w = if dot(normal, facing) > SAME_WAY { w } else { w * t * t };
+            if w <= 0.0 {
                 continue;
             }
-            let w = w * t * t;
             s.weight += w;
             s.value += w * f;
             s.support += w * mask;
