@@ -189,19 +189,32 @@ void tell(const atlasfit_report& r, Outcome& outcome)
 		outcome.values.push_back(v);
 }
 
-/// Makes the page that the user asked for and says where it is.
-void make_page(int texture, int size, int bleed, std::size_t pages, MeshModel& layer, const MeshModel& beside, const std::vector<uint32_t>& corners,
-	const std::vector<float>& uv, const std::vector<uint32_t>& page, const std::vector<uint8_t>& rgba, Outcome& outcome)
+/// Refuses, before any work, a page that the host's pictures (below 2 GiB) cannot hold.
+void check_page(const RichParameterList& par)
+{
+	const double size = count(par, "textureSize");
+	if (par.getEnum("texture") != TEXTURE_NONE && size * size * 4 > 2147483647.0)
+		throw std::runtime_error("atlasfit: a texture page of " + std::to_string(int(size)) + " texels is more than MeshLab can hold. Make it smaller, or choose no page");
+}
+
+/// The pages that the user asked for. Made before the document is touched: they may need more memory than there is.
+std::vector<QImage> page_images(int texture, int size, int bleed, std::size_t pages, const std::vector<uint32_t>& corners, const std::vector<float>& uv,
+	const std::vector<uint32_t>& page, const std::vector<uint8_t>& rgba)
 {
 	if (texture == TEXTURE_NONE)
-		return;
-	std::vector<QImage> images;
+		return {};
 	if (texture == TEXTURE_CHECKER)
-		images.assign(pages, checker(size));
-	else if (rgba.empty())
-		images.assign(pages, plain(size));
-	else
-		images = bake(size, bleed, pages, corners, uv, page, rgba);
+		return std::vector<QImage>(pages, checker(size));
+	if (rgba.empty())
+		return std::vector<QImage>(pages, plain(size));
+	return bake(size, bleed, pages, corners, uv, page, rgba);
+}
+
+/// Gives the layer its pages and says where they are.
+void keep_pages(MeshModel& layer, const MeshModel& beside, const std::vector<QImage>& images, Outcome& outcome)
+{
+	if (images.empty())
+		return;
 	for (const Page& p : set_pages(layer, beside, images))
 		outcome.lines.push_back(p.kept ? "texture page: " + p.where : p.where);
 }
@@ -209,6 +222,7 @@ void make_page(int texture, int size, int bleed, std::size_t pages, MeshModel& l
 void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
 {
 	MeshModel& source = current(md);
+	check_page(par);
 	const Frame frame(source.cm);
 	const Points from = points(source.cm, frame, only_selected(source, par));
 	const Denoised fit = denoise(source, from, par, progress, true, outcome);
@@ -238,6 +252,10 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 		check(atlasfit_result_surface_attribute(fit.result.get(), 0, quality.data(), quality.size()));
 	}
 
+	std::vector<QImage> images;
+	if (!uv.empty())
+		images = page_images(par.getEnum("texture"), int(count(par, "textureSize")), BLEED, 1, surface.corners, uv, {}, bytes);
+
 	MeshModel& layer = *md.addNewMesh("", QFileInfo(source.label()).completeBaseName() + "_atlas", true);
 	layer.cm.Tr = source.cm.Tr;
 	layer.updateDataMask((rgba.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTCOLOR) | (quality.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTQUALITY));
@@ -263,7 +281,7 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 		layer.cm.vert[i].N() = frame.normal_back(&normals[3 * i]);
 	if (!uv.empty()) {
 		set_corner_uv(layer, surface, uv, {});
-		make_page(par.getEnum("texture"), int(count(par, "textureSize")), BLEED, 1, layer, source, surface.corners, uv, {}, bytes, outcome);
+		keep_pages(layer, source, images, outcome);
 	}
 
 	tell(r, outcome);
@@ -360,6 +378,7 @@ void measure(atlasfit_mesh in, const std::vector<float>& uv, std::size_t columns
 void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
 {
 	MeshModel& layer = current(md);
+	check_page(par);
 	const Frame frame(layer.cm);
 	const Points from = points(layer.cm, frame, false);
 	const Triangles faces = triangles(layer.cm, from);
@@ -395,6 +414,11 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	check(atlasfit_uv_corners(made, uv.data(), uv.size()));
 	check(atlasfit_uv_face_pages(made, pages.data(), pages.size()));
 
+	std::vector<uint8_t> rgba;
+	if (layer.hasDataMask(MeshModel::MM_VERTCOLOR))
+		rgba = colors(layer.cm, from);
+	const std::vector<QImage> images = page_images(par.getEnum("texture"), int(options.page_width), int(options.padding), info.pages, faces.corners, uv, pages, rgba);
+
 	set_corner_uv(layer, faces, uv, pages);
 	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) + (info.pages == 1 ? " page, " : " pages, ")
 		+ brief(info.texels_per_unit) + " texels per unit" + (info.stretch_bound > options.max_stretch ? "; stretch bound raised to " + brief(info.stretch_bound) : ""));
@@ -403,10 +427,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 			 {info.non_manifold_edges, "edges where more than two faces, or two that face apart, meet were cut"}})
 		if (said.first > 0)
 			outcome.lines.push_back(grouped(said.first) + " " + said.second);
-	std::vector<uint8_t> rgba;
-	if (layer.hasDataMask(MeshModel::MM_VERTCOLOR))
-		rgba = colors(layer.cm, from);
-	make_page(par.getEnum("texture"), int(options.page_width), int(options.padding), info.pages, layer, layer, faces.corners, uv, pages, rgba, outcome);
+	keep_pages(layer, layer, images, outcome);
 	outcome.values.push_back({"pages", double(info.pages)});
 	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
 	std::size_t columns = 1;

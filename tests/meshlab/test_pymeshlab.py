@@ -273,6 +273,7 @@ def printed(name):
     (RECONSTRUCT, {"detail": 99.0}, "detail"),
     (RECONSTRUCT, {"timelimit": 0.001}, "time limit"),
     (DENOISE, {"memorylimit": 1}, "memory"),
+    (RECONSTRUCT, {"texturesize": 60000}, "more than MeshLab can hold"),
 ])
 def test_failures_are_the_hosts_errors_and_change_nothing(scan, name, options, text):
     ms = opened(scan)
