@@ -11,6 +11,7 @@ use crate::analyse::Analysis;
 use crate::error::Result;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::vec3::{Vec3, dot, sub};
+use crate::rng::{GOLDEN, Rng};
 use crate::run::Context;
 use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, explains, grow};
 use rayon::prelude::*;
@@ -220,18 +221,12 @@ pub fn partition(
     Ok(patches)
 }
 
-/// The numbers 0..n in a random order that depends on the seed only (Fisher-Yates over SplitMix64).
+/// The numbers 0..n in a random order that depends on the seed only (Fisher and Yates).
 fn shuffled(n: usize, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
-    let mut state = seed ^ 0x9E37_79B9_7F4A_7C15;
+    let mut rng = Rng::new(seed ^ GOLDEN);
     for i in (1..n).rev() {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        // Multiply-shift keeps the bias below n / 2^64.
-        let j = ((u128::from(z) * (i as u128 + 1)) >> 64) as usize;
+        let j = rng.below(i + 1);
         order.swap(i, j);
     }
     order
