@@ -27,6 +27,8 @@ pub struct Patch {
     pub residual: f64,
     /// Point spacing about the seed.
     pub spacing: f64,
+    /// Noise that the patch was grown with, standard deviation.
+    pub sigma: f64,
     /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
     pub sound: bool,
 }
@@ -189,6 +191,7 @@ fn grow_from(
         members,
         residual: s.residual,
         spacing: p.spacing,
+        sigma: p.sigma,
         sound,
     })
 }
