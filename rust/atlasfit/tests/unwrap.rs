@@ -120,6 +120,16 @@ fn a_looser_bound_never_needs_many_more_charts() {
 }
 
 #[test]
+fn where_much_stretch_is_allowed_a_ball_is_two_charts_and_a_torus_hardly_more() {
+    for (mesh, most) in [(ellipsoid(24, 1.0, 1.0), 2), (torus(32), 3)] {
+        let uv = run(&mesh, &UnwrapOptions { max_stretch: 1.5, ..UnwrapOptions::default() }, 0).unwrap();
+        check(&mesh, &uv);
+        assert!(uv.charts <= most, "{} charts", uv.charts);
+        assert!(uv.over_stretched <= 0.05, "{}", uv.over_stretched);
+    }
+}
+
+#[test]
 fn large_meshes_take_the_coarse_way_and_keep_the_promises() {
     let mesh = torus(140);
     assert!(mesh.triangles.len() > 30_000);

@@ -5,8 +5,9 @@
 //! and are injective.
 
 use super::chart::Chart;
-use super::flatten::{Arap, all_positive, corners, stretch, twice_area};
-use super::inject::{border_touches, turns_once};
+use super::dirichlet;
+use super::flatten::{Arap, all_positive, corners, over_area, stretch, twice_area};
+use super::inject::{border_touches, injective, turns_once};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::run::Context;
@@ -35,6 +36,9 @@ const USUAL: f64 = 1.1;
 
 /// Squared length of the longest chart that fits on a page without making it larger, some way to its diagonal.
 const PAGE: f64 = 2.0;
+
+/// Beyond this stretch bound what as-rigid-as-possible steps turn over is tried without flips, at some cost; within it hardly anything comes of it.
+const LOOSE: f64 = 1.25;
 
 /// How far into the larger chart a merge may move vertices, in square roots of the smaller chart's area.
 const REACH: f64 = 1.5;
@@ -147,6 +151,8 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
                 chosen.push((a, b));
             }
         }
+        // Whether to try hard: once nothing else fits, and where stretch is allowed.
+        let goal = (bound, passes == PASSES && bound > LOOSE);
         let results: Vec<Option<Chart>> = chosen
             .par_iter()
             .map(|&(a, b)| {
@@ -155,9 +161,9 @@ pub(super) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
                 }
                 let (x, y) = (charts.list[a as usize].as_ref()?, charts.list[b as usize].as_ref()?);
                 if x.faces.len() >= y.faces.len() {
-                    join(s, charts, x, y, b, bound, ctx)
+                    join(s, charts, x, y, b, goal, ctx)
                 } else {
-                    join(s, charts, y, x, a, bound, ctx)
+                    join(s, charts, y, x, a, goal, ctx)
                 }
             })
             .collect();
@@ -199,7 +205,7 @@ fn join(
     a: &Chart,
     b: &Chart,
     b_id: u32,
-    bound: f64,
+    (bound, hard): (f64, bool),
     ctx: &Context<'_>,
 ) -> Option<Chart> {
     let mut shared = Vec::new();
@@ -219,7 +225,7 @@ fn join(
     if paths.len() > 1 {
         let (motion, rms) = align(a, b, &shared);
         if rms < 0.05 * a.area.min(b.area).sqrt()
-            && let Some(c) = glue(s, charts, a, b, (&shared, motion), bound, ctx)
+            && let Some(c) = glue(s, charts, a, b, (&shared, motion), (bound, hard), ctx)
         {
             return Some(c);
         }
@@ -234,7 +240,7 @@ fn join(
     if rms * rms > MISMATCH * (bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
-    glue(s, charts, a, b, (&best, motion), bound, ctx)
+    glue(s, charts, a, b, (&best, motion), (bound, hard), ctx)
 }
 
 /// Connected runs of shared edges.
@@ -421,7 +427,7 @@ fn glue(
     a: &Chart,
     b: &Chart,
     (shared, motion): (&[Shared], Motion),
-    bound: f64,
+    (bound, hard): (f64, bool),
     ctx: &Context<'_>,
 ) -> Option<Chart> {
     let mut p = patch(s, a, b, shared, motion)?;
@@ -454,22 +460,34 @@ fn glue(
         if now <= allowed && positive {
             let mut c = assemble(s, charts, a, b, &p)?;
             c.over = far + now;
-            c.waste = waste(&c.uv, c.area);
-            let weight = WASTE * ((USUAL - 1.0) / (bound - 1.0)).min(1.0).powi(2);
-            let worth = weight * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
-            return (worth
-                && turns_once(&p.tris, &p.uv, &p.pinned)
-                && !border_touches(&c.tris, &c.uv, &c.border))
-            .then_some(c);
+            let c = worth(c, a, b, shared, bound)?;
+            let sound = turns_once(&p.tris, &p.uv, &p.pinned) && !border_touches(&c.tris, &c.uv, &c.border);
+            return sound.then_some(c);
         }
         // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
         let hope = if step == 1 { 5.0 } else { 2.0 };
         if now > hope * allowed || now > 0.9 * last || (step > 1 && !positive) {
-            return None;
+            break;
         }
         last = now;
     }
-    None
+    if !hard {
+        return None;
+    }
+    // Without flips from the start, at the cost of the whole chart.
+    let mut c = assemble(s, charts, a, b, &p)?;
+    c.uv = dirichlet::flatten(&c.tris, &c.rest(s), &c.border, c.vertices(), ctx)?;
+    c.over = over_area(s, &c, bound);
+    let c = worth(c, a, b, shared, bound)?;
+    (c.over <= OVER * c.area && injective(&c.tris, &c.uv, &c.border)).then_some(c)
+}
+
+/// The merged chart, if the seam it saves is worth what it wastes of the page.
+fn worth(mut c: Chart, a: &Chart, b: &Chart, shared: &[Shared], bound: f64) -> Option<Chart> {
+    c.waste = waste(&c.uv, c.area);
+    let weight = WASTE * ((USUAL - 1.0) / (bound - 1.0)).min(1.0).powi(2);
+    let worth = weight * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
+    worth.then_some(c)
 }
 
 /// The merged chart, with the patch's positions.

@@ -4,7 +4,7 @@
 //! of every triangle, in the mesh's own order.
 //!
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `flatten` + `inject` (positions, exact
-//! checks) → `merge` (fewer, larger charts within the stretch bound) → `pack`. Large meshes are merged on a coarse
+//! checks) → `merge` (fewer, larger charts within the stretch bound; `dirichlet` where that bound is loose) → `pack`. Large meshes are merged on a coarse
 //! stand-in (`coarse`, `refine`).
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
@@ -12,6 +12,7 @@
 
 mod chart;
 mod coarse;
+mod dirichlet;
 mod flatten;
 mod inject;
 mod merge;

@@ -1,0 +1,289 @@
+//! Flattening a disk without flips, however far it is from flat: where as-rigid-as-possible steps turn triangles over, these cannot.
+//!
+//! In: a disk's triangles, their rest shapes and border. Out: positions of least symmetric Dirichlet energy, area times
+//! s1² + s2² + 1/s1² + 1/s2² (Smith, Schaefer 2015). Start: a convex embedding (Tutte 1963). Steps: the energy's gradient
+//! through a weighted Laplacian, weights from the energy's curvature (after Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, one weight for both
+//! directions), no step so long that a triangle turns over.
+
+use super::flatten::{all_positive, corners, cotangents, singular, twice_area};
+use super::solver::{Factor, Graph};
+use super::surface::NONE;
+use crate::run::Context;
+use std::f64::consts::PI;
+
+/// Steps at most.
+const STEPS: usize = 40;
+/// Steps end when one lowers the energy by less than this share.
+const SETTLED: f64 = 1e-3;
+/// Weights, against those at rest, are at most this: triangles near collapse must not freeze the rest.
+const STIFFEST: f64 = 1e4;
+/// Share of the step to the first collapse that may be taken.
+const SHORT_OF: f64 = 0.8;
+/// What holds the border of the convex start, and the whole against drifting.
+const HELD: (f64, f64) = (1e8, 1e-9);
+
+/// Positions of the disk's vertices, all triangles counter-clockwise; `None` for what is no disk, or has a triangle too thin for numbers.
+pub(super) fn flatten(
+    tris: &[[u32; 3]],
+    rest: &[[f64; 3]],
+    border: &[(u32, u8)],
+    vertices: usize,
+    ctx: &Context<'_>,
+) -> Option<Vec<[f64; 2]>> {
+    let cot = cotangents(rest);
+    let mut uv = convex(tris, rest, &cot, border, vertices, ctx)?;
+    let mut work = Vec::new();
+    let mut now = energy(tris, rest, &uv);
+    for _ in 0..STEPS {
+        let mut step = vec![[0.0; 2]; vertices];
+        let mut weight = cot.clone();
+        for ((t, &r), w) in tris.iter().zip(rest).zip(&mut weight) {
+            let p = corners(*t, &uv);
+            for (v, g) in t.iter().zip(gradient(r, p)) {
+                let s = &mut step[*v as usize];
+                *s = [s[0] - g[0], s[1] - g[1]];
+            }
+            let (s1, s2) = singular(r, p);
+            // Half the energy's second derivatives in s1 and s2, mean.
+            let stiff = 1.0 + 1.5 * (s1.powi(-4) + s2.powi(-4));
+            *w = w.map(|w| 2.0 * w * stiff.min(STIFFEST));
+        }
+        let graph = Graph::from_triangles(vertices, tris, &weight);
+        Factor::laplacian(&graph, &uv, |_| HELD.1, ctx).solve(&mut step, &mut work, ctx);
+        ctx.check().ok()?;
+        let mut length = (SHORT_OF * first_collapse(tris, &uv, &step)).min(1.0);
+        let next = (0..12).find_map(|_| {
+            let at: Vec<[f64; 2]> =
+                uv.iter().zip(&step).map(|(p, d)| [p[0] + length * d[0], p[1] + length * d[1]]).collect();
+            length *= 0.5;
+            let e = energy(tris, rest, &at);
+            (e < now).then_some((at, e))
+        });
+        let Some((at, e)) = next else { break };
+        let settled = now - e < SETTLED * now;
+        (uv, now) = (at, e);
+        if settled {
+            break;
+        }
+    }
+    all_positive(tris, &uv).then_some(uv)
+}
+
+/// The disk with its border on a circle of the disk's area.
+fn convex(
+    tris: &[[u32; 3]],
+    rest: &[[f64; 3]],
+    cot: &[[f64; 3]],
+    border: &[(u32, u8)],
+    vertices: usize,
+    ctx: &Context<'_>,
+) -> Option<Vec<[f64; 2]>> {
+    let mut next = vec![(NONE, 0.0); vertices];
+    for &(i, k) in border {
+        let (t, k) = (tris[i as usize], k as usize);
+        let [l, x, y] = rest[i as usize];
+        let length = [l, (x - l).hypot(y), x.hypot(y)][k];
+        let from = &mut next[t[k] as usize];
+        if from.0 != NONE {
+            return None;
+        }
+        *from = (t[(k + 1) % 3], length);
+    }
+    let &(i, k) = border.first()?;
+    let first = tris[i as usize][k as usize];
+    let round: f64 = border.iter().map(|&(i, k)| next[tris[i as usize][k as usize] as usize].1).sum();
+    let area: f64 = rest.iter().map(|&[l, _, y]| 0.5 * l * y).sum();
+    let radius = (area / PI).sqrt();
+    let mut pinned = vec![false; vertices];
+    let mut uv = vec![[0.0; 2]; vertices];
+    let (mut v, mut along) = (first, 0.0);
+    for _ in 0..border.len() {
+        let a = 2.0 * PI * along / round;
+        uv[v as usize] = [radius * a.cos(), radius * a.sin()];
+        if std::mem::replace(&mut pinned[v as usize], true) {
+            return None;
+        }
+        let (to, length) = next[v as usize];
+        if to == NONE {
+            return None;
+        }
+        (v, along) = (to, along + length);
+    }
+    if v != first {
+        return None;
+    }
+    let mut rhs: Vec<[f64; 2]> =
+        uv.iter().zip(&pinned).map(|(p, &pin)| if pin { p.map(|x| x * HELD.0) } else { [0.0; 2] }).collect();
+    let graph = Graph::from_triangles(vertices, tris, cot);
+    let order = spread(&graph, &uv, &pinned);
+    Factor::laplacian(&graph, &order, |v| if pinned[v] { HELD.0 } else { 0.0 }, ctx).solve(
+        &mut rhs,
+        &mut Vec::new(),
+        ctx,
+    );
+    ctx.check().ok()?;
+    all_positive(tris, &rhs).then_some(rhs)
+}
+
+/// Rough positions of the inner vertices, good enough to order an elimination by.
+fn spread(graph: &Graph, uv: &[[f64; 2]], pinned: &[bool]) -> Vec<[f64; 2]> {
+    // Rings inward from the border, each vertex at the mean of what named it, drawn towards the middle.
+    let mut at = uv.to_vec();
+    let mut known = pinned.to_vec();
+    let mut ring: Vec<u32> = (0..uv.len() as u32).filter(|&v| pinned[v as usize]).collect();
+    while !ring.is_empty() {
+        let mut inner = Vec::new();
+        for &v in &ring {
+            for e in graph.start[v as usize] as usize..graph.start[v as usize + 1] as usize {
+                let q = graph.to[e] as usize;
+                if !known[q] {
+                    known[q] = true;
+                    at[q] = at[v as usize].map(|x| 0.95 * x);
+                    inner.push(q as u32);
+                }
+            }
+        }
+        ring = inner;
+    }
+    at
+}
+
+/// The energy; infinite where a triangle is flipped.
+fn energy(tris: &[[u32; 3]], rest: &[[f64; 3]], uv: &[[f64; 2]]) -> f64 {
+    tris.iter()
+        .zip(rest)
+        .map(|(t, &r)| {
+            let (s1, s2) = singular(r, corners(*t, uv));
+            if s2 > 0.0 {
+                0.5 * r[0] * r[2] * (s1 * s1 + s2 * s2 + (s1 * s1).recip() + (s2 * s2).recip())
+            } else {
+                f64::INFINITY
+            }
+        })
+        .sum()
+}
+
+/// The gradient of one triangle's energy at its three corners.
+fn gradient([l, x, y]: [f64; 3], p: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
+    let d1 = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
+    let d2 = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
+    let (a, c) = (d1[0] / l, d1[1] / l);
+    let (b, d) = ((d2[0] - a * x) / y, (d2[1] - c * x) / y);
+    // E = F (1 + 1/D²) with F the sum of squares, D the determinant.
+    let (f, det) = (a * a + b * b + c * c + d * d, a * d - b * c);
+    let (m, n) = (l * y * (1.0 + 1.0 / (det * det)), l * y * f / det.powi(3));
+    let (ga, gb, gc, gd) = (m * a - n * d, m * b + n * c, m * c + n * b, m * d - n * a);
+    let g1 = [ga / l - gb * x / (l * y), gc / l - gd * x / (l * y)];
+    let g2 = [gb / y, gd / y];
+    [[-g1[0] - g2[0], -g1[1] - g2[1]], g1, g2]
+}
+
+/// The least positive length of `step` at which a triangle collapses.
+fn first_collapse(tris: &[[u32; 3]], uv: &[[f64; 2]], step: &[[f64; 2]]) -> f64 {
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+    tris.iter().fold(f64::INFINITY, |least, t| {
+        let [p, q, r] = corners(*t, uv);
+        let [u, v, w] = corners(*t, step);
+        let (d, e) = (minus(q, p), minus(r, p));
+        let (f, g) = (minus(v, u), minus(w, u));
+        // Twice the area along the step: a t² + b t + c.
+        let (a, b, c) = (cross(f, g), cross(d, g) + cross(f, e), twice_area(p, q, r));
+        let disc = b * b - 4.0 * a * c;
+        if disc < 0.0 {
+            return least;
+        }
+        // Both roots without cancellation.
+        let h = -0.5 * (b + disc.sqrt().copysign(b));
+        [h / a, c / h].into_iter().filter(|t| *t > 0.0).fold(least, f64::min)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Run;
+
+    /// A cap of the unit sphere down to `polar` radians, in rings.
+    fn cap(rings: usize, polar: f64) -> (Vec<[u32; 3]>, Vec<[f64; 3]>, Vec<(u32, u8)>, usize) {
+        let around = 24;
+        let mut pos = vec![[0.0, 0.0, 1.0]];
+        for i in 1..=rings {
+            let a = polar * i as f64 / rings as f64;
+            for j in 0..around {
+                let b = 2.0 * PI * j as f64 / around as f64;
+                pos.push([a.sin() * b.cos(), a.sin() * b.sin(), a.cos()]);
+            }
+        }
+        let at = |i: usize, j: usize| if i == 0 { 0 } else { (1 + (i - 1) * around + j % around) as u32 };
+        let mut tris = Vec::new();
+        let mut border = Vec::new();
+        for i in 0..rings {
+            for j in 0..around {
+                let (p, q, r, s) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+                if i > 0 {
+                    tris.push([p, r, s]);
+                }
+                if i + 1 == rings {
+                    border.push((tris.len() as u32, 1));
+                }
+                tris.push([p, q, r]);
+            }
+        }
+        let rest = tris
+            .iter()
+            .map(|t| {
+                let [p, q, r] = t.map(|v: u32| pos[v as usize]);
+                let (d, e): (Vec<f64>, Vec<f64>) = (0..3).map(|k| (q[k] - p[k], r[k] - p[k])).unzip();
+                let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+                let l = dot(&d, &d).sqrt();
+                let x = dot(&d, &e) / l;
+                [l, x, (dot(&e, &e) - x * x).sqrt()]
+            })
+            .collect();
+        (tris, rest, border, pos.len())
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_energy() {
+        let (rest, p) = ([1.2, 0.3, 0.9], [[0.1, 0.2], [1.0, -0.1], [0.4, 1.3]]);
+        let g = gradient(rest, p);
+        for v in 0..3 {
+            for k in 0..2 {
+                let h = 1e-6;
+                let at = |d: f64| {
+                    let mut q = p.to_vec();
+                    q[v][k] += d;
+                    energy(&[[0, 1, 2]], &[rest], &q)
+                };
+                let finite = (at(h) - at(-h)) / (2.0 * h);
+                assert!((finite - g[v][k]).abs() < 1e-6 * (1.0 + finite.abs()), "{finite} {}", g[v][k]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sphere_with_a_small_hole_comes_out_without_flips_and_a_half_sphere_hardly_stretched() {
+        for (polar, bound) in [(1.5, 1.3), (2.9, 6.0)] {
+            let (tris, rest, border, n) = cap(24, polar);
+            let uv = Run::default()
+                .execute(|ctx| Ok(flatten(&tris, &rest, &border, n, ctx)))
+                .unwrap()
+                .expect("a disk");
+            assert!(all_positive(&tris, &uv));
+            let mean = energy(&tris, &rest, &uv) / (2.0 * rest.iter().map(|r| r[0] * r[2]).sum::<f64>());
+            assert!(mean < bound, "polar {polar}: mean energy {mean} of its least");
+        }
+    }
+
+    #[test]
+    fn what_is_no_disk_is_none() {
+        let (tris, rest, border, n) = cap(6, 1.0);
+        // Without the middle there are two borders.
+        let (tris, rest) = (tris[24..].to_vec(), rest[24..].to_vec());
+        let mut border: Vec<(u32, u8)> = border.iter().map(|&(i, k)| (i - 24, k)).collect();
+        border.extend((0..24).map(|j| (2 * j, 2)));
+        let none = Run::default().execute(|ctx| Ok(flatten(&tris, &rest, &border, n, ctx))).unwrap();
+        assert!(none.is_none());
+    }
+}
