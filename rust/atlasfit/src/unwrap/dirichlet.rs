@@ -204,8 +204,11 @@ mod tests {
     use super::*;
     use crate::run::Run;
 
+    /// Triangles, rest shapes, border, number of vertices.
+    type Disk = (Vec<[u32; 3]>, Vec<[f64; 3]>, Vec<(u32, u8)>, usize);
+
     /// A cap of the unit sphere down to `polar` radians, in rings.
-    fn cap(rings: usize, polar: f64) -> (Vec<[u32; 3]>, Vec<[f64; 3]>, Vec<(u32, u8)>, usize) {
+    fn cap(rings: usize, polar: f64) -> Disk {
         let around = 24;
         let mut pos = vec![[0.0, 0.0, 1.0]];
         for i in 1..=rings {
