@@ -42,14 +42,23 @@ pub(super) fn injective(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]
 /// Whether every triangle is counter-clockwise and every vertex is wound round once at most. Vertices marked in
 /// `skip` (which may be empty) are not judged: not all their triangles are given.
 pub(super) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> bool {
+    tris.iter().all(|t| positive(corners(*t, uv)))
+        && overwound(tris, uv).iter().enumerate().all(|(v, &o)| !o || skip.get(v).is_some_and(|&s| s))
+}
+
+/// The triangles that are not counter-clockwise, or have a vertex that is wound round more than once.
+pub(super) fn wrong(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
+    let over = overwound(tris, uv);
+    tris.iter().map(|t| t.iter().any(|&v| over[v as usize]) || !positive(corners(*t, uv))).collect()
+}
+
+/// Per vertex, whether it is wound round more than once.
+fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
     let mut angle = vec![0f64; uv.len()];
     // Next minus previous neighbour, summed: zero exactly where the triangles close round a vertex.
     let mut open = vec![0i64; uv.len()];
     for t in tris {
         let p = corners(*t, uv);
-        if orient(p[0], p[1], p[2]) <= 0.0 {
-            return false;
-        }
         for k in 0..3 {
             let (a, b, c) = (p[k], p[(k + 1) % 3], p[(k + 2) % 3]);
             let d = (b[0] - a[0]) * (c[0] - a[0]) + (b[1] - a[1]) * (c[1] - a[1]);
@@ -58,9 +67,7 @@ pub(super) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> b
         }
     }
     // Inside, angles sum to 2 pi or to 4 pi and more; at the border a full turn already touches itself.
-    (0..uv.len()).all(|v| {
-        skip.get(v).is_some_and(|&s| s) || angle[v] < if open[v] != 0 { 2.0 * PI - 1e-7 } else { 3.0 * PI }
-    })
+    angle.iter().zip(open).map(|(&a, open)| a >= if open != 0 { 2.0 * PI - 1e-7 } else { 3.0 * PI }).collect()
 }
 
 /// Whether the border curves touch or cross themselves or each other.

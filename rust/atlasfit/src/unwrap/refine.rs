@@ -7,7 +7,7 @@
 use super::chart::Chart;
 use super::coarse::{Coarse, border_paths};
 use super::flatten::{Arap, all_positive, cotangents, over_area};
-use super::inject::{touching, turns_once};
+use super::inject::{touching, turns_once, wrong};
 use super::merge::{self, Charts};
 use super::solver::Graph;
 use super::surface::{NONE, Surface};
@@ -135,7 +135,7 @@ pub(super) fn refine(
             let own = root[label[c.faces[0] as usize] as usize];
             c.zip(s, |f| (label[f] != NONE && root[label[f] as usize] == own).then(|| index_of[f]));
             if flatten(s, &mut c, label, coarse, &known, ctx) {
-                return untangle(s, c, label, bound, ctx);
+                return clear(s, c, label, bound, ctx);
             }
             (Vec::new(), super::patch_charts(s, &c.faces, label, bound, ctx))
         })
@@ -144,12 +144,42 @@ pub(super) fn refine(
     let (good, bad): (Vec<Vec<Chart>>, Vec<Vec<Chart>>) = done.into_iter().unzip();
     let mut good: Vec<Chart> = good.into_iter().flatten().collect();
     let bad: Vec<Chart> = bad.into_iter().flatten().collect();
-    if !bad.is_empty() {
-        let mut again = Charts::new(s.faces(), bad);
-        merge::merge(s, &mut again, bound, ctx)?;
-        good.extend(again.list.into_iter().flatten());
+    if bad.is_empty() {
+        return Ok(good);
     }
-    Ok(good)
+    // What was taken off finds a chart again, the sound ones stay apart as the coarse surface had it.
+    let settled = good.len();
+    good.extend(bad);
+    let mut again = Charts::new(s.faces(), good);
+    again.settled[..settled].fill(true);
+    merge::merge(s, &mut again, bound, ctx)?;
+    Ok(again.list.into_iter().flatten().collect())
+}
+
+/// Takes patches off a flattened chart until no triangle is flipped and no vertex wound round twice, then until its borders touch nowhere. Returns
+/// the sound charts, and those to be merged anew.
+fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) -> (Vec<Chart>, Vec<Chart>) {
+    let wrong = wrong(&c.tris, &c.uv);
+    let mut off: Vec<u32> =
+        c.faces.iter().zip(&wrong).filter(|w| *w.1).map(|w| label[*w.0 as usize]).collect();
+    if off.is_empty() {
+        return untangle(s, c, label, bound, ctx);
+    }
+    off.sort_unstable();
+    off.dedup();
+    let is_off = |f: u32| off.binary_search(&label[f as usize]).is_ok();
+    let side: Vec<bool> = c.faces.iter().map(|&f| is_off(f)).collect();
+    let (mut good, mut bad) = (Vec::new(), Vec::new());
+    for piece in super::cut(s, &c, &side) {
+        if is_off(piece.faces[0]) || !turns_once(&piece.tris, &piece.uv, &[]) {
+            bad.extend(super::patch_charts(s, &piece.faces, label, bound, ctx));
+        } else {
+            let (sound, rest) = untangle(s, piece, label, bound, ctx);
+            good.extend(sound);
+            bad.extend(rest);
+        }
+    }
+    (good, bad)
 }
 
 /// Takes patches off a flattened chart until its borders touch nowhere (at full resolution the two sides of a narrow
@@ -164,6 +194,7 @@ fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>)
         }
         let Some(pair) = touching(&c.tris, &c.uv, &c.border) else {
             c.over = over_area(s, &c, bound);
+            c.waste = merge::waste(&c.uv, c.area);
             if c.over <= OVER * c.area {
                 good.push(c);
             } else {
@@ -185,7 +216,7 @@ fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>)
     (good, bad)
 }
 
-/// Flattens a chart from the known positions; false if a triangle is flipped or a vertex wound round twice.
+/// Flattens a chart from the known positions as well as it goes; false if there are none.
 fn flatten(
     s: &Surface,
     c: &mut Chart,
@@ -233,8 +264,8 @@ fn flatten(
             arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);
         }
         if all_positive(&c.tris, &c.uv) {
-            return turns_once(&c.tris, &c.uv, &[]);
+            break;
         }
     }
-    false
+    true
 }
