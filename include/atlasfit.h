@@ -341,7 +341,8 @@ typedef struct {
    */
   uint32_t color_width;
   /**
-   * Unit normals: 3 floats per point. NULL = none. Default NULL.
+   * Normals: 3 floats per point. They do not steer the fit, which finds normals and the outside by itself: points that end up on no
+   * chart keep theirs in the result. NULL = none. Default NULL.
    */
   const float *normals;
   /**
@@ -407,7 +408,8 @@ typedef struct {
    */
   size_t triangle_count;
   /**
-   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv().
+   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv(),
+   * atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
    */
   const float *corner_uv;
   /**
@@ -427,6 +429,26 @@ typedef struct {
    * Number of seam edges.
    */
   size_t seam_edge_count;
+  /**
+   * The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by atlasfit_measure_uv() and atlasfit_bake().
+   */
+  const uint32_t *face_page;
+  /**
+   * Colours of the vertices. NULL = none. Read by atlasfit_bake().
+   */
+  const void *colors;
+  /**
+   * Bytes from one colour to the next; 0 = tightly packed.
+   */
+  size_t color_stride;
+  /**
+   * Type of the colours: #ATLASFIT_F32 (0 to 1) or #ATLASFIT_U8 (0 to 255). Default #ATLASFIT_F32.
+   */
+  uint32_t color_scalar;
+  /**
+   * Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
+   */
+  uint32_t color_width;
 } atlasfit_mesh;
 
 /**
@@ -765,6 +787,33 @@ typedef struct {
    */
   double over_stretched;
 } atlasfit_uv_info;
+
+/**
+ * How to bake. Fill it with atlasfit_bake_options_init(); a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_bake_options).
+   */
+  size_t struct_size;
+  /**
+   * Width of the texture in texels, 1 to 65536. Default 1024.
+   */
+  uint32_t width;
+  /**
+   * Height of the texture in texels, 1 to 65536. Default 1024.
+   */
+  uint32_t height;
+  /**
+   * Texels that colours spread beyond the borders of the charts, so that filtered look-ups find nothing foreign; what is left has the mean
+   * colour. Default 16.
+   */
+  uint32_t padding;
+  /**
+   * The page to bake: triangles of others (atlasfit_mesh.face_page) are left out. Default 0.
+   */
+  uint32_t page;
+} atlasfit_bake_options;
 
 /**
  * How a mesh hangs together. Vertices in one place count as one.
@@ -1428,6 +1477,36 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
                                   uint32_t *sources,
                                   float *vertex_uv,
                                   size_t vertex_capacity);
+
+/**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_bake_options).
+ */
+ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *options, size_t struct_size);
+
+/**
+ * Draws colours into a texture for a mesh's UVs: those of its vertices, or of points that lie near it (a scan, which is often finer). Colours
+ * are averaged as the numbers that they are; what of the UVs lies outside [0, 1] is left out.
+ *
+ * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
+ * @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours of the mesh's vertices.
+ * @param options  How to bake; NULL = the defaults.
+ * @param run      How long work is run; NULL = the defaults.
+ * @param rgba     Red, green, blue, alpha of each texel, 0 to 255; row after row, the top row (v = 1) first.
+ * @param capacity Bytes that `rgba` has room for, at least 4 * options.width * options.height.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex, or none is
+ *         on the page), #ATLASFIT_EMPTY_INPUT (no UVs, no colours), #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+ *         #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_bake(const atlasfit_mesh *mesh,
+                              const atlasfit_points *points,
+                              const atlasfit_bake_options *options,
+                              const atlasfit_run *run,
+                              uint8_t *rgba,
+                              size_t capacity);
 
 /**
  * Counts a mesh's connectivity.

@@ -169,7 +169,16 @@ class atlasfit_mesh(Sized):
         ("face_polygon", c_void_p),
         ("seam_edges", c_void_p),
         ("seam_edge_count", c_size_t),
+        ("face_page", c_void_p),
+        ("colors", c_void_p),
+        ("color_stride", c_size_t),
+        ("color_scalar", c_uint32),
+        ("color_width", c_uint32),
     ]
+
+
+class atlasfit_bake_options(Sized):
+    _fields_ = [("struct_size", c_size_t), ("width", c_uint32), ("height", c_uint32), ("padding", c_uint32), ("page", c_uint32)]
 
 
 class atlasfit_topology(Sized):
@@ -296,6 +305,8 @@ FUNCTIONS = {
     "atlasfit_atlas_eval": (status, [_handle, c_size_t, _array, c_size_t, _array, _array, _array, c_size_t]),
     "atlasfit_atlas_save": (status, [_handle, _array, c_size_t, _array]),
     "atlasfit_atlas_load": (status, [_array, c_size_t, _new_handle]),
+    "atlasfit_bake_options_init": (status, [POINTER(atlasfit_bake_options), c_size_t]),
+    "atlasfit_bake": (status, [_mesh, _points, POINTER(atlasfit_bake_options), _run, _array, c_size_t]),
     "atlasfit_denoise_options_init": (status, [POINTER(atlasfit_denoise_options), c_size_t]),
     "atlasfit_denoise": (status, [_points, POINTER(atlasfit_denoise_options), _run, _new_handle]),
     "atlasfit_result_free": (status, [_handle]),

@@ -166,3 +166,8 @@ def choice(value: str | None, names: dict[str, int], what: str) -> int | None:
     if value is not None and value not in names:
         raise ValueError(f"{what} is {value!r}. Give one of {', '.join(names)}")
     return None if value is None else names[value]
+
+
+def size_of_page(size: int | tuple[int, int] | None) -> tuple[int | None, int | None]:
+    """Width and height, of one side or both."""
+    return (size, size) if size is None or isinstance(size, int) else size

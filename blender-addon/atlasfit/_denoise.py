@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import Attributes, points_struct, positions, rows, _SCALARS
+from ._arrays import Attributes, check_rows, points_struct, positions, rows, set_colors
 from ._atlas import Atlas
 from ._call import Handle, RunOptions, check, choice, options_with, run
 
@@ -117,7 +117,7 @@ def denoise(
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
 
     points        (n, 3), at least a few hundred on a surface, in any unit; float32 and float64 are not copied
-    normals       (n, 3), unit length: they decide which side is outside; not needed
+    normals       (n, 3): they do not steer the fit; points that end up on no chart keep theirs
     colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
     attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the nearest point; floats are averaged
     noise         standard deviation along the normal; 0 = estimate it (default)
@@ -137,14 +137,10 @@ def denoise(
     given = points_struct(points)
     if normals is not None:
         normals = rows(normals, (3,), "normals", (np.float32,))
+        check_rows(normals, len(points), "normals")
         given.normals, given.normal_stride = normals.ctypes.data, normals.strides[0]
     if colors is not None:
-        colors = rows(colors, (3, 4), "colors", (np.float32, np.uint8))
-        given.colors, given.color_stride = colors.ctypes.data, colors.strides[0]
-        given.color_width, given.color_scalar = colors.shape[1], _SCALARS[colors.dtype]
-    for name, array in (("normals", normals), ("colors", colors)):
-        if array is not None and len(array) != len(points):
-            raise ValueError(f"{name} has {len(array)} rows. Give one for each of the {len(points)} points")
+        colors = set_colors(given, colors, len(points))
     columns = Attributes(attributes or {}, len(points))
     given.attributes, given.attribute_count = columns.structs, len(columns.names)
     chosen = options_with(

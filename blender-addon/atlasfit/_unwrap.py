@@ -11,7 +11,7 @@ import numpy as np
 from . import _abi
 from ._abi import lib
 from ._arrays import address, corners, indices, mesh_struct, positions
-from ._call import Handle, RunOptions, check, choice, options_with, run
+from ._call import Handle, RunOptions, check, choice, options_with, run, size_of_page
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -119,7 +119,7 @@ def unwrap(
     mesh = mesh_struct(vertices, faces, kept)
     mesh.face_group, mesh.face_polygon = address(groups), address(polygons)
     mesh.seam_edges, mesh.seam_edge_count = address(seams), 0 if seams is None else len(seams)
-    width, height = (page_size, page_size) if page_size is None or isinstance(page_size, int) else page_size
+    width, height = size_of_page(page_size)
     chosen = options_with(
         _abi.atlasfit_unwrap_options(),
         max_stretch=max_stretch,

@@ -217,14 +217,16 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, wanted = self.texture_size, self.bake and colors is not None
+        size, paint = self.texture_size, bake.srgb(colors) if self.bake and colors is not None else None
         options = {"noise": self.noise, "charts": self.charts, "detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
 
         def work(progress, cancel):
-            out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, progress=progress, cancel=cancel)
+            how = {"progress": progress, "cancel": cancel}
+            out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, **how)
+            if paint is None:
+                return out, None
             s = out.surface
-            margin = 2
-            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress) if wanted else None
+            return out, atlasfit.bake(s.vertices, s.triangles, s.corner_uv, paint, points=out.points, page_size=size, **how)
 
         return work
 
@@ -246,7 +248,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
 
     def finish(self, context, result):
         """The new object."""
-        out, pixels = result
+        out, texels = result
         name, matrix = self._source
         source = bpy.data.objects.get(name)
         if source is None:
@@ -275,8 +277,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             notes.append(f"attributes of kinds that cannot be carried: {', '.join(self._left)}")
         if source.vertex_groups:
             notes.append("vertex groups are not carried")
-        if pixels is not None:
-            notes += bake.write(pixels, [ob])
+        if texels is not None:
+            notes += bake.write(texels, [ob])
         _report(me, self.bl_label, out.report, self.seconds(), notes)
         text = f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes in {self.seconds():.1f} s"
         self.report({"INFO"}, "; ".join([text, *notes]))

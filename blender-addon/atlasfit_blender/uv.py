@@ -37,7 +37,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         default=0.0,
         min=0.0,
     )
-    pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs", default=0, min=0, max=100)
+    pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs; baking makes one", default=0, min=0, max=100)
     seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
     sharp: BoolProperty(name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
     materials: BoolProperty(name="Materials", description="No chart spans two materials", default=False)
@@ -85,7 +85,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
             "max_charts": self.max_charts,
             "page_size": self.texture_size,
             "padding": self.margin,
-            "pages": self.pages,
+            "pages": 1 if self.bake else self.pages,  # one image
             "texels_per_unit": self.density,
         }
 
@@ -101,7 +101,9 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     progress=progress,
                     cancel=cancel,
                 )
-                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress) if colors is not None else None
+                image = None
+                if colors is not None:
+                    image = bake.image(colors, uv.corner_uv, page_size=options["page_size"], progress=progress, cancel=cancel)
                 out.append((given, uv, image))
             return out
 

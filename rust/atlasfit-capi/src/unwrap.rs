@@ -189,7 +189,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         handle::checked_out(out)?;
         let options = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
-        let input::Mesh { mesh, face_group, face_polygon, seam_edges } = input::mesh(mesh)?;
+        let input::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = input::mesh(mesh)?;
         let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
         let layout = run.execute(|ctx| {
             let layout = unwrap(&mesh, &options, ctx)?;

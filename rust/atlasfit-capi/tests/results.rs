@@ -3,9 +3,11 @@
 
 mod scene;
 
-use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
+use atlasfit::bake::{BakeOptions, Colors, bake};
+use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
 use atlasfit::{DenoiseOptions, Run};
 use atlasfit_capi::atlas::*;
+use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::input::*;
 use atlasfit_capi::measure::*;
@@ -311,6 +313,62 @@ fn the_split_form_is_the_mesh_with_its_corner_uvs() {
         assert_eq!(uv[2 * k..2 * k + 2], corner[2 * c..2 * c + 2]);
     }
     assert!((8..=36).contains(&n));
+}
+
+/// A texture of 64 by 32 texels.
+fn baked(m: &atlasfit_mesh, p: *const atlasfit_points, page: u32) -> Vec<u8> {
+    let options = atlasfit_bake_options { width: 64, height: 32, page, ..init(atlasfit_bake_options_init) };
+    let mut rgba = vec![0u8; 4 * 64 * 32];
+    unsafe { ok(atlasfit_bake(m, p, &options, null(), rgba.as_mut_ptr(), rgba.len())) };
+    rgba
+}
+
+#[test]
+fn baked_texels_are_the_core_s_and_each_page_has_its_triangles() {
+    let s = Scene::new(1500);
+    let (bytes, mut uv) = ((0..24).map(|i| 10 * i).collect::<Vec<u8>>(), vec![0f32; 72]);
+    unsafe { ok(atlasfit_uv_corners(s.uv, uv.as_mut_ptr(), 72)) };
+    let m = atlasfit_mesh {
+        corner_uv: uv.as_ptr(),
+        colors: bytes.as_ptr().cast(),
+        color_scalar: ATLASFIT_U8,
+        color_width: 3,
+        ..s.mesh()
+    };
+    let colors: Vec<[f32; 4]> = bytes
+        .chunks(3)
+        .map(|c| [0, 1, 2, 3].map(|k| c.get(k).map_or(1.0, |&x| f32::from(x) / 255.0)))
+        .collect();
+    let corners: Vec<[[f32; 2]; 3]> =
+        uv.chunks(6).map(|c| [[c[0], c[1]], [c[2], c[3]], [c[4], c[5]]]).collect();
+    let mut core = TriMesh {
+        corner_uv: Some(corners.clone()),
+        colors: Some(colors.clone()),
+        ..TriMesh::new(
+            s.cube.0.chunks(3).map(|p| [0, 1, 2].map(|k| f64::from(p[k]))).collect(),
+            s.cube.1.as_chunks().0.to_vec(),
+        )
+    };
+    let options = BakeOptions { size: [64, 32], ..BakeOptions::default() };
+    let expected = |mesh: &TriMesh, colors: Colors<'_>| {
+        let image = Run::default().execute(|ctx| bake(mesh, colors, &options, ctx)).expect("the core bakes");
+        image.rgba.into_flattened()
+    };
+    assert_eq!(baked(&m, null(), 0), expected(&core, Colors::Vertices));
+    // The colours of a scan: here, the corners and the middle of the box.
+    let xyz: Vec<f64> = core.positions.iter().flatten().copied().chain([0.5; 3]).collect();
+    let paint: Vec<f32> = colors.iter().flatten().copied().chain([1.0; 4]).collect();
+    let scan = atlasfit_points { colors: paint.as_ptr().cast(), ..points(&xyz) };
+    let cloud = PointCloud {
+        colors: Some(paint.as_chunks().0.to_vec()),
+        ..PointCloud::from_positions(triples(&xyz))
+    };
+    assert_eq!(baked(&m, &scan, 0), expected(&core, Colors::Points(&cloud)));
+    let pages: Vec<u32> = (0..12).map(|i| i / 6).collect();
+    let paged = atlasfit_mesh { face_page: pages.as_ptr(), ..m };
+    core.triangles.drain(..6);
+    core.corner_uv = Some(corners[6..].to_vec());
+    assert_eq!(baked(&paged, null(), 1), expected(&core, Colors::Vertices));
 }
 
 #[test]
