@@ -179,9 +179,29 @@
 #define ATLASFIT_PRIOR_GP 0
 
 /**
- * atlasfit_denoise_options.prior: the paper's networks, trained on the scan first; about a hundred times slower.
+ * atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first: many times slower.
  */
 #define ATLASFIT_PRIOR_MLP 1
+
+/**
+ * atlasfit_denoise_options.prior: the paper's convolutional networks.
+ */
+#define ATLASFIT_PRIOR_CONV 2
+
+/**
+ * atlasfit_denoise_options.prior: the paper's level set: closed surfaces only.
+ */
+#define ATLASFIT_PRIOR_LEVEL_SET 3
+
+/**
+ * atlasfit_denoise_options.recipe: from coarse to fine, learning rates that fall.
+ */
+#define ATLASFIT_RECIPE_FAST 0
+
+/**
+ * atlasfit_denoise_options.recipe: as in the paper: all samples at every step.
+ */
+#define ATLASFIT_RECIPE_PAPER 1
 
 /**
  * atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
@@ -476,7 +496,7 @@ typedef struct {
    */
   uint32_t charts;
   /**
-   * #ATLASFIT_PRIOR_GP or #ATLASFIT_PRIOR_MLP. Default #ATLASFIT_PRIOR_GP.
+   * #ATLASFIT_PRIOR_GP to #ATLASFIT_PRIOR_LEVEL_SET. Default #ATLASFIT_PRIOR_GP.
    */
   uint32_t prior;
   /**
@@ -492,25 +512,25 @@ typedef struct {
    */
   uint32_t texture_size;
   /**
-   * Network prior: number of charts, 1 or more. Default 8.
+   * #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: number of charts that are trained, 1 or more. Default 8.
    */
-  uint32_t mlp_charts;
+  uint32_t network_charts;
   /**
-   * Network prior: steps of training. Default 400.
+   * With #ATLASFIT_RECIPE_PAPER: steps of training, at most. Default 1000.
    */
-  uint32_t mlp_iterations;
+  uint32_t network_iterations;
   /**
-   * Must be 0.
+   * How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
    */
-  uint32_t reserved;
+  uint32_t recipe;
   /**
-   * Network prior: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
+   * #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
    */
-  double mlp_stretch_weight;
+  double network_stretch_weight;
   /**
-   * Network prior: learning rate of Adam, more than 0. Default 0.001.
+   * With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
    */
-  double mlp_learning_rate;
+  double network_learning_rate;
 } atlasfit_denoise_options;
 
 /**

@@ -15,7 +15,8 @@ from pathlib import Path
 
 VERSION = (0, 1, 0)
 
-PRIOR_GP, PRIOR_MLP = 0, 1
+PRIOR_GP, PRIOR_MLP, PRIOR_CONV, PRIOR_LEVEL_SET = range(4)
+RECIPE_FAST, RECIPE_PAPER = 0, 1
 OUTLIERS_KEEP, OUTLIERS_DROP = 0, 1
 F32, F64, U8, I8, U16, I16, U32, I32 = range(8)
 STAGE_LIMIT = 16
@@ -118,11 +119,11 @@ class atlasfit_denoise_options(Sized):
         ("outliers", c_uint32),
         ("uv", c_uint32),
         ("texture_size", c_uint32),
-        ("mlp_charts", c_uint32),
-        ("mlp_iterations", c_uint32),
-        ("reserved", c_uint32),
-        ("mlp_stretch_weight", c_double),
-        ("mlp_learning_rate", c_double),
+        ("network_charts", c_uint32),
+        ("network_iterations", c_uint32),
+        ("recipe", c_uint32),
+        ("network_stretch_weight", c_double),
+        ("network_learning_rate", c_double),
     ]
 
 

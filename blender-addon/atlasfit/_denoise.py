@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
+PRIORS = {"gp": _abi.PRIOR_GP, "mlp": _abi.PRIOR_MLP, "conv": _abi.PRIOR_CONV, "level-set": _abi.PRIOR_LEVEL_SET}
+
 
 @dataclass(frozen=True)
 class Report:
@@ -107,11 +109,12 @@ def denoise(
     outliers: Literal["keep", "drop"] | None = None,
     uv: bool | None = None,
     texture_size: int | None = None,
-    prior: Literal["gp", "mlp"] | None = None,
-    mlp_charts: int | None = None,
-    mlp_iterations: int | None = None,
-    mlp_stretch_weight: float | None = None,
-    mlp_learning_rate: float | None = None,
+    prior: Literal["gp", "mlp", "conv", "level-set"] | None = None,
+    recipe: Literal["fast", "paper"] | None = None,
+    network_charts: int | None = None,
+    network_iterations: int | None = None,
+    network_stretch_weight: float | None = None,
+    network_learning_rate: float | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -127,8 +130,11 @@ def denoise(
     outliers      points on no surface: "keep" where they were (default), or "drop"
     uv            whether the surface gets UVs (default True)
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
-    prior         "gp", the Gaussian-process limit of the paper's networks (default), or "mlp", the networks themselves: about a
-                  hundred times slower, and what the mlp_ options are for
+    prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks themselves, many times slower: "mlp",
+                  fully connected; "conv", convolutional; "level-set", closed surfaces only
+    recipe        how "mlp" and "conv" are trained: "fast", from coarse to fine (default), or "paper", all samples at every step
+    network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the Chamfer distance (1),
+                  learning_rate of Adam (0.001); iterations and learning_rate are of the recipe "paper"
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -152,11 +158,12 @@ def denoise(
         outliers=choice(outliers, {"keep": _abi.OUTLIERS_KEEP, "drop": _abi.OUTLIERS_DROP}, "outliers"),
         uv=uv,
         texture_size=texture_size,
-        prior=choice(prior, {"gp": _abi.PRIOR_GP, "mlp": _abi.PRIOR_MLP}, "prior"),
-        mlp_charts=mlp_charts,
-        mlp_iterations=mlp_iterations,
-        mlp_stretch_weight=mlp_stretch_weight,
-        mlp_learning_rate=mlp_learning_rate,
+        prior=choice(prior, PRIORS, "prior"),
+        recipe=choice(recipe, {"fast": _abi.RECIPE_FAST, "paper": _abi.RECIPE_PAPER}, "recipe"),
+        network_charts=network_charts,
+        network_iterations=network_iterations,
+        network_stretch_weight=network_stretch_weight,
+        network_learning_rate=network_learning_rate,
     )
     result = Handle("result")
     run(lambda r: lib().atlasfit_denoise(byref(given), byref(chosen), r, byref(result.pointer)), options)

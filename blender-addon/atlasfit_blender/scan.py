@@ -70,11 +70,26 @@ class Fit(LongOperator):
         precision=4,
     )
     charts: IntProperty(name="Charts", description="Number of charts to aim for. 0 is as many as the shape needs", default=0, min=0)
+    prior: EnumProperty(
+        name="Prior",
+        description="What smooth means",
+        items=(
+            ("gp", "Gaussian Process", "The limit of the paper's networks"),
+            ("mlp", "Networks", "The paper's fully connected networks, trained on the scan first: many times slower"),
+            ("conv", "Convolutional Networks", "The paper's convolutional networks: many times slower"),
+            ("level-set", "Level Set", "The paper's level set, closed surfaces only: many times slower"),
+        ),
+        default="gp",
+    )
 
     @classmethod
     def poll(cls, context):
         ob = context.view_layer.objects.active
         return ob is not None and ob.type == "MESH" and context.mode in {"OBJECT", "EDIT_MESH"}
+
+    def fit_options(self):
+        """Of the fit: the operator must not be touched from the thread that works."""
+        return {"noise": self.noise, "charts": self.charts, "prior": self.prior}
 
 
 class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
@@ -98,7 +113,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "drop", "noise", "charts"):
+        for name in ("result", "drop", "noise", "charts", "prior"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -107,10 +122,8 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         self._edit = context.mode == "EDIT_MESH"
         with mesh.object_mode(context, [ob]):
             points, normals = self._read(ob)
-        noise, charts = self.noise, self.charts
-        return lambda progress, cancel: atlasfit.denoise(
-            points, normals=normals, noise=noise, charts=charts, uv=False, progress=progress, cancel=cancel
-        )
+        options = self.fit_options()
+        return lambda progress, cancel: atlasfit.denoise(points, normals=normals, uv=False, **options, progress=progress, cancel=cancel)
 
     def _read(self, ob):
         me = ob.data
@@ -209,7 +222,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("detail", "fill_holes", "noise", "charts", "texture_size", "bake"):
+        for name in ("detail", "fill_holes", "noise", "charts", "prior", "texture_size", "bake"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -218,7 +231,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
         size, paint = self.texture_size, bake.srgb(colors) if self.bake and colors is not None else None
-        options = {"noise": self.noise, "charts": self.charts, "detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
+        options = self.fit_options() | {"detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
 
         def work(progress, cancel):
             how = {"progress": progress, "cancel": cancel}

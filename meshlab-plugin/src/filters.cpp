@@ -43,8 +43,8 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is estimated.", {}, false},
 		{Parameter::ENUM, "prior", double(o.prior), "Prior",
 			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they grow wide. <b>Networks</b>: the paper's networks, "
-			"trained on the scan first; about a hundred times slower.",
-			{"Gaussian process", "Networks"}, false},
+			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of them. <b>Level set</b>: one network for all, closed surfaces only.",
+			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, false},
 		{Parameter::INT, "charts", double(o.charts), "Charts", "Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
 	};
 	if (surface) {
@@ -158,7 +158,7 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
 	options.noise = number(par, "noise");
 	options.charts = count(par, "charts");
-	options.prior = par.getEnum("prior") == 0 ? ATLASFIT_PRIOR_GP : ATLASFIT_PRIOR_MLP;
+	options.prior = uint32_t(par.getEnum("prior")); // the choices are in the order of ATLASFIT_PRIOR_...
 	options.uv = 0;
 	atlasfit_points in = cloud(from.xyz);
 	Denoised out{nullptr, ::out<atlasfit_report>(), {}};

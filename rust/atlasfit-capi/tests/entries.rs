@@ -296,13 +296,13 @@ fn every_function_answers_hostile_arguments_with_a_status() {
             ("detail", &|o| o.detail = 0.0),
             ("detail no number", &|o| o.detail = f64::NAN),
             ("fill_holes", &|o| o.fill_holes = -0.5),
-            ("prior", &|o| o.prior = 2),
+            ("prior", &|o| o.prior = 4),
             ("outliers", &|o| o.outliers = 2),
             ("uv", &|o| o.uv = 2),
-            ("reserved", &|o| o.reserved = 1),
+            ("recipe", &|o| o.recipe = 2),
             ("texture", &|o| o.texture_size = 0),
-            ("mlp charts", &|o| (o.prior, o.mlp_charts) = (ATLASFIT_PRIOR_MLP, 0)),
-            ("mlp rate", &|o| (o.prior, o.mlp_learning_rate) = (ATLASFIT_PRIOR_MLP, f64::NAN)),
+            ("network charts", &|o| (o.prior, o.network_charts) = (ATLASFIT_PRIOR_MLP, 0)),
+            ("network rate", &|o| (o.prior, o.network_learning_rate) = (ATLASFIT_PRIOR_CONV, f64::NAN)),
         ];
         for (case, spoil) in all {
             let mut o = good;

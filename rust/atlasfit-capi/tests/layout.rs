@@ -26,8 +26,8 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
             attribute_count attributes }
         atlasfit_mesh { struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv face_group face_polygon
             seam_edges seam_edge_count face_page colors color_stride color_scalar color_width }
-        atlasfit_denoise_options { struct_size noise detail fill_holes charts prior outliers uv texture_size mlp_charts mlp_iterations
-            reserved mlp_stretch_weight mlp_learning_rate }
+        atlasfit_denoise_options { struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
+            network_iterations recipe network_stretch_weight network_learning_rate }
         atlasfit_report { struct_size points_given not_finite duplicates outliers points vertices triangles charts uv_charts parts
             boundary_loops boundary_edges filled_holes attributes one_sided has_uv has_colors reserved spacing noise voxel stage_seconds }
         atlasfit_atlas_info { struct_size charts origin unit }

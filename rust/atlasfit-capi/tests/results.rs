@@ -4,7 +4,10 @@
 mod scene;
 
 use atlasfit::bake::{BakeOptions, Colors, bake};
+use atlasfit::denoise::Prior;
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
+use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit::prior::level_set::LevelSetOptions;
 use atlasfit::{DenoiseOptions, Run};
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
@@ -31,6 +34,12 @@ fn defaults_are_the_core_s() {
     let o: atlasfit_denoise_options = init(atlasfit_denoise_options_init);
     assert_eq!((o.detail, o.fill_holes, o.texture_size), (d.detail, d.fill_holes, d.texture_size));
     assert_eq!((o.noise, o.charts, o.uv), (0.0, 0, 1));
+    let (n, recipe) = (NetworkOptions::default(), [Recipe::Fast, Recipe::Paper][o.recipe as usize]);
+    assert_eq!(
+        (recipe, o.network_charts as usize, o.network_iterations as usize),
+        (n.recipe, n.charts, n.iterations)
+    );
+    assert_eq!((o.network_stretch_weight, o.network_learning_rate), (n.stretch_weight, n.learning_rate));
     let cloud = PointCloud::from_positions(triples(&xyz));
     let core = atlasfit::denoise(&cloud, &d, &mut Run::default()).expect("the core fits");
     let s = Scene::new(1500);
@@ -80,6 +89,51 @@ fn denoised(p: &atlasfit_points, threads: u32) -> (Vec<f64>, usize, usize) {
         ok(atlasfit_result_point_positions(result, xyz.as_mut_ptr(), xyz.len()));
         ok(atlasfit_result_free(result));
         (xyz, report.vertices, report.triangles)
+    }
+}
+
+#[test]
+fn each_prior_gives_what_the_core_gives() {
+    let xyz = scan(300);
+    let cloud = PointCloud::from_positions(triples(&xyz));
+    // Two steps tell the priors apart.
+    let network = |network| {
+        Prior::Network(NetworkOptions {
+            network,
+            recipe: Recipe::Paper,
+            charts: 1,
+            iterations: 2,
+            ..NetworkOptions::default()
+        })
+    };
+    for (prior, core) in [
+        (ATLASFIT_PRIOR_MLP, network(Network::Dense)),
+        (ATLASFIT_PRIOR_CONV, network(Network::Conv)),
+        (ATLASFIT_PRIOR_LEVEL_SET, Prior::LevelSet(LevelSetOptions::default())),
+    ] {
+        let o = atlasfit_denoise_options {
+            prior,
+            recipe: ATLASFIT_RECIPE_PAPER,
+            network_charts: 1,
+            network_iterations: 2,
+            uv: 0,
+            ..init(atlasfit_denoise_options_init)
+        };
+        let options = DenoiseOptions { prior: core, uv: false, ..DenoiseOptions::default() };
+        let expected = atlasfit::denoise(&cloud, &options, &mut Run::default());
+        let mut result = null_mut();
+        let status = unsafe { atlasfit_denoise(&points(&xyz), &o, null(), &mut result) };
+        match expected {
+            Ok(core) => {
+                let mut p = vec![0f64; 3 * core.points.len()];
+                unsafe { ok(atlasfit_result_point_positions(result, p.as_mut_ptr(), p.len())) };
+                assert_eq!(triples(&p), core.points.positions, "prior {prior}");
+            }
+            Err(e) => {
+                assert!(status != ATLASFIT_OK && last_error().ends_with(&e.to_string()), "prior {prior}: {e}")
+            }
+        }
+        assert_eq!(unsafe { atlasfit_result_free(result) }, ATLASFIT_OK);
     }
 }
 
