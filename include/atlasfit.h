@@ -454,6 +454,14 @@ typedef struct {
    */
   const uint32_t *face_page;
   /**
+   * Width and height of a page, in texels or any other unit; 0 and 0 = square. Read by atlasfit_measure_uv().
+   */
+  uint32_t page_width;
+  /**
+   * See page_width.
+   */
+  uint32_t page_height;
+  /**
    * Colours of the vertices. NULL = none. Read by atlasfit_bake().
    */
   const void *colors;
@@ -806,6 +814,10 @@ typedef struct {
    * Share of the area stretched beyond the bound.
    */
   double over_stretched;
+  /**
+   * Share of the pages that lies under triangles.
+   */
+  double coverage;
 } atlasfit_uv_info;
 
 /**
@@ -958,7 +970,7 @@ typedef struct {
    */
   double conformal;
   /**
-   * Texels covered twice or more / texels covered, on a page of 1024 x 1024.
+   * Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side.
    */
   double overlap;
   /**
@@ -966,7 +978,7 @@ typedef struct {
    */
   double coverage;
   /**
-   * 1 if all UVs lie in [0, 1], else 0.
+   * 1 if all UVs lie on their pages, in [0, 1], else 0.
    */
   uint32_t inside;
   /**
@@ -1543,7 +1555,7 @@ atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
 /**
  * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
  *
- * @param mesh         The mesh with its UVs.
+ * @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
  * @param run          How long work is run; NULL = the defaults.
  * @param out          Filled; its struct_size must be set.
  * @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.

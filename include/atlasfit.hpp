@@ -186,6 +186,12 @@ class Mesh {
     c_.face_page = page;
     return *this;
   }
+  /// Width and height of a page, in any unit, where it is not square.
+  Mesh &page_size(std::uint32_t width, std::uint32_t height) {
+    c_.page_width = width;
+    c_.page_height = height;
+    return *this;
+  }
   /// Colours of the vertices, of `width` channels, 0 to 1.
   Mesh &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) { return colors_of(colors, width, stride, ATLASFIT_F32); }
   /// Colours of the vertices, of `width` channels, 0 to 255.

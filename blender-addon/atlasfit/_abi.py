@@ -171,6 +171,8 @@ class atlasfit_mesh(Sized):
         ("seam_edges", c_void_p),
         ("seam_edge_count", c_size_t),
         ("face_page", c_void_p),
+        ("page_width", c_uint32),
+        ("page_height", c_uint32),
         ("colors", c_void_p),
         ("color_stride", c_size_t),
         ("color_scalar", c_uint32),
@@ -288,6 +290,7 @@ class atlasfit_uv_info(Sized):
         ("texels_per_unit", c_double),
         ("stretch_bound", c_double),
         ("over_stretched", c_double),
+        ("coverage", c_double),
     ]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import corners, indices, mesh_struct, points_struct, positions
-from ._call import RunOptions, options_with, run
+from ._arrays import address, corners, indices, mesh_struct, points_struct, positions
+from ._call import RunOptions, options_with, run, size_of_page
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -73,11 +73,11 @@ class UvQuality:
     conformal: float
     """Mean by area of s1/s2: 1 = conformal."""
     overlap: float
-    """Texels covered twice or more / texels covered, on a page of 1024 x 1024."""
+    """Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side."""
     coverage: float
     """Texels covered / all texels."""
     inside: bool
-    """Whether all UVs lie in [0, 1]."""
+    """Whether all UVs lie on their pages, in [0, 1]."""
     finite: bool
     face_stretch: NDArray[np.float32]
     """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space."""
@@ -135,11 +135,30 @@ def measure_topology(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[Ru
     return Topology(**_values(Topology, out))
 
 
-def measure_uv(vertices: ArrayLike, faces: ArrayLike, corner_uv: ArrayLike, **options: Unpack[RunOptions]) -> UvQuality:
-    """Measures UVs, whoever made them: (n, 3) vertices, (m, 3) faces, (m, 3, 2) UVs per corner."""
+def measure_uv(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    corner_uv: ArrayLike,
+    *,
+    face_pages: ArrayLike | None = None,
+    page_size: int | tuple[int, int] | None = None,
+    **options: Unpack[RunOptions],
+) -> UvQuality:
+    """Measures UVs, whoever made them.
+
+    vertices    (n, 3)
+    faces       (m, 3) vertex indices
+    corner_uv   (m, 3, 2) UVs of each corner of each face
+    face_pages  (m,) the page that each face's UVs are on; without it all are on one
+    page_size   width and height of a page in any unit, where it is not square
+    """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     uv = corners(corner_uv, len(faces))
+    pages = None if face_pages is None else indices(face_pages, (len(faces),), "face_pages")
     mesh, out = mesh_struct(vertices, faces, uv), _abi.atlasfit_uv_quality()
+    mesh.face_page = address(pages)
+    if page_size is not None:
+        mesh.page_width, mesh.page_height = size_of_page(page_size)
     stretch = np.empty(len(faces), np.float32)
     run(lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size), options)
     return UvQuality(face_stretch=stretch, **_values(UvQuality, out))

@@ -46,6 +46,8 @@ class UvInfo:
     """The stretch bound that was held: max_stretch, or more where max_charts asked for it."""
     over_stretched: float
     """Share of the area stretched beyond the bound."""
+    coverage: float
+    """Share of the pages that lies under faces."""
 
 
 @dataclass(frozen=True)

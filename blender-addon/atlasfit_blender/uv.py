@@ -198,16 +198,13 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         return out
 
     def _tell(self, me, uv, notes):
-        flat = uv.corner_uv.astype(np.float64)
-        a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-        filled = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / uv.info.pages
         mesh.set_report(
             me,
             self.bl_label,
             charts=uv.info.charts,
             triangles=uv.info.triangles,
             stretch_bound=f"{uv.info.stretch_bound:.3f}",
-            texture_filled=f"{100 * filled:.0f} %",
+            texture_filled=f"{100 * uv.info.coverage:.0f} %",
             pixels_per_unit=f"{uv.info.texels_per_unit:.4g}",
             seconds=f"{self.seconds():.2f}",
             **{"notes": "; ".join(notes)} if notes else {},

@@ -167,6 +167,9 @@ def test_pages_and_a_given_density():
     uv = atlasfit.unwrap(vertices, faces, page_size=(512, 256), texels_per_unit=100.0)
     assert (uv.info.width, uv.info.height, uv.info.texels_per_unit) == (512, 256, 100.0)
     assert uv.info.pages == uv.face_pages.max() + 1 > 1
+    quality = atlasfit.measure_uv(vertices, faces, uv.corner_uv, face_pages=uv.face_pages, page_size=(512, 256))
+    assert quality.overlapping_faces == 0 and quality.charts == uv.info.charts and quality.stretch_p95 < 1.2
+    assert quality.coverage == pytest.approx(uv.info.coverage, abs=0.02)
 
 
 def test_baked_texels_are_the_programs(tmp_path):

@@ -381,14 +381,13 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 	outcome.values.push_back({"displacement_max", most});
 }
 
-/// Quality of the UVs that `in` has, for the log and for scripts; pages lie side by side in `columns` columns.
-void measure(atlasfit_mesh in, const std::vector<float>& uv, std::size_t columns, const atlasfit_run& how, std::vector<float>* stretch, Outcome& outcome)
+/// Quality of the UVs that `in` has, for the log and for scripts.
+void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float>* stretch, Outcome& outcome)
 {
-	in.corner_uv = uv.data();
 	auto q = out<atlasfit_uv_quality>();
 	timed(outcome, [&] { return atlasfit_measure_uv(&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0); });
 	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) + " times the square root of the area, " + brief(100 * q.coverage)
-		+ "% of the page covered" + (columns > 1 ? " (pages side by side)" : ""));
+		+ "% of the texture covered");
 	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " + brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2)
 		+ ", conformal " + brief(q.conformal));
 	outcome.lines.push_back("faults: " + grouped(q.flips) + " flipped, " + grouped(q.overlapping_faces) + " overlapping, " + grouped(q.degenerate)
@@ -461,8 +460,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	keep_pages(layer, layer, images, outcome);
 	outcome.values.push_back({"pages", double(info.pages)});
 	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
-	std::size_t columns = 1;
-	measure(mesh(from.xyz, faces.corners), corner_uv_side_by_side(layer.cm, faces, columns), columns, run(par, nullptr), nullptr, outcome);
+	measure(laid, run(par, nullptr), nullptr, outcome);
 }
 
 void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
@@ -473,10 +471,13 @@ void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos
 	const Frame frame(layer.cm);
 	const Points from = points(layer.cm, frame, false);
 	const Triangles faces = triangles(layer.cm, from);
-	std::size_t columns = 1;
-	const std::vector<float> uv = corner_uv_side_by_side(layer.cm, faces, columns);
+	const std::vector<float> uv = corner_uv(layer.cm, faces);
+	const std::vector<uint32_t> pages = face_pages(layer.cm, faces);
+	atlasfit_mesh in = mesh(from.xyz, faces.corners);
+	in.corner_uv = uv.data();
+	in.face_page = pages.data();
 	std::vector<float> stretch(faces.face.size());
-	measure(mesh(from.xyz, faces.corners), uv, columns, run(par, progress), &stretch, outcome);
+	measure(in, run(par, progress), &stretch, outcome);
 
 	// Infinity would spoil the host's colour maps and histograms; how many have collapsed is in the log.
 	float largest = 1;

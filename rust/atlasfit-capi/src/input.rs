@@ -2,8 +2,7 @@
 
 use crate::sized::{self, Sized};
 use crate::status::{
-    ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_INDEX_OUT_OF_RANGE, ATLASFIT_NOT_AVAILABLE, Failure, Outcome,
-    atlasfit_status, guard,
+    ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_NOT_AVAILABLE, Failure, Outcome, atlasfit_status, guard,
 };
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
 use std::ffi::{c_char, c_void};
@@ -150,6 +149,10 @@ pub struct atlasfit_mesh {
     pub seam_edge_count: usize,
     /// The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by atlasfit_measure_uv() and atlasfit_bake().
     pub face_page: *const u32,
+    /// Width and height of a page, in texels or any other unit; 0 and 0 = square. Read by atlasfit_measure_uv().
+    pub page_width: u32,
+    /// See page_width.
+    pub page_height: u32,
     /// Colours of the vertices. NULL = none. Read by atlasfit_bake().
     pub colors: *const c_void,
     /// Bytes from one colour to the next; 0 = tightly packed.
@@ -180,6 +183,8 @@ unsafe impl Sized for atlasfit_mesh {
             seam_edges: std::ptr::null(),
             seam_edge_count: 0,
             face_page: std::ptr::null(),
+            page_width: 0,
+            page_height: 0,
             colors: std::ptr::null(),
             color_stride: 0,
             color_scalar: ATLASFIT_F32,
@@ -241,9 +246,6 @@ pub(crate) fn flag(value: u32, name: &str) -> Outcome<bool> {
 
 /// Indices are 32 bits, and the largest means "none".
 const MOST: usize = u32::MAX as usize - 1;
-
-/// More pages than atlasfit_unwrap() ever makes.
-const MOST_PAGES: u32 = 4096;
 
 fn checked_count(count: usize, most: usize, of: &str) -> Outcome {
     if count > most {
@@ -504,6 +506,7 @@ unsafe fn attributes(p: &atlasfit_points) -> Outcome<Vec<Attribute>> {
 pub(crate) struct Mesh {
     pub mesh: TriMesh,
     pub face_page: Option<Vec<u32>>,
+    pub page_size: [f64; 2],
     pub face_group: Option<Vec<u32>>,
     pub face_polygon: Option<Vec<u32>>,
     pub seam_edges: Option<Vec<[u32; 2]>>,
@@ -529,12 +532,6 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
             if base.is_null() { Ok(None) } else { packed(base, m.triangle_count, name).map(Some) }
         };
         let face_page = column(m.face_page, "face_page")?;
-        if let Some((i, page)) = face_page.iter().flatten().enumerate().find(|p| *p.1 >= MOST_PAGES) {
-            return Err(Failure::new(
-                ATLASFIT_INDEX_OUT_OF_RANGE,
-                format!("face_page of triangle {i} is {page}. Give 0 to {}", MOST_PAGES - 1),
-            ));
-        }
         let colors = colors(Colors {
             base: m.colors,
             count: m.vertex_count,
@@ -552,6 +549,11 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
         Ok(Mesh {
             mesh: TriMesh { corner_uv, colors, ..TriMesh::new(positions, triangles) },
             face_page,
+            page_size: if [m.page_width, m.page_height] == [0; 2] {
+                [1.0; 2]
+            } else {
+                [m.page_width, m.page_height].map(f64::from)
+            },
             face_group,
             face_polygon,
             seam_edges,

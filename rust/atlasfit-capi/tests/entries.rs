@@ -531,6 +531,11 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         t.mesh(name, &with_uv, ATLASFIT_EMPTY_INPUT, |m| measure(m, null()));
         t.run(name, |r| measure(&with_uv, r));
         t.want(name, "no UVs", ATLASFIT_EMPTY_INPUT, measure(&cube, null()));
+        let far = [4096u32; 12];
+        let paged = atlasfit_mesh { face_page: far.as_ptr(), ..with_uv };
+        t.want(name, "absurd pages", ATLASFIT_INDEX_OUT_OF_RANGE, measure(&paged, null()));
+        let thin = atlasfit_mesh { page_width: 1, ..with_uv };
+        t.want(name, "a page without height", INVALID, measure(&thin, null()));
         t.sized(name, "out", &output::<atlasfit_uv_quality>(), ATLASFIT_OK, |o| {
             atlasfit_measure_uv(&with_uv, null(), o, null_mut(), 0)
         });
@@ -573,10 +578,9 @@ fn every_function_answers_hostile_arguments_with_a_status() {
             spoil(&mut o);
             t.want(name, format!("options: {case}"), want, bake(&painted, null(), &o, null()));
         }
-        let far = [4096u32; 12];
         let all: [(&str, i32, &dyn Fn(&mut atlasfit_mesh)); 5] = [
             ("pages", ATLASFIT_OK, &|m| m.face_page = pages.as_ptr()),
-            ("absurd pages", ATLASFIT_INDEX_OUT_OF_RANGE, &|m| m.face_page = far.as_ptr()),
+            ("other pages", ATLASFIT_INDEX_OUT_OF_RANGE, &|m| m.face_page = far.as_ptr()),
             ("two channels", INVALID, &|m| m.color_width = 2),
             ("colours of f64", INVALID, &|m| m.color_scalar = ATLASFIT_F64),
             ("colours too near", INVALID, &|m| m.color_stride = 15),

@@ -25,7 +25,7 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
         atlasfit_points { struct_size positions count stride scalar color_width normals normal_stride colors color_stride color_scalar
             attribute_count attributes }
         atlasfit_mesh { struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv face_group face_polygon
-            seam_edges seam_edge_count face_page colors color_stride color_scalar color_width }
+            seam_edges seam_edge_count face_page page_width page_height colors color_stride color_scalar color_width }
         atlasfit_denoise_options { struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
             network_iterations recipe network_stretch_weight network_learning_rate }
         atlasfit_report { struct_size points_given not_finite duplicates outliers points vertices triangles charts uv_charts parts
@@ -35,7 +35,7 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
         atlasfit_unwrap_options { struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams reserved
             texels_per_unit hard_edge_angle }
         atlasfit_uv_info { struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces non_manifold_edges
-            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched }
+            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched coverage }
         atlasfit_bake_options { struct_size width height padding page }
         atlasfit_topology { struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges boundary_loops
             non_manifold_edges non_manifold_vertices inconsistent_edges euler genus orientable closed }

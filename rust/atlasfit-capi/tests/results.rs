@@ -369,6 +369,38 @@ fn the_split_form_is_the_mesh_with_its_corner_uvs() {
     assert!((8..=36).contains(&n));
 }
 
+#[test]
+fn uvs_on_pages_that_are_not_square_measure_as_on_one_that_is() {
+    let cube = cube();
+    let options = atlasfit_unwrap_options {
+        page_width: 128,
+        page_height: 64,
+        texels_per_unit: 50.0,
+        ..init(atlasfit_unwrap_options_init)
+    };
+    let (mut uv, mut info, mut q) =
+        (null_mut(), output::<atlasfit_uv_info>(), output::<atlasfit_uv_quality>());
+    let (mut corners, mut pages) = (vec![0f32; 72], vec![0u32; 12]);
+    unsafe {
+        ok(atlasfit_unwrap(&mesh(&cube.0, &cube.1), &options, null(), &mut uv));
+        ok(atlasfit_uv_get_info(uv, &mut info));
+        ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), 72));
+        ok(atlasfit_uv_face_pages(uv, pages.as_mut_ptr(), 12));
+        ok(atlasfit_uv_free(uv));
+        let m = atlasfit_mesh {
+            corner_uv: corners.as_ptr(),
+            face_page: pages.as_ptr(),
+            page_width: 128,
+            page_height: 64,
+            ..mesh(&cube.0, &cube.1)
+        };
+        ok(atlasfit_measure_uv(&m, null(), &mut q, null_mut(), 0));
+    }
+    assert!(info.pages > 1 && q.charts == info.charts && q.overlapping_faces == 0 && q.inside == 1);
+    assert!((q.stretch_linf - 1.0).abs() < 1e-4, "the box is flattened without stretch: {}", q.stretch_linf);
+    assert!((q.coverage - info.coverage).abs() < 0.02, "{} {}", q.coverage, info.coverage);
+}
+
 /// A texture of 64 by 32 texels.
 fn baked(m: &atlasfit_mesh, p: *const atlasfit_points, page: u32) -> Vec<u8> {
     let options = atlasfit_bake_options { width: 64, height: 32, page, ..init(atlasfit_bake_options_init) };
