@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ctypes import byref
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Mapping
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from . import _abi
 from ._abi import lib
 from ._arrays import Attributes, check_rows, points_struct, positions, rows, set_colors
 from ._atlas import Atlas
-from ._call import Handle, RunOptions, check, choice, options_with, run
+from ._call import Handle, RunOptions, check, choice, options_with, run, values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -174,12 +174,7 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
     raw = _abi.atlasfit_report()
     check(lib().atlasfit_result_report(result.pointer, byref(raw)))
 
-    def copy(name: str, shape: tuple[int, ...], kind: Any, *which: int) -> NDArray[Any]:
-        array = np.empty(shape, kind)
-        check(getattr(lib(), f"atlasfit_result_{name}")(result.pointer, *which, array.ctypes.data, array.size))
-        return array
-
-    n, v, t = raw.points, raw.vertices, raw.triangles
+    copy, n, v, t = result.copy, raw.points, raw.vertices, raw.triangles
     surface = Surface(
         vertices=copy("surface_positions", (v, 3), np.float64),
         normals=copy("surface_normals", (v, 3), np.float32),
@@ -194,7 +189,7 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
     atlas = Handle("atlas")
     check(lib().atlasfit_result_atlas(result.pointer, byref(atlas.pointer)))
     stages = {lib().atlasfit_stage_name(i).decode(): s for i, s in enumerate(raw.stage_seconds) if s > 0.0}
-    report = {f.name: getattr(raw, f.name) for f in fields(Report)} | {"one_sided": bool(raw.one_sided), "stage_seconds": stages}
+    report = values(Report, raw) | {"stage_seconds": stages}
     return Denoised(
         points=copy("point_positions", (n, 3), np.float64),
         normals=copy("point_normals", (n, 3), np.float32),

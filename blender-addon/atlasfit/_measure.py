@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from ctypes import byref
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import _abi
 from ._abi import lib
 from ._arrays import address, corners, indices, mesh_struct, points_struct, positions
-from ._call import RunOptions, options_with, run, size_of_page
+from ._call import RunOptions, options_with, run, size_of_page, values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -121,18 +121,12 @@ class Distance:
     """(n,) distance of each point to the surface, infinite for points that are not finite; None for meshes."""
 
 
-def _values(kind: Any, struct: Any) -> dict[str, Any]:
-    """The dataclass's fields that the struct has, booleans as such."""
-    of = {f.name: getattr(struct, f.name) for f in fields(kind) if hasattr(struct, f.name)}
-    return of | {f.name: bool(of[f.name]) for f in fields(kind) if f.type == "bool"}
-
-
 def measure_topology(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[RunOptions]) -> Topology:
     """Counts the connectivity of a mesh: (n, 3) vertices, (m, 3) faces."""
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     mesh, out = mesh_struct(vertices, faces), _abi.atlasfit_topology()
     run(lambda r: lib().atlasfit_measure_topology(byref(mesh), r, byref(out)), options)
-    return Topology(**_values(Topology, out))
+    return Topology(**values(Topology, out))
 
 
 def measure_uv(
@@ -161,7 +155,7 @@ def measure_uv(
         mesh.page_width, mesh.page_height = size_of_page(page_size)
     stretch = np.empty(len(faces), np.float32)
     run(lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size), options)
-    return UvQuality(face_stretch=stretch, **_values(UvQuality, out))
+    return UvQuality(face_stretch=stretch, **values(UvQuality, out))
 
 
 def measure_surface(
@@ -212,6 +206,6 @@ def measure_points(
 
 def _distance(out: _abi.atlasfit_distance, each: NDArray[np.float64] | None) -> Distance:
     stats = {
-        name: DistanceStats(**_values(DistanceStats, getattr(out, name))) for name in ("accuracy", "completeness")
+        name: DistanceStats(**values(DistanceStats, getattr(out, name))) for name in ("accuracy", "completeness")
     }
-    return Distance(**(_values(Distance, out) | stats), point_distances=each)
+    return Distance(**(values(Distance, out) | stats), point_distances=each)

@@ -41,9 +41,7 @@ def _report(me, title, report, seconds, notes):
         "uv_charts": report.uv_charts,
         "seconds": f"{seconds:.2f}",
     }
-    if notes:
-        found["notes"] = "; ".join(notes)
-    mesh.set_report(me, title, **{key: value for key, value in found.items() if value not in (0, "0")})
+    mesh.set_report(me, title, notes, **{key: value for key, value in found.items() if value not in (0, "0")})
 
 
 def _notes(report):
@@ -183,12 +181,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         new = ob.copy()
         new.data = ob.data.copy()
         new.name = f"{ob.name} Denoised"
-        for collection in ob.users_collection:
-            collection.objects.link(new)
-        for other in context.selected_objects:
-            other.select_set(False)
-        new.select_set(True)
-        context.view_layer.objects.active = new
+        mesh.put_beside(context, new, ob)
         return new
 
     @staticmethod
@@ -279,12 +272,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             mesh.add_attribute(me, column, self._kinds[column], values)
         ob = bpy.data.objects.new(f"{source.name} Surface", me)
         ob.matrix_world = source.matrix_world
-        for collection in source.users_collection:
-            collection.objects.link(ob)
-        for other in context.selected_objects:
-            other.select_set(False)
-        ob.select_set(True)
-        context.view_layer.objects.active = ob
+        mesh.put_beside(context, ob, source)
         notes = _notes(out.report)
         if self._left:
             notes.append(f"attributes of kinds that cannot be carried: {', '.join(self._left)}")
@@ -297,14 +285,4 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         self.report({"INFO"}, "; ".join([text, *notes]))
 
 
-_classes = (OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct)
-
-
-def register():
-    for c in _classes:
-        bpy.utils.register_class(c)
-
-
-def unregister():
-    for c in reversed(_classes):
-        bpy.utils.unregister_class(c)
+register, unregister = bpy.utils.register_classes_factory((OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct))

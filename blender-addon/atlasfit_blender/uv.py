@@ -201,13 +201,13 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         mesh.set_report(
             me,
             self.bl_label,
+            notes,
             charts=uv.info.charts,
             triangles=uv.info.triangles,
             stretch_bound=f"{uv.info.stretch_bound:.3f}",
             texture_filled=f"{100 * uv.info.coverage:.0f} %",
             pixels_per_unit=f"{uv.info.texels_per_unit:.4g}",
             seconds=f"{self.seconds():.2f}",
-            **{"notes": "; ".join(notes)} if notes else {},
         )
 
 
@@ -282,14 +282,4 @@ def _heat(stretch, full):
     return out
 
 
-_classes = (UV_OT_atlasfit_unwrap, UV_OT_atlasfit_stretch)
-
-
-def register():
-    for c in _classes:
-        bpy.utils.register_class(c)
-
-
-def unregister():
-    for c in reversed(_classes):
-        bpy.utils.unregister_class(c)
+register, unregister = bpy.utils.register_classes_factory((UV_OT_atlasfit_unwrap, UV_OT_atlasfit_stretch))
