@@ -179,9 +179,29 @@
 #define ATLASFIT_PRIOR_GP 0
 
 /**
- * atlasfit_denoise_options.prior: the paper's networks, trained on the scan first; about a hundred times slower.
+ * atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first: many times slower.
  */
 #define ATLASFIT_PRIOR_MLP 1
+
+/**
+ * atlasfit_denoise_options.prior: the paper's convolutional networks.
+ */
+#define ATLASFIT_PRIOR_CONV 2
+
+/**
+ * atlasfit_denoise_options.prior: the paper's level set: closed surfaces only.
+ */
+#define ATLASFIT_PRIOR_LEVEL_SET 3
+
+/**
+ * atlasfit_denoise_options.recipe: from coarse to fine, learning rates that fall.
+ */
+#define ATLASFIT_RECIPE_FAST 0
+
+/**
+ * atlasfit_denoise_options.recipe: as in the paper: all samples at every step.
+ */
+#define ATLASFIT_RECIPE_PAPER 1
 
 /**
  * atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
@@ -341,7 +361,8 @@ typedef struct {
    */
   uint32_t color_width;
   /**
-   * Unit normals: 3 floats per point. NULL = none. Default NULL.
+   * Normals: 3 floats per point. They do not steer the fit, which finds normals and the outside by itself: points that end up on no
+   * chart keep theirs in the result. NULL = none. Default NULL.
    */
   const float *normals;
   /**
@@ -407,7 +428,8 @@ typedef struct {
    */
   size_t triangle_count;
   /**
-   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv().
+   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv(),
+   * atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
    */
   const float *corner_uv;
   /**
@@ -427,6 +449,34 @@ typedef struct {
    * Number of seam edges.
    */
   size_t seam_edge_count;
+  /**
+   * The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by atlasfit_measure_uv() and atlasfit_bake().
+   */
+  const uint32_t *face_page;
+  /**
+   * Width and height of a page, in texels or any other unit; 0 and 0 = square. Read by atlasfit_measure_uv().
+   */
+  uint32_t page_width;
+  /**
+   * See page_width.
+   */
+  uint32_t page_height;
+  /**
+   * Colours of the vertices. NULL = none. Read by atlasfit_bake().
+   */
+  const void *colors;
+  /**
+   * Bytes from one colour to the next; 0 = tightly packed.
+   */
+  size_t color_stride;
+  /**
+   * Type of the colours: #ATLASFIT_F32 (0 to 1) or #ATLASFIT_U8 (0 to 255). Default #ATLASFIT_F32.
+   */
+  uint32_t color_scalar;
+  /**
+   * Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
+   */
+  uint32_t color_width;
 } atlasfit_mesh;
 
 /**
@@ -454,7 +504,7 @@ typedef struct {
    */
   uint32_t charts;
   /**
-   * #ATLASFIT_PRIOR_GP or #ATLASFIT_PRIOR_MLP. Default #ATLASFIT_PRIOR_GP.
+   * #ATLASFIT_PRIOR_GP to #ATLASFIT_PRIOR_LEVEL_SET. Default #ATLASFIT_PRIOR_GP.
    */
   uint32_t prior;
   /**
@@ -470,25 +520,25 @@ typedef struct {
    */
   uint32_t texture_size;
   /**
-   * Network prior: number of charts, 1 or more. Default 8.
+   * #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: number of charts that are trained, 1 or more. Default 8.
    */
-  uint32_t mlp_charts;
+  uint32_t network_charts;
   /**
-   * Network prior: steps of training. Default 400.
+   * With #ATLASFIT_RECIPE_PAPER: steps of training, at most. Default 1000.
    */
-  uint32_t mlp_iterations;
+  uint32_t network_iterations;
   /**
-   * Must be 0.
+   * How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
    */
-  uint32_t reserved;
+  uint32_t recipe;
   /**
-   * Network prior: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
+   * #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
    */
-  double mlp_stretch_weight;
+  double network_stretch_weight;
   /**
-   * Network prior: learning rate of Adam, more than 0. Default 0.001.
+   * With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
    */
-  double mlp_learning_rate;
+  double network_learning_rate;
 } atlasfit_denoise_options;
 
 /**
@@ -764,7 +814,38 @@ typedef struct {
    * Share of the area stretched beyond the bound.
    */
   double over_stretched;
+  /**
+   * Share of the pages that lies under triangles.
+   */
+  double coverage;
 } atlasfit_uv_info;
+
+/**
+ * How to bake. Fill it with atlasfit_bake_options_init(); a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_bake_options).
+   */
+  size_t struct_size;
+  /**
+   * Width of the texture in texels, 1 to 65536. Default 1024.
+   */
+  uint32_t width;
+  /**
+   * Height of the texture in texels, 1 to 65536. Default 1024.
+   */
+  uint32_t height;
+  /**
+   * Texels that colours spread beyond the borders of the charts, so that filtered look-ups find nothing foreign; what is left has the mean
+   * colour. Default 16.
+   */
+  uint32_t padding;
+  /**
+   * The page to bake: triangles of others (atlasfit_mesh.face_page) are left out. Default 0.
+   */
+  uint32_t page;
+} atlasfit_bake_options;
 
 /**
  * How a mesh hangs together. Vertices in one place count as one.
@@ -889,7 +970,7 @@ typedef struct {
    */
   double conformal;
   /**
-   * Texels covered twice or more / texels covered, on a page of 1024 x 1024.
+   * Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side.
    */
   double overlap;
   /**
@@ -897,7 +978,7 @@ typedef struct {
    */
   double coverage;
   /**
-   * 1 if all UVs lie in [0, 1], else 0.
+   * 1 if all UVs lie on their pages, in [0, 1], else 0.
    */
   uint32_t inside;
   /**
@@ -1430,6 +1511,36 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
                                   size_t vertex_capacity);
 
 /**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_bake_options).
+ */
+ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *options, size_t struct_size);
+
+/**
+ * Draws colours into a texture for a mesh's UVs: those of its vertices, or of points that lie near it (a scan, which is often finer). Colours
+ * are averaged as the numbers that they are; what of the UVs lies outside [0, 1] is left out.
+ *
+ * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
+ * @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours of the mesh's vertices.
+ * @param options  How to bake; NULL = the defaults.
+ * @param run      How long work is run; NULL = the defaults.
+ * @param rgba     Red, green, blue, alpha of each texel, 0 to 255; row after row, the top row (v = 1) first.
+ * @param capacity Bytes that `rgba` has room for, at least 4 * options.width * options.height.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex, or none is
+ *         on the page), #ATLASFIT_EMPTY_INPUT (no UVs, no colours), #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+ *         #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_bake(const atlasfit_mesh *mesh,
+                              const atlasfit_points *points,
+                              const atlasfit_bake_options *options,
+                              const atlasfit_run *run,
+                              uint8_t *rgba,
+                              size_t capacity);
+
+/**
  * Counts a mesh's connectivity.
  *
  * @param mesh The mesh.
@@ -1444,7 +1555,7 @@ atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
 /**
  * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
  *
- * @param mesh         The mesh with its UVs.
+ * @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
  * @param run          How long work is run; NULL = the defaults.
  * @param out          Filled; its struct_size must be set.
  * @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.

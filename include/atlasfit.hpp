@@ -181,10 +181,34 @@ class Mesh {
     c_.seam_edge_count = count;
     return *this;
   }
+  /// The page of each triangle's UVs.
+  Mesh &face_page(const std::uint32_t *page) {
+    c_.face_page = page;
+    return *this;
+  }
+  /// Width and height of a page, in any unit, where it is not square.
+  Mesh &page_size(std::uint32_t width, std::uint32_t height) {
+    c_.page_width = width;
+    c_.page_height = height;
+    return *this;
+  }
+  /// Colours of the vertices, of `width` channels, 0 to 1.
+  Mesh &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) { return colors_of(colors, width, stride, ATLASFIT_F32); }
+  /// Colours of the vertices, of `width` channels, 0 to 255.
+  Mesh &colors(const std::uint8_t *colors, std::uint32_t width = 4, std::size_t stride = 0) {
+    return colors_of(colors, width, stride, ATLASFIT_U8);
+  }
   /// The C struct.
   const atlasfit_mesh &c() const noexcept { return c_; }
 
  private:
+  Mesh &colors_of(const void *colors, std::uint32_t width, std::size_t stride, std::uint32_t scalar) {
+    c_.colors = colors;
+    c_.color_width = width;
+    c_.color_stride = stride;
+    c_.color_scalar = scalar;
+    return *this;
+  }
   atlasfit_mesh c_;
 };
 
@@ -270,6 +294,11 @@ struct DenoiseOptions : atlasfit_denoise_options {
 /// atlasfit_unwrap_options with its defaults.
 struct UnwrapOptions : atlasfit_unwrap_options {
   UnwrapOptions() { detail::check(atlasfit_unwrap_options_init(this, sizeof(atlasfit_unwrap_options))); }
+};
+
+/// atlasfit_bake_options with its defaults.
+struct BakeOptions : atlasfit_bake_options {
+  BakeOptions() { detail::check(atlasfit_bake_options_init(this, sizeof(atlasfit_bake_options))); }
 };
 
 /// atlasfit_distance_options with its defaults.
@@ -464,6 +493,17 @@ inline UvLayout unwrap(const Mesh &mesh, const UnwrapOptions &options = UnwrapOp
   detail::Owner<atlasfit_uv, atlasfit_uv_free> owner(uv);
   call.done(status);
   return UvLayout(owner.release());
+}
+
+/// Draws the colours of the mesh's vertices, or of `points` near it, into a texture for its corner UVs: red, green, blue, alpha of each texel,
+/// the top row first.
+inline std::vector<std::uint8_t> bake(const Mesh &mesh, const BakeOptions &options = BakeOptions(), const Run &run = Run(),
+                                      const Points *points = nullptr) {
+  const atlasfit_points from = points ? points->c() : atlasfit_points();
+  std::vector<std::uint8_t> rgba(std::size_t(4) * options.width * options.height);
+  detail::Call call(run);
+  call.done(atlasfit_bake(&mesh.c(), points ? &from : nullptr, &options, call.c(), rgba.data(), rgba.size()));
+  return rgba;
 }
 
 /// How a mesh hangs together.

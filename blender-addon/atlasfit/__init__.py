@@ -3,6 +3,7 @@
     import atlasfit
     result = atlasfit.denoise(points)           # (n, 3) -> .points, .surface, .atlas, .report
     uv = atlasfit.unwrap(vertices, faces)       # any triangle mesh -> .corner_uv, .face_charts, .info
+    atlasfit.bake(vertices, faces, uv.corner_uv, colors)    # -> the texture's texels
 
 Every long function releases the GIL, takes progress= and cancel= (see RunOptions), and stops on Ctrl-C. float32 and float64 arrays with
 contiguous rows, and int32 and uint32 faces, go in without a copy.
@@ -10,6 +11,7 @@ contiguous rows, and int32 and uint32 faces, go in without a copy.
 
 from ._abi import VERSION
 from ._atlas import Atlas, Places, Projection
+from ._bake import bake
 from ._call import Cancel, Cancelled, Error, Progress, RunOptions, TimedOut
 from ._denoise import Denoised, Report, Surface, denoise
 from ._measure import (
@@ -50,6 +52,7 @@ __all__ = [
     "Uv",
     "UvInfo",
     "UvQuality",
+    "bake",
     "denoise",
     "measure_points",
     "measure_surface",

@@ -15,7 +15,8 @@ from pathlib import Path
 
 VERSION = (0, 1, 0)
 
-PRIOR_GP, PRIOR_MLP = 0, 1
+PRIOR_GP, PRIOR_MLP, PRIOR_CONV, PRIOR_LEVEL_SET = range(4)
+RECIPE_FAST, RECIPE_PAPER = 0, 1
 OUTLIERS_KEEP, OUTLIERS_DROP = 0, 1
 F32, F64, U8, I8, U16, I16, U32, I32 = range(8)
 STAGE_LIMIT = 16
@@ -118,11 +119,11 @@ class atlasfit_denoise_options(Sized):
         ("outliers", c_uint32),
         ("uv", c_uint32),
         ("texture_size", c_uint32),
-        ("mlp_charts", c_uint32),
-        ("mlp_iterations", c_uint32),
-        ("reserved", c_uint32),
-        ("mlp_stretch_weight", c_double),
-        ("mlp_learning_rate", c_double),
+        ("network_charts", c_uint32),
+        ("network_iterations", c_uint32),
+        ("recipe", c_uint32),
+        ("network_stretch_weight", c_double),
+        ("network_learning_rate", c_double),
     ]
 
 
@@ -169,7 +170,18 @@ class atlasfit_mesh(Sized):
         ("face_polygon", c_void_p),
         ("seam_edges", c_void_p),
         ("seam_edge_count", c_size_t),
+        ("face_page", c_void_p),
+        ("page_width", c_uint32),
+        ("page_height", c_uint32),
+        ("colors", c_void_p),
+        ("color_stride", c_size_t),
+        ("color_scalar", c_uint32),
+        ("color_width", c_uint32),
     ]
+
+
+class atlasfit_bake_options(Sized):
+    _fields_ = [("struct_size", c_size_t), ("width", c_uint32), ("height", c_uint32), ("padding", c_uint32), ("page", c_uint32)]
 
 
 class atlasfit_topology(Sized):
@@ -278,6 +290,7 @@ class atlasfit_uv_info(Sized):
         ("texels_per_unit", c_double),
         ("stretch_bound", c_double),
         ("over_stretched", c_double),
+        ("coverage", c_double),
     ]
 
 
@@ -296,6 +309,8 @@ FUNCTIONS = {
     "atlasfit_atlas_eval": (status, [_handle, c_size_t, _array, c_size_t, _array, _array, _array, c_size_t]),
     "atlasfit_atlas_save": (status, [_handle, _array, c_size_t, _array]),
     "atlasfit_atlas_load": (status, [_array, c_size_t, _new_handle]),
+    "atlasfit_bake_options_init": (status, [POINTER(atlasfit_bake_options), c_size_t]),
+    "atlasfit_bake": (status, [_mesh, _points, POINTER(atlasfit_bake_options), _run, _array, c_size_t]),
     "atlasfit_denoise_options_init": (status, [POINTER(atlasfit_denoise_options), c_size_t]),
     "atlasfit_denoise": (status, [_points, POINTER(atlasfit_denoise_options), _run, _new_handle]),
     "atlasfit_result_free": (status, [_handle]),

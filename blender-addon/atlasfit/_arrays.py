@@ -83,6 +83,21 @@ def mesh_struct(vertices: NDArray[Any], faces: NDArray[np.uint32], corner_uv: ND
     return out
 
 
+def set_colors(struct: _abi.atlasfit_points | _abi.atlasfit_mesh, values: ArrayLike, count: int) -> NDArray[Any]:
+    """Gives points or a mesh its colours, (count, 3 or 4) floats or uint8. What is returned must outlive the struct."""
+    array = rows(values, (3, 4), "colors", (np.float32, np.uint8))
+    check_rows(array, count, "colors")
+    struct.colors, struct.color_stride = array.ctypes.data, array.strides[0]
+    struct.color_width, struct.color_scalar = array.shape[1], _SCALARS[array.dtype]
+    return array
+
+
+def check_rows(array: NDArray[Any], count: int, what: str) -> None:
+    """Refuses what has not one row for each point or vertex."""
+    if len(array) != count:
+        raise ValueError(f"{what} has {len(array)} rows. Give one for each of the {count} points or vertices")
+
+
 def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:
     """UVs per corner, (faces, 3, 2)."""
     array = np.ascontiguousarray(values, np.float32)

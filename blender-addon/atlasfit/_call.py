@@ -6,13 +6,18 @@ import ctypes
 import signal
 import threading
 from ctypes import byref
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Callable, Optional, TypedDict
+
+import numpy as np
 
 from . import _abi
 from ._abi import lib
 
 if TYPE_CHECKING:
     from types import FrameType
+
+    from numpy.typing import NDArray
 
 Progress = Callable[[str, float], Optional[bool]]
 
@@ -62,8 +67,15 @@ class Handle:
 
     def __init__(self, kind: str) -> None:
         self.pointer = ctypes.c_void_p()
+        self._kind = kind
         # Held here: at interpreter exit the module's own names may be gone already.
         self._free = getattr(lib(), f"atlasfit_{kind}_free")
+
+    def copy(self, name: str, shape: tuple[int, ...], kind: Any, *which: int) -> NDArray[Any]:
+        """An array of the object's, by the name that its function ends in."""
+        array = np.empty(shape, kind)
+        check(getattr(lib(), f"atlasfit_{self._kind}_{name}")(self.pointer, *which, array.ctypes.data, array.size))
+        return array
 
     def __del__(self) -> None:
         if getattr(self, "pointer", None):
@@ -161,8 +173,19 @@ def options_with(options: _abi.Sized, **values: Any) -> _abi.Sized:
     return options
 
 
+def values(kind: Any, struct: Any) -> dict[str, Any]:
+    """The dataclass's fields that the struct has, booleans as such."""
+    of = {f.name: getattr(struct, f.name) for f in fields(kind) if hasattr(struct, f.name)}
+    return of | {f.name: bool(of[f.name]) for f in fields(kind) if f.type == "bool"}
+
+
 def choice(value: str | None, names: dict[str, int], what: str) -> int | None:
     """The number of a named choice; None stays None."""
     if value is not None and value not in names:
         raise ValueError(f"{what} is {value!r}. Give one of {', '.join(names)}")
     return None if value is None else names[value]
+
+
+def size_of_page(size: int | tuple[int, int] | None) -> tuple[int | None, int | None]:
+    """Width and height, of one side or both."""
+    return (size, size) if size is None or isinstance(size, int) else size

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from ctypes import byref
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Mapping
 
 import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import Attributes, points_struct, positions, rows, _SCALARS
+from ._arrays import Attributes, check_rows, points_struct, positions, rows, set_colors
 from ._atlas import Atlas
-from ._call import Handle, RunOptions, check, choice, options_with, run
+from ._call import Handle, RunOptions, check, choice, options_with, run, values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
+
+PRIORS = {"gp": _abi.PRIOR_GP, "mlp": _abi.PRIOR_MLP, "conv": _abi.PRIOR_CONV, "level-set": _abi.PRIOR_LEVEL_SET}
 
 
 @dataclass(frozen=True)
@@ -107,17 +109,18 @@ def denoise(
     outliers: Literal["keep", "drop"] | None = None,
     uv: bool | None = None,
     texture_size: int | None = None,
-    prior: Literal["gp", "mlp"] | None = None,
-    mlp_charts: int | None = None,
-    mlp_iterations: int | None = None,
-    mlp_stretch_weight: float | None = None,
-    mlp_learning_rate: float | None = None,
+    prior: Literal["gp", "mlp", "conv", "level-set"] | None = None,
+    recipe: Literal["fast", "paper"] | None = None,
+    network_charts: int | None = None,
+    network_iterations: int | None = None,
+    network_stretch_weight: float | None = None,
+    network_learning_rate: float | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
 
     points        (n, 3), at least a few hundred on a surface, in any unit; float32 and float64 are not copied
-    normals       (n, 3), unit length: they decide which side is outside; not needed
+    normals       (n, 3): they do not steer the fit; points that end up on no chart keep theirs
     colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
     attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the nearest point; floats are averaged
     noise         standard deviation along the normal; 0 = estimate it (default)
@@ -127,8 +130,11 @@ def denoise(
     outliers      points on no surface: "keep" where they were (default), or "drop"
     uv            whether the surface gets UVs (default True)
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
-    prior         "gp", the Gaussian-process limit of the paper's networks (default), or "mlp", the networks themselves: about a
-                  hundred times slower, and what the mlp_ options are for
+    prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks themselves, many times slower: "mlp",
+                  fully connected; "conv", convolutional; "level-set", closed surfaces only
+    recipe        how "mlp" and "conv" are trained: "fast", from coarse to fine (default), or "paper", all samples at every step
+    network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the Chamfer distance (1),
+                  learning_rate of Adam (0.001); iterations and learning_rate are of the recipe "paper"
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -137,14 +143,10 @@ def denoise(
     given = points_struct(points)
     if normals is not None:
         normals = rows(normals, (3,), "normals", (np.float32,))
+        check_rows(normals, len(points), "normals")
         given.normals, given.normal_stride = normals.ctypes.data, normals.strides[0]
     if colors is not None:
-        colors = rows(colors, (3, 4), "colors", (np.float32, np.uint8))
-        given.colors, given.color_stride = colors.ctypes.data, colors.strides[0]
-        given.color_width, given.color_scalar = colors.shape[1], _SCALARS[colors.dtype]
-    for name, array in (("normals", normals), ("colors", colors)):
-        if array is not None and len(array) != len(points):
-            raise ValueError(f"{name} has {len(array)} rows. Give one for each of the {len(points)} points")
+        colors = set_colors(given, colors, len(points))
     columns = Attributes(attributes or {}, len(points))
     given.attributes, given.attribute_count = columns.structs, len(columns.names)
     chosen = options_with(
@@ -156,11 +158,12 @@ def denoise(
         outliers=choice(outliers, {"keep": _abi.OUTLIERS_KEEP, "drop": _abi.OUTLIERS_DROP}, "outliers"),
         uv=uv,
         texture_size=texture_size,
-        prior=choice(prior, {"gp": _abi.PRIOR_GP, "mlp": _abi.PRIOR_MLP}, "prior"),
-        mlp_charts=mlp_charts,
-        mlp_iterations=mlp_iterations,
-        mlp_stretch_weight=mlp_stretch_weight,
-        mlp_learning_rate=mlp_learning_rate,
+        prior=choice(prior, PRIORS, "prior"),
+        recipe=choice(recipe, {"fast": _abi.RECIPE_FAST, "paper": _abi.RECIPE_PAPER}, "recipe"),
+        network_charts=network_charts,
+        network_iterations=network_iterations,
+        network_stretch_weight=network_stretch_weight,
+        network_learning_rate=network_learning_rate,
     )
     result = Handle("result")
     run(lambda r: lib().atlasfit_denoise(byref(given), byref(chosen), r, byref(result.pointer)), options)
@@ -171,12 +174,7 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
     raw = _abi.atlasfit_report()
     check(lib().atlasfit_result_report(result.pointer, byref(raw)))
 
-    def copy(name: str, shape: tuple[int, ...], kind: Any, *which: int) -> NDArray[Any]:
-        array = np.empty(shape, kind)
-        check(getattr(lib(), f"atlasfit_result_{name}")(result.pointer, *which, array.ctypes.data, array.size))
-        return array
-
-    n, v, t = raw.points, raw.vertices, raw.triangles
+    copy, n, v, t = result.copy, raw.points, raw.vertices, raw.triangles
     surface = Surface(
         vertices=copy("surface_positions", (v, 3), np.float64),
         normals=copy("surface_normals", (v, 3), np.float32),
@@ -191,7 +189,7 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
     atlas = Handle("atlas")
     check(lib().atlasfit_result_atlas(result.pointer, byref(atlas.pointer)))
     stages = {lib().atlasfit_stage_name(i).decode(): s for i, s in enumerate(raw.stage_seconds) if s > 0.0}
-    report = {f.name: getattr(raw, f.name) for f in fields(Report)} | {"one_sided": bool(raw.one_sided), "stage_seconds": stages}
+    report = values(Report, raw) | {"stage_seconds": stages}
     return Denoised(
         points=copy("point_positions", (n, 3), np.float64),
         normals=copy("point_normals", (n, 3), np.float32),

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from ctypes import byref
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import corners, indices, mesh_struct, points_struct, positions
-from ._call import RunOptions, options_with, run
+from ._arrays import address, corners, indices, mesh_struct, points_struct, positions
+from ._call import RunOptions, options_with, run, size_of_page, values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -73,11 +73,11 @@ class UvQuality:
     conformal: float
     """Mean by area of s1/s2: 1 = conformal."""
     overlap: float
-    """Texels covered twice or more / texels covered, on a page of 1024 x 1024."""
+    """Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side."""
     coverage: float
     """Texels covered / all texels."""
     inside: bool
-    """Whether all UVs lie in [0, 1]."""
+    """Whether all UVs lie on their pages, in [0, 1]."""
     finite: bool
     face_stretch: NDArray[np.float32]
     """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space."""
@@ -121,28 +121,41 @@ class Distance:
     """(n,) distance of each point to the surface, infinite for points that are not finite; None for meshes."""
 
 
-def _values(kind: Any, struct: Any) -> dict[str, Any]:
-    """The dataclass's fields that the struct has, booleans as such."""
-    of = {f.name: getattr(struct, f.name) for f in fields(kind) if hasattr(struct, f.name)}
-    return of | {f.name: bool(of[f.name]) for f in fields(kind) if f.type == "bool"}
-
-
 def measure_topology(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[RunOptions]) -> Topology:
     """Counts the connectivity of a mesh: (n, 3) vertices, (m, 3) faces."""
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     mesh, out = mesh_struct(vertices, faces), _abi.atlasfit_topology()
     run(lambda r: lib().atlasfit_measure_topology(byref(mesh), r, byref(out)), options)
-    return Topology(**_values(Topology, out))
+    return Topology(**values(Topology, out))
 
 
-def measure_uv(vertices: ArrayLike, faces: ArrayLike, corner_uv: ArrayLike, **options: Unpack[RunOptions]) -> UvQuality:
-    """Measures UVs, whoever made them: (n, 3) vertices, (m, 3) faces, (m, 3, 2) UVs per corner."""
+def measure_uv(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    corner_uv: ArrayLike,
+    *,
+    face_pages: ArrayLike | None = None,
+    page_size: int | tuple[int, int] | None = None,
+    **options: Unpack[RunOptions],
+) -> UvQuality:
+    """Measures UVs, whoever made them.
+
+    vertices    (n, 3)
+    faces       (m, 3) vertex indices
+    corner_uv   (m, 3, 2) UVs of each corner of each face
+    face_pages  (m,) the page that each face's UVs are on; without it all are on one
+    page_size   width and height of a page in any unit, where it is not square
+    """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     uv = corners(corner_uv, len(faces))
+    pages = None if face_pages is None else indices(face_pages, (len(faces),), "face_pages")
     mesh, out = mesh_struct(vertices, faces, uv), _abi.atlasfit_uv_quality()
+    mesh.face_page = address(pages)
+    if page_size is not None:
+        mesh.page_width, mesh.page_height = size_of_page(page_size)
     stretch = np.empty(len(faces), np.float32)
     run(lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size), options)
-    return UvQuality(face_stretch=stretch, **_values(UvQuality, out))
+    return UvQuality(face_stretch=stretch, **values(UvQuality, out))
 
 
 def measure_surface(
@@ -193,6 +206,6 @@ def measure_points(
 
 def _distance(out: _abi.atlasfit_distance, each: NDArray[np.float64] | None) -> Distance:
     stats = {
-        name: DistanceStats(**_values(DistanceStats, getattr(out, name))) for name in ("accuracy", "completeness")
+        name: DistanceStats(**values(DistanceStats, getattr(out, name))) for name in ("accuracy", "completeness")
     }
-    return Distance(**(_values(Distance, out) | stats), point_distances=each)
+    return Distance(**(values(Distance, out) | stats), point_distances=each)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from ctypes import byref
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from . import _abi
 from ._abi import lib
 from ._arrays import address, corners, indices, mesh_struct, positions
-from ._call import Handle, RunOptions, check, choice, options_with, run
+from ._call import Handle, RunOptions, check, choice, options_with, run, size_of_page, values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -46,6 +46,8 @@ class UvInfo:
     """The stretch bound that was held: max_stretch, or more where max_charts asked for it."""
     over_stretched: float
     """Share of the area stretched beyond the bound."""
+    coverage: float
+    """Share of the pages that lies under faces."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ def unwrap(
     mesh = mesh_struct(vertices, faces, kept)
     mesh.face_group, mesh.face_polygon = address(groups), address(polygons)
     mesh.seam_edges, mesh.seam_edge_count = address(seams), 0 if seams is None else len(seams)
-    width, height = (page_size, page_size) if page_size is None or isinstance(page_size, int) else page_size
+    width, height = size_of_page(page_size)
     chosen = options_with(
         _abi.atlasfit_unwrap_options(),
         max_stretch=max_stretch,
@@ -137,16 +139,10 @@ def unwrap(
     run(lambda r: lib().atlasfit_unwrap(byref(mesh), byref(chosen), r, byref(uv.pointer)), options)
     info = _abi.atlasfit_uv_info()
     check(lib().atlasfit_uv_get_info(uv.pointer, byref(info)))
-
-    def copy(name: str, shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
-        array = np.empty(shape, kind)
-        check(getattr(lib(), f"atlasfit_uv_{name}")(uv.pointer, array.ctypes.data, array.size))
-        return array
-
     return Uv(
-        corner_uv=copy("corners", (m, 3, 2), np.float32),
-        face_charts=copy("face_charts", (m,), np.uint32),
-        face_pages=copy("face_pages", (m,), np.uint32),
-        info=UvInfo(**{f.name: getattr(info, f.name) for f in fields(UvInfo)}),
+        corner_uv=uv.copy("corners", (m, 3, 2), np.float32),
+        face_charts=uv.copy("face_charts", (m,), np.uint32),
+        face_pages=uv.copy("face_pages", (m,), np.uint32),
+        info=UvInfo(**values(UvInfo, info)),
         _handle=uv,
     )

@@ -84,12 +84,11 @@ class IMAGE_PT_atlasfit(_Panel, bpy.types.Panel):
     operators = UV_OPERATORS
 
 
-_classes = (VIEW3D_PT_atlasfit, IMAGE_PT_atlasfit)
+_register, _unregister = bpy.utils.register_classes_factory((VIEW3D_PT_atlasfit, IMAGE_PT_atlasfit))
 
 
 def register():
-    for c in _classes:
-        bpy.utils.register_class(c)
+    _register()
     for name, draw in _menus():
         getattr(bpy.types, name).append(draw)
 
@@ -97,5 +96,4 @@ def register():
 def unregister():
     for name, draw in _menus():
         getattr(bpy.types, name).remove(draw)
-    for c in reversed(_classes):
-        bpy.utils.unregister_class(c)
+    _unregister()

@@ -263,6 +263,18 @@ def new_mesh(name, vertices, faces):
     return me
 
 
-def set_report(me, title, **lines):
+def set_report(me, title, notes=(), **lines):
     """Keeps a report with the mesh: the panel shows it, files carry it."""
+    if notes:
+        lines["notes"] = "; ".join(notes)
     me[REPORT] = {"title": title, **{key.replace("_", " "): str(value) for key, value in lines.items()}}
+
+
+def put_beside(context, new, old):
+    """Links a new object where the old one is, and makes it the selected and active one."""
+    for collection in old.users_collection:
+        collection.objects.link(new)
+    for other in context.selected_objects:
+        other.select_set(False)
+    new.select_set(True)
+    context.view_layer.objects.active = new

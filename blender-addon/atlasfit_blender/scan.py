@@ -41,9 +41,7 @@ def _report(me, title, report, seconds, notes):
         "uv_charts": report.uv_charts,
         "seconds": f"{seconds:.2f}",
     }
-    if notes:
-        found["notes"] = "; ".join(notes)
-    mesh.set_report(me, title, **{key: value for key, value in found.items() if value not in (0, "0")})
+    mesh.set_report(me, title, notes, **{key: value for key, value in found.items() if value not in (0, "0")})
 
 
 def _notes(report):
@@ -70,11 +68,26 @@ class Fit(LongOperator):
         precision=4,
     )
     charts: IntProperty(name="Charts", description="Number of charts to aim for. 0 is as many as the shape needs", default=0, min=0)
+    prior: EnumProperty(
+        name="Prior",
+        description="What smooth means",
+        items=(
+            ("gp", "Gaussian Process", "The limit of the paper's networks"),
+            ("mlp", "Networks", "The paper's fully connected networks, trained on the scan first: many times slower"),
+            ("conv", "Convolutional Networks", "The paper's convolutional networks: many times slower"),
+            ("level-set", "Level Set", "The paper's level set, closed surfaces only: many times slower"),
+        ),
+        default="gp",
+    )
 
     @classmethod
     def poll(cls, context):
         ob = context.view_layer.objects.active
         return ob is not None and ob.type == "MESH" and context.mode in {"OBJECT", "EDIT_MESH"}
+
+    def fit_options(self):
+        """Of the fit: the operator must not be touched from the thread that works."""
+        return {"noise": self.noise, "charts": self.charts, "prior": self.prior}
 
 
 class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
@@ -98,7 +111,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "drop", "noise", "charts"):
+        for name in ("result", "drop", "noise", "charts", "prior"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -107,10 +120,8 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         self._edit = context.mode == "EDIT_MESH"
         with mesh.object_mode(context, [ob]):
             points, normals = self._read(ob)
-        noise, charts = self.noise, self.charts
-        return lambda progress, cancel: atlasfit.denoise(
-            points, normals=normals, noise=noise, charts=charts, uv=False, progress=progress, cancel=cancel
-        )
+        options = self.fit_options()
+        return lambda progress, cancel: atlasfit.denoise(points, normals=normals, uv=False, **options, progress=progress, cancel=cancel)
 
     def _read(self, ob):
         me = ob.data
@@ -170,12 +181,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         new = ob.copy()
         new.data = ob.data.copy()
         new.name = f"{ob.name} Denoised"
-        for collection in ob.users_collection:
-            collection.objects.link(new)
-        for other in context.selected_objects:
-            other.select_set(False)
-        new.select_set(True)
-        context.view_layer.objects.active = new
+        mesh.put_beside(context, new, ob)
         return new
 
     @staticmethod
@@ -209,7 +215,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("detail", "fill_holes", "noise", "charts", "texture_size", "bake"):
+        for name in ("detail", "fill_holes", "noise", "charts", "prior", "texture_size", "bake"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -217,14 +223,16 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, wanted = self.texture_size, self.bake and colors is not None
-        options = {"noise": self.noise, "charts": self.charts, "detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
+        size, paint = self.texture_size, bake.srgb(colors) if self.bake and colors is not None else None
+        options = self.fit_options() | {"detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
 
         def work(progress, cancel):
-            out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, progress=progress, cancel=cancel)
+            how = {"progress": progress, "cancel": cancel}
+            out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, **how)
+            if paint is None:
+                return out, None
             s = out.surface
-            margin = 2
-            return out, bake.image(s.colors[s.triangles], s.corner_uv, size, margin, progress) if wanted else None
+            return out, atlasfit.bake(s.vertices, s.triangles, s.corner_uv, paint, points=out.points, page_size=size, **how)
 
         return work
 
@@ -246,7 +254,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
 
     def finish(self, context, result):
         """The new object."""
-        out, pixels = result
+        out, texels = result
         name, matrix = self._source
         source = bpy.data.objects.get(name)
         if source is None:
@@ -264,32 +272,17 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             mesh.add_attribute(me, column, self._kinds[column], values)
         ob = bpy.data.objects.new(f"{source.name} Surface", me)
         ob.matrix_world = source.matrix_world
-        for collection in source.users_collection:
-            collection.objects.link(ob)
-        for other in context.selected_objects:
-            other.select_set(False)
-        ob.select_set(True)
-        context.view_layer.objects.active = ob
+        mesh.put_beside(context, ob, source)
         notes = _notes(out.report)
         if self._left:
             notes.append(f"attributes of kinds that cannot be carried: {', '.join(self._left)}")
         if source.vertex_groups:
             notes.append("vertex groups are not carried")
-        if pixels is not None:
-            notes += bake.write(pixels, [ob])
+        if texels is not None:
+            notes += bake.write(texels, [ob])
         _report(me, self.bl_label, out.report, self.seconds(), notes)
         text = f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes in {self.seconds():.1f} s"
         self.report({"INFO"}, "; ".join([text, *notes]))
 
 
-_classes = (OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct)
-
-
-def register():
-    for c in _classes:
-        bpy.utils.register_class(c)
-
-
-def unregister():
-    for c in reversed(_classes):
-        bpy.utils.unregister_class(c)
+register, unregister = bpy.utils.register_classes_factory((OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct))

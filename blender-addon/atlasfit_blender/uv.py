@@ -37,7 +37,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         default=0.0,
         min=0.0,
     )
-    pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs", default=0, min=0, max=100)
+    pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs; baking makes one", default=0, min=0, max=100)
     seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
     sharp: BoolProperty(name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
     materials: BoolProperty(name="Materials", description="No chart spans two materials", default=False)
@@ -85,7 +85,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
             "max_charts": self.max_charts,
             "page_size": self.texture_size,
             "padding": self.margin,
-            "pages": self.pages,
+            "pages": 1 if self.bake else self.pages,  # one image
             "texels_per_unit": self.density,
         }
 
@@ -101,7 +101,9 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     progress=progress,
                     cancel=cancel,
                 )
-                image = bake.image(colors, uv.corner_uv, self.texture_size, self.margin, progress) if colors is not None else None
+                image = None
+                if colors is not None:
+                    image = bake.image(colors, uv.corner_uv, page_size=options["page_size"], progress=progress, cancel=cancel)
                 out.append((given, uv, image))
             return out
 
@@ -196,19 +198,16 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         return out
 
     def _tell(self, me, uv, notes):
-        flat = uv.corner_uv.astype(np.float64)
-        a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-        filled = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / uv.info.pages
         mesh.set_report(
             me,
             self.bl_label,
+            notes,
             charts=uv.info.charts,
             triangles=uv.info.triangles,
             stretch_bound=f"{uv.info.stretch_bound:.3f}",
-            texture_filled=f"{100 * filled:.0f} %",
+            texture_filled=f"{100 * uv.info.coverage:.0f} %",
             pixels_per_unit=f"{uv.info.texels_per_unit:.4g}",
             seconds=f"{self.seconds():.2f}",
-            **{"notes": "; ".join(notes)} if notes else {},
         )
 
 
@@ -283,14 +282,4 @@ def _heat(stretch, full):
     return out
 
 
-_classes = (UV_OT_atlasfit_unwrap, UV_OT_atlasfit_stretch)
-
-
-def register():
-    for c in _classes:
-        bpy.utils.register_class(c)
-
-
-def unregister():
-    for c in reversed(_classes):
-        bpy.utils.unregister_class(c)
+register, unregister = bpy.utils.register_classes_factory((UV_OT_atlasfit_unwrap, UV_OT_atlasfit_stretch))

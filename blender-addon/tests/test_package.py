@@ -167,6 +167,47 @@ def test_pages_and_a_given_density():
     uv = atlasfit.unwrap(vertices, faces, page_size=(512, 256), texels_per_unit=100.0)
     assert (uv.info.width, uv.info.height, uv.info.texels_per_unit) == (512, 256, 100.0)
     assert uv.info.pages == uv.face_pages.max() + 1 > 1
+    quality = atlasfit.measure_uv(vertices, faces, uv.corner_uv, face_pages=uv.face_pages, page_size=(512, 256))
+    assert quality.overlapping_faces == 0 and quality.charts == uv.info.charts and quality.stretch_p95 < 1.2
+    assert quality.coverage == pytest.approx(uv.info.coverage, abs=0.02)
+
+
+def test_baked_texels_are_the_programs(tmp_path):
+    program = Path(os.environ.get("ATLASFIT", Path(__file__).resolve().parents[2] / "target/debug/atlasfit"))
+    image = pytest.importorskip("PIL.Image")
+    if not program.exists():
+        pytest.skip("no program: cargo build -p atlasfit-cli, or let ATLASFIT name it")
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    vertices = vertices.astype(np.float32)
+    colors = (np.arange(3 * len(vertices)) * 7 % 256).astype(np.uint8).reshape(-1, 3)
+    rows = np.zeros(len(vertices), [("xyz", "<f4", 3), ("rgb", "u1", 3)])
+    rows["xyz"], rows["rgb"] = vertices, colors
+    corners = np.zeros(len(faces), [("n", "u1"), ("v", "<i4", 3)])
+    corners["n"], corners["v"] = 3, faces
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n" + "".join(f"property float {c}\n" for c in "xyz")
+    head += "".join(f"property uchar {c}\n" for c in ("red", "green", "blue")) + f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "in.ply").write_bytes(head.encode() + rows.tobytes() + corners.tobytes())
+    out = tmp_path / "out.obj"
+    subprocess.run([program, "unwrap", tmp_path / "in.ply", "-o", out, "--bake", "--texture-size", "128", "--quiet"], check=True)
+    theirs = np.asarray(image.open(next(tmp_path.glob("*.png"))).convert("RGBA"))
+    uv = atlasfit.unwrap(vertices, faces, page_size=128)
+    ours = atlasfit.bake(vertices, faces, uv.corner_uv, colors, page_size=128)
+    assert ours.tobytes() == theirs.tobytes()
+
+
+def test_baking_the_colors_of_points_and_of_one_page():
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    uv = atlasfit.unwrap(vertices, faces, page_size=(64, 32), texels_per_unit=10.0)
+    assert uv.info.pages > 1
+    red, green = np.float32([1, 0, 0]), np.float32([0, 1, 0, 1])
+    texels = atlasfit.bake(
+        vertices, faces, uv.corner_uv, np.tile(red, (len(vertices), 1)), face_pages=uv.face_pages, page=uv.info.pages - 1, page_size=(64, 32)
+    )
+    assert texels.shape == (32, 64, 4) and (texels == [255, 0, 0, 255]).all()
+    texels = atlasfit.bake(vertices, faces, uv.corner_uv, np.tile(green, (500, 1)), points=sphere_points(500), page_size=16)
+    assert (texels == [0, 255, 0, 255]).all()
 
 
 def test_seams_of_given_uvs_stay():
@@ -220,6 +261,8 @@ def test_arrays_that_are_not_contiguous_give_the_same_result():
         (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0.0, 1.0, 2.0]]), TypeError, "float64"),
         (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0, 1, 2, 0]]), ValueError, r"\(1, 4\)"),
         (lambda: atlasfit.unwrap(np.zeros((0, 3)), np.zeros((0, 3), int)), atlasfit.Error, ""),
+        (lambda: atlasfit.bake(np.eye(3), [[0, 1, 2]], np.zeros((1, 3, 2)), np.zeros((2, 3))), ValueError, "2 rows"),
+        (lambda: atlasfit.bake(np.eye(3), [[0, 1, 2]], np.zeros((1, 3, 2)), np.zeros((3, 3)), page=2), atlasfit.Error, "page is 2"),
         (lambda: atlasfit.measure_uv(np.eye(3), [[0, 1, 2]], np.zeros((2, 3, 2))), ValueError, r"\(1, 3, 2\)"),
     ],
 )

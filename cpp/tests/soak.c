@@ -167,6 +167,15 @@ int main(int argc, char **argv) {
   few.samples = few.chamfer_samples = 500;
   want(atlasfit_measure_surface(&mesh, &mesh, &few, &run, &distance), ATLASFIT_OK, "distance");
   want(atlasfit_measure_points(&points, &mesh, &few, &run, &distance, NULL, 0), ATLASFIT_OK, "distance of points");
+  atlasfit_bake_options page;
+  want(atlasfit_bake_options_init(&page, sizeof page), ATLASFIT_OK, "options");
+  page.width = page.height = 64;
+  const size_t room = 4 * 64 * 64;
+  uint8_t *texels = malloc(room);
+  want(atlasfit_bake(&mesh, NULL, &page, &run, texels, room), ATLASFIT_EMPTY_INPUT, "no colours");
+  want(atlasfit_bake(&mesh, &points, &page, &run, texels, room - 1), ATLASFIT_BUFFER_TOO_SMALL, "small");
+  want(atlasfit_bake(&mesh, &points, &page, &run, texels, room), ATLASFIT_OK, "bake");
+  free(texels);
   mesh.corner_uv = NULL;
   atlasfit_uv *layout = NULL;
   for (double moment = -1.0; moment < 10.0; moment += 3.0) {

@@ -76,6 +76,16 @@ int main() {
   want(layout.split().indices.size() == triangles.size(), "split form");
   want(atlasfit::measure_topology(atlasfit::Mesh(surface, triangles)).closed == 1, "closed");
 
+  atlasfit::BakeOptions page;
+  page.width = page.height = 64;
+  const std::vector<std::uint8_t> grey(surface.size(), 77);
+  const std::vector<std::uint8_t> texels =
+      atlasfit::bake(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()).colors(grey.data(), 3), page);
+  want(texels.size() == 4 * 64 * 64 && texels[0] == 77 && texels[3] == 255, "baked vertex colours");
+  const std::vector<float> white(xyz.size(), 1.0f);
+  const atlasfit::Points scan = atlasfit::Points(xyz).colors(white.data(), 3);
+  want(atlasfit::bake(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), page, {}, &scan)[0] == 255, "baked colours of a scan");
+
   want(status_of([] { atlasfit::denoise(atlasfit::Points(std::vector<double>())); }) == ATLASFIT_EMPTY_INPUT, "no points");
   want(status_of([] { atlasfit::Points(std::vector<double>(4)); }) == ATLASFIT_INVALID_ARGUMENT, "four numbers are no points");
   struct Stop {};

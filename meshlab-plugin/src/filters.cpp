@@ -17,9 +17,6 @@ const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b
 const char* const STRETCH_PAPER = "<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive Meshes\"</b><br>SIGGRAPH 2001.";
 const char* const FRAME = "<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
 
-/// Texels that a baked colour is carried beyond a chart's border where the library chooses the padding.
-const int BLEED = 4;
-
 /// Choices of the parameter "texture".
 enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
 
@@ -46,8 +43,8 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is estimated.", {}, false},
 		{Parameter::ENUM, "prior", double(o.prior), "Prior",
 			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they grow wide. <b>Networks</b>: the paper's networks, "
-			"trained on the scan first; about a hundred times slower.",
-			{"Gaussian process", "Networks"}, false},
+			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of them. <b>Level set</b>: one network for all, closed surfaces only.",
+			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, false},
 		{Parameter::INT, "charts", double(o.charts), "Charts", "Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
 	};
 	if (surface) {
@@ -127,9 +124,32 @@ template <class Call> void timed(Outcome& outcome, Call call)
 	check(status);
 }
 
+/// A mesh for the library, and points; they borrow the arrays.
+atlasfit_mesh mesh(const std::vector<double>& xyz, const std::vector<uint32_t>& corners)
+{
+	atlasfit_mesh in = defaults(atlasfit_mesh_init);
+	in.positions = xyz.data();
+	in.vertex_count = xyz.size() / 3;
+	in.scalar = ATLASFIT_F64;
+	in.triangles = corners.data();
+	in.triangle_count = corners.size() / 3;
+	return in;
+}
+
+atlasfit_points cloud(const std::vector<double>& xyz)
+{
+	atlasfit_points in = defaults(atlasfit_points_init);
+	in.positions = xyz.data();
+	in.count = xyz.size() / 3;
+	in.scalar = ATLASFIT_F64;
+	return in;
+}
+
 struct Denoised {
 	Result result;
 	atlasfit_report report;
+	/// Colours of the points; empty where there are none or they were not asked for.
+	std::vector<uint8_t> rgba;
 };
 
 /// The library's denoising of a layer's points, with what they carry.
@@ -138,13 +158,10 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
 	options.noise = number(par, "noise");
 	options.charts = count(par, "charts");
-	options.prior = par.getEnum("prior") == 0 ? ATLASFIT_PRIOR_GP : ATLASFIT_PRIOR_MLP;
+	options.prior = uint32_t(par.getEnum("prior")); // the choices are in the order of ATLASFIT_PRIOR_...
 	options.uv = 0;
-	atlasfit_points in = defaults(atlasfit_points_init);
-	in.positions = from.xyz.data();
-	in.count = from.vertex.size();
-	in.scalar = ATLASFIT_F64;
-	std::vector<uint8_t> rgba;
+	atlasfit_points in = cloud(from.xyz);
+	Denoised out{nullptr, ::out<atlasfit_report>(), {}};
 	std::vector<double> quality;
 	atlasfit_attribute attribute = defaults(atlasfit_attribute_init);
 	if (surface) {
@@ -153,8 +170,8 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 		options.uv = par.getBool("uv") ? 1 : 0;
 		options.texture_size = count(par, "textureSize");
 		if (layer.hasDataMask(MeshModel::MM_VERTCOLOR)) {
-			rgba = colors(layer.cm, from);
-			in.colors = rgba.data();
+			out.rgba = colors(layer.cm, from);
+			in.colors = out.rgba.data();
 			in.color_scalar = ATLASFIT_U8;
 		}
 		if (layer.hasDataMask(MeshModel::MM_VERTQUALITY)) {
@@ -171,7 +188,7 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	const atlasfit_run how = run(par, progress);
 	atlasfit_result* result = nullptr;
 	timed(outcome, [&] { return atlasfit_denoise(&in, &options, &how, &result); });
-	Denoised out{Result(result), ::out<atlasfit_report>()};
+	out.result.reset(result);
 	check(atlasfit_result_report(result, &out.report));
 	return out;
 }
@@ -197,17 +214,28 @@ void check_page(const RichParameterList& par)
 		throw std::runtime_error("atlasfit: a texture page of " + std::to_string(int(size)) + " texels is more than MeshLab can hold. Make it smaller, or choose no page");
 }
 
-/// The pages that the user asked for. Made before the document is touched: they may need more memory than there is.
-std::vector<QImage> page_images(int texture, int size, int bleed, std::size_t pages, const std::vector<uint32_t>& corners, const std::vector<float>& uv,
-	const std::vector<uint32_t>& page, const std::vector<uint8_t>& rgba)
+/// The pages that the user asked for: with the colours of `scan`, or of the mesh's own vertices. Made before the document is touched: they may need more
+/// memory than there is.
+std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages, const atlasfit_mesh& mesh, const atlasfit_points* scan, vcg::CallBackPos* progress,
+	Outcome& outcome)
 {
+	const int texture = par.getEnum("texture"), size = int(count(par, "textureSize"));
 	if (texture == TEXTURE_NONE)
 		return {};
 	if (texture == TEXTURE_CHECKER)
 		return std::vector<QImage>(pages, checker(size));
-	if (rgba.empty())
+	if ((scan ? scan->colors : mesh.colors) == nullptr)
 		return std::vector<QImage>(pages, plain(size));
-	return bake(size, bleed, pages, corners, uv, page, rgba);
+	atlasfit_bake_options options = defaults(atlasfit_bake_options_init);
+	options.width = options.height = uint32_t(size);
+	const atlasfit_run how = run(par, progress);
+	std::vector<QImage> images;
+	for (; options.page < pages; ++options.page) {
+		QImage image(size, size, QImage::Format_RGBA8888);
+		timed(outcome, [&] { return atlasfit_bake(&mesh, scan, &options, &how, image.bits(), std::size_t(image.sizeInBytes())); });
+		images.push_back(image.convertToFormat(QImage::Format_RGB32));
+	}
+	return images;
 }
 
 /// Gives the layer its pages and says where they are.
@@ -253,8 +281,17 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	}
 
 	std::vector<QImage> images;
-	if (!uv.empty())
-		images = page_images(par.getEnum("texture"), int(count(par, "textureSize")), BLEED, 1, surface.corners, uv, {}, bytes);
+	if (!uv.empty()) {
+		atlasfit_mesh page = mesh(xyz, surface.corners);
+		page.corner_uv = uv.data();
+		// The scan is finer than the surface's vertices.
+		std::vector<double> clean(3 * r.points);
+		check(atlasfit_result_point_positions(fit.result.get(), clean.data(), clean.size()));
+		atlasfit_points scan = cloud(clean);
+		scan.colors = fit.rgba.empty() ? nullptr : fit.rgba.data();
+		scan.color_scalar = ATLASFIT_U8;
+		images = page_images(par, 1, page, &scan, progress, outcome);
+	}
 
 	MeshModel& layer = *md.addNewMesh("", QFileInfo(source.label()).completeBaseName() + "_atlas", true);
 	layer.cm.Tr = source.cm.Tr;
@@ -344,26 +381,13 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 	outcome.values.push_back({"displacement_max", most});
 }
 
-/// A mesh for the library; it borrows the arrays.
-atlasfit_mesh mesh(const Points& from, const Triangles& faces)
+/// Quality of the UVs that `in` has, for the log and for scripts.
+void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float>* stretch, Outcome& outcome)
 {
-	atlasfit_mesh in = defaults(atlasfit_mesh_init);
-	in.positions = from.xyz.data();
-	in.vertex_count = from.vertex.size();
-	in.scalar = ATLASFIT_F64;
-	in.triangles = faces.corners.data();
-	in.triangle_count = faces.face.size();
-	return in;
-}
-
-/// Quality of the UVs that `in` has, for the log and for scripts; pages lie side by side in `columns` columns.
-void measure(atlasfit_mesh in, const std::vector<float>& uv, std::size_t columns, const atlasfit_run& how, std::vector<float>* stretch, Outcome& outcome)
-{
-	in.corner_uv = uv.data();
 	auto q = out<atlasfit_uv_quality>();
 	timed(outcome, [&] { return atlasfit_measure_uv(&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0); });
 	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) + " times the square root of the area, " + brief(100 * q.coverage)
-		+ "% of the page covered" + (columns > 1 ? " (pages side by side)" : ""));
+		+ "% of the texture covered");
 	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " + brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2)
 		+ ", conformal " + brief(q.conformal));
 	outcome.lines.push_back("faults: " + grouped(q.flips) + " flipped, " + grouped(q.overlapping_faces) + " overlapping, " + grouped(q.degenerate)
@@ -392,7 +416,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	options.pages = count(par, "pages");
 	options.texels_per_unit = number(par, "density");
 	options.packer = par.getEnum("packer") == 0 ? ATLASFIT_PACK_SHAPES : ATLASFIT_PACK_BOXES;
-	atlasfit_mesh in = mesh(from, faces);
+	atlasfit_mesh in = mesh(from.xyz, faces.corners);
 	std::vector<float> old;
 	if (options.keep_uv_seams) {
 		if (!layer.hasDataMask(MeshModel::MM_WEDGTEXCOORD))
@@ -415,9 +439,15 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	check(atlasfit_uv_face_pages(made, pages.data(), pages.size()));
 
 	std::vector<uint8_t> rgba;
-	if (layer.hasDataMask(MeshModel::MM_VERTCOLOR))
+	atlasfit_mesh laid = mesh(from.xyz, faces.corners);
+	laid.corner_uv = uv.data();
+	laid.face_page = pages.data();
+	if (layer.hasDataMask(MeshModel::MM_VERTCOLOR)) {
 		rgba = colors(layer.cm, from);
-	const std::vector<QImage> images = page_images(par.getEnum("texture"), int(options.page_width), int(options.padding), info.pages, faces.corners, uv, pages, rgba);
+		laid.colors = rgba.data();
+		laid.color_scalar = ATLASFIT_U8;
+	}
+	const std::vector<QImage> images = page_images(par, info.pages, laid, nullptr, progress, outcome);
 
 	set_corner_uv(layer, faces, uv, pages);
 	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) + (info.pages == 1 ? " page, " : " pages, ")
@@ -430,8 +460,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	keep_pages(layer, layer, images, outcome);
 	outcome.values.push_back({"pages", double(info.pages)});
 	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
-	std::size_t columns = 1;
-	measure(mesh(from, faces), corner_uv_side_by_side(layer.cm, faces, columns), columns, run(par, nullptr), nullptr, outcome);
+	measure(laid, run(par, nullptr), nullptr, outcome);
 }
 
 void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
@@ -442,10 +471,13 @@ void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos
 	const Frame frame(layer.cm);
 	const Points from = points(layer.cm, frame, false);
 	const Triangles faces = triangles(layer.cm, from);
-	std::size_t columns = 1;
-	const std::vector<float> uv = corner_uv_side_by_side(layer.cm, faces, columns);
+	const std::vector<float> uv = corner_uv(layer.cm, faces);
+	const std::vector<uint32_t> pages = face_pages(layer.cm, faces);
+	atlasfit_mesh in = mesh(from.xyz, faces.corners);
+	in.corner_uv = uv.data();
+	in.face_page = pages.data();
 	std::vector<float> stretch(faces.face.size());
-	measure(mesh(from, faces), uv, columns, run(par, progress), &stretch, outcome);
+	measure(in, run(par, progress), &stretch, outcome);
 
 	// Infinity would spoil the host's colour maps and histograms; how many have collapsed is in the log.
 	float largest = 1;

@@ -91,22 +91,13 @@ std::vector<float> corner_uv(const CMeshO& layer, const Triangles& triangles)
 	return uv;
 }
 
-std::vector<float> corner_uv_side_by_side(const CMeshO& layer, const Triangles& triangles, std::size_t& columns)
+std::vector<uint32_t> face_pages(const CMeshO& layer, const Triangles& triangles)
 {
-	std::vector<float> uv = corner_uv(layer, triangles);
-	const auto page = [&](std::size_t i) { return std::size_t(std::max(0, int(layer.face[triangles.face[i]].cWT(0).N()))); };
-	std::size_t pages = 1;
-	for (std::size_t i = 0; i < triangles.face.size(); ++i)
-		pages = std::max(pages, page(i) + 1);
-	for (columns = 1; columns * columns < pages;)
-		++columns;
-	if (columns == 1)
-		return uv;
-	for (std::size_t i = 0; i < uv.size(); i += 2) {
-		uv[i] = float((double(uv[i]) + double(page(i / 6) % columns)) / double(columns));
-		uv[i + 1] = float((double(uv[i + 1]) + double(page(i / 6) / columns)) / double(columns));
-	}
-	return uv;
+	std::vector<uint32_t> pages;
+	pages.reserve(triangles.face.size());
+	for (uint32_t face : triangles.face)
+		pages.push_back(uint32_t(std::max(0, int(layer.face[face].cWT(0).N()))));
+	return pages;
 }
 
 std::vector<uint32_t> polygons(const CMeshO& layer, const Triangles& triangles)

@@ -40,8 +40,8 @@ Triangles triangles(const CMeshO& layer, const Points& points);
 /// u, v of each triangle's corners as they are in the layer.
 std::vector<float> corner_uv(const CMeshO& layer, const Triangles& triangles);
 
-/// The same with the layer's pages side by side on one square, which keeps shapes and neighbours; `columns` x `columns` pages.
-std::vector<float> corner_uv_side_by_side(const CMeshO& layer, const Triangles& triangles, std::size_t& columns);
+/// The page of each triangle's UVs.
+std::vector<uint32_t> face_pages(const CMeshO& layer, const Triangles& triangles);
 
 /// For each triangle the polygon that it is part of, by the edges that the host hides. Empty where no edge is hidden.
 std::vector<uint32_t> polygons(const CMeshO& layer, const Triangles& triangles);

@@ -153,6 +153,23 @@ def cut_edges(ob):
     return {key for key, ends in seen.items() if len(ends) == 2 and ends[0] != ends[1]}
 
 
+def right(ob):
+    """Polygons on the right of the grid's middle line, and their corners."""
+    polygons = np.array([p.center.x > 0 for p in ob.data.polygons])
+    return polygons, np.repeat(polygons, [p.loop_total for p in ob.data.polygons])
+
+
+def middle(ob, flag=None):
+    """Edges on the grid's middle line, as cut_edges() names them; they get the flag."""
+    co, out = [v.co for v in ob.data.vertices], set()
+    for e in ob.data.edges:
+        if all(abs(co[v].x) < 1e-6 for v in e.vertices):
+            out.add(tuple(sorted(e.vertices)))
+            if flag:
+                setattr(e, flag, True)
+    return out
+
+
 # ---- Atlas Unwrap
 
 
@@ -166,26 +183,20 @@ def test_suzanne():
 
 def test_everything_else_is_kept():
     ob = everything()
-    me = ob.data
-    before = {
-        "polygons": [tuple(p.vertices) for p in me.polygons],
-        "materials": [p.material_index for p in me.polygons],
-        "group": [(g.group, g.weight) for v in me.vertices for g in v.groups],
-        "shapes": [(k.name, k.value, [tuple(d.co) for d in k.data]) for k in me.shape_keys.key_blocks],
-        "edges": [tuple(e.vertices) for e in me.edges],
-        "modifiers": [m.type for m in ob.modifiers],
-    }
+
+    def all_but_uvs(me):
+        return {
+            "polygons": [tuple(p.vertices) for p in me.polygons],
+            "materials": [p.material_index for p in me.polygons],
+            "group": [(g.group, g.weight) for v in me.vertices for g in v.groups],
+            "shapes": [(k.name, k.value, [tuple(d.co) for d in k.data]) for k in me.shape_keys.key_blocks],
+            "edges": [tuple(e.vertices) for e in me.edges],
+            "modifiers": [m.type for m in ob.modifiers],
+        }
+
+    before = all_but_uvs(ob.data)
     assert bpy.ops.uv.atlasfit_unwrap() == {"FINISHED"}
-    me = ob.data
-    after = {
-        "polygons": [tuple(p.vertices) for p in me.polygons],
-        "materials": [p.material_index for p in me.polygons],
-        "group": [(g.group, g.weight) for v in me.vertices for g in v.groups],
-        "shapes": [(k.name, k.value, [tuple(d.co) for d in k.data]) for k in me.shape_keys.key_blocks],
-        "edges": [tuple(e.vertices) for e in me.edges],
-        "modifiers": [m.type for m in ob.modifiers],
-    }
-    assert before == after
+    assert all_but_uvs(ob.data) == before
     assert_good(ob)
 
 
@@ -193,31 +204,17 @@ def test_no_chart_spans_two_materials_if_asked():
     ob = grid()
     ob.data.materials.append(bpy.data.materials.new("a"))
     ob.data.materials.append(bpy.data.materials.new("b"))
-    left = np.array([p.center.x < 0 for p in ob.data.polygons])
-    ob.data.polygons.foreach_set("material_index", left.astype(np.int32))
+    ob.data.polygons.foreach_set("material_index", right(ob)[0].astype(np.int32))
     bpy.ops.uv.atlasfit_unwrap()
     assert not cut_edges(ob)
     bpy.ops.uv.atlasfit_unwrap(materials=True)
-    me = ob.data
-    border = {
-        tuple(sorted(e.vertices)) for e in me.edges if abs(me.vertices[e.vertices[0]].co.x) < 1e-6 and abs(me.vertices[e.vertices[1]].co.x) < 1e-6
-    }
-    assert border and cut_edges(ob) == border
-
-
-def middle(ob):
-    """Edges on the grid's middle line."""
-    co = [v.co for v in ob.data.vertices]
-    return [e for e in ob.data.edges if abs(co[e.vertices[0]].x) < 1e-6 and abs(co[e.vertices[1]].x) < 1e-6]
+    assert middle(ob) and cut_edges(ob) == middle(ob)
 
 
 def test_seams_and_sharp_edges_are_cut_and_can_be_left():
     for flag, option in (("use_seam", "seams"), ("use_edge_sharp", "sharp")):
         ob = grid()
-        wanted = set()
-        for e in middle(ob):
-            setattr(e, flag, True)
-            wanted.add(tuple(sorted(e.vertices)))
+        wanted = middle(ob, flag)
         bpy.ops.uv.atlasfit_unwrap()
         assert cut_edges(ob) == wanted, flag
         bpy.ops.uv.atlasfit_unwrap(**{option: False})
@@ -228,8 +225,7 @@ def test_seams_of_the_uv_map_are_kept_if_asked():
     ob = grid()
     bpy.ops.uv.atlasfit_unwrap()
     uv = uvs(ob)
-    right = np.concatenate([np.full(p.loop_total, p.center.x > 0) for p in ob.data.polygons])
-    uv[right, 0] += 2
+    uv[right(ob)[1], 0] += 2
     mesh.uv_put(ob.data.uv_layers.active, uv)
     wanted = cut_edges(ob)
     assert wanted
@@ -240,7 +236,7 @@ def test_seams_of_the_uv_map_are_kept_if_asked():
 def test_edit_mode_unwraps_the_selected_faces_and_leaves_the_others():
     ob = grid()
     before = uvs(ob)
-    chosen = np.array([p.center.x > 0 for p in ob.data.polygons])
+    chosen, corner = right(ob)
     for part in (ob.data.vertices, ob.data.edges):
         part.foreach_set("select", np.zeros(len(part), bool))
     ob.data.polygons.foreach_set("select", chosen)
@@ -248,17 +244,13 @@ def test_edit_mode_unwraps_the_selected_faces_and_leaves_the_others():
     assert bpy.ops.uv.atlasfit_unwrap() == {"FINISHED"}
     assert bpy.context.mode == "EDIT_MESH"
     bpy.ops.object.mode_set(mode="OBJECT")
-    corner = np.concatenate([np.full(p.loop_total, c) for p, c in zip(ob.data.polygons, chosen)])
     after = uvs(ob)
     assert (after[~corner] == before[~corner]).all() and (after[corner] != before[corner]).any(1).all()
 
 
 def test_edit_mode_heeds_seams_and_measures_uvs():
     ob = grid()
-    wanted = set()
-    for e in middle(ob):
-        e.use_seam = True
-        wanted.add(tuple(sorted(e.vertices)))
+    wanted = middle(ob, "use_seam")
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.uv.atlasfit_unwrap()
@@ -415,7 +407,7 @@ def test_half_a_million_faces():
 def test_stretch_is_a_color_attribute():
     ob = grid()
     uv = uvs(ob)
-    uv[:, 0] *= np.where(np.concatenate([np.full(p.loop_total, p.center.x > 0) for p in ob.data.polygons]), 3, 1)
+    uv[right(ob)[1], 0] *= 3
     mesh.uv_put(ob.data.uv_layers.active, uv)
     assert bpy.ops.uv.atlasfit_stretch() == {"FINISHED"}
     attribute = ob.data.color_attributes.active_color

@@ -8,13 +8,22 @@ use crate::sized::{self, Sized};
 use crate::status::{self, ATLASFIT_INDEX_OUT_OF_RANGE, Failure, atlasfit_status, guard};
 use atlasfit::atlas::query::Atlas;
 use atlasfit::denoise::{DenoiseOptions, Denoised, Outliers, Prior};
-use atlasfit::prior::explicit::{NetworkOptions, Recipe};
+use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit::prior::level_set::LevelSetOptions;
 use std::sync::Arc;
 
 /// atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
 pub const ATLASFIT_PRIOR_GP: u32 = 0;
-/// atlasfit_denoise_options.prior: the paper's networks, trained on the scan first; about a hundred times slower.
+/// atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first: many times slower.
 pub const ATLASFIT_PRIOR_MLP: u32 = 1;
+/// atlasfit_denoise_options.prior: the paper's convolutional networks.
+pub const ATLASFIT_PRIOR_CONV: u32 = 2;
+/// atlasfit_denoise_options.prior: the paper's level set: closed surfaces only.
+pub const ATLASFIT_PRIOR_LEVEL_SET: u32 = 3;
+/// atlasfit_denoise_options.recipe: from coarse to fine, learning rates that fall.
+pub const ATLASFIT_RECIPE_FAST: u32 = 0;
+/// atlasfit_denoise_options.recipe: as in the paper: all samples at every step.
+pub const ATLASFIT_RECIPE_PAPER: u32 = 1;
 /// atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
 pub const ATLASFIT_OUTLIERS_KEEP: u32 = 0;
 /// atlasfit_denoise_options.outliers: they are left out of the denoised points.
@@ -34,7 +43,7 @@ pub struct atlasfit_denoise_options {
     pub fill_holes: f64,
     /// Number of charts to aim for; 0 = as many as the shape needs. Default 0.
     pub charts: u32,
-    /// #ATLASFIT_PRIOR_GP or #ATLASFIT_PRIOR_MLP. Default #ATLASFIT_PRIOR_GP.
+    /// #ATLASFIT_PRIOR_GP to #ATLASFIT_PRIOR_LEVEL_SET. Default #ATLASFIT_PRIOR_GP.
     pub prior: u32,
     /// #ATLASFIT_OUTLIERS_KEEP or #ATLASFIT_OUTLIERS_DROP. Default #ATLASFIT_OUTLIERS_KEEP.
     pub outliers: u32,
@@ -42,16 +51,16 @@ pub struct atlasfit_denoise_options {
     pub uv: u32,
     /// Side of the texture page in texels, 16 to 65536, for the padding between UV charts. Default 1024.
     pub texture_size: u32,
-    /// Network prior: number of charts, 1 or more. Default 8.
-    pub mlp_charts: u32,
-    /// Network prior: steps of training. Default 400.
-    pub mlp_iterations: u32,
-    /// Must be 0.
-    pub reserved: u32,
-    /// Network prior: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
-    pub mlp_stretch_weight: f64,
-    /// Network prior: learning rate of Adam, more than 0. Default 0.001.
-    pub mlp_learning_rate: f64,
+    /// #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: number of charts that are trained, 1 or more. Default 8.
+    pub network_charts: u32,
+    /// With #ATLASFIT_RECIPE_PAPER: steps of training, at most. Default 1000.
+    pub network_iterations: u32,
+    /// How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
+    pub recipe: u32,
+    /// #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
+    pub network_stretch_weight: f64,
+    /// With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
+    pub network_learning_rate: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -59,7 +68,7 @@ unsafe impl Sized for atlasfit_denoise_options {
     const NAME: &str = "atlasfit_denoise_options";
     const FIRST: usize = size_of::<Self>();
     fn defaults() -> Self {
-        let (d, mlp) = (DenoiseOptions::default(), NetworkOptions::default());
+        let (d, network) = (DenoiseOptions::default(), NetworkOptions::default());
         Self {
             struct_size: size_of::<Self>(),
             noise: d.noise.unwrap_or(0.0),
@@ -67,7 +76,9 @@ unsafe impl Sized for atlasfit_denoise_options {
             fill_holes: d.fill_holes,
             charts: d.charts.map_or(0, |n| n as u32),
             prior: match d.prior {
-                Prior::Network(_) => ATLASFIT_PRIOR_MLP,
+                Prior::Network(NetworkOptions { network: Network::Dense, .. }) => ATLASFIT_PRIOR_MLP,
+                Prior::Network(NetworkOptions { network: Network::Conv, .. }) => ATLASFIT_PRIOR_CONV,
+                Prior::LevelSet(_) => ATLASFIT_PRIOR_LEVEL_SET,
                 _ => ATLASFIT_PRIOR_GP,
             },
             outliers: match d.outliers {
@@ -76,11 +87,14 @@ unsafe impl Sized for atlasfit_denoise_options {
             },
             uv: u32::from(d.uv),
             texture_size: d.texture_size,
-            mlp_charts: mlp.charts as u32,
-            mlp_iterations: mlp.iterations as u32,
-            reserved: 0,
-            mlp_stretch_weight: mlp.stretch_weight,
-            mlp_learning_rate: mlp.learning_rate,
+            network_charts: network.charts as u32,
+            network_iterations: network.iterations as u32,
+            recipe: match network.recipe {
+                Recipe::Fast => ATLASFIT_RECIPE_FAST,
+                Recipe::Paper => ATLASFIT_RECIPE_PAPER,
+            },
+            network_stretch_weight: network.stretch_weight,
+            network_learning_rate: network.learning_rate,
         }
     }
 }
@@ -90,18 +104,28 @@ impl atlasfit_denoise_options {
         let unknown = |name: &str, value: u32, advice: &str| {
             Err(Failure::invalid(format!("{name} is {value}. Give {advice}")))
         };
+        let recipe = match self.recipe {
+            ATLASFIT_RECIPE_FAST => Recipe::Fast,
+            ATLASFIT_RECIPE_PAPER => Recipe::Paper,
+            other => return unknown("recipe", other, "ATLASFIT_RECIPE_FAST or ATLASFIT_RECIPE_PAPER"),
+        };
+        let network = |network| {
+            Prior::Network(NetworkOptions {
+                network,
+                recipe,
+                charts: self.network_charts as usize,
+                iterations: self.network_iterations as usize,
+                stretch_weight: self.network_stretch_weight,
+                learning_rate: self.network_learning_rate,
+                ..NetworkOptions::default()
+            })
+        };
         let prior = match self.prior {
             ATLASFIT_PRIOR_GP => Prior::Gp,
-            ATLASFIT_PRIOR_MLP => Prior::Network(NetworkOptions {
-                // The options below are those of the paper's recipe.
-                recipe: Recipe::Paper,
-                charts: self.mlp_charts as usize,
-                iterations: self.mlp_iterations as usize,
-                stretch_weight: self.mlp_stretch_weight,
-                learning_rate: self.mlp_learning_rate,
-                ..NetworkOptions::default()
-            }),
-            other => return unknown("prior", other, "ATLASFIT_PRIOR_GP or ATLASFIT_PRIOR_MLP"),
+            ATLASFIT_PRIOR_MLP => network(Network::Dense),
+            ATLASFIT_PRIOR_CONV => network(Network::Conv),
+            ATLASFIT_PRIOR_LEVEL_SET => Prior::LevelSet(LevelSetOptions::default()),
+            other => return unknown("prior", other, "ATLASFIT_PRIOR_GP to ATLASFIT_PRIOR_LEVEL_SET"),
         };
         let outliers = match self.outliers {
             ATLASFIT_OUTLIERS_KEEP => Outliers::Keep,
@@ -109,7 +133,6 @@ impl atlasfit_denoise_options {
             other => return unknown("outliers", other, "ATLASFIT_OUTLIERS_KEEP or ATLASFIT_OUTLIERS_DROP"),
         };
         let uv = input::flag(self.uv, "uv")?;
-        input::zero(self.reserved)?;
         Ok(DenoiseOptions {
             // 0 asks for an estimate; whatever else is no positive length is refused by the core.
             noise: (self.noise != 0.0).then_some(self.noise),

@@ -75,7 +75,8 @@ pub struct atlasfit_points {
     pub scalar: u32,
     /// Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
     pub color_width: u32,
-    /// Unit normals: 3 floats per point. NULL = none. Default NULL.
+    /// Normals: 3 floats per point. They do not steer the fit, which finds normals and the outside by itself: points that end up on no
+    /// chart keep theirs in the result. NULL = none. Default NULL.
     pub normals: *const f32,
     /// Bytes from one normal to the next; 0 = tightly packed.
     pub normal_stride: usize,
@@ -134,7 +135,8 @@ pub struct atlasfit_mesh {
     pub triangles: *const u32,
     /// Number of triangles, below 2^32 / 3.
     pub triangle_count: usize,
-    /// Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv().
+    /// Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv(),
+    /// atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
     pub corner_uv: *const f32,
     /// A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
     pub face_group: *const u32,
@@ -145,6 +147,20 @@ pub struct atlasfit_mesh {
     pub seam_edges: *const u32,
     /// Number of seam edges.
     pub seam_edge_count: usize,
+    /// The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by atlasfit_measure_uv() and atlasfit_bake().
+    pub face_page: *const u32,
+    /// Width and height of a page, in texels or any other unit; 0 and 0 = square. Read by atlasfit_measure_uv().
+    pub page_width: u32,
+    /// See page_width.
+    pub page_height: u32,
+    /// Colours of the vertices. NULL = none. Read by atlasfit_bake().
+    pub colors: *const c_void,
+    /// Bytes from one colour to the next; 0 = tightly packed.
+    pub color_stride: usize,
+    /// Type of the colours: #ATLASFIT_F32 (0 to 1) or #ATLASFIT_U8 (0 to 255). Default #ATLASFIT_F32.
+    pub color_scalar: u32,
+    /// Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
+    pub color_width: u32,
 }
 
 // SAFETY: numbers and pointers, size first.
@@ -166,6 +182,13 @@ unsafe impl Sized for atlasfit_mesh {
             face_polygon: std::ptr::null(),
             seam_edges: std::ptr::null(),
             seam_edge_count: 0,
+            face_page: std::ptr::null(),
+            page_width: 0,
+            page_height: 0,
+            colors: std::ptr::null(),
+            color_stride: 0,
+            color_scalar: ATLASFIT_F32,
+            color_width: 4,
         }
     }
 }
@@ -294,12 +317,24 @@ unsafe fn positions(base: *const c_void, count: usize, stride: usize, scalar: u3
     }
 }
 
-unsafe fn colors(p: &atlasfit_points) -> Outcome<Vec<[f32; 4]>> {
-    let width = p.color_width as usize;
+/// Colours as the caller has them; none for NULL.
+struct Colors {
+    base: *const c_void,
+    count: usize,
+    stride: usize,
+    scalar: u32,
+    width: u32,
+}
+
+unsafe fn colors(c: Colors) -> Outcome<Option<Vec<[f32; 4]>>> {
+    if c.base.is_null() {
+        return Ok(None);
+    }
+    let width = c.width as usize;
     if !(3..=4).contains(&width) {
         return Err(Failure::invalid(format!("color_width is {width}. Give 3 or 4")));
     }
-    let size = match p.color_scalar {
+    let size = match c.scalar {
         ATLASFIT_F32 => 4,
         ATLASFIT_U8 => 1,
         other => {
@@ -309,8 +344,8 @@ unsafe fn colors(p: &atlasfit_points) -> Outcome<Vec<[f32; 4]>> {
         }
     };
     // SAFETY: each place has width * size bytes.
-    unsafe {
-        strided(p.colors, p.count, p.color_stride, width * size, "colors", |at| {
+    let all = unsafe {
+        strided(c.base, c.count, c.stride, width * size, "colors", |at| {
             let mut color = [1f32; 4];
             for (k, c) in color.iter_mut().enumerate().take(width) {
                 *c = match size {
@@ -320,7 +355,8 @@ unsafe fn colors(p: &atlasfit_points) -> Outcome<Vec<[f32; 4]>> {
             }
             color
         })
-    }
+    };
+    all.map(Some)
 }
 
 /// Numbers per point of one attribute, at the most: a larger one is garbage.
@@ -393,11 +429,10 @@ unsafe fn attribute(a: &atlasfit_attribute, index: usize, count: usize) -> Outco
 
 /// The caller's points as the core's.
 pub(crate) unsafe fn cloud(points: *const atlasfit_points) -> Outcome<PointCloud> {
-    let p = unsafe { sized::read(points) }?;
-    checked_count(p.count, MOST, "points")?;
     // SAFETY: the caller's arrays have an entry per point.
     unsafe {
-        let positions = positions(p.positions, p.count, p.stride, p.scalar)?;
+        let p = sized::read(points)?;
+        let colored = colored(points)?;
         let normals = if p.normals.is_null() {
             None
         } else {
@@ -405,8 +440,24 @@ pub(crate) unsafe fn cloud(points: *const atlasfit_points) -> Outcome<PointCloud
                 at.cast::<[f32; 3]>().read_unaligned()
             })?)
         };
-        let colors = if p.colors.is_null() { None } else { Some(colors(&p)?) };
-        Ok(PointCloud { positions, normals, colors, attributes: attributes(&p)? })
+        Ok(PointCloud { normals, attributes: attributes(&p)?, ..colored })
+    }
+}
+
+/// Only the positions and colours of the caller's points.
+pub(crate) unsafe fn colored(points: *const atlasfit_points) -> Outcome<PointCloud> {
+    // SAFETY: as `cloud`.
+    unsafe {
+        let positions = cloud_positions(points)?;
+        let p = sized::read(points)?;
+        let colors = colors(Colors {
+            base: p.colors,
+            count: p.count,
+            stride: p.color_stride,
+            scalar: p.color_scalar,
+            width: p.color_width,
+        })?;
+        Ok(PointCloud { colors, ..PointCloud::from_positions(positions) })
     }
 }
 
@@ -451,9 +502,11 @@ unsafe fn attributes(p: &atlasfit_points) -> Outcome<Vec<Attribute>> {
     Ok(out)
 }
 
-/// A mesh as the core's, and what only unwrapping needs of it.
+/// A mesh as the core's, and what the core's has no column for.
 pub(crate) struct Mesh {
     pub mesh: TriMesh,
+    pub face_page: Option<Vec<u32>>,
+    pub page_size: [f64; 2],
     pub face_group: Option<Vec<u32>>,
     pub face_polygon: Option<Vec<u32>>,
     pub seam_edges: Option<Vec<[u32; 2]>>,
@@ -478,6 +531,14 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
         let column = |base: *const u32, name: &str| {
             if base.is_null() { Ok(None) } else { packed(base, m.triangle_count, name).map(Some) }
         };
+        let face_page = column(m.face_page, "face_page")?;
+        let colors = colors(Colors {
+            base: m.colors,
+            count: m.vertex_count,
+            stride: m.color_stride,
+            scalar: m.color_scalar,
+            width: m.color_width,
+        })?;
         let face_group = column(m.face_group, "face_group")?;
         let face_polygon = column(m.face_polygon, "face_polygon")?;
         let seam_edges = if m.seam_edge_count == 0 {
@@ -486,7 +547,13 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
             Some(packed(m.seam_edges.cast::<[u32; 2]>(), m.seam_edge_count, "seam_edges")?)
         };
         Ok(Mesh {
-            mesh: TriMesh { corner_uv, ..TriMesh::new(positions, triangles) },
+            mesh: TriMesh { corner_uv, colors, ..TriMesh::new(positions, triangles) },
+            face_page,
+            page_size: if [m.page_width, m.page_height] == [0; 2] {
+                [1.0; 2]
+            } else {
+                [m.page_width, m.page_height].map(f64::from)
+            },
             face_group,
             face_polygon,
             seam_edges,

@@ -6,7 +6,7 @@
 //!
 //! The pieces: `status` (status codes, the thread's last error, the guard around every entry), `handle` (opaque handles),
 //! `sized` (structs that grow), `input` (borrowed arrays to the core's plain data), `run`, and one file per capability:
-//! `denoise`, `atlas`, `unwrap`, `measure`.
+//! `denoise`, `atlas`, `unwrap`, `bake`, `measure`.
 
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
@@ -23,6 +23,8 @@ pub mod denoise;
 pub mod atlas;
 
 pub mod unwrap;
+
+pub mod bake;
 
 pub mod measure;
 

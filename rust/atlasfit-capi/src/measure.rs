@@ -4,6 +4,7 @@ use crate::input::{self, atlasfit_mesh, atlasfit_points};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
+use atlasfit::measure::uv::Pages;
 use atlasfit::measure::{self, DistanceOptions, Distances};
 
 /// How a mesh hangs together. Vertices in one place count as one.
@@ -123,11 +124,11 @@ pub struct atlasfit_uv_quality {
     pub stretch_p95: f64,
     /// Mean by area of s1/s2: 1 = conformal.
     pub conformal: f64,
-    /// Texels covered twice or more / texels covered, on a page of 1024 x 1024.
+    /// Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side.
     pub overlap: f64,
     /// Texels covered / all texels.
     pub coverage: f64,
-    /// 1 if all UVs lie in [0, 1], else 0.
+    /// 1 if all UVs lie on their pages, in [0, 1], else 0.
     pub inside: u32,
     /// 1 if all UVs are finite, else 0.
     pub finite: u32,
@@ -145,7 +146,7 @@ unsafe impl Sized for atlasfit_uv_quality {
 
 /// Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
 ///
-/// @param mesh         The mesh with its UVs.
+/// @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
 /// @param run          How long work is run; NULL = the defaults.
 /// @param out          Filled; its struct_size must be set.
 /// @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.
@@ -161,12 +162,13 @@ pub unsafe extern "C" fn atlasfit_measure_uv(
     guard("atlasfit_measure_uv", || unsafe {
         sized::checked_target(out)?;
         let mut run = core_run(run)?;
-        let mesh = input::mesh(mesh)?.mesh;
+        let input::Mesh { mesh, face_page, page_size, .. } = input::mesh(mesh)?;
+        let pages = Pages { of_face: face_page.as_deref(), size: page_size };
         checked_room(face_stretch, capacity, mesh.triangles.len())?;
         let each_face = !face_stretch.is_null();
         let (q, stretch) = run.execute(|ctx| {
-            let q = measure::uv(&mesh, ctx)?;
-            let stretch = if each_face { Some(measure::uv::face_stretch(&mesh, ctx)?) } else { None };
+            let q = measure::uv::uv_on(&mesh, &pages, ctx)?;
+            let stretch = if each_face { Some(measure::uv::face_stretch(&mesh, &pages, ctx)?) } else { None };
             Ok((q, stretch))
         })?;
         let value = atlasfit_uv_quality {

@@ -5,6 +5,7 @@ use crate::input::{self, atlasfit_mesh, copy_out};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
+use atlasfit::measure;
 use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
 use std::sync::Arc;
 
@@ -121,6 +122,7 @@ pub struct atlasfit_uv(());
 pub(crate) struct Layout {
     layout: UvLayout,
     split: Split,
+    coverage: f64,
 }
 
 /// The mesh with one vertex per corner's vertex and UV: what graphics cards draw.
@@ -189,13 +191,14 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         handle::checked_out(out)?;
         let options = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
-        let input::Mesh { mesh, face_group, face_polygon, seam_edges } = input::mesh(mesh)?;
+        let input::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = input::mesh(mesh)?;
         let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
         let layout = run.execute(|ctx| {
             let layout = unwrap(&mesh, &options, ctx)?;
             ctx.check()?;
             let split = Split::new(&mesh.triangles, &layout.corner_uv);
-            Ok(Layout { layout, split })
+            let coverage = measure::uv::coverage(&layout.corner_uv, layout.pages);
+            Ok(Layout { layout, split, coverage })
         })?;
         handle::give(Object::Uv(Arc::new(layout)), out);
         Ok(())
@@ -242,6 +245,8 @@ pub struct atlasfit_uv_info {
     pub stretch_bound: f64,
     /// Share of the area stretched beyond the bound.
     pub over_stretched: f64,
+    /// Share of the pages that lies under triangles.
+    pub coverage: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -281,6 +286,7 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             texels_per_unit: l.texels_per_unit,
             stretch_bound: l.stretch_bound,
             over_stretched: l.over_stretched,
+            coverage: both.coverage,
         };
         sized::write(info, value)
     })

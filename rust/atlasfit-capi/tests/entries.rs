@@ -4,6 +4,7 @@
 mod scene;
 
 use atlasfit_capi::atlas::*;
+use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::handle::*;
 use atlasfit_capi::input::*;
@@ -157,6 +158,17 @@ impl Table {
         call: impl Fn(*const atlasfit_points) -> i32,
     ) {
         self.want(function, "points NULL", INVALID, call(null()));
+        self.given_points(function, good, empty, call);
+    }
+
+    /// Points where NULL means none.
+    fn given_points(
+        &mut self,
+        function: &'static str,
+        good: &atlasfit_points,
+        empty: i32,
+        call: impl Fn(*const atlasfit_points) -> i32,
+    ) {
         self.sized(function, "points", good, ABI, |p| call(p));
         let all: [(&str, i32, &dyn Fn(&mut atlasfit_points)); 9] = [
             ("none", empty, &|p| p.count = 0),
@@ -247,6 +259,7 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         t.init("atlasfit_mesh_init", atlasfit_mesh_init);
         t.init("atlasfit_denoise_options_init", atlasfit_denoise_options_init);
         t.init("atlasfit_unwrap_options_init", atlasfit_unwrap_options_init);
+        t.init("atlasfit_bake_options_init", atlasfit_bake_options_init);
         t.init("atlasfit_distance_options_init", atlasfit_distance_options_init);
         t.init("atlasfit_projection_init", atlasfit_projection_init);
 
@@ -283,13 +296,13 @@ fn every_function_answers_hostile_arguments_with_a_status() {
             ("detail", &|o| o.detail = 0.0),
             ("detail no number", &|o| o.detail = f64::NAN),
             ("fill_holes", &|o| o.fill_holes = -0.5),
-            ("prior", &|o| o.prior = 2),
+            ("prior", &|o| o.prior = 4),
             ("outliers", &|o| o.outliers = 2),
             ("uv", &|o| o.uv = 2),
-            ("reserved", &|o| o.reserved = 1),
+            ("recipe", &|o| o.recipe = 2),
             ("texture", &|o| o.texture_size = 0),
-            ("mlp charts", &|o| (o.prior, o.mlp_charts) = (ATLASFIT_PRIOR_MLP, 0)),
-            ("mlp rate", &|o| (o.prior, o.mlp_learning_rate) = (ATLASFIT_PRIOR_MLP, f64::NAN)),
+            ("network charts", &|o| (o.prior, o.network_charts) = (ATLASFIT_PRIOR_MLP, 0)),
+            ("network rate", &|o| (o.prior, o.network_learning_rate) = (ATLASFIT_PRIOR_CONV, f64::NAN)),
         ];
         for (case, spoil) in all {
             let mut o = good;
@@ -518,6 +531,11 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         t.mesh(name, &with_uv, ATLASFIT_EMPTY_INPUT, |m| measure(m, null()));
         t.run(name, |r| measure(&with_uv, r));
         t.want(name, "no UVs", ATLASFIT_EMPTY_INPUT, measure(&cube, null()));
+        let far = [4096u32; 12];
+        let paged = atlasfit_mesh { face_page: far.as_ptr(), ..with_uv };
+        t.want(name, "absurd pages", ATLASFIT_INDEX_OUT_OF_RANGE, measure(&paged, null()));
+        let thin = atlasfit_mesh { page_width: 1, ..with_uv };
+        t.want(name, "a page without height", INVALID, measure(&thin, null()));
         t.sized(name, "out", &output::<atlasfit_uv_quality>(), ATLASFIT_OK, |o| {
             atlasfit_measure_uv(&with_uv, null(), o, null_mut(), 0)
         });
@@ -525,6 +543,53 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         let e = each.as_mut_ptr();
         t.want(name, "no room", SMALL, atlasfit_measure_uv(&with_uv, null(), &mut output(), e, 11));
         t.want(name, "room", ATLASFIT_OK, atlasfit_measure_uv(&with_uv, null(), &mut output(), e, 12));
+
+        // Baking.
+        let name = "atlasfit_bake";
+        let (paint, pages) = (vec![0.5f32; 4 * pts.count], [0u32; 12]);
+        let painted = atlasfit_mesh { colors: paint.as_ptr().cast(), ..with_uv };
+        let spots = atlasfit_points { colors: paint.as_ptr().cast(), ..pts };
+        let small =
+            atlasfit_bake_options { width: 8, height: 4, padding: 1, ..init(atlasfit_bake_options_init) };
+        let bake =
+            |m: *const atlasfit_mesh,
+             p: *const atlasfit_points,
+             o: *const atlasfit_bake_options,
+             r: *const atlasfit_run| { atlasfit_bake(m, p, o, r, [0u8; 128].as_mut_ptr(), 128) };
+        t.mesh(name, &painted, ATLASFIT_EMPTY_INPUT, |m| bake(m, null(), &small, null()));
+        t.given_points(name, &spots, ATLASFIT_EMPTY_INPUT, |p| bake(&painted, p, &small, null()));
+        t.run(name, |r| bake(&painted, null(), &small, r));
+        t.sized(name, "options", &small, ABI, |o| bake(&painted, null(), o, null()));
+        t.copy(name, 128, 7u8, |to, n| atlasfit_bake(&painted, null(), &small, null(), to, n));
+        t.want(name, "default size", SMALL, bake(&painted, null(), null(), null()));
+        t.want(name, "no UVs", ATLASFIT_EMPTY_INPUT, bake(&cube, null(), &small, null()));
+        t.want(name, "no colours", ATLASFIT_EMPTY_INPUT, bake(&with_uv, null(), &small, null()));
+        t.want(name, "points without colours", ATLASFIT_EMPTY_INPUT, bake(&painted, &pts, &small, null()));
+        let all: [(&str, i32, &dyn Fn(&mut atlasfit_bake_options)); 6] = [
+            ("no width", INVALID, &|o| o.width = 0),
+            ("too wide", SMALL, &|o| o.width = 65537),
+            ("absurdly large", SMALL, &|o| (o.width, o.height) = (u32::MAX, u32::MAX)),
+            ("thin and absurdly wide", INVALID, &|o| (o.width, o.height) = (u32::MAX, 0)),
+            ("page without triangles", ATLASFIT_INDEX_OUT_OF_RANGE, &|o| o.page = 1),
+            ("absurd padding", ATLASFIT_OK, &|o| o.padding = u32::MAX),
+        ];
+        for (case, want, spoil) in all {
+            let mut o = small;
+            spoil(&mut o);
+            t.want(name, format!("options: {case}"), want, bake(&painted, null(), &o, null()));
+        }
+        let all: [(&str, i32, &dyn Fn(&mut atlasfit_mesh)); 5] = [
+            ("pages", ATLASFIT_OK, &|m| m.face_page = pages.as_ptr()),
+            ("other pages", ATLASFIT_INDEX_OUT_OF_RANGE, &|m| m.face_page = far.as_ptr()),
+            ("two channels", INVALID, &|m| m.color_width = 2),
+            ("colours of f64", INVALID, &|m| m.color_scalar = ATLASFIT_F64),
+            ("colours too near", INVALID, &|m| m.color_stride = 15),
+        ];
+        for (case, want, spoil) in all {
+            let mut m = painted;
+            spoil(&mut m);
+            t.want(name, format!("mesh: {case}"), want, bake(&m, null(), &small, null()));
+        }
         let few = atlasfit_distance_options {
             samples: 500,
             chamfer_samples: 200,

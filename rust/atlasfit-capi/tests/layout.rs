@@ -1,6 +1,7 @@
 //! Structs lie in memory as C and C++ see them: sizes and offsets of Rust's are asserted by the C and the C++ compiler.
 
 use atlasfit_capi::atlas::*;
+use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::input::*;
 use atlasfit_capi::measure::*;
@@ -24,9 +25,9 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
         atlasfit_points { struct_size positions count stride scalar color_width normals normal_stride colors color_stride color_scalar
             attribute_count attributes }
         atlasfit_mesh { struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv face_group face_polygon
-            seam_edges seam_edge_count }
-        atlasfit_denoise_options { struct_size noise detail fill_holes charts prior outliers uv texture_size mlp_charts mlp_iterations
-            reserved mlp_stretch_weight mlp_learning_rate }
+            seam_edges seam_edge_count face_page page_width page_height colors color_stride color_scalar color_width }
+        atlasfit_denoise_options { struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
+            network_iterations recipe network_stretch_weight network_learning_rate }
         atlasfit_report { struct_size points_given not_finite duplicates outliers points vertices triangles charts uv_charts parts
             boundary_loops boundary_edges filled_holes attributes one_sided has_uv has_colors reserved spacing noise voxel stage_seconds }
         atlasfit_atlas_info { struct_size charts origin unit }
@@ -34,7 +35,8 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
         atlasfit_unwrap_options { struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams reserved
             texels_per_unit hard_edge_angle }
         atlasfit_uv_info { struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces non_manifold_edges
-            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched }
+            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched coverage }
+        atlasfit_bake_options { struct_size width height padding page }
         atlasfit_topology { struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges boundary_loops
             non_manifold_edges non_manifold_vertices inconsistent_edges euler genus orientable closed }
         atlasfit_uv_quality { struct_size faces charts flips degenerate overlapping_faces seam stretch_l2 stretch_linf stretch_median

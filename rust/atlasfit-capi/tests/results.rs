@@ -3,9 +3,14 @@
 
 mod scene;
 
-use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
+use atlasfit::bake::{BakeOptions, Colors, bake};
+use atlasfit::denoise::Prior;
+use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
+use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit::prior::level_set::LevelSetOptions;
 use atlasfit::{DenoiseOptions, Run};
 use atlasfit_capi::atlas::*;
+use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::input::*;
 use atlasfit_capi::measure::*;
@@ -29,6 +34,12 @@ fn defaults_are_the_core_s() {
     let o: atlasfit_denoise_options = init(atlasfit_denoise_options_init);
     assert_eq!((o.detail, o.fill_holes, o.texture_size), (d.detail, d.fill_holes, d.texture_size));
     assert_eq!((o.noise, o.charts, o.uv), (0.0, 0, 1));
+    let (n, recipe) = (NetworkOptions::default(), [Recipe::Fast, Recipe::Paper][o.recipe as usize]);
+    assert_eq!(
+        (recipe, o.network_charts as usize, o.network_iterations as usize),
+        (n.recipe, n.charts, n.iterations)
+    );
+    assert_eq!((o.network_stretch_weight, o.network_learning_rate), (n.stretch_weight, n.learning_rate));
     let cloud = PointCloud::from_positions(triples(&xyz));
     let core = atlasfit::denoise(&cloud, &d, &mut Run::default()).expect("the core fits");
     let s = Scene::new(1500);
@@ -78,6 +89,51 @@ fn denoised(p: &atlasfit_points, threads: u32) -> (Vec<f64>, usize, usize) {
         ok(atlasfit_result_point_positions(result, xyz.as_mut_ptr(), xyz.len()));
         ok(atlasfit_result_free(result));
         (xyz, report.vertices, report.triangles)
+    }
+}
+
+#[test]
+fn each_prior_gives_what_the_core_gives() {
+    let xyz = scan(300);
+    let cloud = PointCloud::from_positions(triples(&xyz));
+    // Two steps tell the priors apart.
+    let network = |network| {
+        Prior::Network(NetworkOptions {
+            network,
+            recipe: Recipe::Paper,
+            charts: 1,
+            iterations: 2,
+            ..NetworkOptions::default()
+        })
+    };
+    for (prior, core) in [
+        (ATLASFIT_PRIOR_MLP, network(Network::Dense)),
+        (ATLASFIT_PRIOR_CONV, network(Network::Conv)),
+        (ATLASFIT_PRIOR_LEVEL_SET, Prior::LevelSet(LevelSetOptions::default())),
+    ] {
+        let o = atlasfit_denoise_options {
+            prior,
+            recipe: ATLASFIT_RECIPE_PAPER,
+            network_charts: 1,
+            network_iterations: 2,
+            uv: 0,
+            ..init(atlasfit_denoise_options_init)
+        };
+        let options = DenoiseOptions { prior: core, uv: false, ..DenoiseOptions::default() };
+        let expected = atlasfit::denoise(&cloud, &options, &mut Run::default());
+        let mut result = null_mut();
+        let status = unsafe { atlasfit_denoise(&points(&xyz), &o, null(), &mut result) };
+        match expected {
+            Ok(core) => {
+                let mut p = vec![0f64; 3 * core.points.len()];
+                unsafe { ok(atlasfit_result_point_positions(result, p.as_mut_ptr(), p.len())) };
+                assert_eq!(triples(&p), core.points.positions, "prior {prior}");
+            }
+            Err(e) => {
+                assert!(status != ATLASFIT_OK && last_error().ends_with(&e.to_string()), "prior {prior}: {e}")
+            }
+        }
+        assert_eq!(unsafe { atlasfit_result_free(result) }, ATLASFIT_OK);
     }
 }
 
@@ -311,6 +367,94 @@ fn the_split_form_is_the_mesh_with_its_corner_uvs() {
         assert_eq!(uv[2 * k..2 * k + 2], corner[2 * c..2 * c + 2]);
     }
     assert!((8..=36).contains(&n));
+}
+
+#[test]
+fn uvs_on_pages_that_are_not_square_measure_as_on_one_that_is() {
+    let cube = cube();
+    let options = atlasfit_unwrap_options {
+        page_width: 128,
+        page_height: 64,
+        texels_per_unit: 50.0,
+        ..init(atlasfit_unwrap_options_init)
+    };
+    let (mut uv, mut info, mut q) =
+        (null_mut(), output::<atlasfit_uv_info>(), output::<atlasfit_uv_quality>());
+    let (mut corners, mut pages) = (vec![0f32; 72], vec![0u32; 12]);
+    unsafe {
+        ok(atlasfit_unwrap(&mesh(&cube.0, &cube.1), &options, null(), &mut uv));
+        ok(atlasfit_uv_get_info(uv, &mut info));
+        ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), 72));
+        ok(atlasfit_uv_face_pages(uv, pages.as_mut_ptr(), 12));
+        ok(atlasfit_uv_free(uv));
+        let m = atlasfit_mesh {
+            corner_uv: corners.as_ptr(),
+            face_page: pages.as_ptr(),
+            page_width: 128,
+            page_height: 64,
+            ..mesh(&cube.0, &cube.1)
+        };
+        ok(atlasfit_measure_uv(&m, null(), &mut q, null_mut(), 0));
+    }
+    assert!(info.pages > 1 && q.charts == info.charts && q.overlapping_faces == 0 && q.inside == 1);
+    assert!((q.stretch_linf - 1.0).abs() < 1e-4, "the box is flattened without stretch: {}", q.stretch_linf);
+    assert!((q.coverage - info.coverage).abs() < 0.02, "{} {}", q.coverage, info.coverage);
+}
+
+/// A texture of 64 by 32 texels.
+fn baked(m: &atlasfit_mesh, p: *const atlasfit_points, page: u32) -> Vec<u8> {
+    let options = atlasfit_bake_options { width: 64, height: 32, page, ..init(atlasfit_bake_options_init) };
+    let mut rgba = vec![0u8; 4 * 64 * 32];
+    unsafe { ok(atlasfit_bake(m, p, &options, null(), rgba.as_mut_ptr(), rgba.len())) };
+    rgba
+}
+
+#[test]
+fn baked_texels_are_the_core_s_and_each_page_has_its_triangles() {
+    let s = Scene::new(1500);
+    let (bytes, mut uv) = ((0..24).map(|i| 10 * i).collect::<Vec<u8>>(), vec![0f32; 72]);
+    unsafe { ok(atlasfit_uv_corners(s.uv, uv.as_mut_ptr(), 72)) };
+    let m = atlasfit_mesh {
+        corner_uv: uv.as_ptr(),
+        colors: bytes.as_ptr().cast(),
+        color_scalar: ATLASFIT_U8,
+        color_width: 3,
+        ..s.mesh()
+    };
+    let colors: Vec<[f32; 4]> = bytes
+        .chunks(3)
+        .map(|c| [0, 1, 2, 3].map(|k| c.get(k).map_or(1.0, |&x| f32::from(x) / 255.0)))
+        .collect();
+    let corners: Vec<[[f32; 2]; 3]> =
+        uv.chunks(6).map(|c| [[c[0], c[1]], [c[2], c[3]], [c[4], c[5]]]).collect();
+    let mut core = TriMesh {
+        corner_uv: Some(corners.clone()),
+        colors: Some(colors.clone()),
+        ..TriMesh::new(
+            s.cube.0.chunks(3).map(|p| [0, 1, 2].map(|k| f64::from(p[k]))).collect(),
+            s.cube.1.as_chunks().0.to_vec(),
+        )
+    };
+    let options = BakeOptions { size: [64, 32], ..BakeOptions::default() };
+    let expected = |mesh: &TriMesh, colors: Colors<'_>| {
+        let image = Run::default().execute(|ctx| bake(mesh, colors, &options, ctx)).expect("the core bakes");
+        image.rgba.into_flattened()
+    };
+    assert_eq!(baked(&m, null(), 0), expected(&core, Colors::Vertices));
+    // The colours of a scan: here, the corners and the middle of the box.
+    let xyz: Vec<f64> = core.positions.iter().flatten().copied().chain([0.5; 3]).collect();
+    let paint: Vec<f32> = colors.iter().flatten().copied().chain([1.0; 4]).collect();
+    let scan = atlasfit_points { colors: paint.as_ptr().cast(), ..points(&xyz) };
+    let cloud = PointCloud {
+        colors: Some(paint.as_chunks().0.to_vec()),
+        ..PointCloud::from_positions(triples(&xyz))
+    };
+    assert_eq!(baked(&m, &scan, 0), expected(&core, Colors::Points(&cloud)));
+    let pages: Vec<u32> = (0..12).map(|i| i / 6).collect();
+    let paged = atlasfit_mesh { face_page: pages.as_ptr(), ..m };
+    core.triangles.drain(..6);
+    core.corner_uv = Some(corners[6..].to_vec());
+    assert_eq!(baked(&paged, null(), 1), expected(&core, Colors::Vertices));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Bakes colours into a texture.
 //!
 //! In: a mesh with UVs, and colours of its vertices or of points near it. Out: an [`Image`] for those UVs. Every texel
-//! whose middle lies on a face gets the colour there; the colours then spread beyond the borders of the charts, so that
-//! filtered look-ups find nothing foreign (dilation).
+//! whose middle lies on a face gets the colour there, a texel that only holds a corner the corner's; the colours then spread
+//! beyond the borders of the charts, so that filtered look-ups find nothing foreign (dilation).
 
 use crate::error::{Error, Result};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
@@ -66,7 +66,7 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
     mesh.validate()?;
     ctx.reserve((width * height) as u64 * 20)?;
     ctx.stage(Stage::Bake, height);
-    let uv = mesh.corner_uv.as_ref().filter(|uv| uv.len() == mesh.triangles.len());
+    let uv = mesh.corner_uv.as_ref().filter(|uv| !uv.is_empty() && uv.len() == mesh.triangles.len());
     let uv = uv.ok_or_else(|| Error::empty("the mesh has no UVs", "Unwrap it first"))?;
     let missing =
         |what: &str| Error::empty(format!("{what} have no colours"), "Give a coloured mesh or scan");
@@ -84,6 +84,9 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
             let own = own.ok_or_else(|| missing("the points"))?;
             let finite = |i: &u32| cloud.positions[*i as usize].iter().all(|x| x.is_finite());
             let index: Vec<u32> = (0..cloud.positions.len() as u32).filter(finite).collect();
+            if index.is_empty() {
+                return Err(Error::empty("no point is finite", "Give a coloured scan near the mesh"));
+            }
             let at: Vec<Vec3> = index.iter().map(|&i| cloud.positions[i as usize]).collect();
             let tree = Neighbours::build(&at, ctx)?;
             Box::new(move |f, w| {
@@ -143,62 +146,110 @@ fn barycentric(uv: &[[f32; 2]; 3], p: [f64; 2]) -> [f64; 3] {
     w.map(|w| w / sum)
 }
 
-/// The face at the middle of each texel; of several, the last.
+/// The face at the middle of each texel, else one with a corner in the texel, so that what is thinner than a texel is seen too; of several, the last.
 fn owners(uv: &[[[f32; 2]; 3]], width: usize, height: usize, ctx: &Context<'_>) -> Result<Vec<u32>> {
-    let mut owner = vec![NONE; width * height];
+    let texels = |t: &[[f32; 2]; 3]| {
+        t.map(|q| [f64::from(q[0]) * width as f64, (1.0 - f64::from(q[1])) * height as f64])
+    };
+    let span = |p: &[[f64; 2]; 3], k: usize| {
+        p.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), q| (lo.min(q[k]), hi.max(q[k])))
+    };
+    // Faces of each block of rows.
+    let mut blocks: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(ROWS)];
     for (f, t) in uv.iter().enumerate() {
         if f % 4096 == 0 {
             ctx.check()?;
         }
-        let p = t.map(|q| [f64::from(q[0]) * width as f64, (1.0 - f64::from(q[1])) * height as f64]);
-        if !p.iter().flatten().all(|x| x.is_finite()) {
-            continue;
+        let p = texels(t);
+        if p.iter().flatten().all(|x| x.is_finite()) {
+            let (lo, hi) = span(&p, 1);
+            let first = (lo / ROWS as f64).max(0.0) as usize;
+            let end = ((hi / ROWS as f64).floor() + 1.0).clamp(0.0, blocks.len() as f64) as usize;
+            blocks.iter_mut().take(end).skip(first).for_each(|b| b.push(f as u32));
         }
-        let range = |k: usize, most: usize| {
-            let lo = p.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
-            let hi = p.iter().map(|q| q[k]).fold(f64::NEG_INFINITY, f64::max);
-            ((lo - 0.5).ceil().max(0.0) as usize, ((hi - 0.5).floor() + 1.0).clamp(0.0, most as f64) as usize)
-        };
-        let (rows, columns) = (range(1, height), range(0, width));
-        for y in rows.0..rows.1 {
-            for x in columns.0..columns.1 {
-                let q = [x as f64 + 0.5, y as f64 + 0.5];
-                let side =
-                    |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0]);
-                let s = [side(p[0], p[1]), side(p[1], p[2]), side(p[2], p[0])];
-                if s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0) {
-                    owner[y * width + x] = f as u32;
+    }
+    let mut owner = vec![NONE; width * height];
+    owner.par_chunks_mut(width * ROWS).zip(blocks).enumerate().try_for_each(|(block, (owner, faces))| {
+        let (top, rows) = (block * ROWS, owner.len() / width);
+        for &f in &faces {
+            for [x, y] in texels(&uv[f as usize]).map(|q| q.map(f64::floor)) {
+                if (0.0..width as f64).contains(&x) && (top as f64..(top + rows) as f64).contains(&y) {
+                    owner[(y as usize - top) * width + x as usize] = f;
                 }
             }
         }
-    }
+        let mut looked_at = 0;
+        for &f in &faces {
+            let p = texels(&uv[f as usize]);
+            // Texels whose middles are within.
+            let range = |k: usize, least: usize, most: usize| {
+                let (lo, hi) = span(&p, k);
+                let (least, most) = (least as f64, most as f64);
+                let from = (lo - 0.5).ceil().clamp(least, most) as usize;
+                (from, ((hi - 0.5).floor() + 1.0).clamp(from as f64, most) as usize)
+            };
+            let (ys, xs) = (range(1, top, top + rows), range(0, 0, width));
+            looked_at += 16 + (ys.1 - ys.0) * (xs.1 - xs.0);
+            if looked_at > 1 << 16 {
+                ctx.check()?;
+                looked_at = 0;
+            }
+            for y in ys.0..ys.1 {
+                for x in xs.0..xs.1 {
+                    let q = [x as f64 + 0.5, y as f64 + 0.5];
+                    let side = |a: [f64; 2], b: [f64; 2]| {
+                        (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0])
+                    };
+                    let s = [side(p[0], p[1]), side(p[1], p[2]), side(p[2], p[0])];
+                    if s.iter().all(|&s| s >= 0.0) || s.iter().all(|&s| s <= 0.0) {
+                        owner[(y - top) * width + x] = f;
+                    }
+                }
+            }
+        }
+        ctx.check()
+    })?;
     Ok(owner)
 }
 
 /// Spreads colours into empty texels, one ring at a time; what stays empty gets the mean colour.
 fn dilate(rgba: &mut [[u8; 4]], owner: &[u32], width: usize, rings: u32, ctx: &Context<'_>) -> Result<()> {
-    let mut filled: Vec<bool> = owner.iter().map(|&f| f != NONE).collect();
-    let height = filled.len() / width;
-    let mean = {
-        let mut sum = [0u64; 4];
-        let mut count = 0u64;
-        for (c, _) in rgba.iter().zip(&filled).filter(|c| *c.1) {
+    let block = width * ROWS;
+    let mut filled: Vec<bool> = owner.par_iter().map(|&f| f != NONE).collect();
+    ctx.check()?;
+    let sum = |(texels, filled): (&[[u8; 4]], &[bool])| {
+        ctx.check()?;
+        let (mut sum, mut count) = ([0u64; 4], 0u64);
+        for (c, _) in texels.iter().zip(filled).filter(|c| *c.1) {
             (0..4).for_each(|k| sum[k] += u64::from(c[k]));
             count += 1;
         }
-        sum.map(|s| (s / count.max(1)) as u8)
+        Ok((sum, count))
     };
+    let (sum, count) = (rgba.par_chunks(block).zip(filled.par_chunks(block)).map(sum))
+        .try_reduce(|| ([0; 4], 0), |(a, m), (b, n)| Ok(([0, 1, 2, 3].map(|k| a[k] + b[k]), m + n)))?;
+    let mean = sum.map(|s| (s / count.max(1)) as u8);
+    let height = filled.len() / width;
     let near = |at: usize| {
         let (x, y) = (at % width, at / width);
         let rows = y.saturating_sub(1)..(y + 2).min(height);
         rows.flat_map(move |r| (x.saturating_sub(1)..(x + 2).min(width)).map(move |c| r * width + c))
     };
-    let mut front: Vec<usize> =
-        (0..filled.len()).filter(|&i| !filled[i] && near(i).any(|j| filled[j])).collect();
+    let beside = |block: &[usize; 2], filled: &[bool]| -> Result<Vec<usize>> {
+        ctx.check()?;
+        Ok((block[0]..block[1]).filter(|&i| !filled[i] && near(i).any(|j| filled[j])).collect())
+    };
+    let blocks: Vec<[usize; 2]> =
+        (0..filled.len()).step_by(block).map(|i| [i, (i + block).min(filled.len())]).collect();
+    let front: Vec<Vec<usize>> = blocks.par_iter().map(|b| beside(b, &filled)).collect::<Result<_>>()?;
+    let mut front = front.concat();
     for _ in 0..rings {
+        if front.is_empty() {
+            break;
+        }
         ctx.check()?;
         let colors: Vec<[u8; 4]> = front
-            .iter()
+            .par_iter()
             .map(|&i| {
                 let (mut sum, mut count) = ([0u32; 4], 0);
                 for j in near(i).filter(|&j| filled[j]) {
@@ -213,13 +264,11 @@ fn dilate(rgba: &mut [[u8; 4]], owner: &[u32], width: usize, rings: u32, ctx: &C
             filled[i] = true;
         }
         let mut next: Vec<usize> = front.iter().flat_map(|&i| near(i)).filter(|&j| !filled[j]).collect();
-        next.sort_unstable();
+        next.par_sort_unstable();
         next.dedup();
         front = next;
     }
-    for (c, _) in rgba.iter_mut().zip(&filled).filter(|c| !*c.1) {
-        *c = mean;
-    }
+    rgba.par_iter_mut().zip(&filled).filter(|c| !*c.1).for_each(|(c, _)| *c = mean);
     Ok(())
 }
 
@@ -272,5 +321,15 @@ mod tests {
         assert!(matches!(bake(&bare, Colors::Vertices), Err(Error::EmptyInput { .. })));
         let flat = TriMesh { corner_uv: None, ..mesh };
         assert!(matches!(bake(&flat, Colors::Vertices), Err(Error::EmptyInput { .. })));
+    }
+
+    #[test]
+    fn a_chart_thinner_than_a_texel_is_seen() {
+        let thin = |v: f32| [[0.51, v], [0.511, v], [0.51, v + 0.001]];
+        let mesh = TriMesh { corner_uv: Some(vec![thin(0.51), thin(0.26)]), ..square() };
+        let options = BakeOptions { size: [64, 64], dilation: 0 };
+        let image = Run::default().execute(|c| bake(&mesh, Colors::Vertices, &options, c)).unwrap();
+        let colors = image.rgba.iter().filter(|c| **c != image.rgba[0]).count();
+        assert_eq!(colors, 2, "all other texels have the mean colour");
     }
 }

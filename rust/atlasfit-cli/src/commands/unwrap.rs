@@ -6,7 +6,7 @@ use crate::number::{count, json as number, short};
 use anyhow::{Context as _, Result};
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::TriMesh;
-use atlasfit::measure::{UvQuality, uv};
+use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::unwrap::{self, UnwrapOptions, UvLayout};
 use atlasfit_io::{Format, SaveMesh, Texture, save_mesh};
 use serde_json::json;
@@ -138,15 +138,16 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         let layout = unwrap::unwrap(&mesh, &options, ctx)?;
         Ok((layout, ctx.stage_seconds()))
     })?;
-    let quality = measured(&mut mesh, &layout, args, console)?;
-    let UvLayout { mut corner_uv, face_page, face_chart, .. } = layout.clone();
+    mesh.corner_uv = Some(layout.corner_uv.clone());
+    mesh.face_chart = Some(layout.face_chart.clone());
+    let pages =
+        Pages { of_face: Some(&layout.face_page), size: [layout.width, layout.height].map(f64::from) };
+    let quality = console.start_silent(&args.run).execute(|ctx| uv_on(&mesh, &pages, ctx))?;
     if layout.pages > 1 {
-        for (uv, &page) in corner_uv.iter_mut().zip(&face_page) {
+        for (uv, &page) in mesh.corner_uv.iter_mut().flatten().zip(&layout.face_page) {
             uv.iter_mut().for_each(|p| p[0] += page as f32);
         }
     }
-    mesh.corner_uv = Some(corner_uv);
-    mesh.face_chart = Some(face_chart);
     console.check()?;
     let texture = baked(&mut mesh, args, console)?;
     let how = SaveMesh {
@@ -228,32 +229,6 @@ fn baked(mesh: &mut TriMesh, args: &Args, console: &Console) -> Result<Option<Ve
     let image = console.start(&args.run).execute(|ctx| bake(mesh, source, &options, ctx))?;
     mesh.colors = None;
     files::png(&image).map(Some)
-}
-
-/// Measures a layout in texels: pages side by side, so that shape and neighbours are what they are.
-fn measured(mesh: &mut TriMesh, layout: &UvLayout, args: &Args, console: &Console) -> Result<UvQuality> {
-    let columns = (1..=layout.pages).find(|c| c * c >= layout.pages).unwrap_or(1);
-    let rows = layout.pages.div_ceil(columns);
-    let (width, height) = (f64::from(layout.width), f64::from(layout.height));
-    let side = (columns as f64 * width).max(rows as f64 * height);
-    let own = mesh.corner_uv.take();
-    mesh.corner_uv = Some(
-        (layout.corner_uv.iter().zip(&layout.face_page))
-            .map(|(uv, &page)| {
-                let (column, row) = (page as usize % columns, page as usize / columns);
-                uv.map(|[u, v]| {
-                    let u = (column as f64 + f64::from(u)) * width / side;
-                    let v = (row as f64 + f64::from(v)) * height / side;
-                    [u as f32, v as f32]
-                })
-            })
-            .collect(),
-    );
-    let done = console.start_silent(&args.run).execute(|ctx| uv(mesh, ctx));
-    mesh.corner_uv = own;
-    let mut quality = done?;
-    quality.coverage *= side * side / (layout.pages as f64 * width * height);
-    Ok(quality)
 }
 
 /// What the user should know about the mesh and the result.

@@ -64,19 +64,45 @@ pub struct UvQuality {
     pub finite: bool,
 }
 
-/// Measures the UVs of a mesh.
+/// The pages that UVs lie on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pages<'a> {
+    /// Page of each face, below [`MOST_PAGES`]; `None`: all are on one.
+    pub of_face: Option<&'a [u32]>,
+    /// Width and height of a page, positive, in any unit.
+    pub size: [f64; 2],
+}
+
+impl Default for Pages<'_> {
+    /// One square page.
+    fn default() -> Self {
+        Self { of_face: None, size: [1.0; 2] }
+    }
+}
+
+/// More pages than this are garbage.
+pub const MOST_PAGES: u32 = 4096;
+
+/// Measures the UVs of a mesh on one square page.
 ///
 /// # Errors
 /// [`Error::EmptyInput`] where there are no faces or no UVs; [`Error::InvalidArgument`] where there are not as many as
 /// faces; [`Error::IndexOutOfRange`]; cancel and time limit.
 pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
-    let corners = corners(mesh)?;
-    let m = corners.len();
+    uv_on(mesh, &Pages::default(), ctx)
+}
+
+/// Measures the UVs of a mesh that lie on several pages, or on one that is not square.
+///
+/// # Errors
+/// As [`uv`], also for pages out of range.
+pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQuality> {
+    let (uvs, share) = laid_out(mesh, pages)?;
+    let m = uvs.len();
     ctx.stage(Stage::Measure, 4);
-    let uvs: Vec<[[f64; 2]; 3]> = corners.iter().map(|c| c.map(|p| p.map(f64::from))).collect();
     let finite: Vec<bool> = uvs.iter().map(|c| c.iter().flatten().all(|x| x.is_finite())).collect();
 
-    let charts = charts(mesh, ctx)?;
+    let charts = charts_of(mesh, &uvs, ctx)?;
     ctx.advance(1);
     ctx.check()?;
 
@@ -110,7 +136,7 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
     ctx.advance(1);
     let overlapping_faces = overlapping(&uvs, &finite, ctx)?;
     ctx.advance(1);
-    let all = || uvs.iter().flatten().flatten();
+    let mut all = corners(mesh)?.as_flattened().as_flattened().iter();
     Ok(UvQuality {
         faces: m,
         charts: charts.count,
@@ -124,20 +150,19 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
         degenerate: stretch.collapsed,
         overlap: twice as f64 / covered.max(1) as f64,
         overlapping_faces,
-        coverage: covered as f64 / (TEXELS * TEXELS) as f64,
-        inside: all().all(|x| (-SAME_UV..=1.0 + SAME_UV).contains(x)),
+        coverage: covered as f64 / (TEXELS * TEXELS) as f64 / share,
+        inside: all.all(|&x| (-SAME_UV..=1.0 + SAME_UV).contains(&f64::from(x))),
         finite: finite.iter().all(|f| *f),
     })
 }
 
-/// Stretch max(s1, 1/s2) of every face at the one scale of [`uv`]: 1 = isometric, infinite where it has collapsed, 1 where it has no area
+/// Stretch max(s1, 1/s2) of every face at the one scale of [`uv_on`]: 1 = isometric, infinite where it has collapsed, 1 where it has no area
 /// in space.
 ///
 /// # Errors
-/// As [`uv`].
-pub fn face_stretch(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<f32>> {
-    let corners = corners(mesh)?;
-    let uvs: Vec<[[f64; 2]; 3]> = corners.iter().map(|c| c.map(|p| p.map(f64::from))).collect();
+/// As [`uv_on`].
+pub fn face_stretch(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<Vec<f32>> {
+    let (uvs, _) = laid_out(mesh, pages)?;
     let area3: Vec<f64> = (0..uvs.len()).map(|i| area(mesh, i)).collect();
     let least = NO_AREA * area3.iter().sum::<f64>();
     let sums = uvs.iter().zip(&area3).filter(|(_, a)| **a > least).fold((0.0, 0.0), |(s3, s2), (uv, a)| {
@@ -178,7 +203,10 @@ pub struct Charts {
 /// # Errors
 /// As [`uv`].
 pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
-    let uvs = corners(mesh)?;
+    charts_of(mesh, &laid_out(mesh, &Pages::default())?.0, ctx)
+}
+
+fn charts_of(mesh: &TriMesh, uvs: &[[[f64; 2]; 3]], ctx: &Context<'_>) -> Result<Charts> {
     // Files that hold one vertex per corner (glTF) split vertices along seams: such a vertex is one place.
     let place = weld(&mesh.positions, 0.0, ctx)?;
     let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
@@ -201,11 +229,7 @@ pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
         }
         for pair in edge.windows(2) {
             let (g, h) = (ends(pair[0].1), ends(pair[1].1));
-            let same = g
-                .iter()
-                .flatten()
-                .zip(h.iter().flatten())
-                .all(|(x, y)| (f64::from(*x) - f64::from(*y)).abs() < SAME_UV);
+            let same = g.iter().flatten().zip(h.iter().flatten()).all(|(x, y)| (x - y).abs() < SAME_UV);
             if same {
                 sets.join(pair[0].1 / 3, pair[1].1 / 3);
             } else {
@@ -228,6 +252,44 @@ pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
         }
     }
     Ok(Charts { of_face, count: count as usize, outline, seam_length })
+}
+
+/// Share of the pages that lies under faces, by their areas: what [`UvQuality::coverage`] counts in texels, where no faces overlap.
+#[must_use]
+pub fn coverage(corner_uv: &[[[f32; 2]; 3]], pages: usize) -> f64 {
+    let area = |c: &[[f32; 2]; 3]| signed_area(&c.map(|p| p.map(f64::from))).abs();
+    corner_uv.iter().map(area).sum::<f64>() / pages.max(1) as f64
+}
+
+/// The mesh's UVs with the pages side by side on one square, so that shapes and neighbours are what they are, and the share of it that is page.
+fn laid_out(mesh: &TriMesh, pages: &Pages<'_>) -> Result<(Vec<[[f64; 2]; 3]>, f64)> {
+    let corners = corners(mesh)?;
+    let [width, height] = pages.size;
+    if !pages.size.iter().all(|x| *x > 0.0 && x.is_finite()) {
+        return Err(Error::invalid(format!("a page is {width} by {height}"), "Give a positive size"));
+    }
+    if pages.of_face.is_some_and(|p| p.len() != corners.len()) {
+        return Err(Error::invalid("there is not one page per face", "Give the page of each face"));
+    }
+    let page = |f: usize| pages.of_face.map_or(0, |p| p[f]);
+    let last = (0..corners.len()).map(page).max().unwrap_or(0);
+    if last >= MOST_PAGES {
+        return Err(Error::IndexOutOfRange {
+            what: "the page of a face".into(),
+            value: u64::from(last),
+            limit: u64::from(MOST_PAGES),
+            of: "pages",
+        });
+    }
+    let count = last + 1;
+    let columns = (1..=count).find(|c| c * c >= count).unwrap_or(1);
+    let side = (f64::from(columns) * width).max(f64::from(count.div_ceil(columns)) * height);
+    let (wide, high) = (width / side, height / side);
+    let place = |(f, uv): (usize, &[[f32; 2]; 3])| {
+        let at = [page(f) % columns, page(f) / columns].map(f64::from);
+        uv.map(|p| [(at[0] + f64::from(p[0])) * wide, (at[1] + f64::from(p[1])) * high])
+    };
+    Ok((corners.iter().enumerate().map(place).collect(), f64::from(count) * wide * high))
 }
 
 /// The mesh's UVs, checked.
