@@ -92,12 +92,10 @@ struct Leg {
 const WINDOW: usize = 100;
 const LEAST_FALL: f64 = 0.02;
 
-/// The fast recipe. A sixteenth of the samples finds the shape, a quarter its details; all of them take out what the gaps between samples hid.
-const FAST_DENSE: [Leg; 3] = [
-    Leg { thin: 2, steps: 600, rate: [6e-3, 2e-3] },
-    Leg { thin: 1, steps: 150, rate: [2e-3, 1e-3] },
-    Leg { thin: 0, steps: 30, rate: [1e-3, 3e-4] },
-];
+/// The fast recipe. A quarter of the samples finds the shape; all of them take out what the gaps between samples hid. Larger rates fall faster
+/// at first and end worse: batch norm makes the weights' sizes free, large steps make them grow, and the larger they are the less a step does.
+const FAST_DENSE: [Leg; 2] =
+    [Leg { thin: 1, steps: 350, rate: [1e-3; 2] }, Leg { thin: 0, steps: 200, rate: [1e-3, 2e-4] }];
 /// Convolutions always give all samples.
 const FAST_CONV: [Leg; 1] = [Leg { thin: 0, steps: 200, rate: [3e-3, 3e-4] }];
 

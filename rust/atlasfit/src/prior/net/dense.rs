@@ -22,6 +22,7 @@ use crate::rng::Rng;
 use crate::run::Context;
 use pulp::Simd;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Layers: three hidden, one output.
@@ -262,18 +263,20 @@ impl Dense {
                 Inputs::Grid(grid) if l == 1 => Some(*grid),
                 _ => None,
             };
-            let mut dw = total(&self.bands, |b| &b.dw);
             let db = total(&self.bands, |b| &b.db);
-            let on = total(&self.bands, |b| b.hinges.as_ref().map_or(&[], |h| &h.sums));
-            if let Some(grid) = grid {
-                let layer = layer(&self.params[weights(0)], &self.params[bias(0)], &grid);
-                for (j, on) in on.chunks_exact(SUMS * outputs).enumerate() {
-                    let (a, b, c) = (layer.a[j], layer.b[j], layer.c[j]);
-                    dw.extend(
-                        (0..outputs).map(|k| c * on[k] + a * on[outputs + k] + b * on[2 * outputs + k]),
-                    );
+            let (on, dw) = match grid {
+                None => (Cow::default(), total(&self.bands, |b| &b.dw)),
+                Some(grid) => {
+                    let on = total(&self.bands, |b| b.hinges.as_ref().map_or(&[], |h| &h.sums));
+                    let Layer { a, b, c } = layer(&self.params[weights(0)], &self.params[bias(0)], &grid);
+                    let mut dw = Vec::with_capacity(inputs * outputs);
+                    for (((on, a), b), c) in on.chunks_exact(SUMS * outputs).zip(a).zip(b).zip(c) {
+                        let (on, (u, v)) = (&on[..outputs], on[outputs..].split_at(outputs));
+                        dw.extend(on.iter().zip(u).zip(v).map(|((on, u), v)| c * on + a * u + b * v));
+                    }
+                    (on, Cow::from(dw))
                 }
-            }
+            };
             let n = &self.norm[l - 1];
             let w = &self.params[weights(l)];
             let (mut p, mut q) = (vec![0.0; inputs], vec![0.0; inputs]);
@@ -287,13 +290,15 @@ impl Dense {
                 self.grads[PLACES[l - 1].g + j] = dg as f32;
                 self.grads[PLACES[l - 1].s + j] = sum as f32;
                 let (a, t) = (n.scale[j], n.offset[j]);
-                for ((g, dw), db) in self.grads[weights(l)][row.clone()].iter_mut().zip(&dw[row]).zip(&db) {
+                for ((g, dw), db) in self.grads[weights(l)][row.clone()].iter_mut().zip(&dw[row]).zip(&*db) {
                     *g = a * dw + t * db;
                 }
             }
             self.grads[bias(l)].copy_from_slice(&db);
             if let Some(grid) = grid {
-                self.backward_hinges(&grid, &on, [&p, &q]);
+                let mut grads = std::mem::take(&mut self.grads);
+                self.backward_hinges(&grid, &on, [&p, &q], &mut grads);
+                self.grads = grads;
                 return Ok(());
             }
             let [p, q] = [p, q].map(|x| x.into_iter().map(|x| x as f32).collect::<Vec<_>>());
@@ -308,7 +313,7 @@ impl Dense {
     }
 
     /// Gradients of the first layer on a grid, from the sums of the next one's where each unit is on.
-    fn backward_hinges(&mut self, grid: &Grid, on: &[f32], [p, q]: [&[f64]; 2]) {
+    fn backward_hinges(&self, grid: &Grid, on: &[f32], [p, q]: [&[f64]; 2], grads: &mut [f32]) {
         let [_, width] = FAN[1];
         let (w, scale) = (&self.params[weights(1)], &self.norm[0].scale);
         let Layer { a, b, c } = layer(&self.params[weights(0)], &self.params[bias(0)], grid);
@@ -326,9 +331,9 @@ impl Dense {
             let dc = summed(0, n, c * n + a * nu + b * nv);
             let da = summed(1, nu, c * nu + a * uu + b * uv);
             let db = summed(2, nv, c * nv + a * uv + b * vv);
-            self.grads[PLACES[0].b + j] = dc as f32;
-            self.grads[PLACES[0].w + u * FAN[0][1] + j] = da as f32;
-            self.grads[PLACES[0].w + v * FAN[0][1] + j] = db as f32;
+            grads[PLACES[0].b + j] = dc as f32;
+            grads[PLACES[0].w + u * FAN[0][1] + j] = da as f32;
+            grads[PLACES[0].w + v * FAN[0][1] + j] = db as f32;
         }
     }
 
@@ -407,10 +412,10 @@ impl Dense {
 }
 
 /// Sums of the bands' partial sums, in order.
-fn total<'a>(bands: &'a [Band], of: impl Fn(&'a Band) -> &'a [f32]) -> Vec<f32> {
-    let mut sums = bands.first().map_or(Vec::new(), |b| of(b).to_vec());
+fn total<'a>(bands: &'a [Band], of: impl Fn(&'a Band) -> &'a [f32]) -> Cow<'a, [f32]> {
+    let mut sums = bands.first().map_or(Cow::default(), |b| Cow::from(of(b)));
     for band in bands.iter().skip(1) {
-        for (sum, x) in sums.iter_mut().zip(of(band)) {
+        for (sum, x) in sums.to_mut().iter_mut().zip(of(band)) {
             *sum += x;
         }
     }

@@ -50,8 +50,11 @@ impl Grid {
 
 /// The first layer: r = max(0, c + a u + b v) for each unit.
 pub struct Layer<'a> {
+    /// Factors of u.
     pub a: &'a [f32],
+    /// Factors of v.
     pub b: &'a [f32],
+    /// Biases.
     pub c: &'a [f32],
 }
 
