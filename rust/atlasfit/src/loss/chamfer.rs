@@ -3,8 +3,7 @@
 //! In: the scan once, samples at every step. Out: the value and its gradient. Which point is nearest to which is piecewise constant,
 //! so the gradient is exact for the nearest points found.
 //!
-//! Samples move little between steps, so a sample's nearest point is first sought around its last one: no point outside the list of p's
-//! neighbours lies within reach(p) of p, hence none lies within reach(p) - |s - p| of s. Only samples that this does not settle ask the tree.
+//! Samples move little between steps, so the last nearest one bounds the search: near ones are sought in cells, far ones in a tree.
 
 use super::Sample;
 use crate::error::Result;
@@ -16,8 +15,6 @@ use rayon::prelude::*;
 /// Queries per task: below a millisecond of work between two looks at the cancel flag.
 const BLOCK: usize = 512;
 
-/// Neighbours kept per point. Their reach is about twice the point spacing.
-const AROUND: usize = 12;
 /// Margin for the rounding of f32 distances between normalised points.
 const ROUNDING: f32 = 1e-5;
 
@@ -25,8 +22,7 @@ const ROUNDING: f32 = 1e-5;
 pub struct Chamfer {
     points: Vec<Sample>,
     tree: Neighbours,
-    /// For each point its nearest neighbours, itself among them, and the distance within which there are no others.
-    around: Vec<(Vec<u32>, f32)>,
+    cells: Cells,
     /// For each sample its nearest point in the last call.
     last: Vec<u32>,
     /// For each point its nearest sample in the last call that asked.
@@ -40,26 +36,9 @@ impl Chamfer {
     /// [`crate::Error::EmptyInput`] without points; cancelled or out of time.
     pub fn new(points: &[Vec3], ctx: &Context<'_>) -> Result<Self> {
         let tree = Neighbours::build(points, ctx)?;
-        let around = points
-            .par_chunks(BLOCK)
-            .map(|block| {
-                ctx.check()?;
-                let mut found = Vec::new();
-                Ok(block
-                    .iter()
-                    .map(|p| {
-                        tree.nearest(*p, AROUND, &mut found);
-                        // With all points in the list there is nothing beyond it.
-                        let all = found.len() == points.len();
-                        let reach = found.last().map_or(0.0, |f| f.dist2.sqrt() as f32);
-                        (found.iter().map(|f| f.index).collect(), if all { f32::INFINITY } else { reach })
-                    })
-                    .collect::<Vec<_>>())
-            })
-            .collect::<Result<Vec<_>>>()?
-            .concat();
         let points: Vec<Sample> = points.iter().map(|p| p.map(|x| x as f32)).collect();
-        Ok(Self { last_sample: vec![u32::MAX; points.len()], points, tree, around, last: Vec::new() })
+        let cells = Cells::new(&points);
+        Ok(Self { last_sample: vec![u32::MAX; points.len()], points, tree, cells, last: Vec::new() })
     }
 
     /// Number of points of the scan.
@@ -91,9 +70,12 @@ impl Chamfer {
                 ctx.check()?;
                 let mut sum = 0.0;
                 for ((s, g), last) in samples.iter().zip(gradient).zip(last) {
-                    *last = self
-                        .settle(s, *last)
-                        .unwrap_or_else(|| self.tree.nearest_one(s.map(f64::from)).index);
+                    let bound = bound(s, &self.points, *last);
+                    *last = if bound.sqrt() <= FAR * self.cells.size {
+                        self.cells.nearest(s, *last, bound)
+                    } else {
+                        self.tree.nearest_one(s.map(f64::from)).index
+                    };
                     sum += f64::from(pull(s, &self.points[*last as usize], weights[0] as f32, g));
                 }
                 Ok(sum)
@@ -102,14 +84,11 @@ impl Chamfer {
             .iter()
             .sum();
         let some: Vec<usize> = (part[0]..self.points.len()).step_by(part[1]).collect();
-        // How far the last nearest samples are now: near ones are sought in cells, far ones in a tree.
-        let bound = |i: usize| {
-            let last = samples.get(self.last_sample[i] as usize);
-            last.map_or(f32::INFINITY, |s| distance2(s, &self.points[i]))
-        };
+        // A tree is only made where most need it.
+        let bound = |i: usize| bound(&self.points[i], samples, self.last_sample[i]);
         let mean = some.iter().map(|&i| f64::from(bound(i)).sqrt()).sum::<f64>() / some.len().max(1) as f64;
         let cells = Cells::new(samples);
-        let tree = match mean <= FAR * f64::from(cells.size) {
+        let tree = match mean <= f64::from(FAR * cells.size) {
             true => None,
             false => {
                 Some(Neighbours::build(&samples.iter().map(|s| s.map(f64::from)).collect::<Vec<_>>(), ctx)?)
@@ -140,24 +119,15 @@ impl Chamfer {
         self.last = last;
         Ok(to_points + to_samples)
     }
-
-    /// The point nearest to `s`, where the neighbours of the point `last` are enough to know it.
-    fn settle(&self, s: &Sample, last: u32) -> Option<u32> {
-        let (around, reach) = self.around.get(last as usize)?;
-        let mut best = (f32::INFINITY, last);
-        for &i in around {
-            let d = distance2(s, &self.points[i as usize]);
-            if d < best.0 {
-                best = (d, i);
-            }
-        }
-        let limit = distance2(s, &self.points[last as usize]).sqrt() + best.0.sqrt() + ROUNDING;
-        (limit < *reach).then_some(best.1)
-    }
 }
 
-/// Mean distance to the last nearest samples, in cells, above which a tree is faster.
-const FAR: f64 = 2.0;
+/// Distance to the last nearest one, in cells, above which a tree is faster.
+const FAR: f32 = 2.0;
+
+/// Squared distance from `p` to the last one of `others`; infinite where there is none.
+fn bound(p: &Sample, others: &[Sample], last: u32) -> f32 {
+    others.get(last as usize).map_or(f32::INFINITY, |o| distance2(o, p))
+}
 
 /// Samples sorted into cells: made at every step in a fraction of the time of a tree.
 struct Cells {
@@ -338,8 +308,10 @@ mod tests {
                     for x in samples.iter_mut().flatten() {
                         *x += step * rng.normal() as f32;
                     }
-                    let known = |(s, last): (&Sample, &u32)| chamfer.settle(s, *last).is_some();
-                    settled += samples.iter().zip(&chamfer.last).filter(|x| known(*x)).count();
+                    let near = |(s, last): (&Sample, &u32)| {
+                        bound(s, &chamfer.points, *last).sqrt() <= FAR * chamfer.cells.size
+                    };
+                    settled += samples.iter().zip(&chamfer.last).filter(|x| near(*x)).count();
                     let mut gradient = vec![[0.0; 3]; samples.len()];
                     let value = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
                     assert_eq!((value, gradient), run(&points, &samples));

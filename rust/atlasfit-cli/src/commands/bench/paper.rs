@@ -1,7 +1,7 @@
 //! `atlasfit bench paper`: the tables and pictures of *Deep Manifold Prior*, its figures beside ours and the default prior's.
 //!
 //! Every cell is one fit; its figures go to results.jsonl in the output folder as soon as they are known, and a later run takes them from there.
-//! Shapes come from `tests/peers/shapes.py`; without Python or the data, from shapes made here.
+//! Shapes come from `tests/peers/shapes.py`; `--quick` makes its own.
 
 use super::{cancelled, python};
 use crate::commands::render::write_png;
@@ -12,6 +12,7 @@ use crate::render::{Mode, Style, chart_color, render};
 use anyhow::{Context as _, Result, bail};
 use atlasfit::geometry::vec3::{Vec3, add, dist2, mul_add, norm, normalize, scale, sub};
 use atlasfit::geometry::{PointCloud, TriMesh};
+use atlasfit::loss::{Chamfer, Sample};
 use atlasfit::measure::{self, sample};
 use atlasfit::prior::explicit::{self, Dim, Network, NetworkAtlas, NetworkOptions, Recipe, Trainer};
 use atlasfit::prior::level_set::{self, LevelSetOptions};
@@ -36,7 +37,7 @@ pub struct Args {
     /// How networks are trained
     #[arg(long, value_enum, default_value = "fast")]
     recipe: Training,
-    /// Steps of the paper's recipe, at most
+    /// Steps of the paper's recipe, at most; with --speed, of the reference
     #[arg(long, default_value_t = NetworkOptions::default().iterations, value_name = "N")]
     steps: usize,
     /// Shapes
@@ -48,7 +49,8 @@ pub struct Args {
     /// The Python that has numpy
     #[arg(long, default_value = "python3", value_name = "PROGRAM")]
     python: PathBuf,
-    /// Instead of the tables: steps of the paper's recipe by us and by this script in PyTorch, one after the other, on the first shape
+    /// Instead of the tables: on the first shape, the time of a step of the paper's recipe beside that of this script in PyTorch (SHAPE SIGMA
+    /// STEPS), and the fast recipe's time beside what the script needs for its Chamfer distance
     #[arg(long, value_name = "SCRIPT")]
     speed: Option<PathBuf>,
     /// The folder of shapes.py
@@ -258,15 +260,7 @@ impl Bench<'_> {
         let [truth, noisy] = [folder.join(format!("{name}.ply")), folder.join(format!("{name}-noisy.ply"))];
         if !noisy.exists() {
             let (t, n) = (truth.display().to_string(), noisy.display().to_string());
-            if let Err(e) = python(
-                &self.args.python,
-                &self.args.scripts,
-                "shapes.py",
-                &[name, &SIGMA.to_string(), &t, &n],
-            ) {
-                self.console.note(format_args!("{name} is made up: {e:#}"));
-                return self.made(name);
-            }
+            python(&self.args.python, &self.args.scripts, "shapes.py", &[name, &SIGMA.to_string(), &t, &n])?;
         }
         let load = |path| files::load(path, &self.args.run, self.console);
         Ok(Shape { truth: load(&truth)?.into_mesh(), scan: load(&noisy)?.cloud.positions })
@@ -325,7 +319,7 @@ impl Bench<'_> {
             let mesh = level_set::fit(&shape.scan, SIGMA, &how, ctx)?;
             draw_mesh(args, &format!("{name}-implicit"), &mesh, Mode::Shaded, ctx)?;
             let trimmed = trimmed(&mesh, &shape.scan, ctx)?;
-            Ok(json!({ "cd": cd(&on_surface(&mesh, ctx)?, shape, ctx)?, "trimmed": trimmed_cd(&trimmed, shape, ctx)? }))
+            Ok(json!({ "cd": surface_cd(&mesh, shape, ctx)?, "trimmed": trimmed_cd(&trimmed, shape, ctx)? }))
         })
     }
 
@@ -344,7 +338,7 @@ impl Bench<'_> {
         self.cell(&key, |ctx| {
             let mesh = outcome?.surface;
             draw_mesh(args, &format!("{name}-default"), &mesh, Mode::Shaded, ctx)?;
-            Ok(json!({ "cd": cd(&on_surface(&mesh, ctx)?, shape, ctx)?, "fit_seconds": seconds }))
+            Ok(json!({ "cd": surface_cd(&mesh, shape, ctx)?, "fit_seconds": seconds }))
         })
     }
 
@@ -420,45 +414,117 @@ impl Bench<'_> {
         })
     }
 
-    /// Full steps (8 charts of 4,096 samples) of both, in turn, so that other load falls on both.
+    /// Full steps (8 charts of 4,096 samples) of ours before and after the reference's, so that other load falls on both; then the fast recipe.
     fn speed(&self, reference: &Path) -> Result<()> {
-        const STEPS: usize = 50; // the reference reports every 50 steps
         let name = self.args.shapes.first().map_or("bunny", String::as_str);
         let shape = self.shape(name)?;
-        let how = NetworkOptions { recipe: Recipe::Paper, ..NetworkOptions::default() };
-        let mut seconds = Vec::new();
-        self.console.start_silent(&self.args.run).execute(|ctx| {
-            let mut trainer = Trainer::new(&shape.scan, &how, ctx)?;
-            for _ in 0..STEPS {
-                let started = Instant::now();
-                trainer.step(how.learning_rate, ctx)?;
-                seconds.push(started.elapsed().as_secs_f64());
-            }
-            Ok(())
-        })?;
-        let ours = seconds.iter().sum::<f64>() / STEPS as f64;
+        let before = self.step_seconds(&shape)?;
         let (folder, script) = (reference.parent(), reference.file_name().and_then(|f| f.to_str()));
         let (Some(folder), Some(script)) = (folder, script) else {
             bail!("{} is no script", reference.display())
         };
-        let (sigma, steps) = (SIGMA.to_string(), STEPS.to_string());
+        let (sigma, steps) = (SIGMA.to_string(), self.args.steps.to_string());
         let said = python(&self.args.python, folder, script, &[name, &sigma, &steps])?;
-        let line: Value = said
-            .lines()
-            .find_map(|l| serde_json::from_str(l).ok())
-            .with_context(|| format!("{} said no JSON", reference.display()))?;
-        let theirs = line["per_iteration"].as_f64().context("per_iteration is missing")?;
-        let text = format!(
-            "seconds a step, wall: ours {ours:.3}, PyTorch {theirs:.3}, ratio {:.2}\n",
+        // A line of JSON now and then, and one of the surface's figures.
+        let lines: Vec<Value> = said.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
+        let last = |key: &str| lines.iter().rev().find_map(|l| l[key].as_f64());
+        let (Some(theirs), Some(seconds), Some(chamfer)) =
+            (last("per_iteration"), last("seconds"), last("chamfer_sum"))
+        else {
+            bail!("{} said no per_iteration, seconds and chamfer_sum", reference.display())
+        };
+        let ours = (before + self.step_seconds(&shape)?) / 2.0;
+        let how = NetworkOptions { recipe: Recipe::Fast, ..NetworkOptions::default() };
+        let started = Instant::now();
+        let mut atlas = None;
+        self.console.start_silent(&self.args.run).execute(|ctx| {
+            atlas = Some(explicit::fit(&shape.scan, &how, ctx)?);
+            Ok(())
+        })?;
+        let fast = started.elapsed().as_secs_f64();
+        let mut judged = Err(anyhow::anyhow!("not run"));
+        self.console.start_silent(&self.args.run).execute(|ctx| {
+            judged = atlas.context("no fit").and_then(|atlas| {
+                let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.map(|x| x as f32)).collect();
+                let mut chamfer = Chamfer::new(&shape.scan, ctx)?;
+                let mut gradient = vec![[0.0; 3]; samples.len()];
+                let reached = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
+                Ok((reached, surface_cd(&atlas.surface(), &shape, ctx)?))
+            });
+            Ok(())
+        })?;
+        let (reached, cd) = judged?;
+        let mut text = format!(
+            "seconds a step, wall: ours {ours:.4}, PyTorch {theirs:.4}, ratio {:.1}\n",
             theirs / ours
         );
-        self.console.report(&text, &json!({ "ours": ours, "torch": theirs, "ratio": theirs / ours }));
+        let _ = writeln!(
+            text,
+            "Chamfer distance (sums): PyTorch {chamfer:.2} after {seconds:.1} s, {steps} steps; ours {reached:.2} after {fast:.1} s, ratio {:.1}{}",
+            seconds / fast,
+            if reached <= chamfer { "" } else { ", but not as near" }
+        );
+        if let Some(theirs) = last("cd") {
+            let _ = writeln!(
+                text,
+                "Chamfer distance of the surfaces to the truth: PyTorch {theirs:.2e}, ours {cd:.2e}"
+            );
+        }
+        let torch = json!({ "step": theirs, "seconds": seconds, "chamfer": chamfer, "cd": last("cd") });
+        let ours = json!({ "step": ours, "seconds": fast, "chamfer": reached, "cd": cd });
+        self.console.report(&text, &json!({ "ours": ours, "torch": torch }));
         Ok(())
+    }
+
+    /// Mean time of the first steps of the paper's recipe.
+    fn step_seconds(&self, shape: &Shape) -> Result<f64> {
+        const STEPS: u32 = 50;
+        let how = NetworkOptions { recipe: Recipe::Paper, ..NetworkOptions::default() };
+        let mut seconds = 0.0;
+        self.console.start_silent(&self.args.run).execute(|ctx| {
+            let mut trainer = Trainer::new(&shape.scan, &how, ctx)?;
+            let started = Instant::now();
+            for _ in 0..STEPS {
+                trainer.step(how.learning_rate, ctx)?;
+            }
+            seconds = started.elapsed().as_secs_f64() / f64::from(STEPS);
+            Ok(())
+        })?;
+        Ok(seconds)
+    }
+
+    /// What the paper concludes from its tables, and whether our figures say so.
+    fn conclusions(&self, shapes: &[String]) -> String {
+        let of = |variant: &str, some: &[&String]| {
+            let all: Option<Vec<f64>> =
+                some.iter().map(|s| self.figure(&format!("{variant} {s}"), "cd")).collect();
+            all.filter(|v| !v.is_empty()).map(|v| v.iter().sum::<f64>() / v.len() as f64)
+        };
+        let (thin, wide): (Vec<&String>, Vec<&String>) =
+            shapes.iter().partition(|s| ["ring", "spiral"].contains(&s.as_str()));
+        let all: Vec<&String> = shapes.iter().collect();
+        let mut out = String::from(
+            "\n## Conclusions of the paper\n\n| claim | better | worse | ours agree |\n|---|---|---|---|\n",
+        );
+        for (claim, better, worse, some) in [
+            ("stretch helps 8 surfaces: S8R < S8", "S8R", "S8", &all),
+            ("8 surfaces are better than 1: S8R < S1R", "S8R", "S1R", &all),
+            ("8 curves are better than 1: C8R < C1R", "C8R", "C1R", &all),
+            ("surfaces for surfaces: S8R < C8R", "S8R", "C8R", &wide),
+            ("curves for ring and spiral: C8R < S8R", "C8R", "S8R", &thin),
+        ] {
+            if let (Some(better), Some(worse)) = (of(better, some), of(worse, some)) {
+                let agree = if better < worse { "yes" } else { "no" };
+                let _ = writeln!(out, "| {claim} | {better:.2e} | {worse:.2e} | {agree} |");
+            }
+        }
+        out
     }
 
     fn report(&self, shapes: &[String]) -> String {
         let mut out = String::new();
         let recipe = match self.args.recipe {
+            _ if self.args.quick => "3 steps, to see that everything runs".to_owned(),
             Training::Fast => "fast (coarse to fine)".to_owned(),
             Training::Paper => format!("paper, at most {} steps", self.args.steps),
         };
@@ -521,6 +587,7 @@ impl Bench<'_> {
                 short(mean("seconds"))
             );
         }
+        out.push_str(&self.conclusions(shapes));
         out.push_str(
             "\n## Interpolation from 1,000 points, one chart\n\n| shape | S1R | S1 |\n|---|---|---|\n",
         );
@@ -581,7 +648,7 @@ fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'_>) 
         figures["cd"] = json!(cd(&on_curves(atlas, ctx), shape, ctx)?);
         return Ok(figures);
     }
-    figures["cd"] = json!(cd(&on_surface(&mesh, ctx)?, shape, ctx)?);
+    figures["cd"] = json!(surface_cd(&mesh, shape, ctx)?);
     figures["distortion"] = json!(distortion(atlas));
     let trimmed = trimmed(&mesh, &shape.scan, ctx)?;
     figures["trimmed"] = trimmed_cd(&trimmed, shape, ctx)?;
@@ -598,15 +665,14 @@ fn trimmed(mesh: &TriMesh, scan: &[Vec3], ctx: &Context<'_>) -> Result<TriMesh> 
 
 fn trimmed_cd(mesh: &TriMesh, shape: &Shape, ctx: &Context<'_>) -> Result<Value> {
     // A network that is hardly trained may have nothing near the scan.
-    if mesh.triangles.is_empty() {
-        Ok(Value::Null)
-    } else {
-        Ok(json!(cd(&on_surface(mesh, ctx)?, shape, ctx)?))
-    }
+    if mesh.triangles.is_empty() { Ok(Value::Null) } else { Ok(json!(surface_cd(mesh, shape, ctx)?)) }
 }
 
-fn on_surface(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
-    Ok(sample::uniform(mesh, COUNT, ctx.seed ^ 3, ctx)?.iter().map(|s| s.point).collect())
+/// [`cd`] of samples uniform by area.
+fn surface_cd(mesh: &TriMesh, shape: &Shape, ctx: &Context<'_>) -> Result<f64> {
+    let samples: Vec<Vec3> =
+        sample::uniform(mesh, COUNT, ctx.seed ^ 3, ctx)?.iter().map(|s| s.point).collect();
+    cd(&samples, shape, ctx)
 }
 
 /// Uniform by length.

@@ -11,15 +11,18 @@
 //!              ds = 1^T D = W (1^T G),   sum D r = rows of W . (r^T G),   dg = (sum D r - m ds) / sqrt(v + eps)
 //!              dr = a (D - ds / N - dg (r - m) / (sqrt(v + eps) N)) = G (a W)^T + p r + q
 //! All sums that batch norm's gradient needs follow from r^T G and 1^T G, which the weights' gradient needs anyway.
+//! On a regular grid the first layer and the product after it, nearly all of the work, cost next to nothing: see [`hinge`](super::hinge).
 
 use super::adam::Adam;
 use super::gemm::{Finish, PANEL, Packed, Store, add_outer, multiply, vectors, vectors_mut};
+use super::hinge::{Grid, Hinges, Layer, SUMS};
 use crate::error::Result;
 use crate::loss::Sample;
 use crate::rng::Rng;
 use crate::run::Context;
 use pulp::Simd;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Layers: three hidden, one output.
@@ -84,14 +87,40 @@ struct Norm {
 /// A layer's weights and bias with the preceding batch norm folded in.
 #[derive(Clone, Default)]
 struct Folded {
+    weights: Vec<f32>,
     forward: Packed,
     backward: Packed,
     bias: Vec<f32>,
 }
 
+/// Where the samples lie.
+enum Inputs {
+    /// Rows of IN.
+    Scattered(Vec<f32>),
+    Grid(Grid),
+}
+
+impl Inputs {
+    /// Some values of scattered ones; of a grid none.
+    fn scattered(&self, values: Range<usize>) -> &[f32] {
+        match self {
+            Self::Scattered(rows) => &rows[values],
+            Self::Grid(_) => &[],
+        }
+    }
+    fn rows(&self) -> usize {
+        match self {
+            Self::Scattered(rows) => rows.len() / IN,
+            Self::Grid(grid) => grid.size[0] * grid.size[1],
+        }
+    }
+}
+
 /// Some rows of the batch with their activations.
 struct Band {
     rows: Range<usize>,
+    /// Of samples on a grid, whose first layer's activations are not made.
+    hinges: Option<Hinges>,
     /// After ReLU; the backward pass replaces them by gradients before ReLU.
     act: [Vec<f32>; LAYERS - 1],
     /// Rows of OUT: outputs, then gradients before tanh.
@@ -105,8 +134,7 @@ struct Band {
 
 /// A network with its training state.
 pub struct Dense {
-    /// Rows of IN.
-    inputs: Vec<f32>,
+    inputs: Inputs,
     /// Outputs in use, at most 3.
     outputs: usize,
     params: Vec<f32>,
@@ -139,7 +167,7 @@ impl Dense {
             }
         }
         Self {
-            inputs: Vec::new(),
+            inputs: Inputs::Scattered(Vec::new()),
             outputs,
             grads: vec![0.0; PARAMETERS],
             adam: Adam::new(PARAMETERS),
@@ -151,21 +179,37 @@ impl Dense {
     }
 
     /// Sets the batch. Inputs that are not used must be 0.
-    pub fn set_inputs(&mut self, inputs: impl ExactSizeIterator<Item = [f32; 3]>) {
-        let batch = inputs.len();
-        self.inputs.clear();
-        self.inputs.extend(inputs.flat_map(|[u, v, w]| [u, v, w, 0.0]));
-        if self.bands.last().map_or(0, |b| b.rows.end) == batch {
-            return;
+    pub fn set_inputs(&mut self, inputs: impl Iterator<Item = [f32; 3]>) {
+        self.inputs = Inputs::Scattered(inputs.flat_map(|[u, v, w]| [u, v, w, 0.0]).collect());
+        self.set_bands(BAND, |_| None);
+    }
+
+    /// Sets the batch to a grid's samples: the inputs are those of [`Grid::place`].
+    pub fn set_grid(&mut self, grid: Grid) {
+        let before = std::mem::replace(&mut self.inputs, Inputs::Grid(grid));
+        if matches!(before, Inputs::Grid(g) if g.size == grid.size) {
+            for band in &mut self.bands {
+                if let Some(hinges) = &mut band.hinges {
+                    hinges.place(&grid, band.rows.start);
+                }
+            }
+        } else {
+            self.set_bands(grid.whole_lines(BAND), |rows| Some(Hinges::new(&grid, rows)));
         }
+    }
+
+    fn set_bands(&mut self, most: usize, hinges: impl Fn(Range<usize>) -> Option<Hinges>) {
+        let batch = self.inputs.rows();
         self.bands = (0..batch)
-            .step_by(BAND)
+            .step_by(most)
             .map(|from| {
-                let rows = from..(from + BAND).min(batch);
-                let n = rows.len();
+                let rows = from..(from + most).min(batch);
+                let (n, hinges) = (rows.len(), hinges(rows.clone()));
+                let first = if hinges.is_some() { 1 } else { 0 };
                 Band {
                     rows,
-                    act: std::array::from_fn(|l| vec![0.0; n * FAN[l][1]]),
+                    hinges,
+                    act: std::array::from_fn(|l| vec![0.0; if l < first { 0 } else { n * FAN[l][1] }]),
                     out: vec![0.0; n * OUT],
                     sum: Vec::new(),
                     square: Vec::new(),
@@ -178,7 +222,7 @@ impl Dense {
     }
 
     fn batch(&self) -> f64 {
-        (self.inputs.len() / IN) as f64
+        self.inputs.rows() as f64
     }
 
     /// Outputs of the whole batch, written to `out`.
@@ -189,7 +233,10 @@ impl Dense {
         for l in 0..LAYERS {
             self.fold(l);
             let (folded, inputs) = (&self.folded[l], &self.inputs);
-            self.bands.par_iter_mut().try_for_each(|band| band.forward(l, inputs, folded, ctx))?;
+            self.bands.par_iter_mut().try_for_each(|band| match inputs {
+                Inputs::Grid(grid) if l < 2 => band.forward_hinges(l, grid, folded, ctx),
+                _ => band.forward(l, inputs, folded, ctx),
+            })?;
             if l + 1 < LAYERS {
                 self.normalise(l);
             }
@@ -212,36 +259,82 @@ impl Dense {
         let batch = self.batch();
         for l in (1..LAYERS).rev() {
             let [inputs, outputs] = FAN[l];
-            let (dw, db) = reduce(&self.bands, inputs * outputs, outputs);
+            let grid = match &self.inputs {
+                Inputs::Grid(grid) if l == 1 => Some(*grid),
+                _ => None,
+            };
+            let db = total(&self.bands, |b| &b.db);
+            let (on, dw) = match grid {
+                None => (Cow::default(), total(&self.bands, |b| &b.dw)),
+                Some(grid) => {
+                    let on = total(&self.bands, |b| b.hinges.as_ref().map_or(&[], |h| &h.sums));
+                    let Layer { a, b, c } = layer(&self.params[weights(0)], &self.params[bias(0)], &grid);
+                    let mut dw = Vec::with_capacity(inputs * outputs);
+                    for (((on, a), b), c) in on.chunks_exact(SUMS * outputs).zip(a).zip(b).zip(c) {
+                        let (on, (u, v)) = (&on[..outputs], on[outputs..].split_at(outputs));
+                        dw.extend(on.iter().zip(u).zip(v).map(|((on, u), v)| c * on + a * u + b * v));
+                    }
+                    (on, Cow::from(dw))
+                }
+            };
             let n = &self.norm[l - 1];
             let w = &self.params[weights(l)];
             let (mut p, mut q) = (vec![0.0; inputs], vec![0.0; inputs]);
             for j in 0..inputs {
                 let row = j * outputs..(j + 1) * outputs;
-                let (mut sum, mut product) = (0.0, 0.0);
-                for ((w, dw), db) in w[row.clone()].iter().zip(&dw[row.clone()]).zip(&db) {
-                    sum += f64::from(*w) * f64::from(*db);
-                    product += f64::from(*w) * f64::from(*dw);
-                }
+                let (sum, product) = (dot(&w[row.clone()], &db), dot(&w[row.clone()], &dw[row.clone()]));
                 let dg = n.inverse[j] * (product - n.mean[j] * sum);
                 let curve = f64::from(n.scale[j]) * n.inverse[j] * dg / batch;
-                p[j] = (-curve) as f32;
-                q[j] = (curve * n.mean[j] - f64::from(n.scale[j]) * sum / batch) as f32;
+                p[j] = -curve;
+                q[j] = curve * n.mean[j] - f64::from(n.scale[j]) * sum / batch;
                 self.grads[PLACES[l - 1].g + j] = dg as f32;
                 self.grads[PLACES[l - 1].s + j] = sum as f32;
                 let (a, t) = (n.scale[j], n.offset[j]);
-                for ((g, dw), db) in self.grads[weights(l)][row.clone()].iter_mut().zip(&dw[row]).zip(&db) {
+                for ((g, dw), db) in self.grads[weights(l)][row.clone()].iter_mut().zip(&dw[row]).zip(&*db) {
                     *g = a * dw + t * db;
                 }
             }
             self.grads[bias(l)].copy_from_slice(&db);
+            if let Some(grid) = grid {
+                let mut grads = std::mem::take(&mut self.grads);
+                self.backward_hinges(&grid, &on, [&p, &q], &mut grads);
+                self.grads = grads;
+                return Ok(());
+            }
+            let [p, q] = [p, q].map(|x| x.into_iter().map(|x| x as f32).collect::<Vec<_>>());
             let (folded, inputs) = (&self.folded[l], &self.inputs);
             self.bands.par_iter_mut().try_for_each(|band| band.backward(l, inputs, folded, [&p, &q], ctx))?;
         }
-        let (dw, db) = reduce(&self.bands, FAN[0][0] * FAN[0][1], FAN[0][1]);
+        let dw = total(&self.bands, |b| &b.dw);
+        let db = total(&self.bands, |b| &b.db);
         self.grads[weights(0)].copy_from_slice(&dw);
         self.grads[bias(0)].copy_from_slice(&db);
         Ok(())
+    }
+
+    /// Gradients of the first layer on a grid, from the sums of the next one's where each unit is on.
+    fn backward_hinges(&self, grid: &Grid, on: &[f32], [p, q]: [&[f64]; 2], grads: &mut [f32]) {
+        let [_, width] = FAN[1];
+        let (w, scale) = (&self.params[weights(1)], &self.norm[0].scale);
+        let Layer { a, b, c } = layer(&self.params[weights(0)], &self.params[bias(0)], grid);
+        let [u, v] = grid.axes();
+        for j in 0..FAN[0][1] {
+            let [n, nu, nv, uu, uv, vv] = std::array::from_fn(|k| {
+                self.bands.iter().flat_map(|b| &b.hinges).map(|h| h.moments[j][k]).sum::<f64>()
+            });
+            let [a, b, c] = [a[j], b[j], c[j]].map(f64::from);
+            let w = &w[j * width..(j + 1) * width];
+            // The sums of dr times 1, u and v.
+            let summed = |k: usize, n: f64, r: f64| {
+                f64::from(scale[j]) * dot(w, &on[(j * SUMS + k) * width..]) + p[j] * r + q[j] * n
+            };
+            let dc = summed(0, n, c * n + a * nu + b * nv);
+            let da = summed(1, nu, c * nu + a * uu + b * uv);
+            let db = summed(2, nv, c * nv + a * uv + b * vv);
+            grads[PLACES[0].b + j] = dc as f32;
+            grads[PLACES[0].w + u * FAN[0][1] + j] = da as f32;
+            grads[PLACES[0].w + v * FAN[0][1] + j] = db as f32;
+        }
     }
 
     /// One step of Adam with the gradients of the last [`Self::backward`].
@@ -254,14 +347,17 @@ impl Dense {
     /// # Errors
     /// Cancelled or out of time.
     pub fn evaluate(&self, inputs: &[[f32; 3]], ctx: &Context<'_>) -> Result<Vec<Sample>> {
+        let packed: Vec<Packed> = (self.folded.iter().zip(FAN))
+            .map(|(folded, [_, width])| Packed::of(&folded.weights, width))
+            .collect();
         let blocks = inputs
             .par_chunks(BLOCK)
             .map(|block| {
                 ctx.check()?;
                 let mut x: Vec<f32> = block.iter().flat_map(|&[u, v, w]| [u, v, w, 0.0]).collect();
-                for (l, folded) in self.folded.iter().enumerate() {
+                for (l, (folded, packed)) in self.folded.iter().zip(&packed).enumerate() {
                     let mut y = vec![0.0; block.len() * FAN[l][1]];
-                    multiply(&x, &folded.forward, &mut Store { out: &mut y, bias: &folded.bias });
+                    multiply(&x, packed, &mut Store { out: &mut y, bias: &folded.bias });
                     for y in &mut y {
                         *y = if l + 1 < LAYERS { y.max(0.0) } else { y.tanh() };
                     }
@@ -305,25 +401,35 @@ impl Dense {
                     *w *= a;
                 }
             }
-            self.folded[l].backward.set_transposed(&w, FAN[l][1]);
         }
-        self.folded[l].forward.set(&w, FAN[l][1]);
-        self.folded[l].bias = b;
+        let folded = &mut self.folded[l];
+        if l > 1 || matches!(self.inputs, Inputs::Scattered(_)) {
+            folded.forward.set(&w, FAN[l][1]);
+            folded.backward.set_transposed(&w, FAN[l][1]);
+        }
+        (folded.weights, folded.bias) = (w, b);
     }
 }
 
-/// Sums of the bands' partial gradients, in order.
-fn reduce(bands: &[Band], weights: usize, biases: usize) -> (Vec<f32>, Vec<f32>) {
-    let (mut dw, mut db) = (vec![0.0; weights], vec![0.0; biases]);
-    for band in bands {
-        for (sum, x) in dw.iter_mut().zip(&band.dw) {
-            *sum += x;
-        }
-        for (sum, x) in db.iter_mut().zip(&band.db) {
+/// Sums of the bands' partial sums, in order.
+fn total<'a>(bands: &'a [Band], of: impl Fn(&'a Band) -> &'a [f32]) -> Cow<'a, [f32]> {
+    let mut sums = bands.first().map_or(Cow::default(), |b| Cow::from(of(b)));
+    for band in bands.iter().skip(1) {
+        for (sum, x) in sums.to_mut().iter_mut().zip(of(band)) {
             *sum += x;
         }
     }
-    (dw, db)
+    sums
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
+}
+
+/// The first layer as a function of a grid's coordinates.
+fn layer<'a>(weights: &'a [f32], bias: &'a [f32], grid: &Grid) -> Layer<'a> {
+    let [a, b] = grid.axes().map(|k| &weights[k * bias.len()..(k + 1) * bias.len()]);
+    Layer { a, b, c: bias }
 }
 
 /// Adds a block's f32 sums to the band's.
@@ -400,12 +506,38 @@ impl Band {
         (self.rows.start + block.start) * IN..(self.rows.start + block.end) * IN
     }
 
-    fn forward(&mut self, l: usize, inputs: &[f32], folded: &Folded, ctx: &Context<'_>) -> Result<()> {
-        let [depth, width] = FAN[l];
+    fn clear_sums(&mut self, width: usize) {
         for v in [&mut self.sum, &mut self.square] {
             v.clear();
             v.resize(width, 0.0);
         }
+    }
+
+    /// The first two layers on a grid.
+    fn forward_hinges(&mut self, l: usize, grid: &Grid, folded: &Folded, ctx: &Context<'_>) -> Result<()> {
+        ctx.check()?;
+        self.clear_sums(FAN[l][1]);
+        let Some(hinges) = &mut self.hinges else { return Ok(()) };
+        if l == 0 {
+            let layer = layer(&folded.weights, &folded.bias, grid);
+            hinges.find(&layer);
+            for (j, [n, u, v, uu, uv, vv]) in hinges.moments.iter().enumerate() {
+                let [a, b, c] = [layer.a[j], layer.b[j], layer.c[j]].map(f64::from);
+                self.sum[j] = c * n + a * u + b * v;
+                self.square[j] = c * (self.sum[j] + a * u + b * v) + a * (a * uu + 2.0 * b * uv) + b * b * vv;
+            }
+        } else {
+            hinges.forward(&folded.weights, &folded.bias, &mut self.act[l], |sum, square| {
+                flush(&mut self.sum, sum);
+                flush(&mut self.square, square);
+            });
+        }
+        Ok(())
+    }
+
+    fn forward(&mut self, l: usize, inputs: &Inputs, folded: &Folded, ctx: &Context<'_>) -> Result<()> {
+        let [depth, width] = FAN[l];
+        self.clear_sums(width);
         let (mut sum, mut square) = (vec![0f32; width], vec![0f32; width]);
         for block in self.blocks() {
             ctx.check()?;
@@ -413,7 +545,7 @@ impl Band {
             let (lower, upper) = self.act.split_at_mut(l);
             let x = match lower.last() {
                 Some(r) => &r[block.start * depth..block.end * depth],
-                None => &inputs[at],
+                None => inputs.scattered(at),
             };
             let to = block.start * width..block.end * width;
             if let Some(upper) = upper.first_mut() {
@@ -458,14 +590,16 @@ impl Band {
     fn backward(
         &mut self,
         l: usize,
-        inputs: &[f32],
+        inputs: &Inputs,
         folded: &Folded,
         [p, q]: [&[f32]; 2],
         ctx: &Context<'_>,
     ) -> Result<()> {
         let [width, outputs] = FAN[l];
         let below = FAN[l - 1][0];
-        self.clear_gradient(below * width, width);
+        // The sums that hinges give replace the gradient of the layer below.
+        let on_grid = l == 2 && self.hinges.is_some();
+        self.clear_gradient(if on_grid { 0 } else { below * width }, width);
         for block in self.blocks() {
             ctx.check()?;
             let at = self.at(&block);
@@ -474,12 +608,18 @@ impl Band {
             let dz = &upper.first().unwrap_or(&self.out)[block.start * outputs..block.end * outputs];
             let r = &mut middle[0][block.start * width..block.end * width];
             multiply(dz, &folded.backward, &mut Pull { r, p, q, sum: &mut self.db });
+            if on_grid {
+                continue;
+            }
             self.packed.set(r, width);
             let x = match lowest.last() {
                 Some(x) => &x[block.start * below..block.end * below],
-                None => &inputs[at],
+                None => inputs.scattered(at),
             };
             add_outer(&mut self.dw, x, below, &self.packed);
+        }
+        if let Some(hinges) = self.hinges.as_mut().filter(|_| on_grid) {
+            hinges.pull(&self.act[1], width);
         }
         Ok(())
     }
@@ -502,9 +642,9 @@ mod tests {
     }
 
     /// The network as the paper states it, in f64, without folding.
-    fn plain(params: &[f64], inputs: &[f32]) -> Vec<[f64; 3]> {
+    fn plain(params: &[f64], inputs: &[[f32; 3]]) -> Vec<[f64; 3]> {
         let mut h: Vec<Vec<f64>> =
-            inputs.chunks_exact(IN).map(|x| x.iter().map(|&x| f64::from(x)).collect()).collect();
+            inputs.iter().map(|x| x.iter().map(|&x| f64::from(x)).chain([0.0]).collect()).collect();
         let n = h.len();
         for l in 0..LAYERS {
             let [inputs, outputs] = FAN[l];
@@ -530,9 +670,21 @@ mod tests {
         h.iter().map(|r| [r[0], r[1], r[2]]).collect()
     }
 
+    fn samples(net: &Dense) -> Vec<[f32; 3]> {
+        match &net.inputs {
+            Inputs::Scattered(rows) => rows.chunks_exact(IN).map(|x| [x[0], x[1], x[2]]).collect(),
+            Inputs::Grid(grid) => (0..net.inputs.rows()).map(|i| grid.place(i)).collect(),
+        }
+    }
+
+    /// What a case is about: samples (scattered, or lines of a grid), inputs, outputs.
+    type Case = (Vec<usize>, usize, usize);
+
     /// A network away from its start (gains and shifts too), its outputs and its gradients for a random linear functional.
-    fn case([batch, used, outputs]: [usize; 3]) -> (Dense, Vec<Sample>, Vec<Sample>) {
+    fn case((batch, used, outputs): &Case) -> (Dense, Vec<Sample>, Vec<Sample>) {
         let mut rng = Rng::new(11);
+        let (size, (used, outputs)) = (batch.clone(), (*used, *outputs));
+        let batch = size.iter().product();
         let mut net = Dense::new(used, outputs, &mut rng);
         for l in 0..LAYERS - 1 {
             for i in gain(l).chain(shift(l)) {
@@ -541,11 +693,16 @@ mod tests {
         }
         let mut random = || [0; 3].map(|_| rng.normal() as f32);
         let functional: Vec<Sample> = (0..batch).map(|_| random()).collect();
-        let inputs: Vec<[f32; 3]> = (0..batch)
-            .map(|_| random())
-            .map(|x| [0, 1, 2].map(|k| if k < used { x[k] } else { 0.0 }))
-            .collect();
-        net.set_inputs(inputs.into_iter());
+        if let &[lines, side] = &size[..] {
+            let step = [0.9 / lines as f32, 0.8 / side as f32];
+            net.set_grid(Grid { size: [lines, side], first: [0.013, 0.027], step });
+        } else {
+            let inputs: Vec<[f32; 3]> = (0..batch)
+                .map(|_| random())
+                .map(|x| [0, 1, 2].map(|k| if k < used { x[k] } else { 0.0 }))
+                .collect();
+            net.set_inputs(inputs.into_iter());
+        }
         let mut out = vec![[0.0; 3]; batch];
         let net = Run::default()
             .execute(|ctx| {
@@ -558,20 +715,33 @@ mod tests {
     }
 
     /// Batches of less than a block, of several with a last one that is not full, and of several bands; curves, surfaces, fields.
-    const CASES: [[usize; 3]; 4] = [[42, 2, 3], [30, 1, 2], [306, 3, 1], [2304, 2, 3]];
+    fn cases() -> Vec<Case> {
+        [
+            (vec![42], 2, 3),
+            (vec![30], 1, 2),
+            (vec![306], 3, 1),
+            (vec![6, 7], 2, 3),
+            (vec![17, 18], 2, 3),
+            (vec![1, 600], 1, 2),
+            (vec![2304], 2, 3),
+            (vec![43, 61], 2, 3),
+            (vec![1, 4500], 1, 3),
+        ]
+        .to_vec()
+    }
 
     #[test]
     fn the_folded_network_is_the_plain_one() {
-        for shape in CASES {
-            let (net, out, _) = case(shape);
+        for shape in cases() {
+            let (net, out, _) = case(&shape);
             let params: Vec<f64> = net.params.iter().map(|&x| f64::from(x)).collect();
-            let inputs: Vec<[f32; 3]> = net.inputs.chunks_exact(IN).map(|x| [x[0], x[1], x[2]]).collect();
+            let inputs = samples(&net);
             let alone = Run::default().execute(|ctx| net.evaluate(&inputs, ctx)).unwrap();
-            for ((a, b), c) in out.iter().zip(plain(&params, &net.inputs)).zip(alone) {
+            for ((a, b), c) in out.iter().zip(plain(&params, &inputs)).zip(alone) {
                 for k in 0..3 {
                     assert!((f64::from(a[k]) - b[k]).abs() < 1e-4, "{shape:?} {a:?} {b:?}");
                     assert!((a[k] - c[k]).abs() < 1e-4);
-                    assert!(k < shape[2] || a[k] == 0.0);
+                    assert!(k < shape.2 || a[k] == 0.0);
                 }
             }
         }
@@ -579,14 +749,14 @@ mod tests {
 
     #[test]
     fn gradients_are_finite_differences_of_the_plain_network() {
-        for shape in &CASES[..3] {
-            let (net, _, functional) = case(*shape);
+        for shape in &cases()[..6] {
+            let (net, _, functional) = case(shape);
             let params: Vec<f64> = net.params.iter().map(|&x| f64::from(x)).collect();
             let value = |params: &[f64]| -> f64 {
-                plain(params, &net.inputs)
+                plain(params, &samples(&net))
                     .iter()
                     .zip(&functional)
-                    .map(|(y, c)| (0..shape[2]).map(|k| y[k] * f64::from(c[k])).sum::<f64>())
+                    .map(|(y, c)| (0..shape.2).map(|k| y[k] * f64::from(c[k])).sum::<f64>())
                     .sum()
             };
             let mut rng = Rng::new(2);
@@ -621,7 +791,7 @@ mod tests {
 
     #[test]
     fn padding_stays_zero_and_adam_goes_downhill() {
-        let (mut net, _, functional) = case([42, 1, 2]);
+        let (mut net, _, functional) = case(&(vec![42], 1, 2));
         let value = |out: &[Sample]| -> f32 {
             out.iter().zip(&functional).flat_map(|(y, c)| (0..2).map(|k| y[k] * c[k])).sum()
         };

@@ -21,6 +21,12 @@ pub struct Packed {
 }
 
 impl Packed {
+    /// A new one, as [`Self::set`].
+    pub fn of(matrix: &[f32], columns: usize) -> Self {
+        let mut packed = Self::default();
+        packed.set(matrix, columns);
+        packed
+    }
     /// Takes a row-major matrix of `columns` columns, a multiple of [`PANEL`].
     pub fn set(&mut self, matrix: &[f32], columns: usize) {
         debug_assert!(columns.is_multiple_of(PANEL) && matrix.len().is_multiple_of(columns));
@@ -52,6 +58,30 @@ impl Packed {
     }
 }
 
+/// Work on vectors, V of which make a panel.
+pub trait Kernel {
+    /// Does it.
+    fn run<S: Simd, const V: usize>(self, simd: S);
+}
+
+/// Runs a kernel with the vector instructions of this machine.
+pub fn dispatch(kernel: impl Kernel) {
+    struct Widths<K>(K);
+    impl<K: Kernel> WithSimd for Widths<K> {
+        type Output = ();
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            match PANEL / S::F32_LANES {
+                1 => self.0.run::<S, 1>(simd),
+                2 => self.0.run::<S, 2>(simd),
+                4 => self.0.run::<S, 4>(simd),
+                _ => self.0.run::<S, 16>(simd),
+            }
+        }
+    }
+    Arch::new().dispatch(Widths(kernel));
+}
+
 /// What is done with each tile of a product.
 pub trait Finish {
     /// Takes rows `row..row + tile.len()` of columns `column..column + PANEL`.
@@ -71,7 +101,7 @@ pub fn vectors_mut<S: Simd>(part: &mut [f32]) -> &mut [S::f32s] {
 
 /// Runs `finish` on the tiles of `a` times `b`; `a` is row-major with as many columns as `b` has rows.
 pub fn multiply(a: &[f32], b: &Packed, finish: &mut impl Finish) {
-    Arch::new().dispatch(Multiply { a, b, finish });
+    dispatch(Multiply { a, b, finish });
 }
 
 struct Multiply<'a, F> {
@@ -80,20 +110,7 @@ struct Multiply<'a, F> {
     finish: &'a mut F,
 }
 
-impl<F: Finish> WithSimd for Multiply<'_, F> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match PANEL / S::F32_LANES {
-            1 => self.run::<S, 1>(simd),
-            2 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, 16>(simd),
-        }
-    }
-}
-
-impl<F: Finish> Multiply<'_, F> {
+impl<F: Finish> Kernel for Multiply<'_, F> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(self, simd: S) {
         let depth = self.b.rows;
@@ -137,7 +154,7 @@ fn product<S: Simd, const V: usize, const M: usize>(
 
 /// Adds aᵀ b to `sum`, row-major. `a` has `inputs` columns and as many rows as `b`.
 pub fn add_outer(sum: &mut [f32], a: &[f32], inputs: usize, b: &Packed) {
-    Arch::new().dispatch(Outer { sum, a, inputs, b });
+    dispatch(Outer { sum, a, inputs, b });
 }
 
 struct Outer<'a> {
@@ -150,20 +167,7 @@ struct Outer<'a> {
 /// Rows whose factors are gathered at a time: a tile's then stay in the first cache.
 const GATHER: usize = 256;
 
-impl WithSimd for Outer<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        match PANEL / S::F32_LANES {
-            1 => self.run::<S, 1>(simd),
-            2 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run::<S, 16>(simd),
-        }
-    }
-}
-
-impl Outer<'_> {
+impl Kernel for Outer<'_> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(mut self, simd: S) {
         let mut at = 0;
@@ -182,7 +186,9 @@ impl Outer<'_> {
             };
         }
     }
+}
 
+impl Outer<'_> {
     #[inline(always)]
     fn tile<S: Simd, const V: usize, const M: usize>(&mut self, simd: S, at: usize) {
         let mut factors = [[0f32; M]; GATHER];

@@ -4,6 +4,8 @@ pub mod adam;
 pub mod conv;
 pub mod dense;
 pub mod gemm;
+pub mod hinge;
 
 pub use conv::Conv;
 pub use dense::Dense;
+pub use hinge::Grid;
