@@ -4,9 +4,9 @@
 //! noise along the surface normal. No truth, no normals needed.
 
 use crate::error::Result;
-use crate::geometry::dense::{cholesky, cholesky_solve, eigen3};
+use crate::geometry::dense::{cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, add, cross, dot, scale, sub, tangents};
+use crate::geometry::vec3::{Vec3, cross, dot, sub, tangents};
 use crate::run::Context;
 use rayon::prelude::*;
 
@@ -125,15 +125,8 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f6
 /// Flatness and residual standard deviation of the quadric through a neighbourhood.
 fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
     let n = found.len() as f64;
-    let mean = scale(found.iter().fold([0.0; 3], |m, f| add(m, points[f.index as usize])), 1.0 / n);
-    let mut m = [0.0; 6];
-    for f in found {
-        let d = sub(points[f.index as usize], mean);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            m[k] += d[i] * d[j] / n;
-        }
-    }
-    let (values, vectors) = eigen3(m);
+    let near = found.iter().map(|f| (points[f.index as usize], 1.0));
+    let Some((mean, values, vectors)) = principal(near) else { return (0.0, 0.0) };
     if values[1] <= 0.0 {
         return (0.0, 0.0);
     }

@@ -165,6 +165,9 @@ const BYTES_PER_POINT: u64 = 700;
 const BYTES_PER_TRIANGLE: u64 = 250;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.
 const UV_STRETCH: f64 = 1.25;
+/// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is smaller than that between the points is not
+/// known anyway, and patches that had to explain a clean scan's every crease to the last digit would shrink to nothing there.
+const LEAST_NOISE: f64 = 0.05;
 /// Times the noise may be corrected by the fit.
 const NOISE_ROUNDS: usize = 3;
 /// The noise is settled when the charts see at least this share of it.
@@ -273,16 +276,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         sigma = analyse::noise(&points, &tree, ctx)?;
     }
     let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
-    // Scans without any noise: rounding of the coordinates is the least there is.
-    let least = 1e-7 * median_spacing.max(1e-9);
-    let (noise, sigma) = (noise.max(least), sigma.max(least));
-    let analysis = Analysis { spacing, median_spacing, sigma };
+    let least = LEAST_NOISE * median_spacing.max(1e-9);
+    let mut analysis = Analysis { spacing, median_spacing, sigma: sigma.max(least) };
 
     let size = match options.charts {
         None => PATCH_SIZE,
         Some(charts) => PATCH_SIZE.for_count(charts, points.len()),
     };
-    let mut analysis = analysis;
     let tubes = tubes::find(&points, &tree, &analysis, options.noise.is_some(), ctx)?;
     if let Some(sigma) = tubes.sigma {
         analysis.sigma = sigma.max(least);
@@ -290,7 +290,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let mut fitted = Vec::new();
     for _ in 0..NOISE_ROUNDS {
         let patches = partition::partition(&points, &tree, &analysis, size, &tubes.covered, ctx)?;
-        fitted = fit::fit(&points, &patches, analysis.sigma, ctx)?;
+        fitted = fit::fit(&points, &patches, ctx)?;
         // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
         // mislead upwards. Patches are then cut anew.
         let mut sigmas: Vec<f64> = fitted.iter().map(|f| f.chart.sigma).collect();
@@ -299,10 +299,10 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
             true => break,
             false => SEEN.1 * *sigmas.select_nth_unstable_by(at, f64::total_cmp).1,
         };
-        if options.noise.is_some() || seen >= NOISE_SETTLED * analysis.sigma || seen <= least {
+        if options.noise.is_some() || seen >= NOISE_SETTLED * analysis.sigma || analysis.sigma <= least {
             break;
         }
-        analysis.sigma = seen;
+        analysis.sigma = seen.max(least);
     }
     fitted.extend(tubes.fitted);
     if fitted.is_empty() {
@@ -434,7 +434,11 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
 
     report.spacing = median_spacing * scale;
     // What the networks left is theirs, not the scan's.
-    let scan_noise = if options.prior == Prior::Gp { analysis.sigma } else { noise };
+    let scan_noise = match options.prior {
+        Prior::Gp if analysis.sigma > least => analysis.sigma,
+        Prior::Gp => noise.min(least),
+        _ => noise,
+    };
     report.noise = scan_noise * scale;
     report.charts = charts.len();
     report.one_sided = !conflicts.is_empty();

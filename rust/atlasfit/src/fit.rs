@@ -35,7 +35,7 @@ pub struct Fitted {
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) -> Result<Vec<Fitted>> {
+pub fn fit(points: &[Vec3], patches: &[Patch], ctx: &Context<'_>) -> Result<Vec<Fitted>> {
     ctx.stage(Stage::Fit, patches.len());
     let fitted = patches
         .par_chunks(8)
@@ -44,7 +44,7 @@ pub fn fit(points: &[Vec3], patches: &[Patch], sigma: f64, ctx: &Context<'_>) ->
             let mut out = Vec::new();
             for p in chunk {
                 ctx.check()?;
-                fit_patch(points, p, sigma, &mut tools, &mut out);
+                fit_patch(points, p, &mut tools, &mut out);
             }
             ctx.advance(chunk.len());
             Ok(out)
@@ -82,7 +82,8 @@ fn empty_sheet(patch: &Patch, sigma: f64) -> Sheet {
     }
 }
 
-fn fit_patch(points: &[Vec3], patch: &Patch, sigma: f64, tools: &mut Tools, out: &mut Vec<Fitted>) {
+fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fitted>) {
+    let sigma = patch.sigma;
     let local: Vec<[f64; 3]> = patch
         .members
         .iter()

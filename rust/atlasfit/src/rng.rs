@@ -2,7 +2,8 @@
 //!
 //! Source: SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators").
 
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+/// The generator's increment: 2^64 over the golden ratio.
+pub(crate) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// A SplitMix64 stream. Give every block of parallel work a stream of its own ([`Rng::stream`]).
 #[derive(Debug, Clone)]

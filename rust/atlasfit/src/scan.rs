@@ -5,7 +5,7 @@
 
 use crate::analyse::{median, noise, spacing};
 use crate::error::{Error, Result};
-use crate::geometry::dense::eigen3;
+use crate::geometry::dense::principal;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::sort::sort_by;
 use crate::geometry::vec3::{Vec3, sub};
@@ -265,17 +265,8 @@ pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
     if points.len() < MIN_POINTS {
         return degenerate(format!("only {} distinct points", points.len()));
     }
-    let n = points.len() as f64;
-    let mean = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n);
-    let mut m = [0.0; 6];
-    for p in points {
-        let d = sub(*p, mean);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            m[k] += d[i] * d[j] / n;
-        }
-    }
-    let (values, _) = eigen3(m);
-    if values[1] <= 1e-14 * values[2] {
+    let spread = principal(points.iter().map(|&p| (p, 1.0)));
+    if spread.is_none_or(|(_, values, _)| values[1] <= 1e-14 * values[2]) {
         return degenerate("the points lie on a line".into());
     }
     Ok(())

@@ -47,6 +47,44 @@ fn a_clean_scan_stays_where_it_is() {
 }
 
 #[test]
+fn the_edges_of_a_clean_box_neither_tear_nor_melt() {
+    let mut rng = atlasfit::rng::Rng::new(30);
+    let points: Vec<[f64; 3]> = (0..6000)
+        .map(|i| {
+            let (u, v) = (2.0 * rng.uniform() - 1.0, 2.0 * rng.uniform() - 1.0);
+            let side = [-1.0, 1.0][i % 2];
+            [[side, u, v], [u, side, v], [u, v, side]][i / 2 % 3]
+        })
+        .collect();
+    let spacing = (24.0f64 / 6000.0).sqrt();
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 2), "{t:?}");
+    let off = |p: &[f64; 3]| p.iter().fold(0f64, |m, x| m.max(x.abs())) - 1.0;
+    let left = rms(out.surface.positions.iter().map(off));
+    assert!(left < 0.15 * spacing, "{left} for points {spacing} apart");
+}
+
+#[test]
+fn a_part_with_three_times_the_noise_comes_out_smooth() {
+    let truth = torus(12000, 0.4, 31);
+    let mut rng = atlasfit::rng::Rng::new(31);
+    let loud = |p: &[f64; 3]| p[0] > 0.6;
+    let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
+        .map(|(p, n)| {
+            let d = truth.spacing * if loud(p) { 0.42 } else { 0.14 } * rng.normal();
+            [0, 1, 2].map(|k| p[k] + d * n[k])
+        })
+        .collect();
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 0), "{t:?}");
+    let there = out.points.positions.iter().zip(&truth.points).filter(|(_, p)| loud(p));
+    let left = rms(there.map(|(q, _)| off_torus(q, 0.4))) / (0.42 * truth.spacing);
+    assert!(left < 0.4, "{left} of the noise is left");
+}
+
+#[test]
 fn the_noise_estimate_is_within_a_quarter() {
     let shapes =
         [("plane", square(3000, 0.0, 0.0, 4)), ("sphere", sphere(3000, 4)), ("torus", torus(4000, 0.4, 4))];

@@ -184,13 +184,23 @@ fn patch(
         .collect();
     let spacing = (std::f64::consts::PI * radii[0] * radii[1] / n as f64).sqrt();
     let members = (0..n as u32).collect();
-    (points, Patch { center, axes, radii, quadric: [0.0; 6], members, residual: noise, spacing, sound: true })
+    let patch = Patch {
+        center,
+        axes,
+        radii,
+        quadric: [0.0; 6],
+        members,
+        residual: noise,
+        spacing,
+        sigma: noise,
+        sound: true,
+    };
+    (points, patch)
 }
 
 fn fit_chart(points: &[Vec3], patch: &Patch, sigma: f64) -> Vec<Monge> {
-    let fitted = Run::default()
-        .execute(|ctx| atlasfit::fit::fit(points, std::slice::from_ref(patch), sigma, ctx))
-        .unwrap();
+    let patch = Patch { sigma, ..patch.clone() };
+    let fitted = Run::default().execute(|ctx| atlasfit::fit::fit(points, &[patch], ctx)).unwrap();
     fitted
         .into_iter()
         .map(|f| match f.chart.map {

@@ -1,6 +1,8 @@
-//! Small dense symmetric systems: the Cholesky factorisation that every chart's solve runs on.
+//! Small dense symmetric systems: the Cholesky factorisation that every chart's solve runs on, principal axes.
 //!
 //! Matrices are row-major slices of n*n; only the upper triangle is read and written.
+
+use super::vec3::{Vec3, mul_add, scale, sub};
 
 /// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
 /// is not numerically positive definite and its content is then meaningless.
@@ -93,4 +95,27 @@ pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     order.sort_by(|&i, &j| a[i][i].total_cmp(&a[j][j]));
     let column = |i: usize| [v[0][i], v[1][i], v[2][i]];
     (order.map(|i| a[i][i]), order.map(column))
+}
+
+/// Weighted mean, principal variances (ascending) and principal axes of points; `None` without weight.
+#[must_use]
+pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<(Vec3, [f64; 3], [Vec3; 3])> {
+    let (mut total, mut mean) = (0.0, [0.0; 3]);
+    for (p, w) in points.clone() {
+        total += w;
+        mean = mul_add(mean, p, w);
+    }
+    if total <= 0.0 {
+        return None;
+    }
+    let mean = scale(mean, 1.0 / total);
+    let mut m = [0.0; 6];
+    for (p, w) in points {
+        let d = sub(p, mean);
+        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            m[k] += w * d[i] * d[j];
+        }
+    }
+    let (variances, axes) = eigen3(m.map(|x| x / total));
+    Some((mean, variances, axes))
 }

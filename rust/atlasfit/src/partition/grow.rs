@@ -6,7 +6,7 @@
 //! shortened across strong curvature: along a tube a patch is long, around it short.
 
 use crate::atlas::Monge;
-use crate::geometry::dense::{cholesky, cholesky_solve, eigen3};
+use crate::geometry::dense::{cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
 
@@ -27,6 +27,8 @@ pub struct Patch {
     pub residual: f64,
     /// Point spacing about the seed.
     pub spacing: f64,
+    /// Noise that the patch was grown with, standard deviation.
+    pub sigma: f64,
     /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
     pub sound: bool,
 }
@@ -189,6 +191,7 @@ fn grow_from(
         members,
         residual: s.residual,
         spacing: p.spacing,
+        sigma: p.sigma,
         sound,
     })
 }
@@ -204,22 +207,8 @@ fn thin(found: &mut Vec<Neighbour>) -> Option<Vec<Neighbour>> {
 
 fn plane(points: &[Vec3], near: &[Neighbour], radius: f64) -> (Vec3, Vec3) {
     let weight = |d2: f64| (1.0 - d2 / (radius * radius * 1.5)).max(0.05);
-    let (mut total, mut mean) = (0.0, [0.0; 3]);
-    for f in near {
-        let w = weight(f.dist2);
-        total += w;
-        mean = mul_add(mean, points[f.index as usize], w);
-    }
-    mean = scale(mean, 1.0 / total);
-    let mut m = [0.0; 6];
-    for f in near {
-        let w = weight(f.dist2);
-        let d = sub(points[f.index as usize], mean);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            m[k] += w * d[i] * d[j];
-        }
-    }
-    (mean, eigen3(m).1[0])
+    let near = near.iter().map(|f| (points[f.index as usize], weight(f.dist2)));
+    principal(near).map_or(([0.0; 3], [0.0, 0.0, 1.0]), |(mean, _, axes)| (mean, axes[0]))
 }
 
 /// Refits the quadric within `radius`, turns the base plane to it, and bounds the domain by its curvature.

@@ -11,6 +11,7 @@ use crate::analyse::Analysis;
 use crate::error::Result;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::vec3::{Vec3, dot, sub};
+use crate::rng::{GOLDEN, Rng};
 use crate::run::Context;
 use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, explains, grow};
 use rayon::prelude::*;
@@ -18,6 +19,14 @@ use rayon::prelude::*;
 /// A point counts as covered by a patch when it lies within this share of the domain: there the blend weight of the patch is
 /// still substantial.
 const CORE: f64 = 0.72;
+/// Noise may be larger in parts of a scan: at grazing angles, where several sweeps overlap askew. There a greater noise is tried, in steps of this
+/// factor, ...
+const LOUDER: f64 = 1.6;
+/// ... up to this share of the point spacing: beyond it, two sheets of a thin wall would pass for one noisy one.
+const LOUDEST: f64 = 0.6;
+/// A part is loud when of this many seeds nearest to a place at least this many cannot be explained with the scan's noise. On even noise
+/// one in thirty cannot.
+const LOUD: (usize, usize) = (2, 6);
 /// Rounds of seeding. Each round seeds what the previous ones left, more densely.
 const ROUNDS: usize = 5;
 
@@ -149,8 +158,31 @@ pub fn partition(
     let sigma = analysis.sigma;
     // Where points stand farther apart than this there is no surface to show, only strays.
     let widest = crate::project::WIDEST * analysis.median_spacing;
-    let max_radius =
-        |i: usize| (size.spacings * f64::from(analysis.spacing[i]).min(widest)).max(size.sigmas * sigma);
+    let max_radius = |i: usize, sigma: f64| {
+        (size.spacings * f64::from(analysis.spacing[i]).min(widest)).max(size.sigmas * sigma)
+    };
+    let grow_all = |seeds: &[usize], sigma: f64| -> Result<Vec<Option<Patch>>> {
+        let grown = seeds
+            .par_chunks(16)
+            .map(|chunk| {
+                let mut scratch = Scratch::default();
+                let out = chunk
+                    .iter()
+                    .map(|&i| {
+                        ctx.check()?;
+                        let (spacing, max_radius) = (f64::from(analysis.spacing[i]), max_radius(i, sigma));
+                        let params = GrowParams { sigma, spacing, max_radius };
+                        Ok(grow(points, tree, i, &params, &mut scratch))
+                    })
+                    .collect::<Result<Vec<_>>>()?;
+                ctx.advance(chunk.len());
+                Ok(out)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(grown.concat())
+    };
+    let sound = |p: &Option<Patch>| p.as_ref().is_some_and(|p| p.sound);
+    let mut loud: Option<Loud> = None;
     let order = shuffled(n, ctx.seed);
     let mut covered = done.to_vec();
     let mut patches: Vec<Patch> = Vec::new();
@@ -167,7 +199,7 @@ pub fn partition(
             }
             seeds.push(i);
             taken[i] = true;
-            tree.within(points[i], shrink * max_radius(i), &mut found);
+            tree.within(points[i], shrink * max_radius(i, sigma), &mut found);
             for f in &found {
                 taken[f.index as usize] = true;
             }
@@ -179,27 +211,32 @@ pub fn partition(
             break;
         }
         ctx.stage(crate::run::Stage::Partition, seeds.len());
-        let grown: Vec<Option<Patch>> = seeds
-            .par_chunks(16)
-            .map(|chunk| {
-                let mut scratch = Scratch::default();
-                let out = chunk
-                    .iter()
-                    .map(|&i| {
-                        ctx.check()?;
-                        let params = GrowParams {
-                            sigma,
-                            spacing: f64::from(analysis.spacing[i]),
-                            max_radius: max_radius(i),
-                        };
-                        Ok(grow(points, tree, i, &params, &mut scratch))
-                    })
-                    .collect::<Result<Vec<_>>>()?;
-                ctx.advance(chunk.len());
-                Ok(out)
-            })
-            .collect::<Result<Vec<_>>>()?
-            .concat();
+        let mut grown = grow_all(&seeds, sigma)?;
+        if loud.is_none() {
+            let at: Vec<Vec3> = seeds.iter().map(|&i| points[i]).collect();
+            loud =
+                Some(Loud { tree: Neighbours::build(&at, ctx)?, sound: grown.iter().map(sound).collect() });
+        }
+        // Seeds in loud parts, each while it is not explained and the noise not too large for the spacing there.
+        let mut left: Vec<usize> = (0..seeds.len())
+            .filter(|&k| !sound(&grown[k]) && loud.as_ref().is_some_and(|l| l.at(points[seeds[k]])))
+            .collect();
+        let mut level = sigma;
+        while !left.is_empty() {
+            ctx.check()?;
+            level *= LOUDER;
+            left.retain(|&k| {
+                let spacing = f64::from(analysis.spacing[seeds[k]]).max(analysis.median_spacing);
+                level <= LOUDEST * spacing
+            });
+            let again = grow_all(&left.iter().map(|&k| seeds[k]).collect::<Vec<_>>(), level)?;
+            for (&k, patch) in left.iter().zip(again) {
+                if sound(&patch) {
+                    grown[k] = patch;
+                }
+            }
+            left.retain(|&k| !sound(&grown[k]));
+        }
         for (seed, patch) in seeds.into_iter().zip(grown) {
             let Some(patch) = patch else { continue };
             // A patch that another of this round has made superfluous is dropped: fewer charts, same cover.
@@ -220,18 +257,28 @@ pub fn partition(
     Ok(patches)
 }
 
-/// The numbers 0..n in a random order that depends on the seed only (Fisher-Yates over SplitMix64).
+/// Where in the scan the noise is larger than its usual.
+struct Loud {
+    /// The first round's seeds.
+    tree: Neighbours,
+    /// Whether the usual noise explains the points about each.
+    sound: Vec<bool>,
+}
+
+impl Loud {
+    fn at(&self, p: Vec3) -> bool {
+        let mut near = Vec::new();
+        self.tree.nearest(p, LOUD.1, &mut near);
+        near.iter().filter(|n| !self.sound[n.index as usize]).count() >= LOUD.0
+    }
+}
+
+/// The numbers 0..n in a random order that depends on the seed only (Fisher and Yates).
 fn shuffled(n: usize, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
-    let mut state = seed ^ 0x9E37_79B9_7F4A_7C15;
+    let mut rng = Rng::new(seed ^ GOLDEN);
     for i in (1..n).rev() {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        // Multiply-shift keeps the bias below n / 2^64.
-        let j = ((u128::from(z) * (i as u128 + 1)) >> 64) as usize;
+        let j = rng.below(i + 1);
         order.swap(i, j);
     }
     order

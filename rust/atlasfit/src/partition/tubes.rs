@@ -10,11 +10,11 @@ use crate::atlas::tube::{HARMONICS, MASK_NODES, Tube, harmonics};
 use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
 use crate::fit::Fitted;
-use crate::geometry::dense::{cholesky, cholesky_log_det, cholesky_solve, eigen3};
+use crate::geometry::dense::{cholesky, cholesky_log_det, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, add, dot, normalize, scale, sub};
+use crate::geometry::vec3::{Vec3, dot, normalize, scale, sub};
 use crate::partition::grow::{TUKEY, tukey};
-use crate::prior::gp::{INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
+use crate::prior::gp::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
 use crate::run::Context;
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -30,6 +30,8 @@ const FIRST_LOOK: usize = 3000;
 /// radius R / 3.7), and its third above this share of the second (a strip has none).
 const ELONGATED: f64 = 0.11;
 const ROUND: f64 = 0.35;
+/// Fewer points at the first look say nothing.
+const FEWEST: usize = 12;
 /// Members farther than this many times the median distance from the axis are not the tube's (a Gaussian blob without any radius keeps 99.5 percent).
 const WITHIN: f64 = 2.8;
 /// Slope of the axis at the ends of a tube's domain: half a right angle in all.
@@ -113,7 +115,11 @@ pub fn find(
         let mut hit = false;
         for scale in SCALES {
             coarse_tree.within(points[i], scale * unit, &mut found);
-            let Some((mean, spread, along)) = principal(&coarse, &found) else { continue };
+            if found.len() < FEWEST {
+                continue;
+            }
+            let near = found.iter().map(|f| (coarse[f.index as usize], 1.0));
+            let Some((mean, spread, [_, _, along])) = principal(near) else { continue };
             if spread[1] > ELONGATED * spread[2] || spread[0] < ROUND * spread[1] {
                 continue;
             }
@@ -166,24 +172,6 @@ pub fn find(
         found.fitted.push(fit.fitted);
     }
     Ok(found)
-}
-
-/// Mean, principal variances (ascending) and the direction of the largest.
-fn principal(points: &[Vec3], found: &[Neighbour]) -> Option<(Vec3, [f64; 3], Vec3)> {
-    if found.len() < 12 {
-        return None;
-    }
-    let n = found.len() as f64;
-    let mean = scale(found.iter().fold([0.0; 3], |m, f| add(m, points[f.index as usize])), 1.0 / n);
-    let mut m = [0.0; 6];
-    for f in found {
-        let d = sub(points[f.index as usize], mean);
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            m[k] += d[i] * d[j] / n;
-        }
-    }
-    let (values, vectors) = eigen3(m);
-    (values[2] > 0.0).then_some((mean, values, vectors[2]))
 }
 
 /// Whether the data end inside the domain, at either side.
@@ -517,16 +505,11 @@ fn fit_all(
 
 /// Integrals over the domain of products of two splines, of their first and of their second derivatives.
 static ENERGY: LazyLock<[Vec<f64>; 3]> = LazyLock::new(|| {
-    const NODES: [f64; 4] =
-        [0.069_431_844_202_973_71, 0.330_009_478_207_571_9, 0.669_990_521_792_428_1, 0.930_568_155_797_026_3];
-    const WEIGHTS: [f64; 4] =
-        [0.173_927_422_568_727, 0.326_072_577_431_273, 0.326_072_577_431_273, 0.173_927_422_568_727];
     let mut out = [vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]];
     let unit = INTERVALS as f64 * 0.5;
     for i in 0..INTERVALS {
-        for (t, w) in NODES.iter().zip(WEIGHTS) {
-            let values =
-                [spline(*t), spline_d1(*t).map(|x| x * unit), spline_d2(*t).map(|x| x * unit * unit)];
+        for (t, w) in GAUSS {
+            let values = [spline(t), spline_d1(t).map(|x| x * unit), spline_d2(t).map(|x| x * unit * unit)];
             for (m, v) in out.iter_mut().zip(&values) {
                 for k in 0..4 {
                     for l in 0..4 {

@@ -140,20 +140,23 @@ pub fn mode_row(basis: &Basis, u: f64, v: f64, row: &mut [f64]) {
     }
 }
 
+/// Gauss-Legendre nodes and weights on [0, 1], 4 points: exact for products of cubics.
+pub(crate) const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_727),
+    (0.330_009_478_207_571_9, 0.326_072_577_431_273),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_727),
+];
+
 fn make_basis() -> Basis {
-    // Gauss-Legendre, 4 points an interval: exact for products of cubics.
-    const NODES: [f64; 4] =
-        [0.069_431_844_202_973_71, 0.330_009_478_207_571_9, 0.669_990_521_792_428_1, 0.930_568_155_797_026_3];
-    const WEIGHTS: [f64; 4] =
-        [0.173_927_422_568_727, 0.326_072_577_431_273, 0.326_072_577_431_273, 0.173_927_422_568_727];
     let n = COEFFS;
     let (mut energy, mut mass) = (DMatrix::<f64>::zeros(n, n), DMatrix::<f64>::zeros(n, n));
     let scale = INTERVALS as f64 * 0.5;
     let width = 2.0 / INTERVALS as f64;
     for i in 0..INTERVALS {
         for j in 0..INTERVALS {
-            for (s, ws) in NODES.iter().zip(WEIGHTS) {
-                for (t, wt) in NODES.iter().zip(WEIGHTS) {
+            for (s, ws) in GAUSS {
+                for (t, wt) in GAUSS {
                     let u = (i as f64 + s) * width - 1.0;
                     let v = (j as f64 + t) * width - 1.0;
                     // The data lie in the disk. Outside, a little energy and next to no mass: a function that lives in
@@ -161,9 +164,9 @@ fn make_basis() -> Basis {
                     let inside = u * u + v * v <= 1.1;
                     let area = ws * wt * width * width;
                     let (we, wm) = if inside { (area, area) } else { (0.02 * area, 1e-4 * area) };
-                    let (a, b) = (spline(*s), spline(*t));
-                    let (da, db) = (spline_d1(*s), spline_d1(*t));
-                    let (dda, ddb) = (spline_d2(*s), spline_d2(*t));
+                    let (a, b) = (spline(s), spline(t));
+                    let (da, db) = (spline_d1(s), spline_d1(t));
+                    let (dda, ddb) = (spline_d2(s), spline_d2(t));
                     let mut f = [(0usize, 0.0, 0.0, 0.0, 0.0); 16];
                     for k in 0..4 {
                         for l in 0..4 {

@@ -9,6 +9,7 @@ use super::strip::Strip;
 use super::tighten::tighten;
 use super::{EXPECTED_FILL, Goal, Place, largest_first};
 use crate::error::Result;
+use crate::rng::Rng;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use rayon::prelude::*;
@@ -197,7 +198,7 @@ impl Board {
             let tries: Vec<_> = (0..ORDERS as u64)
                 .into_par_iter()
                 .map(|v| {
-                    let mut random = Random(seed ^ (round << 8 | v).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+                    let mut random = Rng::stream(seed, round << 8 | v);
                     let mut order = best.order.clone();
                     if let Some(&c) = urgent.get(v as usize) {
                         advance(&mut order, c, &mut random);
@@ -249,24 +250,10 @@ pub(super) fn grow(goal: &Goal, cells: f64) -> usize {
 }
 
 /// Moves a chart some way to the front of the order.
-fn advance(order: &mut Vec<usize>, c: usize, random: &mut Random) {
+fn advance(order: &mut Vec<usize>, c: usize, random: &mut Rng) {
     if let Some(at) = order.iter().position(|&x| x == c) {
         order.remove(at);
         order.insert(random.below(at + 1), c);
-    }
-}
-
-/// Random numbers (Steele, Lea, Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        ((u128::from(z) * n as u128) >> 64) as usize
     }
 }
 
