@@ -328,7 +328,9 @@ def test_a_token_cancels_from_another_thread_while_python_runs_on(sphere):
 
 
 SCRIPT = """
-import sys, time, json, numpy as np, os
+import sys, time, json, numpy as np, os, signal
+# A shell that starts the tests in the background has its children ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path[:0] = json.loads(os.environ["FOLDERS"])
 import atlasfit
 from shapes import sphere_points

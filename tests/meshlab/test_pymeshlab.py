@@ -249,7 +249,7 @@ def test_defaults_are_the_programs():
     def shown(command):
         text = subprocess.run([ATLASFIT, command, "--help"], capture_output=True, text=True, check=True).stdout
         options = re.split(r"\n +(?:-\w, )?--", text)
-        return {o.split(maxsplit=1)[0]: m.group(1) for o in options if (m := re.search(r"\[default: ([^\]]+)\]", o))}
+        return {o.split(maxsplit=1)[0]: m.group(1) for o in options if (m := re.search(r"\[default: ([^\];]+)", o))}
 
     said = shown("denoise"), shown("unwrap")
     lists = printed(RECONSTRUCT), printed(UNWRAP)
