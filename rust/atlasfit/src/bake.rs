@@ -326,7 +326,9 @@ mod tests {
     #[test]
     fn a_chart_thinner_than_a_texel_is_seen() {
         let thin = |v: f32| [[0.51, v], [0.511, v], [0.51, v + 0.001]];
-        let mesh = TriMesh { corner_uv: Some(vec![thin(0.51), thin(0.26)]), ..square() };
+        // Nearest to the texels' middles: the first face's red corner, the second one's white corner.
+        let [a, b, c] = thin(0.26);
+        let mesh = TriMesh { corner_uv: Some(vec![thin(0.51), [b, c, a]]), ..square() };
         let options = BakeOptions { size: [64, 64], dilation: 0 };
         let image = Run::default().execute(|c| bake(&mesh, Colors::Vertices, &options, c)).unwrap();
         let colors = image.rgba.iter().filter(|c| **c != image.rgba[0]).count();

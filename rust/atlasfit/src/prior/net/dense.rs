@@ -405,7 +405,10 @@ impl Dense {
         let folded = &mut self.folded[l];
         if l > 1 || matches!(self.inputs, Inputs::Scattered(_)) {
             folded.forward.set(&w, FAN[l][1]);
-            folded.backward.set_transposed(&w, FAN[l][1]);
+            // Nothing flows back to the inputs.
+            if l > 0 {
+                folded.backward.set_transposed(&w, FAN[l][1]);
+            }
         }
         (folded.weights, folded.bias) = (w, b);
     }
