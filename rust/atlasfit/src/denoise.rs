@@ -277,6 +277,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
     let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
     let least = LEAST_NOISE * median_spacing.max(1e-9);
+    // Scans without any noise: rounding of the coordinates is the least there is.
+    let noise = noise.max(1e-7 * median_spacing.max(1e-9));
     let mut analysis = Analysis { spacing, median_spacing, sigma: sigma.max(least) };
 
     let size = match options.charts {
