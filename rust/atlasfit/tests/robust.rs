@@ -77,6 +77,18 @@ proptest! {
 }
 
 #[test]
+fn vertices_that_nearly_meet_and_holes_filled_in_pieces_leave_it_sound() {
+    // A surface through a corner of the grid; a ring of over 400 edges of which a middle piece is filled.
+    let scenes: [(&[(u8, u16)], u64); 2] = [
+        (&[(6, 164), (2, 383), (2, 232), (3, 1)], 13462071246816989735),
+        (&[(2, 198), (0, 310), (5, 334)], 11461005189233368407),
+    ];
+    for (parts, seed) in scenes {
+        sound_or_typed(&scene(parts, seed), &DenoiseOptions { uv: false, ..DenoiseOptions::default() });
+    }
+}
+
+#[test]
 fn clumps_of_many_points_within_one_spacing_neither_hang_nor_spoil_the_rest() {
     let truth = sphere(3000, 1);
     let mut points = truth.noisy(0.2, 1);

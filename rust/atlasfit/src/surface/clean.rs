@@ -270,8 +270,6 @@ const SMOOTH: usize = 6;
 const TAUBIN: [f64; 2] = [0.5, -0.43];
 /// A normal that is off its triangles by more than this (cosine) is not the surface's.
 const ASTRAY: f64 = 0.5;
-/// Smoothing may not shorten an edge to less than this share.
-const MEET: f64 = 1e-3;
 /// Rings about these vertices that are smoothed too.
 const SPREAD: usize = 1;
 /// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the scale of a voxel: no data carries it.
@@ -332,7 +330,6 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
         );
     }
     drop(list);
-    let before = s.positions.clone();
     for step in TAUBIN.into_iter().cycle().take(2 * SMOOTH) {
         let mut sum = vec![([0.0; 3], 0.0); s.positions.len()];
         for (i, &(v, w)) in links.iter().enumerate() {
@@ -348,18 +345,6 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
         }
         ctx.check()?;
     }
-    // Vertices with the same neighbours, as in a thin pocket, meet: such a triangle stays as it was.
-    for t in &s.triangles {
-        let shrunk = |k: usize| {
-            let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
-            dist2(s.positions[a], s.positions[b]) < MEET * MEET * dist2(before[a], before[b])
-        };
-        if (0..3).any(shrunk) {
-            t.iter().for_each(|&v| s.positions[v as usize] = before[v as usize]);
-        }
-    }
-    drop(before);
-    ctx.check()?;
     // Charts and triangles are both witnesses of the normals here; charts are none where the surface has left them.
     let mut sum = vec![[0.0; 3]; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
@@ -382,7 +367,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
 }
 
 /// Gives each fan of triangles around a vertex its own vertex, so that every vertex has one fan (no bow ties).
-fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
+pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let n = s.positions.len();
     let mut start = vec![0u32; n + 1];
     for (i, t) in s.triangles.iter().enumerate() {

@@ -37,6 +37,10 @@ const SAME_SHEET: (f64, f64) = (1.0, 1.0);
 /// So do charts whose normals differ by less than this (cosine).
 const SAME_WAY: f64 = 0.5;
 
+/// A crossing keeps this share of an edge away from its ends: where the surface passes through a corner of the grid the vertices of the voxels about it
+/// would meet there.
+const SHORT_OF: f64 = 0.01;
+
 /// Voxels from the origin that the keys of blocks can name.
 const RANGE: f64 = 4e6;
 /// Pairs of a block and a point handled at a time: bounds the memory, costs a look at all points each time.
@@ -775,7 +779,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
         loop {
             done[e] = true;
             let (a, b) = EDGES[e];
-            let t = f[a] / (f[a] - f[b]);
+            let t = (f[a] / (f[a] - f[b])).clamp(SHORT_OF, 1.0 - SHORT_OF);
             sum = add(sum, mul_add(place(a), sub(place(b), place(a)), t));
             count += 1.0;
             if (f[a] - f[b]).abs() <= if filled { FILL_JUMP } else { MAX_JUMP } * h {

@@ -5,7 +5,7 @@
 //! triangulation of its boundary with the least area, which bends least for the small holes that are meant (dynamic programming; Barequet
 //! and Sharir 1995, Liepa 2003). A triangle that would repeat an edge of the surface is never used, so the result stays manifold.
 
-use super::clean::{Surface, edges, groups, runs_down};
+use super::clean::{Surface, edges, groups, runs_down, split_bowties};
 use crate::error::Result;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::sort::sort;
@@ -96,6 +96,7 @@ pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Re
         }
     }
     sort(&mut taken, ctx)?;
+    let was_cut = holes.iter().any(|r| r.len() > MAX_EDGES);
     let holes = cut(&s.positions, holes, &taken, CUT * widest, ctx)?;
     let positions = &s.positions;
     let whole: f64 = s.triangles.iter().map(|t| area(t.map(|v| positions[v as usize]))).sum();
@@ -116,6 +117,11 @@ pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Re
         }
         s.triangles.extend(patch);
         filled += 1;
+    }
+    // A piece between two cuts that end in one vertex may be filled while those beside it stay open.
+    if was_cut && filled > 0 {
+        split_bowties(s, ctx)?;
+        touched.resize(s.positions.len(), true);
     }
     Ok((filled, touched))
 }
