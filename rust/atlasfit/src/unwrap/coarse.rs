@@ -1,9 +1,11 @@
 //! A coarse stand-in for a large surface, on which charts are merged cheaply.
 //!
-//! In: a surface and its patches. Out: a surface with far fewer faces and the same patches, whose patch borders run
+//! In: a surface and its patches. Out: surfaces with ever fewer faces and the same patches, whose patch borders run
 //! through the same junctions; and the way back. Half-edge collapses, shortest edges first, where a vertex inside a
 //! patch moves to any neighbour and a vertex between two patches only along their border (after Hoppe 1996; no
-//! quadrics: patches are nearly flat, and even triangles serve the flattening best).
+//! quadrics: patches are nearly flat, and even triangles serve the flattening best). On the way from the full surface
+//! to the last one a few are kept: a flattening that is taken back level by level has its large features right before
+//! the small ones come (a cascade, after Bornemann and Deuflhard 1996).
 
 use super::refine::Patches;
 use super::surface::{NONE, Surface};
@@ -15,16 +17,42 @@ use crate::run::Context;
 const PER_PATCH: f64 = 40.0;
 /// Factor between the length bounds of successive sweeps.
 const GROWTH: f64 = 1.5;
+/// Faces of a level per face of the next coarser one, at least: pins are then two to three edges apart.
+const THINNING: usize = 6;
 
-/// The coarse surface and how it came about.
-pub(super) struct Coarse {
+/// A surface of fewer faces.
+pub(super) struct Level {
+    /// Its vertices keep the numbers that they have on the full surface.
     pub surface: Surface,
-    /// Patch per coarse face.
+    /// Patch per face.
     pub label: Vec<u32>,
-    /// Border path per half-edge slot of coarse faces; [`NONE`] inside patches.
+    /// Border path per half-edge slot; [`NONE`] inside patches.
     pub path: Vec<[u32; 3]>,
-    /// The vertex that each vertex ended up in.
-    pub parent: Vec<u32>,
+}
+
+/// The coarse surfaces and how they came about.
+pub(super) struct Coarse {
+    /// From fine to coarse; at least one.
+    pub levels: Vec<Level>,
+    /// The vertex that each vertex was moved to; itself where it never was.
+    parent: Vec<u32>,
+    /// The first level that is without the vertex.
+    gone: Vec<u8>,
+}
+
+impl Coarse {
+    /// The level on which charts are merged.
+    pub(super) fn last(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
+    }
+
+    /// The vertex of a level that a vertex of a finer one ended up in.
+    pub(super) fn home(&self, mut v: u32, level: usize) -> u32 {
+        while usize::from(self.gone[v as usize]) <= level {
+            v = self.parent[v as usize];
+        }
+        v
+    }
 }
 
 /// Names the paths of edges between patches: runs of border edges between the same two patches. Returns a path per
@@ -107,6 +135,26 @@ struct Mesh<'a> {
 }
 
 impl Mesh<'_> {
+    /// The faces that are left.
+    fn level(&self, label: &[u32]) -> Level {
+        let mut name = vec![NONE; self.tri.len()];
+        let mut kept = Vec::new();
+        for f in 0..self.tri.len() {
+            if self.s.usable[f] && self.tri[f][0] != NONE {
+                name[f] = kept.len() as u32;
+                kept.push(f);
+            }
+        }
+        let tri = kept.iter().map(|&f| self.tri[f]).collect();
+        let renamed = |h: u32| if h == NONE { NONE } else { 3 * name[h as usize / 3] + h % 3 };
+        let mate = kept.iter().map(|&f| self.mate[f].map(renamed)).collect();
+        Level {
+            surface: Surface::from_parts(self.s.pos.clone(), tri, mate),
+            label: kept.iter().map(|&f| label[f]).collect(),
+            path: kept.iter().map(|&f| self.path[f]).collect(),
+        }
+    }
+
     /// Collects the half-edges that start at the vertex where `h` starts, in order.
     fn fan(&self, h: u32, into: &mut Vec<u32>) {
         into.clear();
@@ -129,7 +177,7 @@ impl Mesh<'_> {
     }
 }
 
-/// Decimates the surface to about `target` faces.
+/// Decimates the surface to about `target` faces, in steps.
 pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Context<'_>) -> Result<Coarse> {
     let label = &patches.label;
     let (m, n) = (s.faces(), s.pos.len());
@@ -167,6 +215,9 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
         }
     }
     let mut parent: Vec<u32> = (0..n as u32).collect();
+    let mut gone = vec![u8::MAX; n];
+    let mut levels: Vec<Level> = Vec::new();
+    let (mut left, mut kept) = (m, m);
     let mut length = {
         let mean = (0..m).filter(|&f| s.usable[f]).map(|f| f64::from(s.length[f][0]).powi(2)).sum::<f64>()
             / m as f64;
@@ -201,41 +252,22 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             if let Some(&(_, h)) = near.iter().take(3).find(|x| may_collapse(&mesh, x.1, &fan)) {
                 parent[u] = mesh.end(h);
+                gone[u] = levels.len() as u8;
                 collapse(&mut mesh, h, &fan);
+                left -= 2;
             }
         }
         if over {
             break;
         }
+        if left * THINNING <= kept && left > THINNING * target {
+            levels.push(mesh.level(label));
+            kept = left;
+        }
         length *= GROWTH * GROWTH;
     }
-    // Compact the faces that are left; vertices keep their numbers.
-    let mut name = vec![NONE; m];
-    let mut kept = Vec::new();
-    for f in 0..m {
-        if s.usable[f] && mesh.tri[f][0] != NONE {
-            name[f] = kept.len() as u32;
-            kept.push(f);
-        }
-    }
-    let tri: Vec<[u32; 3]> = kept.iter().map(|&f| mesh.tri[f]).collect();
-    let mate = kept
-        .iter()
-        .map(|&f| mesh.mate[f].map(|h| if h == NONE { NONE } else { 3 * name[h as usize / 3] + h % 3 }))
-        .collect();
-    for v in 0..n {
-        let mut r = v as u32;
-        while parent[r as usize] != r {
-            r = parent[r as usize];
-        }
-        parent[v] = r;
-    }
-    Ok(Coarse {
-        surface: Surface::from_parts(s.pos.clone(), tri, mate),
-        label: kept.iter().map(|&f| label[f]).collect(),
-        path: kept.iter().map(|&f| mesh.path[f]).collect(),
-        parent,
-    })
+    levels.push(mesh.level(label));
+    Ok(Coarse { levels, parent, gone })
 }
 
 /// Whether the start of `h` may move to its end: the surface stays a surface and no triangle turns over.

@@ -103,10 +103,12 @@ enum Solver {
     /// Exactly.
     Direct(Factor),
     /// A few conjugate gradient steps from where the positions are: linear in the chart's size, and enough where only
-    /// fine detail is missing.
+    /// fine detail is missing or little has to move.
     Iterative(Graph),
 }
 
+/// Charts with more vertices are solved iteratively: exact solves would cost n^1.5.
+const DIRECT: usize = 12_000;
 /// Conjugate gradient steps per iteration of the iterative solver.
 const GRADIENT_STEPS: usize = 12;
 
@@ -132,20 +134,12 @@ impl<'c> Arap<'c> {
     ) -> Self {
         let cot = cotangents(&rest);
         let graph = Graph::from_triangles(uv.len(), tris, &cot);
-        let factor = Factor::laplacian(&graph, uv, |v| hold(pinned, v), ctx);
-        Self { ctx, solver: Solver::Direct(factor), cot, rest }
-    }
-
-    /// The same for large charts that are nearly in place: no factorisation, nothing pinned.
-    pub(super) fn iterative(
-        tris: &[[u32; 3]],
-        rest: Vec<[f64; 3]>,
-        vertices: usize,
-        ctx: &'c Context<'c>,
-    ) -> Self {
-        let cot = cotangents(&rest);
-        let graph = Graph::from_triangles(vertices, tris, &cot);
-        Self { ctx, solver: Solver::Iterative(graph), cot, rest }
+        let solver = if uv.len() > DIRECT {
+            Solver::Iterative(graph)
+        } else {
+            Solver::Direct(Factor::laplacian(&graph, uv, |v| hold(pinned, v), ctx))
+        };
+        Self { ctx, solver, cot, rest }
     }
 
     /// Runs one iteration.

@@ -254,9 +254,10 @@ fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart
         drop(list);
         let coarse = coarse::coarsen(s, &patches, COARSE, ctx)?;
         let loose = 1.0 + (bound - 1.0) * COARSE_SLACK;
-        let first = first_charts(&coarse.surface, &coarse.label, patches.count, Some(loose), ctx)?;
-        let mut charts = merge::Charts::new(coarse.surface.faces(), first);
-        merge::merge(&coarse.surface, &mut charts, loose, ctx)?;
+        let coarse::Level { surface, label, .. } = coarse.last();
+        let first = first_charts(surface, label, patches.count, Some(loose), ctx)?;
+        let mut charts = merge::Charts::new(surface.faces(), first);
+        merge::merge(surface, &mut charts, loose, ctx)?;
         refine::refine(s, &patches, &coarse, &charts, bound, ctx)
     }
 }

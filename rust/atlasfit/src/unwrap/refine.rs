@@ -5,9 +5,9 @@
 //! lie flat here is cut back into its patches, which are merged again at full resolution.
 
 use super::chart::Chart;
-use super::coarse::{Coarse, border_paths};
+use super::coarse::{Coarse, Level, border_paths};
 use super::flatten::{Arap, all_positive, cotangents, over_area};
-use super::inject::{touching, turns_once, wrong};
+use super::inject::{touching, wrong};
 use super::merge::{self, Charts};
 use super::solver::Graph;
 use super::surface::{NONE, Surface};
@@ -18,8 +18,6 @@ use std::collections::HashMap;
 
 /// Local-global iterations after the interpolated start.
 const STEPS: usize = 8;
-/// Charts with more vertices are relaxed iteratively: exact solves would cost n^1.5.
-const DIRECT: usize = 6000;
 /// Conjugate gradient steps for the start: pins are a few edges apart.
 const RELAX: usize = 20;
 /// A chart stretched beyond the bound on more than this share of its area is cut up again.
@@ -45,24 +43,24 @@ impl Patches {
     }
 }
 
-/// Builds and flattens the charts of the full surface.
-pub(super) fn refine(
-    s: &Surface,
-    patches: &Patches,
-    coarse: &Coarse,
-    charts: &Charts,
-    bound: f64,
-    ctx: &Context<'_>,
-) -> Result<Vec<Chart>> {
-    let (label, path) = (&patches.label, &patches.path);
-    // Patches that stayed in one piece on the coarse surface, and the chart each belongs to.
+/// Which patches make one chart, and along which paths.
+struct Plan {
+    /// The patch that names the chart of each patch.
+    root: Vec<u32>,
+    /// Whether the two sides of a path are glued.
+    glued: Vec<bool>,
+}
+
+/// The charts of the coarsest surface as patches. Patches that lie in several charts there are charts of their own.
+fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
+    let Level { surface, label, path } = coarse.last();
     let mut home = vec![NONE; patches.count];
     let mut torn = vec![false; patches.count];
-    let mut inside = vec![[true; 3]; coarse.surface.faces()];
+    let mut inside = vec![[true; 3]; surface.faces()];
     for (id, c) in charts.list.iter().enumerate() {
         let Some(c) = c else { continue };
         for &f in &c.faces {
-            let p = coarse.label[f as usize] as usize;
+            let p = label[f as usize] as usize;
             torn[p] |= home[p] != NONE && home[p] != id as u32;
             home[p] = id as u32;
         }
@@ -72,13 +70,13 @@ pub(super) fn refine(
     }
     let mut glued = vec![false; patches.paths];
     let mut root: Vec<u32> = (0..patches.count as u32).collect();
-    for f in 0..coarse.surface.faces() {
+    for f in 0..surface.faces() {
         for k in 0..3 {
-            let (e, h) = (coarse.path[f][k], coarse.surface.mate[f][k]);
+            let (e, h) = (path[f][k], surface.mate[f][k]);
             if e == NONE || h == NONE || !inside[f][k] {
                 continue;
             }
-            let (p, q) = (coarse.label[f], coarse.label[h as usize / 3]);
+            let (p, q) = (label[f], label[h as usize / 3]);
             if !torn[p as usize] && !torn[q as usize] {
                 glued[e as usize] = true;
                 let (x, y) = (merge::find(&mut root, p), merge::find(&mut root, q));
@@ -86,23 +84,38 @@ pub(super) fn refine(
             }
         }
     }
-    ctx.check()?;
     for p in 0..patches.count as u32 {
         root[p as usize] = merge::find(&mut root, p);
     }
-    // Flat positions known from the coarse charts, by vertex and patch.
-    let mut known: HashMap<(u32, u32), [f64; 2]> = HashMap::new();
-    for c in charts.list.iter().flatten() {
+    Plan { root, glued }
+}
+
+/// Flat positions by vertex and patch.
+type Known = HashMap<(u32, u32), [f64; 2]>;
+
+fn known<'c>(s: &Surface, label: &[u32], charts: impl Iterator<Item = &'c Chart>) -> Known {
+    let mut out = Known::new();
+    for c in charts {
         for (&f, t) in c.faces.iter().zip(&c.tris) {
             for k in 0..3 {
-                known
-                    .entry((coarse.surface.tri[f as usize][k], coarse.label[f as usize]))
-                    .or_insert(c.uv[t[k] as usize]);
+                out.entry((s.tri[f as usize][k], label[f as usize])).or_insert(c.uv[t[k] as usize]);
             }
         }
     }
-    ctx.check()?;
-    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); patches.count];
+    out
+}
+
+/// Builds the plan's charts on one level and gives `each` to every one of them, in parallel.
+fn build<T: Send>(
+    s: &Surface,
+    label: &[u32],
+    path: &[[u32; 3]],
+    plan: &Plan,
+    each: impl Fn(Chart) -> T + Sync,
+    ctx: &Context<'_>,
+) -> Result<Vec<T>> {
+    let Plan { root, glued } = plan;
+    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); root.len()];
     let mut index_of = vec![NONE; s.faces()];
     for f in 0..s.faces() {
         if label[f] != NONE {
@@ -111,12 +124,12 @@ pub(super) fn refine(
             faces[r].push(f as u32);
         }
     }
-    let done: Vec<(Vec<Chart>, Vec<Chart>)> = faces
+    let out: Vec<Option<T>> = faces
         .into_par_iter()
         .filter(|f| !f.is_empty())
         .map(|faces| {
             if ctx.check().is_err() {
-                return (Vec::new(), Vec::new());
+                return None;
             }
             let across = |e: u32| {
                 let (f, k) = (e as usize / 3, e as usize % 3);
@@ -134,13 +147,40 @@ pub(super) fn refine(
             let mut c = Chart::glue(s, faces, across);
             let own = root[label[c.faces[0] as usize] as usize];
             c.zip(s, |f| (label[f] != NONE && root[label[f] as usize] == own).then(|| index_of[f]));
-            if flatten(s, &mut c, label, coarse, &known, ctx) {
-                return clear(s, c, label, bound, ctx);
-            }
-            (Vec::new(), super::patch_charts(s, &c.faces, label, bound, ctx))
+            Some(each(c))
         })
         .collect();
     ctx.check()?;
+    Ok(out.into_iter().flatten().collect())
+}
+
+/// Builds and flattens the charts of the full surface.
+pub(super) fn refine(
+    s: &Surface,
+    patches: &Patches,
+    coarse: &Coarse,
+    charts: &Charts,
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Chart>> {
+    let plan = plan(patches, coarse, charts);
+    let Level { surface, label, .. } = coarse.last();
+    let mut at = known(surface, label, charts.list.iter().flatten());
+    for (below, Level { surface, label, path }) in coarse.levels.iter().enumerate().rev().skip(1) {
+        let flat = |mut c: Chart| {
+            flatten(surface, &mut c, label, |v| coarse.home(v, below + 1), &at, ctx).then_some(c)
+        };
+        let list = build(surface, label, path, &plan, flat, ctx)?;
+        at = known(surface, label, list.iter().flatten());
+    }
+    let (label, path) = (&patches.label, &patches.path);
+    let flat = |mut c: Chart| {
+        if flatten(s, &mut c, label, |v| coarse.home(v, 0), &at, ctx) {
+            return clear(s, c, label, bound, ctx);
+        }
+        (Vec::new(), super::patch_charts(s, &c.faces, label, bound, ctx))
+    };
+    let done: Vec<(Vec<Chart>, Vec<Chart>)> = build(s, label, path, &plan, flat, ctx)?;
     let (good, bad): (Vec<Vec<Chart>>, Vec<Vec<Chart>>) = done.into_iter().unzip();
     let mut good: Vec<Chart> = good.into_iter().flatten().collect();
     let bad: Vec<Chart> = bad.into_iter().flatten().collect();
@@ -156,43 +196,30 @@ pub(super) fn refine(
     Ok(again.list.into_iter().flatten().collect())
 }
 
-/// Takes patches off a flattened chart until no triangle is flipped and no vertex wound round twice, then until its borders touch nowhere. Returns
-/// the sound charts, and those to be merged anew.
+/// Takes patches off a flattened chart until no triangle is flipped, no vertex wound round twice, and its borders touch nowhere (at full resolution the
+/// two sides of a narrow slit may). Returns the sound charts, and those to be merged anew because they are not sound in themselves or stretch too much.
 fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) -> (Vec<Chart>, Vec<Chart>) {
-    let wrong = wrong(&c.tris, &c.uv);
-    let mut off: Vec<u32> =
-        c.faces.iter().zip(&wrong).filter(|w| *w.1).map(|w| label[*w.0 as usize]).collect();
-    if off.is_empty() {
-        return untangle(s, c, label, bound, ctx);
-    }
-    off.sort_unstable();
-    off.dedup();
-    let is_off = |f: u32| off.binary_search(&label[f as usize]).is_ok();
-    let side: Vec<bool> = c.faces.iter().map(|&f| is_off(f)).collect();
-    let (mut good, mut bad) = (Vec::new(), Vec::new());
-    for piece in super::cut(s, &c, &side) {
-        if is_off(piece.faces[0]) || !turns_once(&piece.tris, &piece.uv, &[]) {
-            bad.extend(super::patch_charts(s, &piece.faces, label, bound, ctx));
-        } else {
-            let (sound, rest) = untangle(s, piece, label, bound, ctx);
-            good.extend(sound);
-            bad.extend(rest);
-        }
-    }
-    (good, bad)
-}
-
-/// Takes patches off a flattened chart until its borders touch nowhere (at full resolution the two sides of a narrow
-/// slit may). Returns the sound charts, and those to be merged anew because they stretch too much or touch within a
-/// patch.
-fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) -> (Vec<Chart>, Vec<Chart>) {
     let (mut good, mut bad) = (Vec::new(), Vec::new());
     let mut open = vec![c];
     while let Some(mut c) = open.pop() {
         if ctx.check().is_err() {
             break;
         }
-        let Some(pair) = touching(&c.tris, &c.uv, &c.border) else {
+        let of = |i: u32| label[c.faces[i as usize] as usize];
+        let all = 0..c.faces.len() as u32;
+        let wrong = wrong(&c.tris, &c.uv);
+        let mut off: Vec<u32> = all.clone().filter(|&i| wrong[i as usize]).map(of).collect();
+        off.sort_unstable();
+        off.dedup();
+        let mut spoiled = !off.is_empty();
+        if !spoiled && let Some(pair) = touching(&c.tris, &c.uv, &c.border) {
+            let [p, q] = pair.map(of);
+            let size = |p: u32| all.clone().filter(|&i| of(i) == p).count();
+            off.push(if (size(p), p) < (size(q), q) { p } else { q });
+            spoiled = p == q;
+        }
+        let is_off = |f: u32| off.binary_search(&label[f as usize]).is_ok();
+        if off.is_empty() {
             c.over = over_area(s, &c, bound);
             c.waste = merge::waste(&c.uv, c.area);
             if c.over <= OVER * c.area {
@@ -201,28 +228,27 @@ fn untangle(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>)
                 bad.extend(super::patch_charts(s, &c.faces, label, bound, ctx));
             }
             continue;
-        };
-        let of = |i: u32| label[c.faces[i as usize] as usize];
-        let [p, q] = pair.map(of);
-        if p == q {
-            bad.extend(super::patch_charts(s, &c.faces, label, bound, ctx));
-            continue;
         }
-        let size = |p: u32| (0..c.faces.len() as u32).filter(|&i| of(i) == p).count();
-        let off = if (size(p), p) < (size(q), q) { p } else { q };
-        let side: Vec<bool> = (0..c.faces.len() as u32).map(|i| of(i) == off).collect();
-        open.extend(super::cut(s, &c, &side));
+        let side: Vec<bool> = c.faces.iter().map(|&f| is_off(f)).collect();
+        for piece in super::cut(s, &c, &side) {
+            if spoiled && is_off(piece.faces[0]) {
+                bad.extend(super::patch_charts(s, &piece.faces, label, bound, ctx));
+            } else {
+                open.push(piece);
+            }
+        }
     }
     (good, bad)
 }
 
-/// Flattens a chart from the known positions as well as it goes; false if there are none.
+/// Flattens a chart from positions known on the next coarser level as well as it goes; false if there are none. `home`
+/// gives the vertex there that a vertex here ended up in.
 fn flatten(
     s: &Surface,
     c: &mut Chart,
     label: &[u32],
-    coarse: &Coarse,
-    known: &HashMap<(u32, u32), [f64; 2]>,
+    home: impl Fn(u32) -> u32,
+    known: &Known,
     ctx: &Context<'_>,
 ) -> bool {
     let mut pinned = vec![false; c.vertices()];
@@ -233,7 +259,7 @@ fn flatten(
             if placed[i] {
                 continue;
             }
-            let at = coarse.parent[v as usize];
+            let at = home(v);
             if let Some(&p) = known.get(&(at, label[f as usize])) {
                 c.uv[i] = p;
                 placed[i] = true;
@@ -254,11 +280,7 @@ fn flatten(
         RELAX,
         ctx,
     );
-    let arap = if c.vertices() > DIRECT {
-        Arap::iterative(&c.tris, rest, c.vertices(), ctx)
-    } else {
-        Arap::new(&c.tris, rest, &c.uv, &[], ctx)
-    };
+    let arap = Arap::new(&c.tris, rest, &c.uv, &[], ctx);
     for _ in 0..3 {
         for _ in 0..STEPS {
             arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);

@@ -20,15 +20,21 @@ const CONE_COS: f64 = 0.342;
 
 /// Passes of [`seeds`] at most: each leaves about two thirds of the clusters.
 const SEED_PASSES: usize = 6;
+/// But more while there are more clusters than this: the queue's cost for each grows with their number.
+const SEEDS: usize = 60_000;
 /// Seeds are flatter than patches by this factor, so that the queue decides everything that matters.
 const SEED_FLATNESS: f64 = 0.3;
 
+/// Two neighbouring clusters, as found when looking for the best partner of one of them.
 #[derive(Clone, Copy, PartialEq)]
 struct Candidate {
     cost: f64,
     a: u32,
     b: u32,
-    stamp: u32,
+    /// How often each had grown.
+    stamps: [u32; 2],
+    /// The one whose best partner the other is.
+    of: u32,
 }
 impl Eq for Candidate {}
 impl PartialOrd for Candidate {
@@ -39,11 +45,8 @@ impl PartialOrd for Candidate {
 impl Ord for Candidate {
     // Reversed: the heap gives the cheapest first; ties by index keep the order fixed.
     fn cmp(&self, o: &Self) -> Ordering {
-        o.cost
-            .total_cmp(&self.cost)
-            .then(o.a.cmp(&self.a))
-            .then(o.b.cmp(&self.b))
-            .then(o.stamp.cmp(&self.stamp))
+        let key = |c: &Self| (c.a, c.b, c.of, c.stamps);
+        o.cost.total_cmp(&self.cost).then_with(|| key(o).cmp(&key(self)))
     }
 }
 
@@ -114,8 +117,11 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
             }
         }
     }
-    for _ in 0..SEED_PASSES {
+    for pass in 0.. {
         ctx.check()?;
+        if pass >= SEED_PASSES && clusters.len() <= SEEDS {
+            break;
+        }
         let costs: Vec<f64> = edges
             .par_iter()
             .map(|&(a, b, l)| {
@@ -188,28 +194,35 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
     let m = s.faces();
     let cone_limit = CONE_COS.acos();
     let (mut clusters, seed_of) = seeds(s, flatness * SEED_FLATNESS, ctx)?;
-    let mut heap = Vec::with_capacity(clusters.len() * 3);
-    for (a, ca) in clusters.iter().enumerate() {
-        for &(b, l) in &ca.near {
-            if (a as u32) < b
-                && let Some(c) = cost(ca, &clusters[b as usize], l, flatness, cone_limit)
-            {
-                heap.push(Candidate { cost: c, a: a as u32, b, stamp: 0 });
-            }
-        }
-    }
-    ctx.check()?;
-    let mut heap = BinaryHeap::from(heap);
+    // The queue holds the cheapest partner of every cluster. One that has changed since is looked for again when its turn comes: what got cheaper is
+    // in the queue for the cluster that it got cheaper with.
+    let best = |clusters: &[Cluster], of: u32| {
+        let candidate = |&(other, l): &(u32, f64)| {
+            let (a, b) = (of.min(other), of.max(other));
+            let (ca, cb) = (&clusters[a as usize], &clusters[b as usize]);
+            let cost = cost(ca, cb, l, flatness, cone_limit)?;
+            Some(Candidate { cost, a, b, stamps: [ca.stamp, cb.stamp], of })
+        };
+        // The greatest comes first.
+        clusters[of as usize].near.iter().filter_map(candidate).max()
+    };
+    let first = (0..clusters.len() as u32).into_par_iter().filter_map(|c| best(&clusters, c));
+    let mut heap = BinaryHeap::from(first.collect::<Vec<_>>());
     ctx.check()?;
     let mut owner: Vec<u32> = (0..clusters.len() as u32).collect();
     let (mut steps, mut looks) = (0usize, 0usize);
-    while let Some(Candidate { a, b, stamp, .. }) = heap.pop() {
+    while let Some(Candidate { a, b, stamps, of, .. }) = heap.pop() {
         looks += 1;
         if looks.is_multiple_of(1024) {
             ctx.check()?;
         }
         let (ca, cb) = (&clusters[a as usize], &clusters[b as usize]);
-        if ca.stamp == NONE || cb.stamp == NONE || ca.stamp + cb.stamp != stamp {
+        let as_was = [ca.stamp == stamps[0], cb.stamp == stamps[1]];
+        if as_was != [true; 2] {
+            // One that grew is in the queue anew already.
+            if as_was[usize::from(of == b)] {
+                heap.extend(best(&clusters, of));
+            }
             continue;
         }
         steps += 1;
@@ -221,15 +234,14 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
         let sum = add(ca.sum, cb.sum);
         let angle = cone(ca, cb, normalize(sum));
         let taken = std::mem::take(&mut clusters[b as usize].near);
-        let (b_area, b_stamp) = (clusters[b as usize].area, clusters[b as usize].stamp);
+        let b_area = clusters[b as usize].area;
         clusters[b as usize].stamp = NONE;
         owner[b as usize] = a;
         let ca = &mut clusters[a as usize];
         ca.area += b_area;
         ca.sum = sum;
         ca.angle = angle;
-        // Sums of two stamps must never repeat for a pair: grow past both.
-        ca.stamp = ca.stamp.max(b_stamp) + 1;
+        ca.stamp += 1;
         let mut near = std::mem::take(&mut ca.near);
         near.retain(|n| n.0 != b);
         for (g, l) in taken {
@@ -252,13 +264,8 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
                 }
             }
         }
-        for &(g, l) in &near {
-            let (ca, cg) = (&clusters[a as usize], &clusters[g as usize]);
-            if let Some(c) = cost(ca, cg, l, flatness, cone_limit) {
-                heap.push(Candidate { cost: c, a: a.min(g), b: a.max(g), stamp: ca.stamp + cg.stamp });
-            }
-        }
         clusters[a as usize].near = near;
+        heap.extend(best(&clusters, a));
     }
     drop(heap);
     ctx.check()?;

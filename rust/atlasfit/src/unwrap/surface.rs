@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::geometry::vec3::{Vec3, cross, dot, norm, scale, sub};
 use crate::run::Context;
+use std::sync::Arc;
 
 /// No half-edge, no chart, no face.
 pub(super) const NONE: u32 = u32::MAX;
@@ -34,7 +35,7 @@ pub(super) struct Surface {
     /// Edge lengths by slot.
     pub length: Vec<[f32; 3]>,
     /// Positions.
-    pub pos: Vec<Vec3>,
+    pub pos: Arc<Vec<Vec3>>,
     /// Faces that take part; the others repeat a vertex or have a non-finite one.
     pub usable: Vec<bool>,
     /// Connected faces of one polygon, which stay together where possible; `None` if every face stands alone.
@@ -154,7 +155,7 @@ impl Surface {
         }
         let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options, ctx)?;
         ctx.check()?;
-        let mut out = Self::from_parts(pos, tri, mate);
+        let mut out = Self::from_parts(Arc::new(pos), tri, mate);
         ctx.check()?;
         if options.keep_uv_seams
             && let Some(uv) = &mesh.corner_uv
@@ -181,7 +182,7 @@ impl Surface {
     }
 
     /// Measures the faces of a mesh with known adjacency; all count as usable.
-    pub(super) fn from_parts(pos: Vec<Vec3>, tri: Vec<[u32; 3]>, mate: Vec<[u32; 3]>) -> Self {
+    pub(super) fn from_parts(pos: Arc<Vec<Vec3>>, tri: Vec<[u32; 3]>, mate: Vec<[u32; 3]>) -> Self {
         let m = tri.len();
         let mut normal = vec![[0.0; 3]; m];
         let mut area = vec![0.0; m];
