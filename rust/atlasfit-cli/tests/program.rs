@@ -464,3 +464,14 @@ fn the_papers_bench_keeps_each_result_and_does_not_do_it_again() {
     assert!(report.contains("dotted drawing") && folder.names().contains(&"dots-curve.png".to_string()));
     assert_eq!(fits(), (report, results));
 }
+
+#[test]
+#[cfg(not(feature = "xatlas"))]
+fn a_program_without_xatlas_says_how_to_build_it_in() {
+    let folder = Folder::new("xatlas");
+    let (mesh, uv) = (folder.file("box.obj", BOX), folder.0.join("out.obj"));
+    let output = run(&[&"unwrap", &mesh, &"-o", &uv, &"--packer", &"xatlas"]);
+    assert_eq!(output.status.code(), Some(2), "{}", err(&output));
+    assert!(err(&output).contains("--features xatlas"), "{}", err(&output));
+    assert_eq!(folder.names(), ["box.obj"]);
+}

@@ -284,8 +284,8 @@ fn columns(input: &mut Input<'_>, header: &Header, n: usize) -> Result<(Vec<Slot
 }
 
 /// Colour from packed bytes.
-fn unpack(bits: u32, alpha: bool) -> [f32; 4] {
-    let [blue, green, red, a] = bits.to_le_bytes().map(|b| f32::from(b) / 255.0);
+fn unpack(bytes: [u8; 4], alpha: bool) -> [f32; 4] {
+    let [blue, green, red, a] = bytes.map(|b| f32::from(b) / 255.0);
     [red, green, blue, if alpha { a } else { 1.0 }]
 }
 
@@ -320,8 +320,11 @@ fn put(out: &mut Content, slot: &Slot, first: usize, bytes: &[u8], stride: usize
         Target::Color(alpha) => {
             let out = &mut cloud.colors.as_mut().map_or(&mut [][..], |c| &mut c[first..]);
             // They are bits, whatever number they claim to be: a float NaN must keep its payload.
-            let bits = Kind::Ours(ScalarKind::U32);
-            each(bytes, stride, offset, bits, |i, v| out[i] = unpack(v as u32, alpha));
+            for (color, row) in out.iter_mut().zip(bytes.chunks_exact(stride)) {
+                if let Some(bits) = row.get(offset..).and_then(<[u8]>::first_chunk) {
+                    *color = unpack(*bits, alpha);
+                }
+            }
         }
         Target::Attribute(a) => {
             let width = slot.count;
@@ -383,7 +386,7 @@ fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Content> {
                 Target::Color(alpha) => {
                     let float = slot.kind == Kind::Ours(ScalarKind::F32);
                     let bits = if float && ok { (values[0] as f32).to_bits() } else { values[0] as u32 };
-                    cloud.colors.iter_mut().for_each(|c| c[i] = unpack(bits, alpha));
+                    cloud.colors.iter_mut().for_each(|c| c[i] = unpack(bits.to_le_bytes(), alpha));
                 }
                 Target::Attribute(a) => {
                     cloud.attributes[a].values[i * slot.count..][..slot.count].copy_from_slice(values);

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
-use atlasfit::unwrap::{self, UnwrapOptions, UvLayout};
+use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
 use atlasfit_io::{Format, SaveMesh, Texture, save_mesh};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -75,6 +75,23 @@ enum Packer {
     Shapes,
     /// By their bounding boxes, in rows: fastest
     Boxes,
+    /// By xatlas, on square pages, where the program was built with it
+    Xatlas,
+}
+
+/// The packer that is no part of the core, if one is asked for.
+fn outside(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
+    if packer != Packer::Xatlas {
+        return Ok(None);
+    }
+    let xatlas = atlasfit_native::xatlas().ok_or_else(|| {
+        Usage(
+            "this program was built without xatlas. Build it with `cargo build --release -p atlasfit-cli --features xatlas` \
+             (needs a C++ compiler and libclang), or use --packer shapes"
+                .into(),
+        )
+    })?;
+    Ok(Some(xatlas))
 }
 
 fn size(s: &str) -> Result<[u32; 2], String> {
@@ -97,6 +114,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         ))
         .into());
     }
+    let outside = outside(args.packer)?;
     let started = Instant::now();
     let mut loaded = files::load(&args.mesh, &args.run, console)?;
     if loaded.faces.is_empty() {
@@ -125,8 +143,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         // One mesh, one texture.
         pages: if args.bake || args.bake_from.is_some() { Some(1) } else { args.pages },
         packer: match args.packer {
-            Packer::Shapes => unwrap::Packer::Shapes,
             Packer::Boxes => unwrap::Packer::Boxes,
+            Packer::Shapes | Packer::Xatlas => unwrap::Packer::Shapes,
         },
         face_group: args.groups.as_deref().map(|p| groups(p, &mesh, of_triangle.as_deref())).transpose()?,
         seam_edges: args.seams.as_deref().map(|p| seams(p, &mesh)).transpose()?,
@@ -135,7 +153,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         hard_edge_angle: args.hard_edges,
     };
     let (layout, stages) = console.start(&args.run).execute(|ctx| {
-        let layout = unwrap::unwrap(&mesh, &options, ctx)?;
+        let layout = match outside {
+            Some(packer) => unwrap::unwrap_with(&mesh, &options, packer, ctx)?,
+            None => unwrap::unwrap(&mesh, &options, ctx)?,
+        };
         Ok((layout, ctx.stage_seconds()))
     })?;
     mesh.corner_uv = Some(layout.corner_uv.clone());

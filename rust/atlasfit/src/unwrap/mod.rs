@@ -26,6 +26,8 @@ use crate::error::{Error, Result};
 use crate::geometry::{TriMesh, vec3};
 use crate::run::{Context, Stage};
 use chart::Chart;
+use pack::Packing;
+pub use pack::{FlatChart, PagePacker, Pages, Spot};
 use rayon::prelude::*;
 use surface::{NONE, Surface};
 
@@ -211,6 +213,29 @@ pub struct UvLayout {
 /// [`Error::InvalidArgument`] for options out of range, [`Error::IndexOutOfRange`] for a bad triangle,
 /// [`Error::Degenerate`] for a mesh without any area, and those of [`Context::check`].
 pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<UvLayout> {
+    packed_by(mesh, options, Packing::Own(options.packer), ctx)
+}
+
+/// Unwraps `mesh` as [`unwrap`] does, but another packer than the library's own puts the charts on their pages;
+/// `options.packer` is not used.
+///
+/// # Errors
+/// Those of [`unwrap`] and of the packer; [`Error::Internal`] where it puts a chart off its page.
+pub fn unwrap_with(
+    mesh: &TriMesh,
+    options: &UnwrapOptions,
+    packer: &dyn PagePacker,
+    ctx: &Context<'_>,
+) -> Result<UvLayout> {
+    packed_by(mesh, options, Packing::Outside(packer), ctx)
+}
+
+fn packed_by(
+    mesh: &TriMesh,
+    options: &UnwrapOptions,
+    packing: Packing<'_>,
+    ctx: &Context<'_>,
+) -> Result<UvLayout> {
     options.validate(mesh)?;
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options, ctx)?;
@@ -225,7 +250,7 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
     };
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
-    let (list, places, density, repaired_charts) = settle(&s, list, options, ctx)?;
+    let (list, places, density, repaired_charts) = settle(&s, list, options, packing, ctx)?;
     let [width, height] = options.page_size;
     let known = UvLayout {
         width,
@@ -269,6 +294,7 @@ fn settle(
     s: &Surface,
     mut list: Vec<Chart>,
     options: &UnwrapOptions,
+    packing: Packing<'_>,
     ctx: &Context<'_>,
 ) -> Result<(Vec<Chart>, Vec<pack::Place>, f64, usize)> {
     let goal = pack::Goal {
@@ -276,7 +302,7 @@ fn settle(
         padding: options.padding_px,
         density: options.texels_per_unit.map(|t| t * s.unit),
         pages: options.pages.unwrap_or(if options.texels_per_unit.is_some() { MOST_PAGES } else { 1 }),
-        packer: options.packer,
+        packer: packing,
         seed: ctx.seed,
     };
     let mut repaired = 0;

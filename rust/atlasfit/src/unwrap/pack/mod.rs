@@ -3,15 +3,18 @@
 //! In: flattened charts (all at one scale), page size and padding in texels. Out: page, rotation and position per chart.
 //! Charts are rasterised to bit masks (`mask`) in several rotations and put at the lowest free place (`strip`). For one
 //! page, the order of placing is searched for (`search`), then the last cells are squeezed out (`tighten`). Several pages,
-//! or a given density, are pages of fixed size filled one after the other. `boxes` is the fast way.
+//! or a given density, are pages of fixed size filled one after the other. `boxes` is the fast way; `outside` asks a
+//! packer that is no part of the library.
 
 mod boxes;
 mod mask;
+mod outside;
 mod search;
 mod strip;
 mod tighten;
 
 pub(super) use mask::hull;
+pub use outside::{FlatChart, PagePacker, Pages, Spot};
 
 use super::Packer;
 use super::chart::Chart;
@@ -19,6 +22,7 @@ use crate::error::Result;
 use crate::run::Context;
 use boxes::{fill_boxes, one_page_of_boxes};
 use mask::{Pose, bounds, poses, upright};
+use outside::fill_outside;
 use rayon::prelude::*;
 use search::{CELLS, one_page};
 use strip::Strip;
@@ -49,7 +53,7 @@ impl Default for Place {
 
 /// What to pack for. Lengths on the surface are in its frame.
 #[derive(Clone, Copy)]
-pub(super) struct Goal {
+pub(super) struct Goal<'a> {
     /// Page width and height in texels.
     pub page: [u32; 2],
     /// Free texels round every chart.
@@ -58,8 +62,15 @@ pub(super) struct Goal {
     pub density: Option<f64>,
     /// Most pages.
     pub pages: u32,
-    pub packer: Packer,
+    pub packer: Packing<'a>,
     pub seed: u64,
+}
+
+/// Who packs.
+#[derive(Clone, Copy)]
+pub(super) enum Packing<'a> {
+    Own(Packer),
+    Outside(&'a dyn PagePacker),
 }
 
 impl Place {
@@ -82,8 +93,8 @@ pub(super) fn pack(charts: &[Chart], goal: &Goal, ctx: &Context<'_>) -> Result<(
     }
     let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.uv)).collect();
     let (mut places, density) = match (goal.density, goal.pages, goal.packer) {
-        (None, 1, Packer::Boxes) => one_page_of_boxes(charts, &upright, goal),
-        (None, 1, Packer::Shapes) => one_page(charts, &upright, goal, ctx)?,
+        (None, 1, Packing::Own(Packer::Boxes)) => one_page_of_boxes(charts, &upright, goal),
+        (None, 1, Packing::Own(Packer::Shapes)) => one_page(charts, &upright, goal, ctx)?,
         _ => several_pages(charts, &upright, goal, ctx)?,
     };
     for p in &mut places {
@@ -112,8 +123,9 @@ fn several_pages(
 ) -> Result<(Vec<Place>, f64)> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
     let try_at = |density: f64| match goal.packer {
-        Packer::Shapes => fill_shapes(charts, upright, goal, density, ctx),
-        Packer::Boxes => Ok(fill_boxes(charts, upright, goal, density)),
+        Packing::Own(Packer::Shapes) => fill_shapes(charts, upright, goal, density, ctx),
+        Packing::Own(Packer::Boxes) => Ok(fill_boxes(charts, upright, goal, density)),
+        Packing::Outside(packer) => fill_outside(packer, charts, upright, goal, density, ctx),
     };
     let full = |fill: f64| {
         let texels = f64::from(goal.page[0]) * f64::from(goal.page[1]) * f64::from(goal.pages);
