@@ -7,30 +7,50 @@ use super::vec3::{Vec3, mul_add, scale, sub};
 /// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
 /// is not numerically positive definite and its content is then meaningless.
 ///
-/// Right-looking by rows: every inner loop runs along a row and has no carried sum, so it vectorises.
+/// Right-looking by rows, [`ROWS`] pivots at a time: every inner loop runs along a row and has no carried sum, so it vectorises, and an entry is loaded and
+/// stored once for several pivots.
 #[must_use]
 pub fn cholesky(a: &mut [f64], n: usize) -> bool {
-    for k in 0..n {
-        let (upper, lower) = a.split_at_mut((k + 1) * n);
-        let row = &mut upper[k * n + k..];
-        let pivot = row[0];
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return false;
-        }
-        let inverse = 1.0 / pivot.sqrt();
-        for x in row.iter_mut() {
-            *x *= inverse;
-        }
-        for i in 1..row.len() {
-            let f = row[i];
-            let target = &mut lower[(i - 1) * n + k + i..(i - 1) * n + n];
-            for (t, r) in target.iter_mut().zip(&row[i..]) {
-                *t -= f * r;
+    let mut k = 0;
+    while k < n {
+        let end = (k + ROWS).min(n);
+        let (upper, lower) = a.split_at_mut(end * n);
+        for p in k..end {
+            let (above, row) = upper.split_at_mut(p * n);
+            let row = &mut row[p..n];
+            for done in above[k * n..].chunks_exact(n) {
+                let f = done[p];
+                for (t, r) in row.iter_mut().zip(&done[p..]) {
+                    *t -= f * r;
+                }
+            }
+            let pivot = row[0];
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            let inverse = 1.0 / pivot.sqrt();
+            for x in row.iter_mut() {
+                *x *= inverse;
             }
         }
+        // Rows are left only below a whole block.
+        let mut rows = upper[k * n..].chunks_exact(n);
+        if let [Some(p), Some(q), Some(r), Some(s)] = [0; ROWS].map(|_| rows.next()) {
+            for (i, row) in (end..n).zip(lower.chunks_exact_mut(n)) {
+                let f = [p[i], q[i], r[i], s[i]];
+                let of = p[i..].iter().zip(&q[i..]).zip(r[i..].iter().zip(&s[i..]));
+                for (t, ((p, q), (r, s))) in row[i..].iter_mut().zip(of) {
+                    *t = *t - f[0] * p - f[1] * q - f[2] * r - f[3] * s;
+                }
+            }
+        }
+        k = end;
     }
     true
 }
+
+/// Pivots that [`cholesky`] takes at a time: what fits into the registers of any 64-bit processor.
+const ROWS: usize = 4;
 
 /// Solves Uᵀ U x = b in place for a factor made by [`cholesky`].
 pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
