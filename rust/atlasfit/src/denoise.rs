@@ -245,7 +245,17 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         warnings: scan.warnings,
         ..Report::default()
     };
-    let Scan { mut points, mut of_input, mut tree, mut spacing, noise, origin, scale, .. } = scan;
+    let Scan {
+        mut points,
+        mut of_input,
+        mut tree,
+        mut spacing,
+        mut median_spacing,
+        noise,
+        origin,
+        scale,
+        ..
+    } = scan;
     let mut sigma = noise;
     let guide = match &options.prior {
         Prior::Gp => None,
@@ -273,9 +283,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         ctx.stage(Stage::Analyse, points.len());
         tree = Neighbours::build(&points, ctx)?;
         spacing = analyse::spacing(&points, &tree, ctx)?;
+        median_spacing = analyse::median_spacing(&spacing);
         sigma = analyse::noise(&points, &tree, ctx)?;
     }
-    let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
     let least = LEAST_NOISE * median_spacing.max(1e-9);
     // Scans without any noise: rounding of the coordinates is the least there is.
     let noise = noise.max(1e-7 * median_spacing.max(1e-9));
