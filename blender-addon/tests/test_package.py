@@ -15,7 +15,7 @@ import atlasfit
 import numpy as np
 import pytest
 from atlasfit import _abi, _arrays
-from shapes import sphere_points, torus, triangles
+from made import sphere_points, torus, triangles
 
 
 @pytest.fixture(autouse=True)
