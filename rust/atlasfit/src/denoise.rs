@@ -318,10 +318,10 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
     fitted.extend(tubes.fitted);
     if fitted.is_empty() {
-        return Err(Error::Degenerate {
-            what: "no part of the points looks like a surface".into(),
-            advice: "Give a denser scan, or set the noise by hand".into(),
-        });
+        return Err(Error::degenerate(
+            "no part of the points looks like a surface",
+            "Give a denser scan, or set the noise by hand",
+        ));
     }
 
     ctx.stage(Stage::Project, 3);
@@ -358,10 +358,10 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     report.filled_holes = filled;
     clean::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
-        return Err(Error::Degenerate {
-            what: "the charts make no connected surface".into(),
-            advice: "Give a denser scan, set the noise by hand, or lower the detail".into(),
-        });
+        return Err(Error::degenerate(
+            "the charts make no connected surface",
+            "Give a denser scan, set the noise by hand, or lower the detail",
+        ));
     }
     // The surface knows which side is out; the charts and the points follow it.
     let mut side = vec![0.0; charts.len()];

@@ -49,7 +49,7 @@ pub fn relations(
 ) -> Result<Vec<Relation>> {
     // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
     let of_point = |i: usize| {
-        let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+        let row = members.of(i);
         let mut views: Vec<(u32, f64, Vec3)> = row
             .iter()
             .map(|&(c, w)| {
