@@ -3,10 +3,14 @@
 
 import bpy
 import numpy as np
+from bpy.props import IntProperty
 
 from . import mesh
 from .long import Refused
 from .native import atlasfit
+
+# Of the operators that bake, or pack for a texture.
+TEXTURE_SIZE = IntProperty(name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536)
 
 
 def corner_colors(me, loops):

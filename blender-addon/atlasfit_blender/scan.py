@@ -22,9 +22,13 @@ def _normals(me, matrix):
     """Which side is outside, of meshes that have faces, in the frame that the matrix leads to; None without."""
     if not me.polygons:
         return None
-    normals = mesh.get(me.vertices, "normal", 3, np.float32) @ np.linalg.inv(matrix)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return (normals / np.where(length > 0, length, 1)).astype(np.float32)
+    return _unit(mesh.get(me.vertices, "normal", 3, np.float32) @ np.linalg.inv(matrix)).astype(np.float32)
+
+
+def _unit(vectors):
+    """Of length 1; zeros stay."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1)
 
 
 def _report(me, title, report, seconds, notes):
@@ -57,8 +61,6 @@ def _notes(report):
 
 class Fit(LongOperator):
     """What both operators have in common."""
-
-    bl_options = {"REGISTER", "UNDO"}
 
     noise: FloatProperty(
         name="Noise",
@@ -162,9 +164,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
                 for key in me.shape_keys.key_blocks if me.shape_keys else ():
                     mesh.put(key.data, "co", mesh.get(key.data, "co", 3, np.float32) + (new - old))
             if not me.polygons and not self._edit:
-                normals = result.normals @ matrix
-                length = np.linalg.norm(normals, axis=1, keepdims=True)
-                mesh.add_attribute(me, "point_normal", "FLOAT_VECTOR", normals / np.where(length > 0, length, 1))
+                mesh.add_attribute(me, "point_normal", "FLOAT_VECTOR", _unit(result.normals @ matrix))
                 mesh.add_attribute(me, "point_chart", "INT", result.charts.view(np.int32))
             outliers = chosen[result.charts == atlasfit.NO_CHART]
             if self.drop and len(outliers):
@@ -209,7 +209,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         default=0.0,
         min=0.0,
     )
-    texture_size: IntProperty(name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536)
+    texture_size: bake.TEXTURE_SIZE
     bake: BoolProperty(name="Bake Colors", description="Bake the scan's colors, where it has them, to an image and a material", default=True)
 
     def draw(self, context):

@@ -30,7 +30,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     )
     max_charts: IntProperty(name="Max Charts", description="Most charts; the stretch grows as far as that needs. 0 is any number", default=0, min=0)
     margin: IntProperty(name="Margin", description="Free pixels between charts", default=2, min=0, soft_max=64)
-    texture_size: IntProperty(name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536)
+    texture_size: bake.TEXTURE_SIZE
     density: FloatProperty(
         name="Density",
         description="Pixels per unit of length, as scaled in the scene. 0 fills the texture; more than fits goes on to further UDIM tiles",

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "blender-addon"))
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = [str(ROOT / "blender-addon"), str(ROOT / "tests")]
 
 if "ATLASFIT_LIBRARY" not in os.environ:
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))

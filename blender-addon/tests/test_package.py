@@ -12,10 +12,11 @@ import time
 from pathlib import Path
 
 import atlasfit
+import made
 import numpy as np
 import pytest
 from atlasfit import _abi, _arrays
-from shapes import sphere_points, torus, triangles
+from made import sphere_points, torus, triangles
 
 
 @pytest.fixture(autouse=True)
@@ -333,7 +334,7 @@ import sys, time, json, numpy as np, os, signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path[:0] = json.loads(os.environ["FOLDERS"])
 import atlasfit
-from shapes import sphere_points
+from made import sphere_points
 points = sphere_points(400_000)
 print("ready", flush=True)
 try:
@@ -348,7 +349,7 @@ assert atlasfit._abi.lib().atlasfit_live_handles() == 0
 @pytest.mark.parametrize("how", ["plain", "progress"])
 @pytest.mark.skipif(os.name == "nt", reason="no SIGINT to send")
 def test_ctrl_c_ends_the_run(how):
-    folders = json.dumps([str(Path(atlasfit.__file__).parents[1]), str(Path(__file__).parent)])
+    folders = json.dumps([str(Path(atlasfit.__file__).parents[1]), str(Path(made.__file__).parent)])
     child = subprocess.Popen([sys.executable, "-c", SCRIPT, how], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"FOLDERS": folders})
     assert child.stdout.readline() == "ready\n"
     time.sleep(0.3)

@@ -15,6 +15,9 @@ import traceback
 import bpy
 import numpy as np
 
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from made import sphere_points, torus, triangles
+
 EXTENSION = bpy.app.version >= (4, 2, 0)
 if EXTENSION:
     bpy.ops.extensions.package_install_files(filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True)
@@ -65,13 +68,6 @@ def cylinder(depth=2.0, sides=32):
 def grid(n=10):
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=n, y_subdivisions=n)
     return bpy.context.object
-
-
-def sphere_points(n=3000, noise=0.01):
-    rng = np.random.default_rng(1)
-    p = rng.normal(size=(n, 3))
-    p /= np.linalg.norm(p, axis=1)[:, None]
-    return p * (1 + noise * rng.normal(size=(n, 1)))
 
 
 def scan(n=3000):
@@ -384,15 +380,8 @@ def test_a_file_keeps_uvs_and_report():
 
 
 def test_half_a_million_faces():
-    nu, nv = 1000, 250
-    u, v = np.meshgrid(2 * np.pi * np.arange(nu) / nu, 2 * np.pi * np.arange(nv) / nv, indexing="ij")
-    ring = 3 + np.cos(v)
-    vertices = np.stack([ring * np.cos(u), ring * np.sin(u), np.sin(v)], -1).reshape(-1, 3)
-    i, j = np.meshgrid(np.arange(nu), np.arange(nv), indexing="ij")
-    at = lambda a, b: (a % nu) * nv + b % nv
-    q = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
-    faces = q[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    ob = link(mesh.new_mesh("large", vertices, faces))
+    vertices, quads = torus(1000, 250, 1, 3)
+    ob = link(mesh.new_mesh("large", vertices, triangles(quads)[0]))
     assert len(ob.data.polygons) == 500_000
     started = time.perf_counter()
     bpy.ops.uv.atlasfit_unwrap()

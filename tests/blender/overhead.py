@@ -10,7 +10,9 @@ import sys
 import time
 
 import bpy
-import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from made import torus, triangles
 
 bpy.ops.extensions.package_install_files(filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True)
 import bl_ext.user_default.atlasfit_blender as addon
@@ -40,20 +42,11 @@ class Timed:
         return timed
 
 
-def torus(faces):
-    nv = int((faces / 8) ** 0.5)
-    nu = faces // (2 * nv)
-    u, v = np.meshgrid(2 * np.pi * np.arange(nu) / nu, 2 * np.pi * np.arange(nv) / nv, indexing="ij")
-    ring = 3 + np.cos(v)
-    vertices = np.stack([ring * np.cos(u), ring * np.sin(u), np.sin(v)], -1).reshape(-1, 3)
-    i, j = np.meshgrid(np.arange(nu), np.arange(nv), indexing="ij")
-    at = lambda a, b: (a % nu) * nv + b % nv
-    quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
-    return vertices, quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-
-
 def main():
-    vertices, faces = torus(int(sys.argv[1]) if len(sys.argv) > 1 else 500_000)
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 500_000
+    around = int((count / 8) ** 0.5)
+    vertices, quads = torus(count // (2 * around), around, 1, 3)
+    faces, _ = triangles(quads)
     ob = bpy.data.objects.new("large", mesh.new_mesh("large", vertices, faces))
     bpy.context.collection.objects.link(ob)
     bpy.context.view_layer.objects.active = ob

@@ -1,26 +1,14 @@
 """Shared by the MeshLab tests: the program, small scans and meshes. tests/meshlab/run sets the environment."""
-import json
-import os
 import pathlib
-import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-ATLASFIT = os.environ.get("ATLASFIT", str(ROOT / "target/debug/atlasfit"))
-
-
-@pytest.fixture(scope="session")
-def atlasfit():
-    """Runs the program with --json and gives its report."""
-
-    def run(*args):
-        done = subprocess.run([ATLASFIT, *map(str, args), "--json", "--quiet"], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return run
+sys.path.insert(0, str(ROOT / "tests"))
+import made
+from program import atlasfit, program  # noqa: F401
 
 
 @pytest.fixture(scope="session")
@@ -47,10 +35,5 @@ def scan(folder):
 @pytest.fixture(scope="session")
 def torus():
     """Vertices and triangles of a torus."""
-    n, m = 48, 24
-    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
-    a, b = 2 * np.pi * i / n, 2 * np.pi * j / m
-    xyz = np.stack([(2 + 0.7 * np.cos(b)) * np.cos(a), (2 + 0.7 * np.cos(b)) * np.sin(a), 0.7 * np.sin(b)], -1).reshape(-1, 3)
-    at = lambda i, j: (i % n) * m + j % m
-    quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
-    return xyz, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    vertices, quads = made.torus(tube=0.7, ring=2.0)
+    return vertices, made.triangles(quads)[0]

@@ -16,6 +16,10 @@ import numpy as np
 import pymeshlab as ml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+import made
+
+MAJOR, MINOR = 2.0, 0.7
 KEPT = []
 
 
@@ -26,15 +30,12 @@ def document(mesh=None):
     return KEPT[-1]
 
 
-def torus(n, m, major=2.0, minor=0.7):
+def torus(n, m):
     """Positions, normals and triangles of a torus."""
-    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
-    a, b = 2 * np.pi * i / n, 2 * np.pi * j / m
-    normal = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1).reshape(-1, 3)
-    centre = np.stack([np.cos(a), np.sin(a), 0 * a], -1).reshape(-1, 3) * major
-    at = lambda i, j: (i % n) * m + j % m
-    quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
-    return centre + minor * normal, normal, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    vertices, quads = made.torus(n, m, MINOR, MAJOR)
+    centre = vertices * [1, 1, 0]
+    centre *= MAJOR / np.linalg.norm(centre, axis=1, keepdims=True)
+    return vertices, (vertices - centre) / MINOR, made.triangles(quads)[0]
 
 
 def timed(work, clock=time.perf_counter):
@@ -43,9 +44,9 @@ def timed(work, clock=time.perf_counter):
     return result, clock() - started
 
 
-def off(points, major=2.0, minor=0.7):
+def off(points):
     """Distances from the true torus."""
-    return np.abs(np.hypot(np.hypot(points[:, 0], points[:, 1]) - major, points[:, 2]) - minor)
+    return np.abs(np.hypot(np.hypot(points[:, 0], points[:, 1]) - MAJOR, points[:, 2]) - MINOR)
 
 
 def peers():

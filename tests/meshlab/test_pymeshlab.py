@@ -7,10 +7,11 @@ import subprocess
 import sys
 
 import numpy as np
+import made
 import pymeshlab as ml
 import pytest
 
-from conftest import ATLASFIT, ROOT
+from conftest import ROOT
 
 RECONSTRUCT = "generate_surface_reconstruction_atlas"
 DENOISE = "apply_coord_denoising_atlas"
@@ -209,9 +210,8 @@ def test_a_broken_mesh_gets_valid_uvs(torus):
 
 
 def test_quads_stay_in_one_chart(torus):
-    n, m = 48, 24
-    quads = [np.array([i * m + j, (i + 1) % n * m + j, (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m], np.uint32) for i in range(n) for j in range(m)]
-    ms = document(ml.Mesh(torus[0], quads))
+    quads = made.torus()[1].astype(np.uint32)
+    ms = document(ml.Mesh(torus[0], list(quads)))
     ms.apply_filter(UNWRAP)
     mesh = ms.current_mesh()
     birth = mesh.face_custom_scalar_attribute_array("poly_birth_faces").astype(int)
@@ -245,9 +245,9 @@ def test_distortion_of_known_uvs(folder):
     assert textured(folder, square, faces, flipped).apply_filter(DISTORTION)["charts"] == 2
 
 
-def test_defaults_are_the_programs():
+def test_defaults_are_the_programs(program):
     def shown(command):
-        text = subprocess.run([ATLASFIT, command, "--help"], capture_output=True, text=True, check=True).stdout
+        text = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
         options = re.split(r"\n +(?:-\w, )?--", text)
         return {o.split(maxsplit=1)[0]: m.group(1) for o in options if (m := re.search(r"\[default: ([^\];]+)", o))}
 

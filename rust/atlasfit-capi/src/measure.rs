@@ -379,17 +379,7 @@ pub unsafe extern "C" fn atlasfit_measure_points(
         let cloud = atlasfit::geometry::PointCloud::from_positions(input::cloud_positions(points)?);
         let truth = input::mesh(truth)?.mesh;
         checked_room(point_distance, capacity, cloud.len())?;
-        let each_point = !point_distance.is_null();
-        let (d, each) = run.execute(|ctx| {
-            let d = measure::points(&cloud, &truth, &options, ctx)?;
-            if !each_point {
-                return Ok((d, None));
-            }
-            let feet = measure::Locator::new(&truth, ctx)?.nearest_all(&cloud.positions, ctx)?;
-            let each: Vec<f64> =
-                feet.into_iter().map(|f| f.map_or(f64::INFINITY, |f| f.distance2.sqrt())).collect();
-            Ok((d, Some(each)))
-        })?;
+        let (d, each) = run.execute(|ctx| measure::points_each(&cloud, &truth, &options, ctx))?;
         let value = atlasfit_distance {
             accuracy: d.accuracy.into(),
             chamfer: d.chamfer,
@@ -397,7 +387,7 @@ pub unsafe extern "C" fn atlasfit_measure_points(
             not_finite: d.not_finite,
             ..atlasfit_distance::defaults()
         };
-        if let Some(each) = each {
+        if !point_distance.is_null() {
             input::copy_out(&each, point_distance, capacity, "point distances")?;
         }
         sized::write(out, value)

@@ -46,6 +46,11 @@ pub fn output_format(path: &Path) -> Result<Format> {
     }
 }
 
+/// Writes a file of a benchmark. Results of the other commands are written beside the output first, then renamed.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    std::fs::write(path, content).with_context(|| format!("cannot write {}", path.display()))
+}
+
 /// An image as the bytes of a PNG file; without alpha where all of it is opaque.
 pub fn png(image: &Image) -> Result<Vec<u8>> {
     let opaque = image.rgba.iter().all(|c| c[3] == 255);

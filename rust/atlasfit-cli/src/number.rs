@@ -1,5 +1,6 @@
 //! Numbers for people and for JSON.
 
+use atlasfit::Stage;
 use serde_json::Value;
 
 /// Four significant digits, without an exponent where the number is easily read.
@@ -26,6 +27,18 @@ pub fn count(n: usize) -> String {
         out.push(c);
     }
     out
+}
+
+/// Seconds of all the work, and of each stage that took any.
+pub fn seconds(all: f64, stages: &[(Stage, f64)]) -> String {
+    let some = stages.iter().filter(|s| s.1 >= 0.005);
+    let some: Vec<String> = some.map(|(stage, s)| format!("{} {s:.2}", stage.name())).collect();
+    format!("{all:.2} ({})", some.join(", "))
+}
+
+/// The seconds of each stage as JSON.
+pub fn stages_json(stages: &[(Stage, f64)]) -> Value {
+    stages.iter().map(|(stage, s)| (stage.name().to_owned(), json(*s))).collect()
 }
 
 /// A JSON number; null where JSON has none (infinity).

@@ -82,6 +82,12 @@ pub fn median(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(mid, f64::total_cmp).1
 }
 
+/// The median of the spacing at points.
+#[must_use]
+pub fn median_spacing(spacing: &[f32]) -> f64 {
+    median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>())
+}
+
 /// Noise along the normal: residual of local quadrics, at the smallest neighbourhood that shows a surface.
 ///
 /// # Errors

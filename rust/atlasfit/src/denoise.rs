@@ -245,7 +245,17 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         warnings: scan.warnings,
         ..Report::default()
     };
-    let Scan { mut points, mut of_input, mut tree, mut spacing, noise, origin, scale, .. } = scan;
+    let Scan {
+        mut points,
+        mut of_input,
+        mut tree,
+        mut spacing,
+        mut median_spacing,
+        noise,
+        origin,
+        scale,
+        ..
+    } = scan;
     let mut sigma = noise;
     let guide = match &options.prior {
         Prior::Gp => None,
@@ -273,9 +283,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         ctx.stage(Stage::Analyse, points.len());
         tree = Neighbours::build(&points, ctx)?;
         spacing = analyse::spacing(&points, &tree, ctx)?;
+        median_spacing = analyse::median_spacing(&spacing);
         sigma = analyse::noise(&points, &tree, ctx)?;
     }
-    let median_spacing = analyse::median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
     let least = LEAST_NOISE * median_spacing.max(1e-9);
     // Scans without any noise: rounding of the coordinates is the least there is.
     let noise = noise.max(1e-7 * median_spacing.max(1e-9));
@@ -308,10 +318,10 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
     fitted.extend(tubes.fitted);
     if fitted.is_empty() {
-        return Err(Error::Degenerate {
-            what: "no part of the points looks like a surface".into(),
-            advice: "Give a denser scan, or set the noise by hand".into(),
-        });
+        return Err(Error::degenerate(
+            "no part of the points looks like a surface",
+            "Give a denser scan, or set the noise by hand",
+        ));
     }
 
     ctx.stage(Stage::Project, 3);
@@ -348,10 +358,10 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     report.filled_holes = filled;
     clean::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
-        return Err(Error::Degenerate {
-            what: "the charts make no connected surface".into(),
-            advice: "Give a denser scan, set the noise by hand, or lower the detail".into(),
-        });
+        return Err(Error::degenerate(
+            "the charts make no connected surface",
+            "Give a denser scan, set the noise by hand, or lower the detail",
+        ));
     }
     // The surface knows which side is out; the charts and the points follow it.
     let mut side = vec![0.0; charts.len()];

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::fit::Fitted;
 use crate::geometry::sort::sort_by;
 use crate::geometry::vec3::{Vec3, dot};
+use crate::measure::connect::{Sets, SignedSets};
 use crate::project::Membership;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -48,7 +49,7 @@ pub fn relations(
 ) -> Result<Vec<Relation>> {
     // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
     let of_point = |i: usize| {
-        let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+        let row = members.of(i);
         let mut views: Vec<(u32, f64, Vec3)> = row
             .iter()
             .map(|&(c, w)| {
@@ -102,40 +103,12 @@ pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Resul
         y.agreement.abs().total_cmp(&x.agreement.abs()).then((x.a, x.b).cmp(&(y.a, y.b)))
     };
     sort_by(&mut order, strongest_first, ctx)?;
-    // Union-find with the parity of each node to its root.
-    let mut parent: Vec<u32> = (0..charts as u32).collect();
-    let mut parity = vec![1i8; charts];
-    fn find(parent: &mut [u32], parity: &mut [i8], x: u32) -> (u32, i8) {
-        let (mut root, mut p) = (x, 1i8);
-        while parent[root as usize] != root {
-            p *= parity[root as usize];
-            root = parent[root as usize];
-        }
-        // Path compression.
-        let (mut at, mut rest) = (x, p);
-        while parent[at as usize] != root && at != root {
-            let next = parent[at as usize];
-            let step = parity[at as usize];
-            parent[at as usize] = root;
-            parity[at as usize] = rest;
-            rest *= step;
-            at = next;
-        }
-        (root, p)
-    }
+    let mut sets = SignedSets::new(charts);
     for &r in &order {
         let r = relations[r as usize];
-        let same = if r.agreement >= 0.0 { 1i8 } else { -1 };
-        let (ra, pa) = find(&mut parent, &mut parity, r.a);
-        let (rb, pb) = find(&mut parent, &mut parity, r.b);
-        if ra != rb {
-            let (keep, hang) = if ra < rb { (ra, rb) } else { (rb, ra) };
-            parent[hang as usize] = keep;
-            parity[hang as usize] = pa * pb * same;
-        }
+        sets.join(r.a, r.b, r.agreement < 0.0);
     }
-    let signs: Vec<f64> =
-        (0..charts as u32).map(|c| f64::from(find(&mut parent, &mut parity, c).1)).collect();
+    let signs: Vec<f64> = (0..charts as u32).map(|c| if sets.find(c).1 { -1.0 } else { 1.0 }).collect();
     let conflicts: Vec<Pair> = relations
         .iter()
         .filter(|r| {
@@ -153,25 +126,15 @@ pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Resul
 /// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each chart how much of the surface agrees with
 /// its normal, less how much does not) says in sum. Returns which charts were turned.
 pub fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<bool> {
-    let mut group: Vec<u32> = (0..charts.len() as u32).collect();
-    fn root(group: &mut [u32], mut i: u32) -> u32 {
-        while group[i as usize] != i {
-            group[i as usize] = group[group[i as usize] as usize];
-            i = group[i as usize];
-        }
-        i
-    }
-    for r in relations {
-        let (a, b) = (root(&mut group, r.a), root(&mut group, r.b));
-        group[a.max(b) as usize] = a.min(b);
-    }
+    let mut sets = Sets::new(charts.len());
+    relations.iter().for_each(|r| sets.join(r.a, r.b));
     let mut sum = vec![0.0; charts.len()];
     for (c, s) in side.iter().enumerate() {
-        sum[root(&mut group, c as u32) as usize] += s;
+        sum[sets.find(c as u32) as usize] += s;
     }
     let mut turned = vec![false; charts.len()];
     for (c, chart) in charts.iter_mut().enumerate() {
-        if sum[root(&mut group, c as u32) as usize] < 0.0 {
+        if sum[sets.find(c as u32) as usize] < 0.0 {
             chart.sign = -chart.sign;
             turned[c] = true;
         }

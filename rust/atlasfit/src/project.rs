@@ -22,6 +22,14 @@ pub struct Membership {
     pub entries: Vec<(u32, f32)>,
 }
 
+impl Membership {
+    /// The charts of a point, with their robust weights.
+    #[must_use]
+    pub fn of(&self, point: usize) -> &[(u32, f32)] {
+        &self.entries[self.start[point] as usize..self.start[point + 1] as usize]
+    }
+}
+
 /// Turns the charts' member lists into per-point lists (charts ascending).
 ///
 /// # Errors
@@ -84,7 +92,7 @@ pub fn project_members(
                 .enumerate()
                 .map(|(k, &p)| {
                     let i = chunk * 1024 + k;
-                    let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+                    let row = members.of(i);
                     blend(p, row.iter().map(|&(c, w)| (c, &fitted[c as usize].chart, f64::from(w))))
                 })
                 .collect::<Vec<_>>())
@@ -144,7 +152,7 @@ pub fn anchors(
         if projected[i].chart == u32::MAX {
             return None;
         }
-        let row = &members.entries[members.start[i] as usize..members.start[i + 1] as usize];
+        let row = members.of(i);
         let mut best: Vec<(u32, f32)> = row
             .iter()
             .map(|&(c, w)| (c, (fitted[c as usize].chart.weight(points[i]) as f32 + 1e-6) * w))

@@ -3,7 +3,7 @@
 //! In: positions in the user's unit. Out: the distinct finite points that are not stray, moved to the origin and scaled to size 1, with search
 //! tree, spacing and noise; and how many points were left out, for which reason.
 
-use crate::analyse::{median, noise, spacing};
+use crate::analyse::{median, median_spacing, noise, spacing};
 use crate::error::{Error, Result};
 use crate::geometry::dense::principal;
 use crate::geometry::neighbours::Neighbours;
@@ -163,7 +163,7 @@ pub fn analyse(found: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> 
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
-    let median_spacing = median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+    let median_spacing = median_spacing(&spacing);
     if median_spacing < LEAST_SPACING {
         return Err(Error::degenerate(
             "most points all but coincide beside the scan's extent",

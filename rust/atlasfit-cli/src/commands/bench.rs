@@ -5,15 +5,19 @@
 //! the truth.
 
 mod paper;
+mod unwrap;
 
 use crate::console::{Console, RunArgs};
 use crate::files;
 use crate::number::short;
+use crate::render::camera::{Up, View};
+use crate::render::{Mode, Style};
 use anyhow::{Context as _, Result, bail};
 use atlasfit::DenoiseOptions;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface, uv};
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -25,7 +29,7 @@ pub enum Bench {
     /// Accuracy, completeness, topology and time of denoising, beside screened Poisson
     Denoise(Args),
     /// Charts, seams, stretch, coverage and time of unwrapping, beside uvunwrap, xatlas and Blender
-    Unwrap(super::bench_unwrap::Args),
+    Unwrap(unwrap::Args),
     /// The tables of Deep Manifold Prior with its networks, beside the default prior
     Paper(paper::Args),
 }
@@ -112,6 +116,18 @@ const POINT_FIGURES: [&str; 3] = ["points_rms", "points_med", "points_p99"];
 /// Figures of our UVs.
 const UV_FIGURES: [&str; 5] = ["uv_charts", "uv_p95", "uv_flips", "uv_overlaps", "uv_coverage"];
 
+/// How the benchmarks' pictures are drawn.
+const STYLE: Style = Style {
+    mode: Mode::Shaded,
+    view: View { azimuth: 20.0, elevation: 15.0 },
+    up: Up::Y,
+    size: [512; 2],
+    flat: false,
+    boundary: false,
+    colors: true,
+    point_size: None,
+};
+
 impl Row {
     fn get(&self, key: &str) -> f64 {
         self.figures[key].as_f64().unwrap_or(f64::NAN)
@@ -129,7 +145,7 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let done = match bench {
         Bench::Denoise(args) => denoise(args, &folder, console),
-        Bench::Unwrap(args) => super::bench_unwrap::run(args, &folder, console),
+        Bench::Unwrap(args) => unwrap::run(args, &folder, console),
         Bench::Paper(args) => paper::run(args, console),
     };
     if keep.is_none() {
@@ -149,18 +165,11 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
             console.check()?;
             let (truth_path, noisy_path) =
                 (folder.join(format!("{shape}.ply")), folder.join(format!("{shape}-{sigma}.ply")));
+            let (spread, count) = (sigma.to_string(), args.count.to_string());
             python(
                 &args.python,
-                &args.scripts,
-                "shapes.py",
-                &[
-                    shape,
-                    &sigma.to_string(),
-                    &text(&truth_path),
-                    &text(&noisy_path),
-                    "--count",
-                    &args.count.to_string(),
-                ],
+                &args.scripts.join("shapes.py"),
+                &[shape, &spread, &truth_path, &noisy_path, &"--count", &count],
             )?;
             let truth = files::load(&truth_path, &args.run, console)?.into_mesh();
             if !args.only_peers {
@@ -210,10 +219,10 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         let _ = writeln!(table, "\nFailed: {cell}");
     }
     if let Some(path) = &args.markdown {
-        std::fs::write(path, &table).with_context(|| format!("cannot write {}", path.display()))?;
+        files::write(path, &table)?;
     }
     if let Some(path) = &args.csv {
-        std::fs::write(path, csv(&rows)).with_context(|| format!("cannot write {}", path.display()))?;
+        files::write(path, csv(&rows))?;
     }
     let json: Vec<Value> = rows.iter().map(row_json).collect();
     console.report(&table, &json!({ "rows": json, "failed": failed }));
@@ -221,7 +230,7 @@ fn denoise(args: &Args, folder: &Path, console: &Console) -> Result<()> {
 }
 
 /// The middle of some numbers, or the mean of the two in the middle.
-pub fn median(values: &mut [f64]) -> f64 {
+fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     match values.len() {
         0 => f64::NAN,
@@ -255,7 +264,6 @@ fn ours(
         )?);
         times.push(start.elapsed().as_secs_f64());
     }
-    times.sort_by(f64::total_cmp);
     let Some(outcome) = last else { bail!("no fit was run") };
     let mut figures = measured(&outcome.surface, truth, args, console)?;
     let p = console
@@ -284,7 +292,7 @@ fn ours(
         shape: shape.into(),
         sigma,
         method: "ours".into(),
-        seconds: times[times.len() / 2],
+        seconds: median(&mut times),
         cached: false,
         figures,
     })
@@ -302,10 +310,10 @@ fn peers(
     settings: &[&String],
     console: &Console,
 ) -> Result<Vec<Row>> {
-    let mut command = vec![text(noisy), text(folder), args.repeat.to_string()];
-    command.extend(settings.iter().map(|s| (*s).clone()));
-    let command: Vec<&str> = command.iter().map(String::as_str).collect();
-    let out = python(&args.python, &args.scripts, "poisson.py", &command)?;
+    let repeat = args.repeat.to_string();
+    let mut command: Vec<&dyn AsRef<OsStr>> = vec![&noisy, &folder, &repeat];
+    command.extend(settings.iter().map(|s| s as &dyn AsRef<OsStr>));
+    let out = python(&args.python, &args.scripts.join("poisson.py"), &command)?;
     let mut rows = Vec::new();
     for line in out.lines().filter(|l| l.starts_with('{')) {
         let said: Value = serde_json::from_str(line).context("poisson.py said something that is no JSON")?;
@@ -345,11 +353,11 @@ fn measured(mesh: &TriMesh, truth: &TriMesh, args: &Args, console: &Console) -> 
     }))
 }
 
-fn python(program: &Path, scripts: &Path, script: &str, arguments: &[&str]) -> Result<String> {
-    let path = scripts.join(script);
+/// What a script says on its standard output.
+fn python(program: &Path, script: &Path, arguments: &[&dyn AsRef<OsStr>]) -> Result<String> {
     let out = Command::new(program)
-        .arg(&path)
-        .args(arguments)
+        .arg(script)
+        .args(arguments.iter().map(|a| a.as_ref()))
         .output()
         .with_context(|| format!("cannot start {}. Give --python PROGRAM", program.display()))?;
     if !out.status.success() {
@@ -357,14 +365,10 @@ fn python(program: &Path, scripts: &Path, script: &str, arguments: &[&str]) -> R
         let last = said.lines().rev().find(|l| !l.trim().is_empty()).unwrap_or("no message");
         bail!(
             "{} failed: {last}. It needs the packages of tests/requirements.txt; run from the repository's root or give --scripts",
-            path.display()
+            script.display()
         );
     }
     Ok(String::from_utf8_lossy(&out.stdout).into_owned())
-}
-
-fn text(path: &Path) -> String {
-    path.display().to_string()
 }
 
 fn row_json(row: &Row) -> Value {

@@ -2,7 +2,7 @@
 
 use crate::console::{Console, RunArgs, Usage};
 use crate::files;
-use crate::number::{count, json as number, short};
+use crate::number::{count, json as number, seconds, short, stages_json};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake};
@@ -202,7 +202,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         console.note(format_args!("{warning}"));
     }
 
-    let seconds = started.elapsed().as_secs_f64();
+    let all = started.elapsed().as_secs_f64();
     let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
     let (r, mesh) = (&outcome.report, &outcome.surface);
     let mut text = report_text(r, args);
@@ -224,21 +224,15 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     if options.uv {
         let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
     }
-    let stages: Vec<String> = r
-        .seconds
-        .iter()
-        .filter(|s| s.1 >= 0.005)
-        .map(|(stage, s)| format!("{} {s:.2}", stage.name()))
-        .collect();
-    let _ = writeln!(text, "seconds        {seconds:.2} ({})", stages.join(", "));
+    let _ = writeln!(text, "seconds        {}", seconds(all, &r.seconds));
     let _ = writeln!(text, "written        {}", files.join(", "));
     let json = json!({
         "scan": args.scan, "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
         "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise), "charts": r.charts,
         "voxel": number(r.voxel), "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts,
         "one_sided": r.one_sided, "boundary_edges": r.boundary_edges, "boundary_loops": r.boundary_loops,
-        "uv_charts": r.uv_charts, "seconds": number(seconds),
-        "stages": r.seconds.iter().map(|(s, t)| (s.name().to_owned(), number(*t))).collect::<serde_json::Value>(),
+        "uv_charts": r.uv_charts, "seconds": number(all),
+        "stages": stages_json(&r.seconds),
         "files": files, "warnings": r.warnings,
     });
     console.report(&text, &json);

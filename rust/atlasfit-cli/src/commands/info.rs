@@ -2,7 +2,7 @@
 //!
 //! Spacing and noise are those that `denoise` would start from: of the distinct finite points, estimated by the core.
 
-use crate::commands::measure::topology_json;
+use crate::commands::measure::{BYTES_PER_FACE, topology_json, topology_text};
 use crate::console::{Console, RunArgs};
 use crate::files;
 use crate::number::{count, json as number, short};
@@ -44,8 +44,6 @@ struct Facts {
 
 /// Memory for one point: copies, tree, neighbours (measured, rounded up).
 const BYTES_PER_POINT: u64 = 250;
-/// Memory for one face: edges and their order.
-const BYTES_PER_FACE: u64 = 150;
 
 /// Tells.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
@@ -246,7 +244,7 @@ fn text(
         );
     }
     if let Some(t) = &facts.topology {
-        s += &super::measure::topology_text(t);
+        s += &topology_text(t);
         let _ = writeln!(
             s,
             "duplicates     {} points, {} faces",

@@ -37,9 +37,9 @@ pub struct Args {
 }
 
 /// Memory for one face of a mesh while its topology or its UVs are measured: edges, fans, patches (measured, rounded up).
-const BYTES_PER_FACE: usize = 150;
+pub const BYTES_PER_FACE: u64 = 150;
 /// Memory for one face of either mesh while distances are measured: the tree over them too (measured, rounded up).
-const BYTES_PER_SEARCHED_FACE: usize = 220;
+const BYTES_PER_SEARCHED_FACE: u64 = 220;
 
 /// Measures.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
@@ -62,17 +62,17 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         json["against"] = json!(path);
         if as_points {
             let cloud = mesh.to_cloud();
-            let bytes = BYTES_PER_SEARCHED_FACE * truth.triangles.len();
+            let bytes = BYTES_PER_SEARCHED_FACE * truth.triangles.len() as u64;
             let d = run.execute(|ctx| {
-                ctx.reserve(bytes as u64)?;
+                ctx.reserve(bytes)?;
                 points(&cloud, &truth, &options, ctx)
             })?;
             text += &point_text(&d);
             json["points"] = point_json(&d);
         } else {
-            let bytes = BYTES_PER_SEARCHED_FACE * (mesh.triangles.len() + truth.triangles.len());
+            let bytes = BYTES_PER_SEARCHED_FACE * (mesh.triangles.len() + truth.triangles.len()) as u64;
             let d = run.execute(|ctx| {
-                ctx.reserve(bytes as u64)?;
+                ctx.reserve(bytes)?;
                 surface(&mesh, &truth, &options, ctx)
             })?;
             text += &surface_text(&d);
@@ -90,7 +90,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         let t = match known {
             Some(t) => t,
             None => run.execute(|ctx| {
-                ctx.reserve((BYTES_PER_FACE * mesh.triangles.len()) as u64)?;
+                ctx.reserve(BYTES_PER_FACE * mesh.triangles.len() as u64)?;
                 topology(&mesh, ctx)
             })?,
         };

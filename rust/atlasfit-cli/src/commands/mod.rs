@@ -1,7 +1,6 @@
 //! The subcommands, one file each.
 
 pub mod bench;
-pub mod bench_unwrap;
 pub mod convert;
 pub mod denoise;
 pub mod info;

@@ -68,8 +68,7 @@ const BYTES_PER_PIXEL: usize = 40;
 
 /// Draws.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
-    let loaded = files::load(&args.file, &args.run, console)?;
-    let mut loaded = loaded;
+    let mut loaded = files::load(&args.file, &args.run, console)?;
     let texture = loaded.texture.take().filter(|_| !args.plain && loaded.corner_uv.is_some());
     let texture = texture.and_then(|bytes| {
         files::read_png(&bytes)

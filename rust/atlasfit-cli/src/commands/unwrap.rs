@@ -2,7 +2,7 @@
 
 use crate::console::{Console, RunArgs, Usage};
 use crate::files;
-use crate::number::{count, json as number, short};
+use crate::number::{count, json as number, seconds, short, stages_json};
 use anyhow::{Context as _, Result};
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::TriMesh;
@@ -183,7 +183,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     }
     notes(&layout, &options, console);
 
-    let seconds = started.elapsed().as_secs_f64();
+    let all = started.elapsed().as_secs_f64();
     let files: Vec<String> = saved.files.iter().map(|f| f.display().to_string()).collect();
     let mut text = String::new();
     let _ = writeln!(
@@ -215,9 +215,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         100.0 * quality.coverage,
         short(layout.texels_per_unit)
     );
-    let times: Vec<String> =
-        stages.iter().filter(|s| s.1 >= 0.005).map(|(s, t)| format!("{} {t:.2}", s.name())).collect();
-    let _ = writeln!(text, "seconds        {seconds:.2} ({})", times.join(", "));
+    let _ = writeln!(text, "seconds        {}", seconds(all, &stages));
     let _ = writeln!(text, "written        {}", files.join(", "));
     let json = json!({
         "mesh": args.mesh, "vertices": mesh.positions.len(), "triangles": mesh.triangles.len(),
@@ -230,8 +228,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         "coverage": number(quality.coverage), "texels_per_unit": number(layout.texels_per_unit),
         "degenerate_faces": layout.degenerate_faces, "duplicate_faces": layout.duplicate_faces,
         "non_manifold_edges": layout.non_manifold_edges, "repaired_charts": layout.repaired_charts,
-        "split_polygons": layout.split_polygons, "seconds": number(seconds),
-        "stages": stages.iter().map(|(s, t)| (s.name().to_owned(), number(*t))).collect::<serde_json::Value>(),
+        "split_polygons": layout.split_polygons, "seconds": number(all),
+        "stages": stages_json(&stages),
         "files": files,
     });
     console.report(&text, &json);

@@ -153,6 +153,19 @@ pub fn points(
     options: &DistanceOptions,
     ctx: &Context<'_>,
 ) -> Result<PointDistance> {
+    Ok(points_each(cloud, truth, options, ctx)?.0)
+}
+
+/// As [`points`], with the distance of each point to the surface, infinite for points that are not finite.
+///
+/// # Errors
+/// As [`points`].
+pub fn points_each(
+    cloud: &PointCloud,
+    truth: &TriMesh,
+    options: &DistanceOptions,
+    ctx: &Context<'_>,
+) -> Result<(PointDistance, Vec<f64>)> {
     check(options)?;
     let finite: Vec<Vec3> =
         cloud.positions.iter().copied().filter(|p| p.iter().all(|x| x.is_finite())).collect();
@@ -163,15 +176,17 @@ pub fn points(
         ));
     }
     ctx.stage(Stage::Measure, 3 * finite.len() + 2 * options.chamfer_samples);
-    let feet = Locator::new(truth, ctx)?.nearest_all(&finite, ctx)?;
+    let feet = Locator::new(truth, ctx)?.nearest_all(&cloud.positions, ctx)?;
+    let distance = |f: &Foot| f.distance2.sqrt();
     let samples = positions(&uniform(truth, options.chamfer_samples, ctx.seed ^ 3, ctx)?);
     let others = positions(&uniform(truth, finite.len(), ctx.seed ^ 4, ctx)?);
-    Ok(PointDistance {
-        accuracy: Distances::of(feet.iter().flatten().map(|f| f.distance2.sqrt()).collect()),
+    let all = PointDistance {
+        accuracy: Distances::of(feet.iter().flatten().map(distance).collect()),
         chamfer: chamfer(&finite, &samples, ctx)?,
         chamfer_floor: chamfer(&others, &samples, ctx)?,
         not_finite: cloud.len() - finite.len(),
-    })
+    };
+    Ok((all, feet.iter().map(|f| f.as_ref().map_or(f64::INFINITY, distance)).collect()))
 }
 
 /// The Chamfer distance between two sets of points: mean squared distance to the nearest point of the other

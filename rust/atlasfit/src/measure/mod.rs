@@ -13,7 +13,9 @@ mod shapes;
 pub mod topology;
 pub mod uv;
 
-pub use distance::{DistanceOptions, Distances, PointDistance, SurfaceDistance, chamfer, points, surface};
+pub use distance::{
+    DistanceOptions, Distances, PointDistance, SurfaceDistance, chamfer, points, points_each, surface,
+};
 pub use locate::{Foot, Locator};
 pub use topology::{Topology, topology};
 pub use uv::{Charts, UvQuality, charts, uv};

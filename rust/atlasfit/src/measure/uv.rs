@@ -106,29 +106,20 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
     ctx.advance(1);
     ctx.check()?;
 
-    let area3: Vec<f64> = (0..m).map(|i| area(mesh, i)).collect();
-    let total: f64 = area3.iter().sum();
-    let with_area: Vec<bool> = area3.iter().map(|a| *a > NO_AREA * total).collect();
-    let area2: Vec<f64> =
-        uvs.iter().zip(&finite).map(|(c, f)| if *f { signed_area(c) } else { 0.0 }).collect();
-    let sums = (0..m)
-        .filter(|&i| with_area[i])
-        .fold((0.0, 0.0), |(s3, s2), i| (s3 + area3[i], s2 + f64::abs(area2[i])));
-    let to_space = (sums.0 / sums.1.max(1e-300)).sqrt();
-
+    let areas = Areas::new(mesh, &uvs);
     let singular: Vec<(f64, f64)> =
-        (0..m).into_par_iter().map(|i| singular_values(mesh, i, &uvs[i], to_space)).collect();
-    let stretch = stretch(&singular, &area3, &with_area);
+        (0..m).into_par_iter().map(|i| singular_values(mesh, i, &uvs[i], areas.to_space)).collect();
+    let stretch = stretch(&singular, &areas);
     ctx.advance(1);
     ctx.check()?;
 
     let mut majority = vec![0.0; charts.count];
-    for (chart, area) in charts.of_face.iter().zip(&area2) {
+    for (chart, area) in charts.of_face.iter().zip(&areas.texture) {
         majority[*chart as usize] += area;
     }
     let turned = |i: usize| {
         let sign: f64 = majority[charts.of_face[i] as usize];
-        with_area[i] && sign != 0.0 && area2[i] * sign.signum() < 0.0
+        areas.some(i) && sign != 0.0 && areas.texture[i] * sign.signum() < 0.0
     };
     let flips = (0..m).filter(|&i| turned(i)).count();
 
@@ -140,7 +131,7 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
     Ok(UvQuality {
         faces: m,
         charts: charts.count,
-        seam: charts.seam_length / total.sqrt(),
+        seam: charts.seam_length / areas.total.sqrt(),
         stretch_l2: stretch.l2,
         stretch_linf: stretch.linf,
         stretch_median: stretch.median,
@@ -163,21 +154,15 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
 /// As [`uv_on`].
 pub fn face_stretch(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<Vec<f32>> {
     let (uvs, _) = laid_out(mesh, pages)?;
-    let area3: Vec<f64> = (0..uvs.len()).map(|i| area(mesh, i)).collect();
-    let least = NO_AREA * area3.iter().sum::<f64>();
-    let sums = uvs.iter().zip(&area3).filter(|(_, a)| **a > least).fold((0.0, 0.0), |(s3, s2), (uv, a)| {
-        let a2 = signed_area(uv).abs();
-        (s3 + a, s2 + if a2.is_finite() { a2 } else { 0.0 })
-    });
-    let to_space = (sums.0 / sums.1.max(1e-300)).sqrt();
+    let areas = Areas::new(mesh, &uvs);
     ctx.check()?;
     Ok((0..uvs.len())
         .into_par_iter()
         .map(|i| {
-            if area3[i] <= least {
+            if !areas.some(i) {
                 return 1.0;
             }
-            let (s1, s2) = singular_values(mesh, i, &uvs[i], to_space);
+            let (s1, s2) = singular_values(mesh, i, &uvs[i], areas.to_space);
             let value = if s2 > COLLAPSED { s1.max(s2.recip()) } else { f64::INFINITY };
             if value.is_nan() { f32::INFINITY } else { value as f32 }
         })
@@ -309,6 +294,39 @@ fn corners(mesh: &TriMesh) -> Result<&[[[f32; 2]; 3]]> {
     }
 }
 
+/// Areas of the faces.
+struct Areas {
+    space: Vec<f64>,
+    /// Their sum.
+    total: f64,
+    /// Signed; 0 where UVs are not finite.
+    texture: Vec<f64>,
+    /// The scale of the texture that makes the summed areas equal, faces without area in space left out.
+    to_space: f64,
+}
+
+impl Areas {
+    fn new(mesh: &TriMesh, uvs: &[[[f64; 2]; 3]]) -> Self {
+        let space: Vec<f64> = (0..uvs.len()).map(|i| area(mesh, i)).collect();
+        let total = space.iter().sum();
+        let finite = |c: &[[f64; 2]; 3]| c.iter().flatten().all(|x| x.is_finite());
+        let texture = uvs.iter().map(|c| if finite(c) { signed_area(c) } else { 0.0 }).collect();
+        let mut out = Self { space, total, texture, to_space: 0.0 };
+        let (mut in_space, mut in_texture) = (0.0, 0.0);
+        for i in (0..uvs.len()).filter(|&i| out.some(i)) {
+            in_space += out.space[i];
+            in_texture += out.texture[i].abs();
+        }
+        out.to_space = (in_space / in_texture.max(1e-300)).sqrt();
+        out
+    }
+
+    /// Whether a face has area in space.
+    fn some(&self, i: usize) -> bool {
+        self.space[i] > NO_AREA * self.total
+    }
+}
+
 /// Singular values, larger first, of the map from a face in space to the scaled texture.
 fn singular_values(mesh: &TriMesh, i: usize, uv: &[[f64; 2]; 3], to_space: f64) -> (f64, f64) {
     let [p, q, r] = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
@@ -335,22 +353,22 @@ struct Stretch {
     collapsed: usize,
 }
 
-fn stretch(singular: &[(f64, f64)], area3: &[f64], with_area: &[bool]) -> Stretch {
+fn stretch(singular: &[(f64, f64)], areas: &Areas) -> Stretch {
     let (mut weight, mut squares, mut ratio, mut linf, mut collapsed) = (0.0, 0.0, 0.0, 0.0f64, 0);
     let mut worst: Vec<(f64, f64)> = Vec::new();
-    for i in (0..singular.len()).filter(|&i| with_area[i]) {
+    for i in (0..singular.len()).filter(|&i| areas.some(i)) {
         let (s1, s2) = singular[i];
         if s2 > COLLAPSED {
-            weight += area3[i];
-            squares += area3[i] * 0.5 * ((s1 * s1).recip() + (s2 * s2).recip());
-            ratio += area3[i] * s1 / s2;
+            weight += areas.space[i];
+            squares += areas.space[i] * 0.5 * ((s1 * s1).recip() + (s2 * s2).recip());
+            ratio += areas.space[i] * s1 / s2;
             linf = linf.max(s2.recip());
         } else {
             collapsed += 1;
         }
         // A value that is no number counts as the worst stretch there is.
         let value = if s2 > COLLAPSED { s1.max(s2.recip()) } else { s1.max(COLLAPSED.recip()) };
-        worst.push((if value.is_nan() { f64::INFINITY } else { value }, area3[i]));
+        worst.push((if value.is_nan() { f64::INFINITY } else { value }, areas.space[i]));
     }
     worst.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let all: f64 = worst.iter().map(|w| w.1).sum();

@@ -12,6 +12,7 @@ use crate::geometry::dense::eigen3;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::vec3::{Vec3, dot, mul_add, sub};
 use crate::loss::Sample;
+use crate::measure::connect::SignedSets;
 use crate::rng::Rng;
 use crate::run::{Context, Stage};
 use fast_surface_nets::ndshape::{RuntimeShape, Shape};
@@ -181,16 +182,12 @@ fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Re
         .collect();
     edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     ctx.check()?;
-    let mut parent: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| (i, false)).collect();
+    let mut sets = SignedSets::new(points.len());
     for (_, i, j) in edges {
-        let ((a, fa), (b, fb)) = (root(&mut parent, i), root(&mut parent, j));
-        if a != b {
-            let against = dot(around[i as usize].0, around[j as usize].0) < 0.0;
-            parent[b as usize] = (a, fa ^ fb ^ against);
-        }
+        sets.join(i, j, dot(around[i as usize].0, around[j as usize].0) < 0.0);
     }
     // The highest point of each part faces up.
-    let roots: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| root(&mut parent, i)).collect();
+    let roots: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| sets.find(i)).collect();
     let mut highest = vec![u32::MAX; points.len()];
     for (i, (r, _)) in roots.iter().enumerate() {
         let h = &mut highest[*r as usize];
@@ -205,24 +202,6 @@ fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Re
             around[i].0.map(|x| if down { -x } else { x })
         })
         .collect())
-}
-
-/// The root of a point's tree, and whether the point's normal is against the root's.
-fn root(parent: &mut [(u32, bool)], i: u32) -> (u32, bool) {
-    let (mut at, mut against) = (i, false);
-    while parent[at as usize].0 != at {
-        against ^= parent[at as usize].1;
-        at = parent[at as usize].0;
-    }
-    // The way is shortened for the next search.
-    let (mut walk, mut sign) = (i, against);
-    while parent[walk as usize].0 != at && walk != at {
-        let next = parent[walk as usize];
-        parent[walk as usize] = (at, sign);
-        sign ^= next.1;
-        walk = next.0;
-    }
-    (at, against)
 }
 
 #[cfg(test)]

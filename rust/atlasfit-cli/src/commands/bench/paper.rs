@@ -3,11 +3,11 @@
 //! Every cell is one fit; its figures go to results.jsonl in the output folder as soon as they are known, and a later run takes them from there.
 //! Shapes come from `tests/peers/shapes.py`; `--quick` makes its own.
 
-use super::{cancelled, python};
+use super::{STYLE, cancelled, python};
 use crate::commands::render::write_png;
 use crate::console::{Console, RunArgs};
 use crate::files;
-use crate::render::camera::{Up, View};
+use crate::render::camera::View;
 use crate::render::{Mode, Style, chart_color, render};
 use anyhow::{Context as _, Result, bail};
 use atlasfit::geometry::vec3::{Vec3, add, dist2, mul_add, norm, normalize, scale, sub};
@@ -18,7 +18,7 @@ use atlasfit::prior::explicit::{self, Dim, Network, NetworkAtlas, NetworkOptions
 use atlasfit::prior::level_set::{self, LevelSetOptions};
 use atlasfit::prior::{net, trim};
 use atlasfit::rng::Rng;
-use atlasfit::{Context, DenoiseOptions};
+use atlasfit::{Context, DenoiseOptions, analyse};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -197,24 +197,28 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Does a fit unless its figures are known. One fit that fails must not cost the others.
-    fn cell(&mut self, key: &str, work: impl FnOnce(&Context<'_>) -> Result<Value> + Send) -> Result<()> {
+    /// A cell's name in the results: those of another size or recipe are other cells.
+    fn full_key(&self, key: &str) -> String {
         let size = if self.args.quick { "quick" } else { "full" };
-        let key = match self.args.recipe {
+        match self.args.recipe {
             Training::Fast => format!("{key} {size} fast"),
             Training::Paper => format!("{key} {size} paper {}", self.args.steps),
-        };
+        }
+    }
+
+    /// Runs work that may fail in more ways than the core.
+    fn run<T: Send>(&self, work: impl FnOnce(&Context<'_>) -> Result<T> + Send) -> Result<T> {
+        self.console.start_silent(&self.args.run).execute(|ctx| Ok(work(ctx)))?
+    }
+
+    /// Does a fit unless its figures are known. One fit that fails must not cost the others.
+    fn cell(&mut self, key: &str, work: impl FnOnce(&Context<'_>) -> Result<Value> + Send) -> Result<()> {
+        let key = self.full_key(key);
         if self.done.contains_key(&key) {
             return Ok(());
         }
         let started = Instant::now();
-        let mut figures = Err(anyhow::anyhow!("not run"));
-        let ran = self.console.start_silent(&self.args.run).execute(|ctx| {
-            figures = work(ctx);
-            Ok(())
-        });
-        let figures = ran.map_err(anyhow::Error::from).and(figures);
-        match figures {
+        match self.run(work) {
             Ok(mut figures) => {
                 figures["seconds"] = json!(started.elapsed().as_secs_f64());
                 self.console.note(format_args!("{key}: {figures}"));
@@ -239,12 +243,7 @@ impl Bench<'_> {
 
     /// A figure of a cell, where it is known.
     fn figure(&self, key: &str, figure: &str) -> Option<f64> {
-        let size = if self.args.quick { "quick" } else { "full" };
-        let key = match self.args.recipe {
-            Training::Fast => format!("{key} {size} fast"),
-            Training::Paper => format!("{key} {size} paper {}", self.args.steps),
-        };
-        self.done.get(&key)?[figure].as_f64()
+        self.done.get(&self.full_key(key))?[figure].as_f64()
     }
 
     fn count(&self) -> usize {
@@ -259,8 +258,8 @@ impl Bench<'_> {
         std::fs::create_dir_all(&folder)?;
         let [truth, noisy] = [folder.join(format!("{name}.ply")), folder.join(format!("{name}-noisy.ply"))];
         if !noisy.exists() {
-            let (t, n) = (truth.display().to_string(), noisy.display().to_string());
-            python(&self.args.python, &self.args.scripts, "shapes.py", &[name, &SIGMA.to_string(), &t, &n])?;
+            let script = self.args.scripts.join("shapes.py");
+            python(&self.args.python, &script, &[&name, &SIGMA.to_string(), &truth, &noisy])?;
         }
         let load = |path| files::load(path, &self.args.run, self.console);
         Ok(Shape { truth: load(&truth)?.into_mesh(), scan: load(&noisy)?.cloud.positions })
@@ -271,7 +270,7 @@ impl Bench<'_> {
         let truth =
             if matches!(name, "ring" | "spiral") { torus(0.5 - 0.5 * 0.03, 0.5 * 0.03) } else { sphere(0.5) };
         let count = self.count();
-        let scan = self.console.start_silent(&self.args.run).execute(|ctx| {
+        let scan = self.run(|ctx| {
             let mut rng = Rng::stream(ctx.seed, 7);
             let clean = sample::uniform(&truth, count, ctx.seed, ctx)?;
             Ok(clean.iter().map(|s| s.point.map(|x| x + SIGMA * rng.normal())).collect())
@@ -299,14 +298,7 @@ impl Bench<'_> {
     fn explicit(&mut self, name: &str, shape: &Shape, variant: &str) -> Result<()> {
         let (how, args) = (self.options(variant), self.args);
         let picture = format!("{name}-{variant}");
-        self.cell(&format!("{variant} {name}"), |ctx| {
-            let (atlas, steps, loss) = fitted(&shape.scan, &how, ctx)?;
-            let mut figures = figures_of(&atlas, how.dim, shape, ctx)?;
-            figures["steps"] = json!(steps);
-            figures["loss"] = json!(loss);
-            draw(args, &picture, &atlas, ctx)?;
-            Ok(figures)
-        })
+        self.cell(&format!("{variant} {name}"), |ctx| drawn_fit(args, &picture, shape, &how, ctx))
     }
 
     fn implicit(&mut self, name: &str, shape: &Shape) -> Result<()> {
@@ -352,12 +344,7 @@ impl Bench<'_> {
                 let scan: Vec<Vec3> =
                     sample::uniform(&truth, FEW, ctx.seed ^ 5, ctx)?.iter().map(|s| s.point).collect();
                 let shape = Shape { truth: truth.clone(), scan };
-                let (atlas, steps, loss) = fitted(&shape.scan, &how, ctx)?;
-                let mut figures = figures_of(&atlas, how.dim, &shape, ctx)?;
-                figures["steps"] = json!(steps);
-                figures["loss"] = json!(loss);
-                draw(args, &format!("{name}-interpolation-{variant}"), &atlas, ctx)?;
-                Ok(figures)
+                drawn_fit(args, &format!("{name}-interpolation-{variant}"), &shape, &how, ctx)
             })?;
         }
         Ok(())
@@ -370,12 +357,7 @@ impl Bench<'_> {
         for lambda in LAMBDAS {
             let how = NetworkOptions { stretch_weight: lambda, ..self.options("S8R") };
             self.cell(&format!("lambda {lambda}"), |ctx| {
-                let (atlas, steps, loss) = fitted(&shape.scan, &how, ctx)?;
-                let mut figures = figures_of(&atlas, how.dim, &shape, ctx)?;
-                figures["steps"] = json!(steps);
-                figures["loss"] = json!(loss);
-                draw(args, &format!("sphere-lambda-{lambda}"), &atlas, ctx)?;
-                Ok(figures)
+                drawn_fit(args, &format!("sphere-lambda-{lambda}"), &shape, &how, ctx)
             })?;
         }
         Ok(())
@@ -398,7 +380,7 @@ impl Bench<'_> {
                         .collect::<Vec<_>>()
                 })
                 .collect();
-            let (atlas, ..) = fitted(&scan, &how, ctx)?;
+            let atlas = explicit::fit(&scan, &how, ctx)?;
             let gap = |curve: &[Vec3]| -> f64 {
                 let far = |p: &Vec3| curve.iter().map(|q| dist2(*p, *q)).fold(f64::INFINITY, f64::min).sqrt();
                 line.iter().map(far).sum::<f64>() / line.len() as f64
@@ -419,12 +401,8 @@ impl Bench<'_> {
         let name = self.args.shapes.first().map_or("bunny", String::as_str);
         let shape = self.shape(name)?;
         let before = self.step_seconds(&shape)?;
-        let (folder, script) = (reference.parent(), reference.file_name().and_then(|f| f.to_str()));
-        let (Some(folder), Some(script)) = (folder, script) else {
-            bail!("{} is no script", reference.display())
-        };
         let (sigma, steps) = (SIGMA.to_string(), self.args.steps.to_string());
-        let said = python(&self.args.python, folder, script, &[name, &sigma, &steps])?;
+        let said = python(&self.args.python, reference, &[&name, &sigma, &steps])?;
         // A line of JSON now and then, and one of the surface's figures.
         let lines: Vec<Value> = said.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
         let last = |key: &str| lines.iter().rev().find_map(|l| l[key].as_f64());
@@ -436,24 +414,15 @@ impl Bench<'_> {
         let ours = (before + self.step_seconds(&shape)?) / 2.0;
         let how = NetworkOptions { recipe: Recipe::Fast, ..NetworkOptions::default() };
         let started = Instant::now();
-        let mut atlas = None;
-        self.console.start_silent(&self.args.run).execute(|ctx| {
-            atlas = Some(explicit::fit(&shape.scan, &how, ctx)?);
-            Ok(())
-        })?;
+        let atlas = self.run(|ctx| Ok(explicit::fit(&shape.scan, &how, ctx)?))?;
         let fast = started.elapsed().as_secs_f64();
-        let mut judged = Err(anyhow::anyhow!("not run"));
-        self.console.start_silent(&self.args.run).execute(|ctx| {
-            judged = atlas.context("no fit").and_then(|atlas| {
-                let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.map(|x| x as f32)).collect();
-                let mut chamfer = Chamfer::new(&shape.scan, ctx)?;
-                let mut gradient = vec![[0.0; 3]; samples.len()];
-                let reached = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
-                Ok((reached, surface_cd(&atlas.surface(), &shape, ctx)?))
-            });
-            Ok(())
+        let (reached, cd) = self.run(|ctx| {
+            let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.map(|x| x as f32)).collect();
+            let mut chamfer = Chamfer::new(&shape.scan, ctx)?;
+            let mut gradient = vec![[0.0; 3]; samples.len()];
+            let reached = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
+            Ok((reached, surface_cd(&atlas.surface(), &shape, ctx)?))
         })?;
-        let (reached, cd) = judged?;
         let mut text = format!(
             "seconds a step, wall: ours {ours:.4}, PyTorch {theirs:.4}, ratio {:.1}\n",
             theirs / ours
@@ -480,17 +449,14 @@ impl Bench<'_> {
     fn step_seconds(&self, shape: &Shape) -> Result<f64> {
         const STEPS: u32 = 50;
         let how = NetworkOptions { recipe: Recipe::Paper, ..NetworkOptions::default() };
-        let mut seconds = 0.0;
-        self.console.start_silent(&self.args.run).execute(|ctx| {
+        self.run(|ctx| {
             let mut trainer = Trainer::new(&shape.scan, &how, ctx)?;
             let started = Instant::now();
             for _ in 0..STEPS {
                 trainer.step(how.learning_rate, ctx)?;
             }
-            seconds = started.elapsed().as_secs_f64() / f64::from(STEPS);
-            Ok(())
-        })?;
-        Ok(seconds)
+            Ok(started.elapsed().as_secs_f64() / f64::from(STEPS))
+        })
     }
 
     /// What the paper concludes from its tables, and whether our figures say so.
@@ -631,14 +597,24 @@ impl Bench<'_> {
     }
 }
 
-/// A fit with its number of steps and last loss.
-fn fitted(scan: &[Vec3], how: &NetworkOptions, ctx: &Context<'_>) -> Result<(NetworkAtlas, usize, f64)> {
+/// The figures of one fit, with its number of steps and last loss, and its picture.
+fn drawn_fit(
+    args: &Args,
+    picture: &str,
+    shape: &Shape,
+    how: &NetworkOptions,
+    ctx: &Context<'_>,
+) -> Result<Value> {
     let (mut steps, mut last) = (0, f64::NAN);
-    let atlas = explicit::fit_watched(scan, how, ctx, &mut |step, loss| {
+    let atlas = explicit::fit_watched(&shape.scan, how, ctx, &mut |step, loss| {
         (steps, last) = (step, loss.chamfer);
         true
     })?;
-    Ok((atlas, steps, last))
+    let mut figures = figures_of(&atlas, how.dim, shape, ctx)?;
+    figures["steps"] = json!(steps);
+    figures["loss"] = json!(last);
+    draw(args, picture, &atlas, ctx)?;
+    Ok(figures)
 }
 
 fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'_>) -> Result<Value> {
@@ -658,9 +634,8 @@ fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'_>) 
 /// The mesh where the scan supports it.
 fn trimmed(mesh: &TriMesh, scan: &[Vec3], ctx: &Context<'_>) -> Result<TriMesh> {
     let tree = atlasfit::geometry::neighbours::Neighbours::build(scan, ctx)?;
-    let mut spacing: Vec<f64> =
-        atlasfit::analyse::spacing(scan, &tree, ctx)?.into_iter().map(f64::from).collect();
-    Ok(trim(mesh, scan, TRIM * atlasfit::analyse::median(&mut spacing), ctx)?)
+    let spacing = analyse::median_spacing(&analyse::spacing(scan, &tree, ctx)?);
+    Ok(trim(mesh, scan, TRIM * spacing, ctx)?)
 }
 
 fn trimmed_cd(mesh: &TriMesh, shape: &Shape, ctx: &Context<'_>) -> Result<Value> {
@@ -759,17 +734,6 @@ fn image_prior(dots: &[Vec3], steps: usize, ctx: &Context<'_>) -> Result<Vec<Vec
     net.forward(&mut out, ctx)?;
     Ok((0..ink.len()).filter(|&i| out[i][0] > 0.0).map(centre).collect())
 }
-
-const STYLE: Style = Style {
-    mode: Mode::Shaded,
-    view: View { azimuth: 20.0, elevation: 15.0 },
-    up: Up::Y,
-    size: [512, 512],
-    flat: false,
-    boundary: false,
-    colors: true,
-    point_size: None,
-};
 
 /// A picture of the charts, each in its colour.
 fn draw(args: &Args, name: &str, atlas: &NetworkAtlas, ctx: &Context<'_>) -> Result<()> {

@@ -3,20 +3,20 @@
 //! Peers run through `tests/peers/uv.py` on the same meshes right after ours; all layouts are measured here by the same
 //! code, and on request by an independent judge too. What counts is the median of the per-mesh ratios to a peer.
 
-use super::bench::median;
+use super::{STYLE, cancelled, median, python};
+use crate::commands::render::write_png;
 use crate::console::{Console, RunArgs, Usage};
 use crate::files;
 use crate::number::{count, short};
-use crate::render::camera::{Up, View};
 use crate::render::{Mode, Style, render};
 use anyhow::{Context as _, Result, bail};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{UvQuality, uv};
 use atlasfit::unwrap::{UnwrapOptions, unwrap};
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 /// Options of `bench unwrap`.
@@ -82,7 +82,8 @@ const FIGURES: [Figure; 5] = [
 /// Runs the benchmark.
 pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     let meshes = list(&args.meshes)?;
-    let peers = installed(args, console)?;
+    let script = args.scripts.join("uv.py");
+    let peers = installed(args, &script, console)?;
     if let Some(pictures) = &args.pictures {
         std::fs::create_dir_all(pictures).with_context(|| format!("cannot make {}", pictures.display()))?;
     }
@@ -95,39 +96,31 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         let loaded = files::load(path, &args.run, console)?;
         let mut mesh = TriMesh::new(loaded.cloud.positions, loaded.faces);
         let raw = folder.join("mesh.bin");
-        std::fs::write(&raw, bytes(&mesh)).with_context(|| format!("cannot write {}", raw.display()))?;
+        files::write(&raw, bytes(&mesh))?;
         match ours(&mesh, args, console) {
             Ok((corner_uv, seconds)) => {
+                mesh.corner_uv = Some(corner_uv);
+                let row = row(&mesh, &name, "atlasfit", seconds, args, console)?;
                 if let Some(judge) = &args.judge {
                     let file = folder.join("ours.uv");
-                    let bytes: Vec<u8> = corner_uv
-                        .as_flattened()
-                        .as_flattened()
-                        .iter()
-                        .flat_map(|x| x.to_le_bytes())
-                        .collect();
-                    std::fs::write(&file, bytes)
-                        .with_context(|| format!("cannot write {}", file.display()))?;
-                    let said = python(args, &[&"judge", &raw, &file, judge])?;
+                    let numbers = mesh.corner_uv.iter().flatten().flatten().flatten();
+                    files::write(&file, numbers.flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>())?;
+                    let said = python(&args.python, &script, &[&"judge", &raw, &file, judge])?;
                     let said: Value = serde_json::from_str(said.trim()).context("the judge said no JSON")?;
-                    mesh.corner_uv = Some(corner_uv);
-                    let quality = measured(&mesh, args, console)?;
-                    compare(&said, &quality, &mut disagreement);
-                } else {
-                    mesh.corner_uv = Some(corner_uv);
+                    compare(&said, &row.quality, &mut disagreement);
                 }
-                rows.push(row(&mesh, &name, "atlasfit", seconds, args, console)?);
+                rows.push(row);
             }
-            Err(e) if matches!(e.downcast_ref(), Some(atlasfit::Error::Cancelled)) => return Err(e),
+            Err(e) if cancelled(&e) => return Err(e),
             Err(e) => failed.push(format!("{name} atlasfit: {e:#}")),
         }
         if peers.is_empty() {
             continue;
         }
         let (repeat, limit) = (args.repeat.to_string(), args.peer_limit.to_string());
-        let mut command: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"run", &raw, &folder, &repeat, &limit];
-        command.extend(peers.iter().map(|p| p as &dyn AsRef<std::ffi::OsStr>));
-        for line in python(args, &command)?.lines().filter(|l| l.starts_with('{')) {
+        let mut command: Vec<&dyn AsRef<OsStr>> = vec![&"run", &raw, &folder, &repeat, &limit];
+        command.extend(peers.iter().map(|p| p as &dyn AsRef<OsStr>));
+        for line in python(&args.python, &script, &command)?.lines().filter(|l| l.starts_with('{')) {
             let said: Value = serde_json::from_str(line).context("uv.py said something that is no JSON")?;
             let peer = said["peer"].as_str().unwrap_or_default();
             let (Some(file), Some(seconds)) = (said["file"].as_str(), said["seconds"].as_f64()) else {
@@ -147,7 +140,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         let _ = writeln!(table, "\nFailed: {f}");
     }
     if let Some(path) = &args.markdown {
-        std::fs::write(path, &table).with_context(|| format!("cannot write {}", path.display()))?;
+        files::write(path, &table)?;
     }
     let rows: Vec<Value> = rows.iter().map(json_row).collect();
     console.report(&table, &json!({ "rows": rows, "failed": failed }));
@@ -178,11 +171,11 @@ fn list(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
 }
 
 /// Peers asked for that can run here.
-fn installed(args: &Args, console: &Console) -> Result<Vec<String>> {
+fn installed(args: &Args, script: &Path, console: &Console) -> Result<Vec<String>> {
     if args.no_peers {
         return Ok(Vec::new());
     }
-    let said = python(args, &[&"peers"])?;
+    let said = python(&args.python, script, &[&"peers"])?;
     let here: Vec<&str> = said.split_whitespace().collect();
     for peer in args.peers.iter().filter(|p| !here.contains(&p.as_str())) {
         console.note(format_args!("{peer} is not installed and left out"));
@@ -203,10 +196,6 @@ fn ours(mesh: &TriMesh, args: &Args, console: &Console) -> Result<(Vec<[[f32; 2]
     Ok((last, median(&mut times)))
 }
 
-fn measured(mesh: &TriMesh, args: &Args, console: &Console) -> Result<UvQuality> {
-    Ok(console.start_silent(&args.run).execute(|ctx| uv(mesh, ctx))?)
-}
-
 /// Measures a layout and draws it.
 fn row(
     mesh: &TriMesh,
@@ -216,20 +205,11 @@ fn row(
     args: &Args,
     console: &Console,
 ) -> Result<Row> {
-    let quality = measured(mesh, args, console)?;
+    let quality = console.start_silent(&args.run).execute(|ctx| uv(mesh, ctx))?;
     if let Some(folder) = &args.pictures {
-        let style = Style {
-            mode: Mode::Uv,
-            view: View { azimuth: 0.0, elevation: 0.0 },
-            up: Up::Y,
-            size: [768; 2],
-            flat: false,
-            boundary: false,
-            colors: true,
-            point_size: None,
-        };
+        let style = Style { mode: Mode::Uv, size: [768; 2], ..STYLE };
         let picture = console.start_silent(&args.run).execute(|ctx| render(mesh, None, &style, ctx))?;
-        super::render::write_png(&folder.join(format!("{name}-{method}.png")), &picture)?;
+        write_png(&folder.join(format!("{name}-{method}.png")), &picture)?;
     }
     let row = Row { mesh: name.into(), method: method.into(), seconds, quality };
     console.note(format_args!(
@@ -284,24 +264,6 @@ fn layout(file: &str, triangles: usize) -> Result<Vec<[[f32; 2]; 3]>> {
         bail!("{file} holds {} numbers for {triangles} triangles: the peer dropped some", numbers.len());
     }
     Ok(numbers.as_chunks::<2>().0.as_chunks::<3>().0.to_vec())
-}
-
-fn python(args: &Args, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Result<String> {
-    let path = args.scripts.join("uv.py");
-    let out = Command::new(&args.python)
-        .arg(&path)
-        .args(arguments.iter().map(|a| a.as_ref()))
-        .output()
-        .with_context(|| format!("cannot start {}. Give --python PROGRAM", args.python.display()))?;
-    if !out.status.success() {
-        let said = String::from_utf8_lossy(&out.stderr);
-        let last = said.lines().rev().find(|l| !l.trim().is_empty()).unwrap_or("no message");
-        bail!(
-            "{} failed: {last}. It needs numpy; run from the repository's root or give --scripts",
-            path.display()
-        );
-    }
-    Ok(String::from_utf8_lossy(&out.stdout).into_owned())
 }
 
 fn json_row(r: &Row) -> Value {

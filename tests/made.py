@@ -1,4 +1,4 @@
-"""Small made-up meshes and scans, by numpy alone."""
+"""Made-up meshes and scans that the tests of the package, of the Blender add-on and of the MeshLab plugin share, by numpy alone."""
 
 import numpy as np
 
@@ -10,11 +10,11 @@ def sphere_points(n=3000, noise=0.01, seed=1):
     return p * (1 + noise * rng.normal(size=(n, 1)))
 
 
-def torus(nu=48, nv=24, tube=0.4):
-    """Vertices, quads (nu * nv, 4)."""
+def torus(nu=48, nv=24, tube=0.4, ring=1.0):
+    """Vertices, quads (nu * nv, 4); the radii of the tube and of the ring."""
     u, v = np.meshgrid(np.arange(nu) * 2 * np.pi / nu, np.arange(nv) * 2 * np.pi / nv, indexing="ij")
-    ring = 1 + tube * np.cos(v)
-    vertices = np.stack([ring * np.cos(u), ring * np.sin(u), tube * np.sin(v)], -1).reshape(-1, 3)
+    out = ring + tube * np.cos(v)
+    vertices = np.stack([out * np.cos(u), out * np.sin(u), tube * np.sin(v)], -1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(nu), np.arange(nv), indexing="ij")
     at = lambda a, b: (a % nu) * nv + b % nv
     quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
