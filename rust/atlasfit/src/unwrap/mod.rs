@@ -29,6 +29,7 @@ use chart::Chart;
 use pack::Packing;
 pub use pack::{FlatChart, PagePacker, Pages, Spot};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use surface::{NONE, Surface};
 
 /// Meshes with more faces than this have their charts found on a coarse stand-in.
@@ -324,7 +325,7 @@ fn settle(
                 next.extend(c.faces.iter().map(|&f| single(s, f)));
                 continue;
             }
-            next.extend(cut(s, &c, &side).into_iter().map(|piece| match piece.faces[..] {
+            next.extend(cut(s, &c, &side, ctx).into_iter().map(|piece| match piece.faces[..] {
                 [f] => single(s, f),
                 _ => piece,
             }));
@@ -486,16 +487,31 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
             .1;
         halves(s, &c.faces, |i| centre(c.faces[i])[axis])
     };
-    pieces(s, &c, &side).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound, ctx)).collect()
+    pieces(s, &c, &side, ctx).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound, ctx)).collect()
 }
 
-/// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart.
-fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<(Chart, Vec<u32>)> {
-    let place: std::collections::HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
-    let border: std::collections::HashSet<(u32, u8)> = c.border.iter().copied().collect();
-    let mut part = vec![NONE; c.faces.len()];
+/// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart. Unfinished when the run is to stop: the caller
+/// checks.
+fn pieces(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<(Chart, Vec<u32>)> {
+    let n = c.faces.len();
+    let stop = |i: usize| i.is_multiple_of(4096) && ctx.check().is_err();
+    let place: HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
+    // The place beyond each edge inside the chart.
+    let mut beyond = vec![[0; 3]; n];
+    c.border.iter().for_each(|&(i, k)| beyond[i as usize][k as usize] = NONE);
+    for (i, (&f, beyond)) in c.faces.iter().zip(&mut beyond).enumerate() {
+        if stop(i) {
+            return Vec::new();
+        }
+        for (b, h) in beyond.iter_mut().zip(s.mate[f as usize]) {
+            if *b != NONE {
+                *b = place[&(h / 3)];
+            }
+        }
+    }
+    let (mut part, mut rank) = (vec![NONE; n], vec![0; n]);
     let mut groups: Vec<Vec<u32>> = Vec::new();
-    for i in 0..c.faces.len() {
+    for i in 0..n {
         if part[i] != NONE {
             continue;
         }
@@ -503,14 +519,14 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<(Chart, Vec<u32>)> {
         let mut group = vec![i as u32];
         let mut next = 0;
         while next < group.len() {
-            let i = group[next];
+            if stop(next) {
+                return Vec::new();
+            }
+            let i = group[next] as usize;
+            rank[i] = next as u32;
             next += 1;
-            for k in 0..3 {
-                if border.contains(&(i, k as u8)) {
-                    continue;
-                }
-                let j = place[&(s.mate[c.faces[i as usize] as usize][k] / 3)];
-                if part[j as usize] == NONE && side[j as usize] == side[i as usize] {
+            for j in beyond[i].into_iter().filter(|&j| j != NONE) {
+                if part[j as usize] == NONE && side[j as usize] == side[i] {
                     part[j as usize] = groups.len() as u32;
                     group.push(j);
                 }
@@ -521,22 +537,20 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool]) -> Vec<(Chart, Vec<u32>)> {
     groups
         .into_iter()
         .map(|g| {
-            let within: std::collections::HashMap<u32, u32> = g.iter().copied().zip(0..).collect();
             let faces = g.iter().map(|&i| c.faces[i as usize]).collect();
             let piece = Chart::glue(s, faces, |e| {
-                if border.contains(&(place[&(e / 3)], (e % 3) as u8)) {
-                    return None;
-                }
-                within.get(&place[&(s.mate[e as usize / 3][e as usize % 3] / 3)]).copied()
+                let i = place[&(e / 3)] as usize;
+                let j = beyond[i][e as usize % 3];
+                (j != NONE && part[j as usize] == part[i]).then(|| rank[j as usize])
             });
             (piece, g)
         })
         .collect()
 }
 
-/// Cuts a chart in two or more by `side`; everything stays where it lies.
-fn cut(s: &Surface, c: &Chart, side: &[bool]) -> Vec<Chart> {
-    let mut parts = pieces(s, c, side);
+/// Cuts a chart in two or more by `side`; everything stays where it lies. Unfinished when the run is to stop: the caller checks.
+fn cut(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<Chart> {
+    let mut parts = pieces(s, c, side, ctx);
     for (piece, members) in &mut parts {
         for (t, &i) in piece.tris.iter().zip(members.iter()) {
             for k in 0..3 {

@@ -93,16 +93,24 @@ fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
 /// Flat positions by vertex and patch.
 type Known = HashMap<(u32, u32), [f64; 2]>;
 
-fn known<'c>(s: &Surface, label: &[u32], charts: impl Iterator<Item = &'c Chart>) -> Known {
+fn known<'c>(
+    s: &Surface,
+    label: &[u32],
+    charts: impl Iterator<Item = &'c Chart>,
+    ctx: &Context<'_>,
+) -> Result<Known> {
     let mut out = Known::new();
     for c in charts {
-        for (&f, t) in c.faces.iter().zip(&c.tris) {
+        for (i, (&f, t)) in c.faces.iter().zip(&c.tris).enumerate() {
+            if i.is_multiple_of(4096) {
+                ctx.check()?;
+            }
             for k in 0..3 {
                 out.entry((s.tri[f as usize][k], label[f as usize])).or_insert(c.uv[t[k] as usize]);
             }
         }
     }
-    out
+    Ok(out)
 }
 
 /// Builds the plan's charts on one level and gives `each` to every one of them, in parallel.
@@ -165,13 +173,13 @@ pub(super) fn refine(
 ) -> Result<Vec<Chart>> {
     let plan = plan(patches, coarse, charts);
     let Level { surface, label, .. } = coarse.last();
-    let mut at = known(surface, label, charts.list.iter().flatten());
+    let mut at = known(surface, label, charts.list.iter().flatten(), ctx)?;
     for (below, Level { surface, label, path }) in coarse.levels.iter().enumerate().rev().skip(1) {
         let flat = |mut c: Chart| {
             flatten(surface, &mut c, label, |v| coarse.home(v, below + 1), &at, ctx).then_some(c)
         };
         let list = build(surface, label, path, &plan, flat, ctx)?;
-        at = known(surface, label, list.iter().flatten());
+        at = known(surface, label, list.iter().flatten(), ctx)?;
     }
     let (label, path) = (&patches.label, &patches.path);
     let flat = |mut c: Chart| {
@@ -230,7 +238,7 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
             continue;
         }
         let side: Vec<bool> = c.faces.iter().map(|&f| is_off(f)).collect();
-        for piece in super::cut(s, &c, &side) {
+        for piece in super::cut(s, &c, &side, ctx) {
             if spoiled && is_off(piece.faces[0]) {
                 bad.extend(super::patch_charts(s, &piece.faces, label, bound, ctx));
             } else {

@@ -13,8 +13,8 @@ const GLANCES: usize = 12;
 
 /// Occupied cells of some rows and their spreads.
 struct Rows<const W: usize> {
-    /// `spread[p][row]`: bit x is set if one of the cells x..x + 2^p is.
-    spread: Vec<Vec<[u64; W]>>,
+    /// `spread[p]`, `W` words a row: bit x is set if one of the cells x..x + 2^p is. After the last row there are words to read over.
+    spread: Vec<Vec<u64>>,
     /// The longest free run of each row.
     free: Vec<u32>,
 }
@@ -26,23 +26,25 @@ pub(super) struct Strip<const W: usize> {
     block: Rows<W>,
 }
 
-/// ORs `from`, shifted down by `by` bits, into `into`.
+/// ORs the `W` words from bit `at` of `rows` into `into`. What lies behind a row's end comes to positions where no mask can be: these the caller
+/// leaves out.
 #[inline]
-fn shift_or<const W: usize>(into: &mut [u64; W], from: &[u64; W], by: usize) {
-    let (w, b) = (by / 64, by % 64);
-    if w >= W {
-        return;
+fn shift_or<const W: usize>(into: &mut [u64; W], rows: &[u64], at: usize) {
+    let (word, bit) = (at / 64, at % 64);
+    let source = &rows[word..word + W + 1];
+    for i in 0..W {
+        // In two steps, as no shift is by 64.
+        into[i] |= source[i] >> bit | source[i + 1] << 1 << (63 - bit);
     }
-    if b == 0 {
-        into.iter_mut().zip(&from[w..]).for_each(|(i, f)| *i |= f);
-        return;
+}
+
+/// ORs the row, shifted down by `by` bits, into itself.
+fn widen<const W: usize>(row: &mut [u64; W], by: usize) {
+    let (word, bit) = (by / 64, by % 64);
+    for i in 0..W {
+        let beyond = |k: usize| row.get(i + word + k).copied().unwrap_or(0);
+        row[i] |= beyond(0) >> bit | beyond(1) << 1 << (63 - bit);
     }
-    let source = &from[w..];
-    let n = source.len();
-    for i in 0..n - 1 {
-        into[i] |= (source[i] >> b) | (source[i + 1] << (64 - b));
-    }
-    into[n - 1] |= source[n - 1] >> b;
 }
 
 impl<const W: usize> Rows<W> {
@@ -52,19 +54,25 @@ impl<const W: usize> Rows<W> {
     }
     fn grow(&mut self, rows: usize, width: usize) {
         if self.free.len() < rows {
-            self.spread.iter_mut().for_each(|s| s.resize(rows, [0; W]));
+            // A shift starts less than W words into the last row.
+            self.spread.iter_mut().for_each(|s| s.resize((rows + 1) * W, 0));
             self.free.resize(rows, width as u32);
         }
     }
+    /// The cells of some rows from `row`.
+    fn cells(&mut self, row: usize) -> &mut [u64] {
+        &mut self.spread[0][row * W..]
+    }
     /// Brings a row's spreads and longest gap up to date.
     fn update(&mut self, row: usize, width: usize) {
-        for p in 1..self.spread.len() {
-            let mut wide = self.spread[p - 1][row];
-            let half = wide;
-            shift_or(&mut wide, &half, 1 << (p - 1));
-            self.spread[p][row] = wide;
+        let own = row * W..(row + 1) * W;
+        let mut wide = [0; W];
+        wide.copy_from_slice(&self.spread[0][own.clone()]);
+        self.free[row] = longest_free(&wide, width);
+        for (p, spread) in self.spread.iter_mut().enumerate().skip(1) {
+            widen(&mut wide, 1 << (p - 1));
+            spread[own.clone()].copy_from_slice(&wide);
         }
-        self.free[row] = longest_free(&self.spread[0][row], width);
     }
     /// Whether a glance rules out all positions of the mask's first runs.
     fn refuses(&self, runs: &Runs, y: usize) -> bool {
@@ -77,7 +85,10 @@ impl<const W: usize> Rows<W> {
         for (n, &(r, from, to)) in runs.iter().enumerate() {
             let row = y + r as usize;
             let power = (to - from).ilog2() as usize;
-            let Some(spread) = self.spread[power].get(row) else { continue };
+            if row >= self.free.len() {
+                continue;
+            }
+            let spread = &self.spread[power][row * W..];
             shift_or(blocked, spread, from as usize);
             if (to - from) as usize != 1 << power {
                 shift_or(blocked, spread, to as usize - (1 << power));
@@ -127,7 +138,7 @@ impl<const W: usize> Strip<W> {
         self.single.grow(need, self.width);
         self.block.grow(need, self.width);
         for &(r, from, to) in &m.runs {
-            set_range(&mut self.single.spread[0][y + r as usize], x + from as usize, x + to as usize);
+            set_range(self.single.cells(y + r as usize), x + from as usize, x + to as usize);
         }
         let top = self.single.free.len();
         for r in y..need {
@@ -135,10 +146,10 @@ impl<const W: usize> Strip<W> {
         }
         for r in y.saturating_sub(BLOCK - 1)..need {
             let mut union = [0u64; W];
-            for row in &self.single.spread[0][r..(r + BLOCK).min(top)] {
+            for row in self.single.spread[0][r * W..(r + BLOCK).min(top) * W].chunks_exact(W) {
                 union.iter_mut().zip(row).for_each(|(u, w)| *u |= w);
             }
-            self.block.spread[0][r] = union;
+            self.block.cells(r)[..W].copy_from_slice(&union);
             self.block.update(r, self.width);
         }
     }
