@@ -54,6 +54,19 @@ pub struct Local {
     pace: f64,
 }
 
+/// The foot of a point on the axis.
+#[derive(Debug, Clone, Copy)]
+pub struct AxisFoot {
+    /// Domain coordinate.
+    pub s: f64,
+    /// Distance of the point.
+    pub d: f64,
+    /// The axis there, its derivatives, and what leads across it to the point.
+    foot: Vec3,
+    derivatives: [Vec3; 2],
+    across: Vec3,
+}
+
 /// cos and sin of multiples of `theta`: the harmonics at an angle.
 #[must_use]
 pub fn harmonics(theta: f64) -> [f64; HARMONICS] {
@@ -89,9 +102,9 @@ impl Tube {
             place(0.0, y2, z2),
         )
     }
-    /// The tube's coordinates of `p`.
+    /// The axis's nearest point to `p`.
     #[must_use]
-    pub fn local(&self, p: Vec3) -> Local {
+    pub fn foot(&self, p: Vec3) -> AxisFoot {
         let mut s = dot(sub(p, self.center), self.axes[0]) / self.half_length;
         // The axis is nearly straight over the domain: Newton from the straight line's foot settles at once.
         for _ in 0..3 {
@@ -103,14 +116,20 @@ impl Tube {
         }
         let s = s.clamp(-1.5, 1.5);
         let (foot, c1, c2) = self.axis_at(s);
-        let [along, e2, e3] = self.section(c1);
+        let along = normalize(c1);
         let w = sub(p, foot);
-        let w = sub(w, scale(along, dot(w, along)));
-        let d = norm(w);
-        let (y, z) = (dot(w, e2), dot(w, e3));
-        let out = if d > 0.0 { scale(w, 1.0 / d) } else { e2 };
+        let across = sub(w, scale(along, dot(w, along)));
+        AxisFoot { s, d: norm(across), foot, derivatives: [c1, c2], across }
+    }
+    /// The tube's coordinates of `p`.
+    #[must_use]
+    pub fn local(&self, p: Vec3) -> Local {
+        let AxisFoot { s, d, foot, derivatives: [c1, c2], across, .. } = self.foot(p);
+        let [along, e2, e3] = self.section(c1);
+        let (y, z) = (dot(across, e2), dot(across, e3));
+        let out = if d > 0.0 { scale(across, 1.0 / d) } else { e2 };
         let speed2 = dot(c1, c1);
-        let pace = speed2.sqrt() / (speed2 - dot(w, c2)).max(0.3 * speed2);
+        let pace = speed2.sqrt() / (speed2 - dot(across, c2)).max(0.3 * speed2);
         Local { s, theta: z.atan2(y), d, foot, along, out, around: cross(along, out), pace }
     }
     /// Unit vectors along an axis with derivative `c1`, and the two across from which the angle counts.

@@ -52,6 +52,8 @@ const THICK: f64 = 1.2;
 const CORE: f64 = 0.72;
 /// Fewer points make no tube.
 const MIN_POINTS: usize = 60;
+/// Points whose places along a tube are worth a task of their own.
+const TOGETHER: usize = 256;
 /// Above this ratio of noise to radius the shape of the cross-section is lost; a circle is fitted.
 const CIRCLE: f64 = 0.4;
 /// Share of the points that must lie on tubes for these to tell the scan's noise.
@@ -126,7 +128,7 @@ pub fn find(
             if let Some(raw) = grow(points, tree, analysis, mean, along, scale * unit, spread, &mut found) {
                 let end = open_ends(&raw, points);
                 for &m in &raw.members {
-                    let s = raw.tube.local(points[m as usize]).s;
+                    let s = raw.tube.foot(points[m as usize]).s;
                     if (s > -CORE || end[0]) && (s < CORE || end[1]) {
                         covered[m as usize] = true;
                     }
@@ -178,7 +180,7 @@ pub fn find(
 fn open_ends(raw: &Raw, points: &[Vec3]) -> [bool; 2] {
     let mut bins = [0usize; BINS];
     for &m in &raw.members {
-        let s = raw.tube.local(points[m as usize]).s;
+        let s = raw.tube.foot(points[m as usize]).s;
         bins[(((s + 1.0) * 0.5 * BINS as f64).clamp(0.0, BINS as f64 - 1.0)) as usize] += 1;
     }
     let typical = *bins.iter().max().unwrap_or(&0);
@@ -214,14 +216,15 @@ fn grow(
         tree.within(tube.center, ball, found);
         for _ in 0..3 {
             let seen: Vec<[f64; 4]> = found
-                .iter()
+                .par_iter()
+                .with_min_len(TOGETHER)
                 .filter_map(|f| {
                     let p = points[f.index as usize];
-                    let l = tube.local(p);
+                    let foot = tube.foot(p);
                     let d = sub(p, tube.center);
                     let x = dot(d, tube.axes[0]) / tube.half_length;
-                    (l.s.abs() <= 1.0 && l.d <= reach)
-                        .then(|| [x, dot(d, tube.axes[1]), dot(d, tube.axes[2]), l.d])
+                    (foot.s.abs() <= 1.0 && foot.d <= reach)
+                        .then(|| [x, dot(d, tube.axes[1]), dot(d, tube.axes[2]), foot.d])
                 })
                 .collect();
             if seen.len() < MIN_POINTS {
@@ -310,8 +313,8 @@ fn accept(points: &[Vec3], analysis: &Analysis, found: &[Neighbour], tube: &Tube
     let (mut first, mut second, mut square) = ([0.0; 2], [0.0; 2], 0.0);
     let mut members = Vec::new();
     let mut spacings = Vec::new();
-    for f in found {
-        let l = tube.local(points[f.index as usize]);
+    let local = found.par_iter().with_min_len(TOGETHER).map(|f| tube.local(points[f.index as usize]));
+    for (f, l) in found.iter().zip(local.collect::<Vec<_>>()) {
         if l.s.abs() > 1.0 {
             continue;
         }
@@ -460,7 +463,7 @@ const NOISE_STEPS: usize = 28;
 fn pooled_noise(raws: &[Raw], points: &[Vec3]) -> f64 {
     let distances: Vec<Vec<f64>> = raws
         .par_iter()
-        .map(|r| r.members.iter().map(|&m| r.tube.local(points[m as usize]).d).collect())
+        .map(|r| r.members.iter().map(|&m| r.tube.foot(points[m as usize]).d).collect())
         .collect();
     // With no radius at all the noise would be the root mean square distance over the square root of two.
     let mut most: Vec<f64> = raws.iter().map(|r| r.tube.mean_radius / 2f64.sqrt()).collect();
@@ -621,7 +624,8 @@ fn lopsided(local: &[[f64; 3]]) -> bool {
 fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Option<f64> {
     let n = COEFFS;
     let (mut a, mut b, mut yy, mut count) = (vec![0.0; n * n], vec![0.0; n], 0.0, 0.0);
-    let mut row = [(0usize, 0.0); 4 * HARMONICS];
+    // A point's functions follow one another: the harmonics of four splines.
+    let mut row = [0.0; 4 * HARMONICS];
     for (&[s, theta, d], &w) in local.iter().zip(weights) {
         if w <= 1e-3 {
             continue;
@@ -633,15 +637,15 @@ fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Op
         let (f, h) = (spline(t), harmonics(theta));
         for k in 0..4 {
             for m in 0..HARMONICS {
-                row[k * HARMONICS + m] = ((i + k) * HARMONICS + m, f[k] * h[m]);
+                row[k * HARMONICS + m] = f[k] * h[m];
             }
         }
         for (x, p) in row.iter().enumerate() {
-            let v = w * p.1;
-            for q in &row[x..] {
-                a[p.0 * n + q.0] += v * q.1;
+            let (v, at) = (w * p, i * HARMONICS + x);
+            for (a, q) in a[at * n + at..].iter_mut().zip(&row[x..]) {
+                *a += v * q;
             }
-            b[p.0] += v * target;
+            b[at] += v * target;
         }
         yy += w * target * target;
         count += w;
