@@ -85,6 +85,15 @@ impl Chart {
         });
     }
 
+    /// The two end points of every border edge, one after the other. All of the chart's convex hull is among them.
+    pub(super) fn outline(&self) -> Vec<[f64; 2]> {
+        let ends = |&(i, k): &(u32, u8)| {
+            let (t, k) = (self.tris[i as usize], usize::from(k));
+            [t[k], t[(k + 1) % 3]].map(|v| self.uv[v as usize])
+        };
+        self.border.iter().flat_map(ends).collect()
+    }
+
     /// Rest triangles of the faces.
     pub(super) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
         self.faces.iter().map(|&f| s.rest[f as usize]).collect()

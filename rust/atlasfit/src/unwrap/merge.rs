@@ -488,7 +488,7 @@ fn glue(
 
 /// The merged chart, if the seam it saves is worth what it wastes of the page.
 fn worth(mut c: Chart, a: &Chart, b: &Chart, shared: &[Shared], bound: f64) -> Option<Chart> {
-    c.waste = waste(&c.uv, c.area);
+    c.waste = waste(&c);
     let weight = WASTE * ((USUAL - 1.0) / (bound - 1.0)).min(1.0).powi(2);
     let worth = weight * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
     worth.then_some(c)
@@ -535,12 +535,12 @@ fn assemble(s: &Surface, charts: &Charts, a: &Chart, b: &Chart, p: &Patch) -> Op
 
 /// What a chart wastes when packed, roughly: the area of its convex hull that it leaves empty, and what it makes the
 /// page larger by being longer than the page.
-pub(super) fn waste(uv: &[[f64; 2]], area: f64) -> f64 {
-    let hull = super::pack::hull(uv);
+pub(super) fn waste(c: &Chart) -> f64 {
+    let hull = super::pack::hull(&c.outline());
     let of_hull: f64 =
         (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
     let longest =
         (hull.iter().flat_map(|p| hull.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
             .fold(0.0, f64::max);
-    (of_hull - area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
+    (of_hull - c.area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
 }

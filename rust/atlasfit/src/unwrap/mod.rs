@@ -465,7 +465,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
         if inject::injective(&c.tris, &c.uv, &c.border) {
             if let Some(bound) = bound {
                 c.over = flatten::over_area(s, &c, bound);
-                c.waste = merge::waste(&c.uv, c.area);
+                c.waste = merge::waste(&c);
             }
             return vec![c];
         }

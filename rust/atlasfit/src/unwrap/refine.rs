@@ -229,7 +229,7 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
         let is_off = |f: u32| off.binary_search(&label[f as usize]).is_ok();
         if off.is_empty() {
             c.over = over_area(s, &c, bound);
-            c.waste = merge::waste(&c.uv, c.area);
+            c.waste = merge::waste(&c);
             if c.over <= OVER * c.area {
                 good.push(c);
             } else {

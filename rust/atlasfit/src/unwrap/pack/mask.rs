@@ -3,7 +3,7 @@
 use super::Place;
 use super::strip::BLOCK;
 use crate::unwrap::chart::Chart;
-use crate::unwrap::flatten::{corners, twice_area};
+use crate::unwrap::flatten::twice_area;
 
 /// Runs of cells: (row, from, to).
 pub(super) type Runs = Vec<(u32, u32, u32)>;
@@ -56,43 +56,35 @@ impl Bits {
         set_range(&mut self.on[y * self.words..(y + 1) * self.words], from, to);
     }
 
-    /// Every cell that a triangle touches. Returns the lower left corner too.
-    fn of(tris: &[[u32; 3]], p: &[[f64; 2]], cell: f64) -> (Self, [f64; 2]) {
-        let (lo, hi) = bounds(p);
+    /// Every cell that a region touches: those on its outline, and those whose middle is inside. Returns the lower left corner too.
+    fn of(outline: &[[f64; 2]], cell: f64) -> (Self, [f64; 2]) {
+        let (lo, hi) = bounds(outline);
         let width = ((hi[0] - lo[0]) / cell).floor() as usize + 1;
         let height = ((hi[1] - lo[1]) / cell).floor() as usize + 1;
         let mut out = Self::new(width, height);
-        let q: Vec<[f64; 2]> = p.iter().map(|q| [(q[0] - lo[0]) / cell, (q[1] - lo[1]) / cell]).collect();
-        for t in tris {
-            let c = corners(*t, &q);
-            let x0 = c[0][0].min(c[1][0]).min(c[2][0]) as usize;
-            let x1 = (c[0][0].max(c[1][0]).max(c[2][0]) as usize).min(width - 1);
-            let y0 = c[0][1].min(c[1][1]).min(c[2][1]) as usize;
-            let y1 = (c[0][1].max(c[1][1]).max(c[2][1]) as usize).min(height - 1);
-            if x1 == x0 || y1 == y0 {
-                (y0..=y1).for_each(|y| out.fill(y, x0, x1 + 1));
-                continue;
+        // Where the outline crosses the middle of a row.
+        let mut crossings: Vec<(u32, f64)> = Vec::new();
+        for edge in outline.chunks_exact(2) {
+            let [a, b] = [edge[0], edge[1]].map(|p| [(p[0] - lo[0]) / cell, (p[1] - lo[1]) / cell]);
+            let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+            let (first, last) = (a[1] as usize, (b[1] as usize).min(height - 1));
+            let slope = if b[1] > a[1] { (b[0] - a[0]) / (b[1] - a[1]) } else { 0.0 };
+            let at = |y: f64| if y >= b[1] { b[0] } else { a[0] + slope * (y - a[1]).max(0.0) };
+            for row in first..=last {
+                let y = row as f64;
+                let (u, v) = if first == last { (a[0], b[0]) } else { (at(y), at(y + 1.0)) };
+                let (from, to) = (u.min(v).max(0.0) as usize, (u.max(v) as usize).min(width - 1));
+                out.fill(row, from.min(to), to + 1);
+                if a[1] <= y + 0.5 && y + 0.5 < b[1] {
+                    crossings.push((row as u32, at(y + 0.5)));
+                }
             }
-            for row in y0..=y1 {
-                // The x-range of the triangle within the row.
-                let (ra, rb) = (row as f64, row as f64 + 1.0);
-                let (mut xa, mut xb) = (f64::INFINITY, f64::NEG_INFINITY);
-                for k in 0..3 {
-                    let (a, b) = (c[k], c[(k + 1) % 3]);
-                    let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
-                    if b[1] < ra || a[1] > rb {
-                        continue;
-                    }
-                    let slope = if b[1] > a[1] { (b[0] - a[0]) / (b[1] - a[1]) } else { 0.0 };
-                    let at = |y: f64| a[0] + slope * (y.clamp(a[1], b[1]) - a[1]);
-                    let (u, v) = (at(ra), if b[1] > a[1] { at(rb) } else { b[0] });
-                    xa = xa.min(u).min(v);
-                    xb = xb.max(u).max(v);
-                }
-                if xa <= xb {
-                    let (i, j) = (xa.max(0.0) as usize, (xb as usize).min(width - 1));
-                    out.fill(row, i.min(j), j + 1);
-                }
+        }
+        crossings.sort_unstable_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
+        for pair in crossings.chunks_exact(2) {
+            let [from, to] = [pair[0].1, pair[1].1].map(|x| ((x - 0.5).ceil().max(0.0) as usize).min(width));
+            if from < to {
+                out.fill(pair[0].0 as usize, from, to);
             }
         }
         (out, lo)
@@ -257,17 +249,17 @@ pub(super) fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
 
 /// A chart in one rotation.
 pub(super) fn pose(c: &Chart, rotation: [f64; 2], cell: f64, grow: usize) -> Pose {
-    let (cells, origin) = Bits::of(&c.tris, &rotated(&c.uv, rotation), cell);
+    let (cells, origin) = Bits::of(&rotated(&c.outline(), rotation), cell);
     Pose { rotation, origin, tight: cells.mask(), grown: cells.grown(grow).mask() }
 }
 
 /// The rotations of a chart: `turns` times four, from its upright pose.
 pub(super) fn poses(c: &Chart, upright: [f64; 2], cell: f64, grow: usize, turns: usize) -> Vec<Pose> {
-    let mut out = Vec::new();
+    let (outline, mut out) = (c.outline(), Vec::new());
     for turn in 0..turns {
         let (s, k) = (std::f64::consts::FRAC_PI_2 * turn as f64 / turns as f64).sin_cos();
         let mut rotation = [k * upright[0] - s * upright[1], s * upright[0] + k * upright[1]];
-        let (mut cells, mut origin) = Bits::of(&c.tris, &rotated(&c.uv, rotation), cell);
+        let (mut cells, mut origin) = Bits::of(&rotated(&outline, rotation), cell);
         for _ in 0..4 {
             out.push(Pose { rotation, origin, tight: cells.mask(), grown: cells.grown(grow).mask() });
             // (x, y) -> (-y, x): the new left side is the old top.

@@ -91,7 +91,7 @@ pub(super) fn pack(charts: &[Chart], goal: &Goal, ctx: &Context<'_>) -> Result<(
     if charts.is_empty() {
         return Ok((Vec::new(), 1.0));
     }
-    let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.uv)).collect();
+    let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.outline())).collect();
     let (mut places, density) = match (goal.density, goal.pages, goal.packer) {
         (None, 1, Packing::Own(Packer::Boxes)) => one_page_of_boxes(charts, &upright, goal),
         (None, 1, Packing::Own(Packer::Shapes)) => one_page(charts, &upright, goal, ctx)?,
