@@ -1,5 +1,5 @@
 /* How long a cancel takes: cancels a fit of POINTS points at MOMENTS random moments from another thread. A measurement, not a test: what else the
- * machine does counts too. cancel [POINTS [MOMENTS]] */
+ * machine does counts too. Names the stages of the slowest. cancel [POINTS [MOMENTS]] */
 #define _POSIX_C_SOURCE 200809L
 #include <atlasfit.h>
 
@@ -14,6 +14,12 @@ static double now(void) {
   clock_gettime(CLOCK_MONOTONIC, &t);
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
+
+/* What a cancel took, and the stage that was running. */
+struct cancelled {
+  double seconds;
+  uint32_t stage;
+};
 
 struct request {
   atlasfit_cancel *token;
@@ -31,12 +37,23 @@ static void *cancel(void *user) {
   return NULL;
 }
 
-static int by_size(const void *a, const void *b) { return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b); }
+static int32_t watch(void *user, uint32_t stage, double fraction) {
+  (void)fraction;
+  *(uint32_t *)user = stage;
+  return 1;
+}
+
+static int slowest_first(const void *a, const void *b) {
+  const double s = ((const struct cancelled *)a)->seconds, t = ((const struct cancelled *)b)->seconds;
+  return (s < t) - (s > t);
+}
 
 int main(int argc, char **argv) {
   const size_t n = argc > 1 ? (size_t)atol(argv[1]) : 200000;
   const int moments = argc > 2 ? atoi(argv[2]) : 50;
-  double *xyz = malloc(3 * n * sizeof *xyz), *late = malloc((size_t)moments * sizeof *late);
+  double *xyz = malloc(3 * n * sizeof *xyz);
+  struct cancelled *late = malloc((size_t)moments * sizeof *late);
+  uint32_t stage = 0;
   if (!xyz || !late) return 1;
   srand(7);
   for (size_t i = 0; i < n; i++) {
@@ -58,6 +75,8 @@ int main(int argc, char **argv) {
   const double whole = now() - start;
   atlasfit_result_free(result);
   int cancelled = 0;
+  run.progress = watch;
+  run.progress_user = &stage;
   for (int i = 0; i < moments; i++) {
     struct request r = {NULL, whole * rand() / RAND_MAX, 0.0};
     if (atlasfit_cancel_new(&r.token)) return 1;
@@ -67,14 +86,15 @@ int main(int argc, char **argv) {
     int32_t status = atlasfit_denoise(&points, NULL, &run, &result);
     const double end = now();
     pthread_join(thread, NULL);
-    if (status == ATLASFIT_CANCELLED) late[cancelled++] = end - r.at;
+    if (status == ATLASFIT_CANCELLED) late[cancelled++] = (struct cancelled){end - r.at, stage};
     else atlasfit_result_free(result);
     atlasfit_cancel_free(r.token);
   }
-  qsort(late, (size_t)cancelled, sizeof *late, by_size);
+  qsort(late, (size_t)cancelled, sizeof *late, slowest_first);
   printf("%zu points, %.2f s whole; %d of %d cancelled in time", n, whole, cancelled, moments);
-  if (cancelled) printf("; cancel to return: median %.0f ms, worst %.0f ms", 1e3 * late[cancelled / 2], 1e3 * late[cancelled - 1]);
+  if (cancelled) printf("; cancel to return: median %.0f ms", 1e3 * late[cancelled / 2].seconds);
   printf("\n");
+  for (int i = 0; i < cancelled && i < 5; i++) printf("%5.0f ms  %s\n", 1e3 * late[i].seconds, atlasfit_stage_name(late[i].stage));
   free(late);
   free(xyz);
   return 0;

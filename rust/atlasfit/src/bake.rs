@@ -157,9 +157,7 @@ fn owners(uv: &[[[f32; 2]; 3]], width: usize, height: usize, ctx: &Context<'_>) 
     // Faces of each block of rows.
     let mut blocks: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(ROWS)];
     for (f, t) in uv.iter().enumerate() {
-        if f % 4096 == 0 {
-            ctx.check()?;
-        }
+        ctx.check_at(f)?;
         let p = texels(t);
         if p.iter().flatten().all(|x| x.is_finite()) {
             let (lo, hi) = span(&p, 1);

@@ -363,6 +363,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
             "Give a denser scan, set the noise by hand, or lower the detail",
         ));
     }
+    ctx.check()?;
     // The surface knows which side is out; the charts and the points follow it.
     let mut side = vec![0.0; charts.len()];
     for ((&p, &n), &c) in surface.positions.iter().zip(&surface.normals).zip(&surface.chart) {

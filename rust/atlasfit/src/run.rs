@@ -145,6 +145,7 @@ pub struct Context<'s> {
     /// Seed of everything random in this run.
     pub seed: u64,
     shared: &'s Shared,
+    cancel: Option<&'s CancelToken>,
     deadline: Option<(Instant, f64)>,
     memory_limit: Option<u64>,
     #[cfg(test)]
@@ -176,7 +177,7 @@ impl Context<'_> {
         if let Some(watch) = &self.watch {
             watch.seen(std::panic::Location::caller())?;
         }
-        if !self.shared.stop.load(Ordering::Relaxed) {
+        if !self.shared.stop.load(Ordering::Relaxed) && !self.cancel.is_some_and(CancelToken::is_cancelled) {
             return Ok(());
         }
         match self.deadline {
@@ -186,6 +187,15 @@ impl Context<'_> {
             }),
             _ => Err(Error::Cancelled),
         }
+    }
+    /// [`Self::check`] at every 4096th item of a loop over light ones.
+    ///
+    /// # Errors
+    /// Those of [`Self::check`].
+    #[inline]
+    #[cfg_attr(test, track_caller)]
+    pub fn check_at(&self, item: usize) -> Result<()> {
+        if item.is_multiple_of(4096) { self.check() } else { Ok(()) }
     }
     /// Fails when a stage is about to need more memory than the run's limit.
     ///
@@ -251,15 +261,16 @@ impl Run<'_> {
             times: Mutex::new(vec![(Stage::Prepare, started)]),
         };
         let finished = (Mutex::new(false), Condvar::new());
+        let cancel = self.cancel.clone();
         let context = Context {
             seed: self.seed,
             shared: &shared,
+            cancel: cancel.as_ref(),
             deadline,
             memory_limit: self.memory_limit_bytes,
             #[cfg(test)]
             watch: self.watch.clone(),
         };
-        let cancel = self.cancel.clone();
         let progress = &mut self.progress;
         std::thread::scope(|scope| {
             let worker = scope.spawn(|| {

@@ -86,6 +86,7 @@ pub fn weld(positions: &[Vec3], tolerance: f64, ctx: &Context<'_>) -> Result<Vec
         // Adding 0 makes one zero of the two that f64 has.
         p.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
     };
+    ctx.check()?;
     let mut order: Vec<([u64; 3], u32)> = positions
         .iter()
         .enumerate()

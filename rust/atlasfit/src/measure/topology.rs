@@ -94,9 +94,7 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
     let mut sides = Sets::new(2 * f);
     let mut boundary: Vec<u32> = Vec::new();
     for (i, edge) in edges.iter().enumerate() {
-        if i % 4096 == 0 {
-            ctx.check()?;
-        }
+        ctx.check_at(i)?;
         out.edges += 1;
         match edge {
             [one] => boundary.push(one.1),

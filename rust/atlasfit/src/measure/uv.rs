@@ -206,9 +206,7 @@ fn charts_of(mesh: &TriMesh, uvs: &[[[f64; 2]; 3]], ctx: &Context<'_>) -> Result
         if triangles[f][k] <= triangles[f][(k + 1) % 3] { [a, b] } else { [b, a] }
     };
     for (i, edge) in edges.iter().enumerate() {
-        if i % 4096 == 0 {
-            ctx.check()?;
-        }
+        ctx.check_at(i)?;
         if let [one] = edge {
             outline.push(one.1);
         }

@@ -65,11 +65,6 @@ pub(super) fn edges(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<Edg
     Ok(out)
 }
 
-/// Calls `ctx.check()` now and then in a long loop.
-fn tick(i: usize, ctx: &Context<'_>) -> Result<()> {
-    if i.is_multiple_of(CHECK) { ctx.check() } else { Ok(()) }
-}
-
 /// Splits the quads, drops what is not manifold, orients, removes specks smaller than `min_triangles`.
 ///
 /// # Errors
@@ -87,7 +82,7 @@ pub fn triangulate(
     let p = &positions;
     let mut triangles = Vec::with_capacity(quads.len() * 2);
     for (i, &[a, b, c, d]) in quads.iter().enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         if a == b || b == c || c == d || d == a || a == c || b == d {
             continue;
         }
@@ -133,7 +128,7 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Re
     let mut neighbours = vec![[u32::MAX; 3]; triangles.len()];
     let mut count = vec![0u8; triangles.len()];
     for (i, g) in groups(&list).enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         if let [x, y] = g {
             for (a, b) in [(x, y), (y, x)].map(|(a, b)| (triangle(a), triangle(b))) {
                 neighbours[a][count[a] as usize] = b as u32;
@@ -183,7 +178,7 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
     let mut neighbours = vec![[(u32::MAX, false); 3]; n];
     let mut count = vec![0u8; n];
     for (i, g) in groups(&list).enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         if let [x, y] = g {
             // Two-sided surfaces come consistently oriented from the field.
             let flip = one_sided && runs_down(x) == runs_down(y);
@@ -207,7 +202,7 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
         state[start] = 1;
         let mut head = 0;
         while head < component.len() {
-            tick(head, ctx)?;
+            ctx.check_at(head)?;
             let t = component[head] as usize;
             head += 1;
             for &(u, flip) in &neighbours[t][..count[t] as usize] {
@@ -229,13 +224,13 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
         };
         let mut mean = [0.0; 3];
         for (i, &t) in component.iter().enumerate() {
-            tick(i, ctx)?;
+            ctx.check_at(i)?;
             mean = add(mean, sub(s.positions[s.triangles[t as usize][0] as usize], centre));
         }
         let centre = add(centre, scale(mean, 1.0 / component.len() as f64));
         let (mut volume, mut area, mut mean_normal) = (0.0, 0.0, [0.0; 3]);
         for (i, &t) in component.iter().enumerate() {
-            tick(i, ctx)?;
+            ctx.check_at(i)?;
             let [a, b, c] = s.triangles[t as usize].map(|v| sub(s.positions[v as usize], centre));
             let sign = if state[t as usize] == 2 { -0.5 } else { 0.5 };
             let n = scale(cross(sub(b, a), sub(c, a)), sign);
@@ -296,7 +291,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     let list = edges(&s.triangles, ctx)?;
     let mut rim = vec![false; s.positions.len()];
     for (i, g) in groups(&list).enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         match g {
             [x, y]
                 if dot(normal[triangle(x)], normal[triangle(y)]) < SPIKE && runs_down(x) != runs_down(y) =>
@@ -314,7 +309,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     for _ in 0..SPREAD {
         let core = free.clone();
         for (i, g) in groups(&list).enumerate() {
-            tick(i, ctx)?;
+            ctx.check_at(i)?;
             let (a, b) = (g[0].0 as usize, g[0].1 as usize);
             free[a] |= core[b];
             free[b] |= core[a];
@@ -322,7 +317,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     }
     let mut links: Vec<(u32, u32)> = Vec::new();
     for (i, g) in groups(&list).enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         links.extend(
             [(g[0].0, g[0].1), (g[0].1, g[0].0)]
                 .iter()
@@ -333,7 +328,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     for step in TAUBIN.into_iter().cycle().take(2 * SMOOTH) {
         let mut sum = vec![([0.0; 3], 0.0); s.positions.len()];
         for (i, &(v, w)) in links.iter().enumerate() {
-            tick(i, ctx)?;
+            ctx.check_at(i)?;
             let t = &mut sum[v as usize];
             t.0 = add(t.0, s.positions[w as usize]);
             t.1 += 1.0;
@@ -348,7 +343,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     // Charts and triangles are both witnesses of the normals here; charts are none where the surface has left them.
     let mut sum = vec![[0.0; 3]; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         if t.iter().any(|&v| free[v as usize]) {
             let [a, b, c] = t.map(|v| s.positions[v as usize]);
             let n = cross(sub(b, a), sub(c, a));
@@ -371,7 +366,7 @@ pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let n = s.positions.len();
     let mut start = vec![0u32; n + 1];
     for (i, t) in s.triangles.iter().enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         for &v in t {
             start[v as usize + 1] += 1;
         }
@@ -382,7 +377,7 @@ pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let mut fill = start.clone();
     let mut around = vec![0u32; s.triangles.len() * 3];
     for (t, tri) in s.triangles.iter().enumerate() {
-        tick(t, ctx)?;
+        ctx.check_at(t)?;
         for &v in tri {
             around[fill[v as usize] as usize] = t as u32;
             fill[v as usize] += 1;
@@ -390,7 +385,7 @@ pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     }
     let mut fan = Vec::new();
     for v in 0..n {
-        tick(v * 4, ctx)?;
+        ctx.check_at(v * 4)?;
         let tris = &around[start[v] as usize..start[v + 1] as usize];
         if tris.len() < 2 {
             continue;
@@ -458,7 +453,7 @@ fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let mut sum = vec![[0.0; 3]; s.positions.len()];
     let mut used = vec![false; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
-        tick(i, ctx)?;
+        ctx.check_at(i)?;
         let [a, b, c] = t.map(|v| s.positions[v as usize]);
         let n = cross(sub(b, a), sub(c, a));
         for &v in t {
@@ -469,7 +464,7 @@ fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let mut map = vec![u32::MAX; s.positions.len()];
     let mut at = 0usize;
     for v in 0..s.positions.len() {
-        tick(v, ctx)?;
+        ctx.check_at(v)?;
         if !used[v] {
             continue;
         }

@@ -417,7 +417,8 @@ fn sample<'c>(
                 Ok(out)
             })
             .collect::<Result<_>>()?;
-        for m in made.into_iter().flatten() {
+        for (i, m) in made.into_iter().flatten().enumerate() {
+            ctx.check_at(i)?;
             grid.keys.push(m.key);
             grid.lists.extend(m.list);
             grid.turned.extend(m.turned);

@@ -1,6 +1,7 @@
 //! One chart: faces with their own vertex numbering and planar positions.
 
 use super::surface::{NONE, Surface};
+use crate::run::Context;
 
 /// A connected piece of the surface, flattened. Units: the surface has area 1.
 #[derive(Clone, Default)]
@@ -27,12 +28,18 @@ impl Chart {
         self.uv.len()
     }
 
-    /// Builds the local mesh of `faces`. `across(e)` gives the place in `faces` of the face beyond half-edge `e`
-    /// if the edge is to be glued. Positions start at zero.
-    pub(super) fn glue(s: &Surface, faces: Vec<u32>, across: impl Fn(u32) -> Option<u32>) -> Self {
+    /// Builds the local mesh of `faces`. `across(i, k)` gives the place in `faces` of the face beyond edge `k` of the face
+    /// at place `i` if the edge is to be glued. Positions start at zero. `None` when the run is to stop: the caller checks.
+    pub(super) fn glue(
+        s: &Surface,
+        faces: Vec<u32>,
+        across: impl Fn(usize, usize) -> Option<u32>,
+        ctx: &Context<'_>,
+    ) -> Option<Self> {
         let mut corner = vec![NONE; faces.len() * 3];
         let mut n = 0;
         for i in 0..faces.len() {
+            ctx.check_at(i).ok()?;
             for k in 0..3 {
                 if corner[3 * i + k] != NONE {
                     continue;
@@ -43,7 +50,7 @@ impl Chart {
                     let (mut f, mut c) = (i, k);
                     loop {
                         let slot = if forward { c } else { (c + 2) % 3 };
-                        let Some(g) = across(3 * faces[f] + slot as u32) else { break };
+                        let Some(g) = across(f, slot) else { break };
                         let h = s.mate[faces[f] as usize][slot] as usize % 3;
                         // The mate runs backwards: our vertex is its end, or its start when turning back.
                         (f, c) = (g as usize, if forward { (h + 1) % 3 } else { h });
@@ -58,15 +65,16 @@ impl Chart {
         }
         let tris: Vec<[u32; 3]> = corner.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         let mut border = Vec::new();
-        for (i, &f) in faces.iter().enumerate() {
+        for i in 0..faces.len() {
+            ctx.check_at(i).ok()?;
             for k in 0..3 {
-                if across(3 * f + k as u32).is_none() {
+                if across(i, k).is_none() {
                     border.push((i as u32, k as u8));
                 }
             }
         }
         let area = faces.iter().map(|&f| s.area[f as usize]).sum();
-        Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 }
+        Some(Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 })
     }
 
     /// Takes border edges off the border whose two sides have the same end points: they are inside. `place(f)` gives

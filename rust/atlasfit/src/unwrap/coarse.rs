@@ -181,6 +181,7 @@ impl Mesh<'_> {
 pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Context<'_>) -> Result<Coarse> {
     let label = &patches.label;
     let (m, n) = (s.faces(), s.pos.len());
+    ctx.check()?;
     let mut patch_area = vec![0f64; patches.count];
     for f in 0..m {
         if label[f] != NONE {
@@ -197,6 +198,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     let mut corners = vec![0u32; n];
     let mut first = vec![NONE; n];
     for f in (0..m).filter(|&f| s.usable[f]) {
+        ctx.check_at(f)?;
         for k in 0..3 {
             let v = s.tri[f][k] as usize;
             corners[v] += 1;
@@ -207,6 +209,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     }
     let mut fan = Vec::new();
     for v in 0..n {
+        ctx.check_at(v)?;
         if first[v] != NONE && simple(s, label, first[v] as usize / 3, first[v] as usize % 3) {
             mesh.fan(first[v], &mut fan);
             if fan.len() == corners[v] as usize {
@@ -227,9 +230,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     loop {
         let mut over = true;
         for u in 0..n {
-            if u.is_multiple_of(4096) {
-                ctx.check()?;
-            }
+            ctx.check_at(u)?;
             if mesh.out[u] == NONE {
                 continue;
             }

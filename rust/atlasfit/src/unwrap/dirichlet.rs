@@ -48,7 +48,7 @@ pub(super) fn flatten(
             let stiff = 1.0 + 1.5 * (s1.powi(-4) + s2.powi(-4));
             *w = w.map(|w| 2.0 * w * stiff.min(STIFFEST));
         }
-        let graph = Graph::from_triangles(vertices, tris, &weight);
+        let graph = Graph::from_triangles(vertices, tris, &weight, ctx);
         Factor::laplacian(&graph, &uv, |_| HELD.1, ctx).solve(&mut step, &mut work, ctx);
         ctx.check().ok()?;
         let mut length = (SHORT_OF * first_collapse(tris, &uv, &step)).min(1.0);
@@ -114,7 +114,7 @@ fn convex(
     }
     let mut rhs: Vec<[f64; 2]> =
         uv.iter().zip(&pinned).map(|(p, &pin)| if pin { p.map(|x| x * HELD.0) } else { [0.0; 2] }).collect();
-    let graph = Graph::from_triangles(vertices, tris, cot);
+    let graph = Graph::from_triangles(vertices, tris, cot, ctx);
     let order = spread(&graph, &uv, &pinned);
     Factor::laplacian(&graph, &order, |v| if pinned[v] { HELD.0 } else { 0.0 }, ctx).solve(
         &mut rhs,

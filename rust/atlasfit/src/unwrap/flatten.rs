@@ -133,7 +133,7 @@ impl<'c> Arap<'c> {
         ctx: &'c Context<'c>,
     ) -> Self {
         let cot = cotangents(&rest);
-        let graph = Graph::from_triangles(uv.len(), tris, &cot);
+        let graph = Graph::from_triangles(uv.len(), tris, &cot, ctx);
         let solver = if uv.len() > DIRECT {
             Solver::Iterative(graph)
         } else {

@@ -29,7 +29,7 @@ use chart::Chart;
 use pack::Packing;
 pub use pack::{FlatChart, PagePacker, Pages, Spot};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 use surface::{NONE, Surface};
 
 /// Meshes with more faces than this have their charts found on a coarse stand-in.
@@ -414,11 +414,13 @@ fn first_charts(
             if ctx.check().is_err() || faces.is_empty() {
                 return Vec::new();
             }
-            let chart = Chart::glue(s, faces, |e| {
-                let h = s.mate[e as usize / 3][e as usize % 3];
+            let own = faces.clone();
+            let across = |i: usize, k: usize| {
+                let h = s.mate[own[i] as usize][k];
                 (h != NONE && label[h as usize / 3] == id as u32).then(|| index_of[h as usize / 3])
-            });
-            flatten_first(s, chart, bound, ctx)
+            };
+            let chart = Chart::glue(s, faces, across, ctx);
+            chart.map_or_else(Vec::new, |c| flatten_first(s, c, bound, ctx))
         })
         .collect();
     ctx.check()?;
@@ -433,11 +435,12 @@ fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64, ctx: &Con
         .chunk_by(|a, b| a.0 == b.0)
         .flat_map(|group| {
             let own: Vec<u32> = group.iter().map(|g| g.1).collect();
-            let chart = Chart::glue(s, own.clone(), |e| {
-                let h = s.mate[e as usize / 3][e as usize % 3];
+            let across = |i: usize, k: usize| {
+                let h = s.mate[own[i] as usize][k];
                 if h == NONE { None } else { own.binary_search(&(h / 3)).ok().map(|i| i as u32) }
-            });
-            flatten_first(s, chart, Some(bound), ctx)
+            };
+            let chart = Chart::glue(s, own.clone(), across, ctx);
+            chart.map_or_else(Vec::new, |c| flatten_first(s, c, Some(bound), ctx))
         })
         .collect()
 }
@@ -452,8 +455,9 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
     }
     let n = flatten::mean_normal(s, &c.faces);
     flatten::project(s, &mut c, n);
+    let stopped = || ctx.check().is_err();
     if flatten::all_positive(&c.tris, &c.uv) {
-        if bound.is_some() {
+        if bound.is_some() && !stopped() {
             let arap = flatten::Arap::new(&c.tris, c.rest(s), &c.uv, &[], ctx);
             let (mut rhs, mut work) = (Vec::new(), Vec::new());
             let mut uv = c.uv.clone();
@@ -462,6 +466,9 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
             }
             flatten::blend_without_flips(&c.tris, &mut c.uv, &uv);
         }
+        if stopped() {
+            return Vec::new();
+        }
         if inject::injective(&c.tris, &c.uv, &c.border) {
             if let Some(bound) = bound {
                 c.over = flatten::over_area(s, &c, bound);
@@ -469,6 +476,9 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
             }
             return vec![c];
         }
+    }
+    if stopped() {
+        return Vec::new();
     }
     // Faces that look away from the rest are cut off first; else the longer side of the box is halved.
     let facing = |f: u32| vec3::dot(s.normal[f as usize], n) > 0.2;
@@ -494,8 +504,14 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
 /// checks.
 fn pieces(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<(Chart, Vec<u32>)> {
     let n = c.faces.len();
-    let stop = |i: usize| i.is_multiple_of(4096) && ctx.check().is_err();
-    let place: HashMap<u32, u32> = c.faces.iter().zip(0..).map(|(&f, i)| (f, i)).collect();
+    let stop = |i: usize| ctx.check_at(i).is_err();
+    let mut place = FxHashMap::with_capacity_and_hasher(n, FxBuildHasher);
+    for (i, &f) in c.faces.iter().enumerate() {
+        if stop(i) {
+            return Vec::new();
+        }
+        place.insert(f, i as u32);
+    }
     // The place beyond each edge inside the chart.
     let mut beyond = vec![[0; 3]; n];
     c.border.iter().for_each(|&(i, k)| beyond[i as usize][k as usize] = NONE);
@@ -536,14 +552,14 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<(Char
     }
     groups
         .into_iter()
-        .map(|g| {
-            let faces = g.iter().map(|&i| c.faces[i as usize]).collect();
-            let piece = Chart::glue(s, faces, |e| {
-                let i = place[&(e / 3)] as usize;
-                let j = beyond[i][e as usize % 3];
+        .filter_map(|g| {
+            let faces: Vec<u32> = g.iter().map(|&i| c.faces[i as usize]).collect();
+            let across = |i: usize, k: usize| {
+                let i = g[i] as usize;
+                let j = beyond[i][k];
                 (j != NONE && part[j as usize] == part[i]).then(|| rank[j as usize])
-            });
-            (piece, g)
+            };
+            Chart::glue(s, faces, across, ctx).map(|piece| (piece, g))
         })
         .collect()
 }

@@ -14,7 +14,7 @@ use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::run::Context;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Local-global iterations after the interpolated start.
 const STEPS: usize = 8;
@@ -91,7 +91,7 @@ fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
 }
 
 /// Flat positions by vertex and patch.
-type Known = HashMap<(u32, u32), [f64; 2]>;
+type Known = FxHashMap<(u32, u32), [f64; 2]>;
 
 fn known<'c>(
     s: &Surface,
@@ -99,12 +99,10 @@ fn known<'c>(
     charts: impl Iterator<Item = &'c Chart>,
     ctx: &Context<'_>,
 ) -> Result<Known> {
-    let mut out = Known::new();
+    let mut out = Known::default();
     for c in charts {
         for (i, (&f, t)) in c.faces.iter().zip(&c.tris).enumerate() {
-            if i.is_multiple_of(4096) {
-                ctx.check()?;
-            }
+            ctx.check_at(i)?;
             for k in 0..3 {
                 out.entry((s.tri[f as usize][k], label[f as usize])).or_insert(c.uv[t[k] as usize]);
             }
@@ -126,6 +124,7 @@ fn build<T: Send>(
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); root.len()];
     let mut index_of = vec![NONE; s.faces()];
     for f in 0..s.faces() {
+        ctx.check_at(f)?;
         if label[f] != NONE {
             let r = root[label[f] as usize] as usize;
             index_of[f] = faces[r].len() as u32;
@@ -139,8 +138,9 @@ fn build<T: Send>(
             if ctx.check().is_err() {
                 return None;
             }
-            let across = |e: u32| {
-                let (f, k) = (e as usize / 3, e as usize % 3);
+            let own = faces.clone();
+            let across = |i: usize, k: usize| {
+                let f = own[i] as usize;
                 let h = s.mate[f][k];
                 if h == NONE {
                     return None;
@@ -152,7 +152,7 @@ fn build<T: Send>(
                         && root[p as usize] == root[q as usize]);
                 joined.then(|| index_of[h as usize / 3])
             };
-            let mut c = Chart::glue(s, faces, across);
+            let mut c = Chart::glue(s, faces, across, ctx)?;
             let own = root[label[c.faces[0] as usize] as usize];
             c.zip(s, |f| (label[f] != NONE && root[label[f] as usize] == own).then(|| index_of[f]));
             Some(each(c))
@@ -210,7 +210,8 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
     let (mut good, mut bad) = (Vec::new(), Vec::new());
     let mut open = vec![c];
     while let Some(mut c) = open.pop() {
-        if ctx.check().is_err() {
+        let stopped = || ctx.check().is_err();
+        if stopped() {
             break;
         }
         let of = |i: u32| label[c.faces[i as usize] as usize];
@@ -219,6 +220,9 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
         let mut off: Vec<u32> = all.clone().filter(|&i| wrong[i as usize]).map(of).collect();
         off.sort_unstable();
         off.dedup();
+        if stopped() {
+            break;
+        }
         let mut spoiled = !off.is_empty();
         if !spoiled && let Some(pair) = touching(&c.tris, &c.uv, &c.border) {
             let [p, q] = pair.map(of);
@@ -227,6 +231,9 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
             spoiled = p == q;
         }
         let is_off = |f: u32| off.binary_search(&label[f as usize]).is_ok();
+        if stopped() {
+            break;
+        }
         if off.is_empty() {
             c.over = over_area(s, &c, bound);
             c.waste = merge::waste(&c);
@@ -250,7 +257,7 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
 }
 
 /// Flattens a chart from positions known on the next coarser level as well as it goes; false if there are none. `home`
-/// gives the vertex there that a vertex here ended up in.
+/// gives the vertex there that a vertex here ended up in. Unfinished when the run is to stop: the caller checks.
 fn flatten(
     s: &Surface,
     c: &mut Chart,
@@ -261,7 +268,10 @@ fn flatten(
 ) -> bool {
     let mut pinned = vec![false; c.vertices()];
     let mut placed = vec![false; c.vertices()];
-    for (&f, t) in c.faces.iter().zip(&c.tris) {
+    for (j, (&f, t)) in c.faces.iter().zip(&c.tris).enumerate() {
+        if ctx.check_at(j).is_err() {
+            return false;
+        }
         for k in 0..3 {
             let (v, i) = (s.tri[f as usize][k], t[k] as usize);
             if placed[i] {
@@ -281,13 +291,16 @@ fn flatten(
     // Everything between the pins by a harmonic map, then everything free.
     let rest = c.rest(s);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
-    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest)).relax(
+    Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest), ctx).relax(
         &mut c.uv,
         &[],
         &pinned,
         RELAX,
         ctx,
     );
+    if ctx.check().is_err() {
+        return false;
+    }
     let arap = Arap::new(&c.tris, rest, &c.uv, &[], ctx);
     for _ in 0..3 {
         for _ in 0..STEPS {

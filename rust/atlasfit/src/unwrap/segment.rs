@@ -104,9 +104,11 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
             (cells.of_face.clone(), (0..cells.count() as u32).filter_map(join).collect())
         }
     };
+    ctx.check()?;
     // Edges (a, b, length) with a < b, sorted.
     let mut edges: Vec<(u32, u32, f64)> = Vec::with_capacity(m * 3 / 2);
     for f in 0..m {
+        ctx.check_at(f)?;
         for k in 0..3 {
             let h = s.mate[f][k];
             if h != NONE && h / 3 > f as u32 {
@@ -122,16 +124,21 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
         if pass >= SEED_PASSES && clusters.len() <= SEEDS {
             break;
         }
-        let costs: Vec<f64> = edges
-            .par_iter()
-            .map(|&(a, b, l)| {
-                cost(&clusters[a as usize], &clusters[b as usize], l, flatness, cone_limit)
-                    .unwrap_or(f64::INFINITY)
-            })
-            .collect();
-        ctx.check()?;
+        let mut costs = vec![f64::INFINITY; edges.len()];
+        edges.par_chunks(4096).zip(costs.par_chunks_mut(4096)).try_for_each(|(edges, costs)| {
+            ctx.check()?;
+            for (&(a, b, l), c) in edges.iter().zip(costs) {
+                if let Some(cost) =
+                    cost(&clusters[a as usize], &clusters[b as usize], l, flatness, cone_limit)
+                {
+                    *c = cost;
+                }
+            }
+            Ok(())
+        })?;
         let mut pick = vec![(f64::INFINITY, NONE); clusters.len()];
         for (e, (&(a, b, _), &c)) in edges.iter().zip(&costs).enumerate() {
+            ctx.check_at(e)?;
             for v in [a, b] {
                 if c < pick[v as usize].0 {
                     pick[v as usize] = (c, e as u32);
@@ -142,6 +149,7 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
         let mut name = vec![NONE; clusters.len()];
         let mut joined: Vec<Cluster> = Vec::with_capacity(clusters.len() * 2 / 3);
         for c in 0..clusters.len() {
+            ctx.check_at(c)?;
             if name[c] != NONE {
                 continue;
             }

@@ -32,7 +32,8 @@ pub(super) struct Graph {
 
 impl Graph {
     /// The Laplacian's graph: each corner weight `w[k]` of a triangle belongs to the edge opposite corner k.
-    pub(super) fn from_triangles(n: usize, tris: &[[u32; 3]], w: &[[f64; 3]]) -> Self {
+    /// Without edges when the run is to stop: the caller checks.
+    pub(super) fn from_triangles(n: usize, tris: &[[u32; 3]], w: &[[f64; 3]], ctx: &Context<'_>) -> Self {
         let mut start = vec![0u32; n + 1];
         for t in tris {
             for &v in t {
@@ -56,6 +57,9 @@ impl Graph {
         let mut out = Self { start: Vec::with_capacity(n + 1), to: Vec::new(), weight: Vec::new() };
         out.start.push(0);
         for i in 0..n {
+            if ctx.check_at(i).is_err() {
+                return Self { start: vec![0; n + 1], to: Vec::new(), weight: Vec::new() };
+            }
             let from = out.to.len();
             for &(j, w) in &raw[start[i] as usize..start[i + 1] as usize] {
                 match out.to[from..].iter().position(|&x| x == j) {
@@ -97,6 +101,9 @@ impl Graph {
             .map(|i| 1.0 / self.row(i as u32).map(|e| self.weight[e]).sum::<f64>().max(1e-300))
             .collect();
         let mut r = vec![[0.0; 2]; n];
+        if ctx.check().is_err() {
+            return;
+        }
         apply(uv, &mut r);
         for (i, r) in r.iter_mut().enumerate() {
             let free = !pinned.get(i).is_some_and(|&p| p);

@@ -317,9 +317,7 @@ fn pair_edges(
     let mut non_manifold = 0;
     let mut sorted: Vec<(u32, u32, bool, u32)> = Vec::new();
     for v in 0..vertices {
-        if v % 16384 == 0 {
-            ctx.check()?;
-        }
+        ctx.check_at(v)?;
         sorted.clear();
         for &h in &bucket[start[v] as usize..start[v + 1] as usize] {
             let (f, k) = (h as usize / 3, h as usize % 3);

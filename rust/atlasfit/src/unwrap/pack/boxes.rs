@@ -6,7 +6,7 @@ use crate::unwrap::chart::Chart;
 
 /// A chart's upright bounding box.
 fn upright_box(c: &Chart, r: [f64; 2]) -> [[f64; 2]; 2] {
-    let (lo, hi) = bounds(&rotated(&c.uv, r));
+    let (lo, hi) = bounds(&rotated(&c.outline(), r));
     [lo, hi]
 }
 

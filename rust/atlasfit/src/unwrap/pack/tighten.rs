@@ -3,7 +3,7 @@
 //! In: places on one page. Out: places that are closer together, with exactly the padding asked for. Charts are dropped
 //! downward, lowest first, then to the left, leftmost first, and so on.
 
-use super::mask::{Mask, Pose, bounds, pose, rotated, set_range};
+use super::mask::{Mask, Pose, pose, set_range};
 use super::search::grow;
 use super::{Goal, Place};
 use crate::error::Result;
@@ -70,10 +70,9 @@ pub(super) fn tighten(
         charts.par_iter().zip(places).map(|(c, p)| pose(c, p.rotation, cell, grow)).collect();
     ctx.check()?;
     // Cells of the lower left corner of each grown mask.
-    let mut at: Vec<[usize; 2]> = (charts.iter().zip(places))
-        .map(|(c, p)| {
-            let (lo, _) = bounds(&rotated(&c.uv, p.rotation));
-            [0, 1].map(|k| (((lo[k] + p.shift[k]) / cell).round() as usize).saturating_sub(grow))
+    let mut at: Vec<[usize; 2]> = (poses.iter().zip(places))
+        .map(|(pose, p)| {
+            [0, 1].map(|k| (((pose.origin[k] + p.shift[k]) / cell).round() as usize).saturating_sub(grow))
         })
         .collect();
     let room = (2.0 * FINE) as usize;
