@@ -371,8 +371,9 @@ fn unpack(input: &mut Input<'_>, reader: &mut Points, per_point: usize) -> Resul
         )
     };
     let vlr = reader.header.laszip.as_ref().and_then(|b| laz::LazVlr::from_buffer(b).ok());
-    let Some(vlr) = vlr.filter(|v| !v.items().is_empty() && v.items_size() == reader.header.record as u64)
-    else {
+    // The crate's own sum of the sizes is of 16 bits.
+    let bytes = |v: &laz::LazVlr| v.items().iter().map(|i| usize::from(i.size())).sum::<usize>();
+    let Some(vlr) = vlr.filter(|v| !v.items().is_empty() && bytes(v) == reader.header.record) else {
         return Err(damaged(input, "no LASzip record that fits the point format".into()));
     };
     let start = reader.header.start;

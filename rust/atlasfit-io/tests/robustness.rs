@@ -125,6 +125,18 @@ fn claims_without_bytes_to_back_them_are_errors() {
     assert!(try_load("a.ply", empty));
 }
 
+/// Found by fuzzing: 16 bits do not hold the sum of the sizes.
+#[test]
+fn laz_items_that_add_up_to_more_than_a_record_may_have_are_an_error() {
+    let mut data = common::laz(10, 3);
+    let items = data.windows(4).position(|w| w == [6, 0, 20, 0]).expect("an item of type 6 and 20 bytes");
+    for item in data[items..items + 18].chunks_exact_mut(6) {
+        // Bytes as they are, and many of them.
+        item[..4].copy_from_slice(&[0, 0, 0xEB, 0xFF]);
+    }
+    assert!(!try_load("a.laz", &data));
+}
+
 /// Every file below a folder.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut out = Vec::new();
