@@ -200,8 +200,9 @@ impl Surface {
                 normal[f] = scale(n, 1.0 / twice);
             }
             let l = norm(ab).max(MIN_EDGE).max(MIN_HEIGHT * longest);
-            let x = if norm(ab) > 0.0 { dot(ab, ac) / norm(ab) } else { 0.0 };
-            let y = (twice / l).max(MIN_HEIGHT * longest).max(MIN_EDGE);
+            // Thickening one side leaves the height over it as it is.
+            let [x, y] = if norm(ab) > 0.0 { [dot(ab, ac), twice].map(|d| d / norm(ab)) } else { [0.0; 2] };
+            let y = y.max(MIN_HEIGHT * longest).max(MIN_EDGE);
             rest[f] = [l, x, y];
         }
         let usable = vec![true; m];

@@ -23,20 +23,20 @@ const ROOM: f64 = 0.985;
 /// Strip widths tried one after the other.
 const WIDTHS: usize = 4;
 /// Orders tried at once, and rounds of trying; with many charts only `ORDER_WORK` / charts rounds.
-const ORDERS: usize = 4;
+const ORDERS: usize = 2;
 const ORDER_ROUNDS: usize = 40;
 const ORDER_WORK: usize = 2000;
 /// Rounds without success before the page shrinks by half as much at a time, and how often it does so.
-const PATIENCE: usize = 3;
+const PATIENCE: usize = 6;
 const HALVINGS: usize = 2;
 /// The page shrinks by this share of its side at a time, at first.
-const SHRINK: f64 = 0.01;
+const SHRINK: f64 = 0.02;
 /// Masks of at most this many cells each way count as alike if their boxes are.
 const SMALL: usize = 8;
 /// Charts above this share of the area are tried at more rotations.
-const TURN_MORE: f64 = 0.01;
+const TURN_MORE: f64 = 0.001;
 /// Rotations, in quarters, of the large charts and of the others.
-const TURNS: (usize, usize) = (4, 2);
+const TURNS: (usize, usize) = (6, 2);
 
 /// A chart's pose and the lower left cell of its grown mask.
 #[derive(Clone, Copy, Default)]
