@@ -234,6 +234,30 @@ fn broken_faces_are_counted_and_mapped() {
 }
 
 #[test]
+fn needles_keep_their_length_whichever_side_comes_first() {
+    const THIN: f64 = 1e-7;
+    let long = |t: &[[f32; 2]; 3]| {
+        (0..3).map(|k| (t[k][0] - t[(k + 1) % 3][0]).hypot(t[k][1] - t[(k + 1) % 3][1])).fold(0.0, f32::max)
+    };
+    for turn in 0..3 {
+        let mut mesh = TriMesh::default();
+        for i in 0..20u32 {
+            let y = f64::from(i) * THIN;
+            mesh.positions.extend([[0.0, y, 0.0], [1.0, y, 0.0]]);
+            let [a, b, c, d] = [2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 3];
+            let pair = [[a, b, d], [a, d, c]];
+            mesh.triangles.extend(pair.map(|t| [0, 1, 2].map(|k| t[(k + turn) % 3])));
+        }
+        mesh.triangles.truncate(38);
+        let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+        check(&mesh, &uv);
+        let lengths: Vec<f32> = uv.corner_uv.iter().map(long).collect();
+        let (least, most) = lengths.iter().fold((f32::MAX, 0f32), |(a, b), &l| (a.min(l), b.max(l)));
+        assert!(most < 1.1 * least && least > 0.1, "{least} to {most}");
+    }
+}
+
+#[test]
 fn what_cannot_be_unwrapped_is_a_clear_error() {
     let line = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2]]);
     assert!(matches!(run(&line, &UnwrapOptions::default(), 0), Err(Error::Degenerate { .. })));
