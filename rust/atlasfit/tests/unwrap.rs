@@ -234,6 +234,28 @@ fn broken_faces_are_counted_and_mapped() {
 }
 
 #[test]
+fn a_long_strip_is_cut_across_unless_charts_or_pages_are_given() {
+    let mut strip = TriMesh::default();
+    for i in 0..=80u32 {
+        strip.positions.extend((0..=8).map(|j| [f64::from(i), f64::from(j), 0.0]));
+    }
+    for i in 0..80 {
+        for j in 0..8 {
+            let [a, b, c, d] = [9 * i + j, 9 * i + j + 9, 9 * i + j + 10, 9 * i + j + 1];
+            strip.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let whole = UnwrapOptions { max_charts: Some(1), ..UnwrapOptions::default() };
+    let whole = run(&strip, &whole, 0).unwrap();
+    let cut = run(&strip, &UnwrapOptions::default(), 0).unwrap();
+    check(&strip, &cut);
+    assert_eq!((whole.charts, cut.charts), (1, 2));
+    assert!(cut.texels_per_unit > 1.5 * whole.texels_per_unit);
+    let dense = UnwrapOptions { texels_per_unit: Some(1.0), ..UnwrapOptions::default() };
+    assert_eq!(run(&strip, &dense, 0).unwrap().charts, 1);
+}
+
+#[test]
 fn needles_keep_their_length_whichever_side_comes_first() {
     const THIN: f64 = 1e-7;
     let long = |t: &[[f32; 2]; 3]| {

@@ -4,7 +4,7 @@
 //! of every triangle, in the mesh's own order.
 //!
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `flatten` + `inject` (positions, exact
-//! checks) → `merge` (fewer, larger charts within the stretch bound; `dirichlet` where that bound is loose) → `pack`. Large meshes are merged on a coarse
+//! checks) → `merge` (fewer, larger charts within the stretch bound; `dirichlet` where that bound is loose) → `shorten` (no chart decides the page) → `pack`. Large meshes are merged on a coarse
 //! stand-in (`coarse`, `refine`).
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
@@ -19,6 +19,7 @@ mod merge;
 mod pack;
 mod refine;
 mod segment;
+mod shorten;
 mod solver;
 mod surface;
 
@@ -251,6 +252,12 @@ fn packed_by(
     };
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
+    let fills_one_page = options.texels_per_unit.is_none() && options.pages.unwrap_or(1) == 1;
+    let list = if fills_one_page && options.max_charts.is_none() {
+        shorten::shorten(&s, list, options.page_size, bound, ctx)?
+    } else {
+        list
+    };
     let (list, places, density, repaired_charts) = settle(&s, list, options, packing, ctx)?;
     let [width, height] = options.page_size;
     let known = UvLayout {
@@ -500,31 +507,33 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
     pieces(s, &c, &side, ctx).into_iter().flat_map(|(piece, _)| flatten_first(s, piece, bound, ctx)).collect()
 }
 
-/// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart. Unfinished when the run is to stop: the caller
-/// checks.
-fn pieces(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<(Chart, Vec<u32>)> {
+/// For each edge of a chart's faces, the place in the chart of the face beyond it; [`NONE`] at its border.
+fn beyond(s: &Surface, c: &Chart, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
     let n = c.faces.len();
-    let stop = |i: usize| ctx.check_at(i).is_err();
     let mut place = FxHashMap::with_capacity_and_hasher(n, FxBuildHasher);
     for (i, &f) in c.faces.iter().enumerate() {
-        if stop(i) {
-            return Vec::new();
-        }
+        ctx.check_at(i)?;
         place.insert(f, i as u32);
     }
-    // The place beyond each edge inside the chart.
-    let mut beyond = vec![[0; 3]; n];
-    c.border.iter().for_each(|&(i, k)| beyond[i as usize][k as usize] = NONE);
-    for (i, (&f, beyond)) in c.faces.iter().zip(&mut beyond).enumerate() {
-        if stop(i) {
-            return Vec::new();
-        }
-        for (b, h) in beyond.iter_mut().zip(s.mate[f as usize]) {
+    let mut out = vec![[0; 3]; n];
+    c.border.iter().for_each(|&(i, k)| out[i as usize][k as usize] = NONE);
+    for (i, (&f, out)) in c.faces.iter().zip(&mut out).enumerate() {
+        ctx.check_at(i)?;
+        for (b, h) in out.iter_mut().zip(s.mate[f as usize]) {
             if *b != NONE {
                 *b = place[&(h / 3)];
             }
         }
     }
+    Ok(out)
+}
+
+/// The connected parts of a chart's faces of equal `side`, each with its faces' places in the chart. Unfinished when the run is to stop: the caller
+/// checks.
+fn pieces(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<(Chart, Vec<u32>)> {
+    let n = c.faces.len();
+    let stop = |i: usize| ctx.check_at(i).is_err();
+    let Ok(beyond) = beyond(s, c, ctx) else { return Vec::new() };
     let (mut part, mut rank) = (vec![NONE; n], vec![0; n]);
     let mut groups: Vec<Vec<u32>> = Vec::new();
     for i in 0..n {

@@ -187,7 +187,7 @@ fn runs(row: &[u64], mut each: impl FnMut(usize, usize)) {
 }
 
 /// The box of some points.
-pub(super) fn bounds(p: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
+pub(in crate::unwrap) fn bounds(p: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
     let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for q in p {
         for k in 0..2 {
@@ -199,7 +199,7 @@ pub(super) fn bounds(p: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
 }
 
 /// Points turned by (c, s).
-pub(super) fn rotated(uv: &[[f64; 2]], r: [f64; 2]) -> Vec<[f64; 2]> {
+pub(in crate::unwrap) fn rotated(uv: &[[f64; 2]], r: [f64; 2]) -> Vec<[f64; 2]> {
     uv.iter().map(|p| [r[0] * p[0] - r[1] * p[1], r[1] * p[0] + r[0] * p[1]]).collect()
 }
 
@@ -227,7 +227,7 @@ pub(in crate::unwrap) fn hull(uv: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// The rotation that gives the bounding box of least area, its long side along x.
-pub(super) fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
+pub(in crate::unwrap) fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
     let hull = hull(uv);
     let mut best = (f64::INFINITY, [1.0, 0.0]);
     for i in 0..hull.len() {

@@ -13,7 +13,7 @@ mod search;
 mod strip;
 mod tighten;
 
-pub(super) use mask::hull;
+pub(super) use mask::{bounds, hull, rotated, upright};
 pub use outside::{FlatChart, PagePacker, Pages, Spot};
 
 use super::Packer;
@@ -21,14 +21,14 @@ use super::chart::Chart;
 use crate::error::Result;
 use crate::run::Context;
 use boxes::{fill_boxes, one_page_of_boxes};
-use mask::{Pose, bounds, poses, upright};
+use mask::{Pose, poses};
 use outside::fill_outside;
 use rayon::prelude::*;
 use search::{CELLS, one_page};
 use strip::Strip;
 
 /// Share of the page expected to be covered, for a first guess.
-const EXPECTED_FILL: f64 = 0.62;
+pub(super) const EXPECTED_FILL: f64 = 0.62;
 /// Densities tried before the best one found counts, where pages have a fixed size.
 const SCALES: usize = 12;
 /// Rotations tried, in quarters, where pages have a fixed size.

@@ -1,0 +1,115 @@
+//! Cuts charts across that are so long that one of them would decide the page and leave most of it empty.
+//!
+//! In: flattened charts that are to fill one page. Out: the same, long ones in pieces that stay as they lie.
+
+use super::chart::Chart;
+use super::flatten::{corners, over_area};
+use super::pack::{EXPECTED_FILL, bounds, hull, rotated, upright};
+use super::surface::{NONE, Surface};
+use super::{beyond, cut};
+use crate::error::Result;
+use crate::geometry::sort::sort_by;
+use crate::run::Context;
+use rustc_hash::FxHashMap;
+
+/// A chart is cut where the page would have to be this much larger for it than for the area of all charts: a seam across is little
+/// to pay for half as many texels again.
+const TOO_LARGE: f64 = 1.5;
+/// Rotations tried, in a half turn.
+const TURNS: usize = 24;
+
+/// Halves long charts until none is too long for a page of this shape. `bound` is that of the stretch.
+pub(super) fn shorten(
+    s: &Surface,
+    list: Vec<Chart>,
+    page: [u32; 2],
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Chart>> {
+    let page = page.map(f64::from);
+    // The area of a page that the charts would fill as charts do.
+    let expected = list.iter().map(|c| c.area).sum::<f64>() / EXPECTED_FILL;
+    let mut out = Vec::with_capacity(list.len());
+    let mut open: Vec<Chart> = list.into_iter().rev().collect();
+    while let Some(c) = open.pop() {
+        ctx.check()?;
+        let hull = hull(&c.outline());
+        if least_page(&hull, page) <= TOO_LARGE * expected || c.faces.len() == 1 {
+            out.push(c);
+            continue;
+        }
+        let mut pieces = cut(s, &c, &across(s, &c, upright(&hull), ctx)?, ctx);
+        for piece in &mut pieces {
+            piece.over = over_area(s, piece, bound);
+        }
+        // What does not come apart stays.
+        match pieces.len() {
+            1 => out.append(&mut pieces),
+            _ => open.extend(pieces.into_iter().rev()),
+        }
+    }
+    ctx.check()?;
+    Ok(out)
+}
+
+/// Marks the part of a chart to one side of its shortest cut across, somewhere in the middle fifth of its length. `turn` lays it along
+/// x. No polygon is cut.
+fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<Vec<bool>> {
+    let n = c.faces.len();
+    let along = |i: usize| {
+        let x = corners(c.tris[i], &c.uv).map(|p| turn[0] * p[0] - turn[1] * p[1]);
+        x.iter().sum::<f64>() / 3.0
+    };
+    // A polygon lies where its first face lies.
+    let mut place: FxHashMap<u32, f64> = FxHashMap::default();
+    c.faces.iter().enumerate().for_each(|(i, &f)| {
+        place.entry(s.cell(f)).or_insert_with(|| along(i));
+    });
+    let key = |i: usize| {
+        let cell = s.cell(c.faces[i]);
+        (place[&cell], cell)
+    };
+    ctx.check()?;
+    let mut order: Vec<(f64, u32, usize)> = (0..n).map(|i| (key(i).0, key(i).1, i)).collect();
+    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))), ctx)?;
+    let mut rank = vec![0; n];
+    order.iter().enumerate().for_each(|(r, o)| rank[o.2] = r);
+    // Length of the cut before each place in the order, as differences from the place before.
+    let mut length = vec![0.0; n + 1];
+    for (i, beyond) in beyond(s, c, ctx)?.iter().enumerate() {
+        ctx.check_at(i)?;
+        let p = corners(c.tris[i], &c.uv);
+        for (k, &j) in beyond.iter().enumerate().filter(|e| *e.1 != NONE && rank[i] < rank[*e.1 as usize]) {
+            let (a, b) = (p[k], p[(k + 1) % 3]);
+            let l = (b[0] - a[0]).hypot(b[1] - a[1]);
+            length[rank[i] + 1] += l;
+            length[rank[j as usize] + 1] -= l;
+        }
+    }
+    let (from, to) = (order[0].0, order[n - 1].0);
+    let (mut now, mut best) = (0.0, (f64::INFINITY, n / 2));
+    for r in 0..n {
+        now += length[r];
+        let off = ((order[r].0 - from) / (to - from) - 0.5).abs();
+        // Halves make the smallest page.
+        let cost = now * (1.0 + off);
+        let whole = r > 0 && order[r].1 != order[r - 1].1;
+        if whole && off < 0.1 && cost < best.0 {
+            best = (cost, r);
+        }
+    }
+    let mut side = vec![false; n];
+    order[..best.1].iter().for_each(|o| side[o.2] = true);
+    Ok(side)
+}
+
+/// Area of the smallest page of a shape on which the points lie in some rotation.
+fn least_page(points: &[[f64; 2]], [width, height]: [f64; 2]) -> f64 {
+    (0..TURNS)
+        .map(|turn| {
+            let (s, c) = (std::f64::consts::PI * turn as f64 / TURNS as f64).sin_cos();
+            let (lo, hi) = bounds(&rotated(points, [c, s]));
+            ((hi[0] - lo[0]) / width).max((hi[1] - lo[1]) / height).powi(2) * width * height
+        })
+        .fold(f64::INFINITY, f64::min)
+}
