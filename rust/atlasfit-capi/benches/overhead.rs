@@ -1,0 +1,101 @@
+//! What the C ABI adds to the core's own time: the same work by both in turn, the least of some runs each, results copied out.
+//!
+//! `cargo bench -p atlasfit-capi`. A measurement: what else the machine does counts too.
+
+#[path = "../tests/scene/mod.rs"]
+mod scene;
+
+use atlasfit::geometry::{PointCloud, TriMesh};
+use atlasfit::unwrap::{UnwrapOptions, unwrap};
+use atlasfit::{DenoiseOptions, Run};
+use atlasfit_capi::denoise::*;
+use atlasfit_capi::run::*;
+use atlasfit_capi::status::ATLASFIT_OK;
+use atlasfit_capi::unwrap::*;
+use scene::*;
+use std::hint::black_box;
+use std::ptr::{null, null_mut};
+use std::time::Instant;
+
+/// Runs of each.
+const RUNS: usize = 7;
+
+fn ok(status: i32) {
+    assert_eq!(status, ATLASFIT_OK, "{}", last_error());
+}
+
+/// Least seconds of the core and of the ABI, in turn.
+fn compare(what: &str, core: impl Fn(), abi: impl Fn()) {
+    let timed = |work: &dyn Fn()| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..RUNS {
+        least = [least[0].min(timed(&core)), least[1].min(timed(&abi))];
+    }
+    let more = least[1] - least[0];
+    println!(
+        "{what}: core {:.1} ms, ABI {:.1} ms: {:+.1} ms, {:+.1} %",
+        1e3 * least[0],
+        1e3 * least[1],
+        1e3 * more,
+        100.0 * more / least[0]
+    );
+}
+
+/// A grid of waves of 2 n² triangles.
+fn waves(n: u32) -> (Vec<f32>, Vec<u32>) {
+    let at = |i: u32, j: u32| {
+        [i as f32, j as f32, 6.0 * (i as f32 / 9.0).sin() * (j as f32 / 11.0).cos()].map(|x| x / n as f32)
+    };
+    let xyz = (0..=n).flat_map(|i| (0..=n).flat_map(move |j| at(i, j))).collect();
+    let quad = |i: u32, j: u32| {
+        let a = i * (n + 1) + j;
+        [a, a + n + 1, a + n + 2, a, a + n + 2, a + 1]
+    };
+    (xyz, (0..n).flat_map(|i| (0..n).flat_map(move |j| quad(i, j))).collect())
+}
+
+fn main() {
+    for n in [300, 3_000, 30_000] {
+        let xyz = scan(n);
+        let core = || {
+            let cloud = PointCloud::from_positions(xyz.as_chunks().0.to_vec());
+            black_box(atlasfit::denoise(&cloud, &DenoiseOptions::default(), &mut Run::default()))
+                .expect("the core fits");
+        };
+        let abi = || unsafe {
+            let (mut result, mut report) = (null_mut(), output::<atlasfit_report>());
+            ok(atlasfit_denoise(&points(&xyz), null(), &init(atlasfit_run_init), &mut result));
+            ok(atlasfit_result_report(result, &mut report));
+            let mut positions = vec![0f64; 3 * report.vertices];
+            let (mut triangles, mut uv) =
+                (vec![0u32; 3 * report.triangles], vec![0f32; 6 * report.triangles]);
+            ok(atlasfit_result_surface_positions(result, positions.as_mut_ptr(), positions.len()));
+            ok(atlasfit_result_surface_triangles(result, triangles.as_mut_ptr(), triangles.len()));
+            ok(atlasfit_result_surface_corner_uv(result, uv.as_mut_ptr(), uv.len()));
+            ok(atlasfit_result_free(result));
+            black_box((positions, triangles, uv));
+        };
+        compare(&format!("denoise, {n} points"), core, abi);
+    }
+    for n in [20, 100, 500] {
+        let (xyz, triangles) = waves(n);
+        let core = || {
+            let positions = xyz.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
+            let mesh = TriMesh::new(positions, triangles.as_chunks().0.to_vec());
+            let options = UnwrapOptions::default();
+            black_box(Run::default().execute(|ctx| unwrap(&mesh, &options, ctx))).expect("the core unwraps");
+        };
+        let abi = || unsafe {
+            let (mut uv, mut corners) = (null_mut(), vec![0f32; 2 * triangles.len()]);
+            ok(atlasfit_unwrap(&mesh(&xyz, &triangles), null(), &init(atlasfit_run_init), &mut uv));
+            ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), corners.len()));
+            ok(atlasfit_uv_free(uv));
+            black_box(corners);
+        };
+        compare(&format!("unwrap, {} triangles", 2 * n * n), core, abi);
+    }
+}
