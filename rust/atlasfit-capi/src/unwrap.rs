@@ -5,8 +5,8 @@ use crate::input::{self, atlasfit_mesh, copy_out};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
-use atlasfit::measure;
 use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
+use atlasfit::{Context, measure};
 use std::sync::Arc;
 
 /// atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
@@ -134,19 +134,37 @@ struct Split {
 
 impl Split {
     /// Vertices are numbered in the order of their first corners.
-    fn new(triangles: &[[u32; 3]], corner_uv: &[[[f32; 2]; 3]]) -> Self {
-        let key = |c: usize| {
-            let uv = corner_uv[c / 3][c % 3];
-            (triangles[c / 3][c % 3], uv[0].to_bits(), uv[1].to_bits())
-        };
-        let mut order: Vec<usize> = (0..3 * triangles.len()).collect();
-        order.sort_unstable_by_key(|&c| (key(c), c));
+    fn new(
+        vertices: usize,
+        triangles: &[[u32; 3]],
+        corner_uv: &[[[f32; 2]; 3]],
+        ctx: &Context<'_>,
+    ) -> Result<Self, atlasfit::Error> {
+        let key = |c: &usize| corner_uv[c / 3][c % 3].map(f32::to_bits);
+        // The corners at each vertex, one vertex after the other.
+        let mut start = vec![0usize; vertices + 1];
+        triangles.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
+        (0..vertices).for_each(|v| start[v + 1] += start[v]);
+        ctx.check()?;
+        let mut order = vec![0usize; 3 * triangles.len()];
+        let mut next = start.clone();
+        for (c, &v) in triangles.iter().flatten().enumerate() {
+            ctx.check_at(c)?;
+            order[next[v as usize]] = c;
+            next[v as usize] += 1;
+        }
         let mut first = vec![0usize; order.len()];
-        for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
-            group.iter().for_each(|&c| first[c] = group[0]);
+        for v in 0..vertices {
+            ctx.check_at(v)?;
+            let corners = &mut order[start[v]..start[v + 1]];
+            corners.sort_unstable_by_key(|c| (key(c), *c));
+            for group in corners.chunk_by(|a, b| key(a) == key(b)) {
+                group.iter().for_each(|&c| first[c] = group[0]);
+            }
         }
         let mut out = Self { indices: vec![[0; 3]; triangles.len()], source: Vec::new(), uv: Vec::new() };
         for c in 0..order.len() {
+            ctx.check_at(c)?;
             out.indices[c / 3][c % 3] = if first[c] == c {
                 out.source.push(triangles[c / 3][c % 3]);
                 out.uv.push(corner_uv[c / 3][c % 3]);
@@ -156,7 +174,7 @@ impl Split {
                 out.indices[first[c] / 3][first[c] % 3]
             };
         }
-        out
+        Ok(out)
     }
 }
 
@@ -196,7 +214,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         let layout = run.execute(|ctx| {
             let layout = unwrap(&mesh, &options, ctx)?;
             ctx.check()?;
-            let split = Split::new(&mesh.triangles, &layout.corner_uv);
+            let split = Split::new(mesh.positions.len(), &mesh.triangles, &layout.corner_uv, ctx)?;
             let coverage = measure::uv::coverage(&layout.corner_uv, layout.pages);
             Ok(Layout { layout, split, coverage })
         })?;
