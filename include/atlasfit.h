@@ -1436,7 +1436,8 @@ atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
 
 /**
  * Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
- * the order of its triangles.
+ * the order of its triangles. Charts so long that one would decide the size of the page are cut across, unless the options set max_charts, a density or
+ * several pages.
  *
  * @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
  * @param options How to unwrap; NULL = the defaults.

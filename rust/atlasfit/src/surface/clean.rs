@@ -385,7 +385,7 @@ pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     }
     let mut fan = Vec::new();
     for v in 0..n {
-        ctx.check_at(v * 4)?;
+        ctx.check_at(v)?;
         let tris = &around[start[v] as usize..start[v + 1] as usize];
         if tris.len() < 2 {
             continue;

@@ -28,12 +28,12 @@ impl Chart {
         self.uv.len()
     }
 
-    /// Builds the local mesh of `faces`. `across(i, k)` gives the place in `faces` of the face beyond edge `k` of the face
-    /// at place `i` if the edge is to be glued. Positions start at zero. `None` when the run is to stop: the caller checks.
+    /// Builds the local mesh of `faces`. `across(i, f, k)` gives the place in `faces` of the face beyond edge `k` of face
+    /// `f`, which is at place `i`, if the edge is to be glued. Positions start at zero. `None` when the run is to stop: the caller checks.
     pub(super) fn glue(
         s: &Surface,
         faces: Vec<u32>,
-        across: impl Fn(usize, usize) -> Option<u32>,
+        across: impl Fn(usize, usize, usize) -> Option<u32>,
         ctx: &Context<'_>,
     ) -> Option<Self> {
         let mut corner = vec![NONE; faces.len() * 3];
@@ -50,7 +50,7 @@ impl Chart {
                     let (mut f, mut c) = (i, k);
                     loop {
                         let slot = if forward { c } else { (c + 2) % 3 };
-                        let Some(g) = across(f, slot) else { break };
+                        let Some(g) = across(f, faces[f] as usize, slot) else { break };
                         let h = s.mate[faces[f] as usize][slot] as usize % 3;
                         // The mate runs backwards: our vertex is its end, or its start when turning back.
                         (f, c) = (g as usize, if forward { (h + 1) % 3 } else { h });
@@ -65,10 +65,10 @@ impl Chart {
         }
         let tris: Vec<[u32; 3]> = corner.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         let mut border = Vec::new();
-        for i in 0..faces.len() {
+        for (i, &f) in faces.iter().enumerate() {
             ctx.check_at(i).ok()?;
             for k in 0..3 {
-                if across(i, k).is_none() {
+                if across(i, f as usize, k).is_none() {
                     border.push((i as u32, k as u8));
                 }
             }

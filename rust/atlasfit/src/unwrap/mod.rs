@@ -421,9 +421,8 @@ fn first_charts(
             if ctx.check().is_err() || faces.is_empty() {
                 return Vec::new();
             }
-            let own = faces.clone();
-            let across = |i: usize, k: usize| {
-                let h = s.mate[own[i] as usize][k];
+            let across = |_, f: usize, k: usize| {
+                let h = s.mate[f][k];
                 (h != NONE && label[h as usize / 3] == id as u32).then(|| index_of[h as usize / 3])
             };
             let chart = Chart::glue(s, faces, across, ctx);
@@ -442,8 +441,8 @@ fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64, ctx: &Con
         .chunk_by(|a, b| a.0 == b.0)
         .flat_map(|group| {
             let own: Vec<u32> = group.iter().map(|g| g.1).collect();
-            let across = |i: usize, k: usize| {
-                let h = s.mate[own[i] as usize][k];
+            let across = |_, f: usize, k: usize| {
+                let h = s.mate[f][k];
                 if h == NONE { None } else { own.binary_search(&(h / 3)).ok().map(|i| i as u32) }
             };
             let chart = Chart::glue(s, own.clone(), across, ctx);
@@ -563,7 +562,7 @@ fn pieces(s: &Surface, c: &Chart, side: &[bool], ctx: &Context<'_>) -> Vec<(Char
         .into_iter()
         .filter_map(|g| {
             let faces: Vec<u32> = g.iter().map(|&i| c.faces[i as usize]).collect();
-            let across = |i: usize, k: usize| {
+            let across = |i: usize, _, k: usize| {
                 let i = g[i] as usize;
                 let j = beyond[i][k];
                 (j != NONE && part[j as usize] == part[i]).then(|| rank[j as usize])

@@ -138,9 +138,7 @@ fn build<T: Send>(
             if ctx.check().is_err() {
                 return None;
             }
-            let own = faces.clone();
-            let across = |i: usize, k: usize| {
-                let f = own[i] as usize;
+            let across = |_, f: usize, k: usize| {
                 let h = s.mate[f][k];
                 if h == NONE {
                     return None;
