@@ -818,6 +818,10 @@ typedef struct {
    * Share of the pages that lies under triangles.
    */
   double coverage;
+  /**
+   * Wall time of unwrapping, in seconds, without reading the mesh in and making the split form.
+   */
+  double seconds;
 } atlasfit_uv_info;
 
 /**

@@ -291,6 +291,7 @@ class atlasfit_uv_info(Sized):
         ("stretch_bound", c_double),
         ("over_stretched", c_double),
         ("coverage", c_double),
+        ("seconds", c_double),
     ]
 
 

@@ -48,6 +48,8 @@ class UvInfo:
     """Share of the area stretched beyond the bound."""
     coverage: float
     """Share of the pages that lies under faces."""
+    seconds: float
+    """Wall time of unwrapping itself."""
 
 
 @dataclass(frozen=True)

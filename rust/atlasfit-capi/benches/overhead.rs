@@ -1,14 +1,11 @@
-//! What the C ABI adds to the core's own time. Denoising: the time of all calls, results copied out, less that of the core's stages in the same
-//! run. Unwrapping: the same work by both in turn, the least of some runs each.
+//! What the C ABI adds to the core's own time: the time of all calls, results copied out, less that of the core in the same run; the least of some
+//! runs each.
 //!
 //! `cargo bench -p atlasfit-capi`. A measurement: what else the machine does counts too.
 
 #[path = "../tests/scene/mod.rs"]
 mod scene;
 
-use atlasfit::Run;
-use atlasfit::geometry::TriMesh;
-use atlasfit::unwrap::{UnwrapOptions, unwrap};
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::ATLASFIT_OK;
@@ -25,22 +22,11 @@ fn ok(status: i32) {
     assert_eq!(status, ATLASFIT_OK, "{}", last_error());
 }
 
-fn print(what: &str, core: f64, more: f64) {
+/// Runs `abi`, which gives its own seconds and the core's in them, and prints the least of both parts.
+fn measure(what: &str, abi: impl Fn() -> (f64, f64)) {
+    let runs = (0..RUNS).map(|_| abi()).map(|(all, core)| (core, all - core));
+    let (core, more) = runs.fold((f64::INFINITY, f64::INFINITY), |a, r| (a.0.min(r.0), a.1.min(r.1)));
     println!("{what}: core {:.1} ms, ABI {:+.2} ms, {:+.2} %", 1e3 * core, 1e3 * more, 100.0 * more / core);
-}
-
-/// Least seconds of the core and of the ABI, in turn.
-fn compare(what: &str, core: impl Fn(), abi: impl Fn()) {
-    let timed = |work: &dyn Fn()| {
-        let start = Instant::now();
-        work();
-        start.elapsed().as_secs_f64()
-    };
-    let mut least = [f64::INFINITY; 2];
-    for _ in 0..RUNS {
-        least = [least[0].min(timed(&core)), least[1].min(timed(&abi))];
-    }
-    print(what, least[0], least[1] - least[0]);
 }
 
 /// A grid of waves of 2 n² triangles.
@@ -74,25 +60,21 @@ fn main() {
             black_box((positions, triangles, uv));
             (start.elapsed().as_secs_f64(), report.stage_seconds.iter().sum::<f64>())
         };
-        let runs = (0..RUNS).map(|_| abi()).map(|(all, core)| (core, all - core));
-        let (core, more) = runs.fold((f64::INFINITY, f64::INFINITY), |a, r| (a.0.min(r.0), a.1.min(r.1)));
-        print(&format!("denoise, {n} points"), core, more);
+        measure(&format!("denoise, {n} points"), abi);
     }
     for n in [20, 100, 500] {
         let (xyz, triangles) = waves(n);
-        let core = || {
-            let positions = xyz.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
-            let mesh = TriMesh::new(positions, triangles.as_chunks().0.to_vec());
-            let options = UnwrapOptions::default();
-            black_box(Run::default().execute(|ctx| unwrap(&mesh, &options, ctx))).expect("the core unwraps");
-        };
         let abi = || unsafe {
-            let (mut uv, mut corners) = (null_mut(), vec![0f32; 2 * triangles.len()]);
+            let start = Instant::now();
+            let (mut uv, mut info) = (null_mut(), output::<atlasfit_uv_info>());
+            let mut corners = vec![0f32; 2 * triangles.len()];
             ok(atlasfit_unwrap(&mesh(&xyz, &triangles), null(), &init(atlasfit_run_init), &mut uv));
+            ok(atlasfit_uv_get_info(uv, &mut info));
             ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), corners.len()));
             ok(atlasfit_uv_free(uv));
             black_box(corners);
+            (start.elapsed().as_secs_f64(), info.seconds)
         };
-        compare(&format!("unwrap, {} triangles", 2 * n * n), core, abi);
+        measure(&format!("unwrap, {} triangles", 2 * n * n), abi);
     }
 }

@@ -8,6 +8,7 @@ use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
 use atlasfit::{Context, measure};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
 pub const ATLASFIT_PACK_SHAPES: u32 = 0;
@@ -123,6 +124,7 @@ pub(crate) struct Layout {
     layout: UvLayout,
     split: Split,
     coverage: f64,
+    seconds: f64,
 }
 
 /// The mesh with one vertex per corner's vertex and UV: what graphics cards draw.
@@ -213,11 +215,13 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         let input::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = input::mesh(mesh)?;
         let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
         let layout = run.execute(|ctx| {
+            let start = Instant::now();
             let layout = unwrap(&mesh, &options, ctx)?;
+            let seconds = start.elapsed().as_secs_f64();
             ctx.check()?;
             let split = Split::new(mesh.positions.len(), &mesh.triangles, &layout.corner_uv, ctx)?;
             let coverage = measure::uv::coverage(&layout.corner_uv, layout.pages);
-            Ok(Layout { layout, split, coverage })
+            Ok(Layout { layout, split, coverage, seconds })
         })?;
         handle::give(Object::Uv(Arc::new(layout)), out);
         Ok(())
@@ -266,6 +270,8 @@ pub struct atlasfit_uv_info {
     pub over_stretched: f64,
     /// Share of the pages that lies under triangles.
     pub coverage: f64,
+    /// Wall time of unwrapping, in seconds, without reading the mesh in and making the split form.
+    pub seconds: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -306,6 +312,7 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             stretch_bound: l.stretch_bound,
             over_stretched: l.over_stretched,
             coverage: both.coverage,
+            seconds: both.seconds,
         };
         sized::write(info, value)
     })

@@ -35,7 +35,7 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
         atlasfit_unwrap_options { struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams reserved
             texels_per_unit hard_edge_angle }
         atlasfit_uv_info { struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces non_manifold_edges
-            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched coverage }
+            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched coverage seconds }
         atlasfit_bake_options { struct_size width height padding page }
         atlasfit_topology { struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges boundary_loops
             non_manifold_edges non_manifold_vertices inconsistent_edges euler genus orientable closed }

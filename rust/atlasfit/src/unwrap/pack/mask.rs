@@ -247,12 +247,6 @@ pub(in crate::unwrap) fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
     best.1
 }
 
-/// A chart in one rotation.
-pub(super) fn pose(c: &Chart, rotation: [f64; 2], cell: f64, grow: usize) -> Pose {
-    let (cells, origin) = Bits::of(&rotated(&c.outline(), rotation), cell);
-    Pose { rotation, origin, tight: cells.mask(), grown: cells.grown(grow).mask() }
-}
-
 /// The rotations of a chart: `turns` times four, from its upright pose.
 pub(super) fn poses(c: &Chart, upright: [f64; 2], cell: f64, grow: usize, turns: usize) -> Vec<Pose> {
     let (outline, mut out) = (c.outline(), Vec::new());

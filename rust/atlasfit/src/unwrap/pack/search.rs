@@ -24,8 +24,12 @@ const ROOM: f64 = 0.985;
 const WIDTHS: usize = 4;
 /// Orders tried at once, and rounds of trying; with many charts only `ORDER_WORK` / charts rounds.
 const ORDERS: usize = 2;
-const ORDER_ROUNDS: usize = 40;
+const ORDER_ROUNDS: usize = 30;
 const ORDER_WORK: usize = 2000;
+/// The charts of a mesh of this many faces take about as long to find as their page, searched for that many rounds. Larger meshes are searched for
+/// more rounds in proportion, up to `MOST_EFFORT` times: that costs them little.
+const EFFORT_FACES: f64 = 16_000.0;
+const MOST_EFFORT: f64 = 8.0;
 /// Rounds without success before the page shrinks by half as much at a time, and how often it does so.
 const PATIENCE: usize = 6;
 const HALVINGS: usize = 2;
@@ -55,6 +59,8 @@ pub(super) struct Board {
     aspect: f64,
     /// No page is narrower, in cells.
     narrowest: usize,
+    /// Factor on the rounds of the search.
+    effort: f64,
 }
 
 /// A filled page.
@@ -84,7 +90,9 @@ impl Board {
             .collect();
         let narrowest =
             poses.iter().map(|p| p.iter().map(|q| q.grown.width).min().unwrap_or(0)).max().unwrap_or(0);
-        Self { cell, grow, poses, aspect, narrowest }
+        let faces: usize = charts.iter().map(|c| c.faces.len()).sum();
+        let effort = (faces as f64 / EFFORT_FACES).clamp(1.0, MOST_EFFORT);
+        Self { cell, grow, poses, aspect, narrowest, effort }
     }
 
     /// Rows of a page of some width.
@@ -184,7 +192,9 @@ impl Board {
     /// Changes the order as long as that makes the page smaller.
     fn improve(&self, mut best: Filled, seed: u64, ctx: &Context<'_>) -> Result<Filled> {
         // Many charts fill the gaps anyway, and each try costs more.
-        let rounds = (ORDER_WORK / self.poses.len().max(1)).min(ORDER_ROUNDS) as u64;
+        let times = |n: usize| (n as f64 * self.effort) as usize;
+        let rounds = (ORDER_WORK / self.poses.len().max(1)).min(times(ORDER_ROUNDS)) as u64;
+        let patience = times(PATIENCE);
         let (mut failures, mut halvings) = (0, 0);
         let mut shrink = SHRINK;
         // Charts that did not fit are moved to the front.
@@ -203,10 +213,8 @@ impl Board {
                     if let Some(&c) = urgent.get(v as usize) {
                         advance(&mut order, c, &mut random);
                     }
-                    for _ in 0..1 + random.below(3) {
-                        let c = order[random.below(order.len())];
-                        advance(&mut order, c, &mut random);
-                    }
+                    let c = order[random.below(order.len())];
+                    advance(&mut order, c, &mut random);
                     let filled = self.fill(&order, target, self.rows(target), v % 2 == 1);
                     (order, filled)
                 })
@@ -230,7 +238,7 @@ impl Board {
                 }
                 None => {
                     failures += 1;
-                    if failures == PATIENCE {
+                    if failures == patience {
                         if halvings == HALVINGS {
                             break;
                         }
