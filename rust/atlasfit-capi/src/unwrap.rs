@@ -7,6 +7,7 @@ use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
 use atlasfit::{Context, measure};
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -134,6 +135,11 @@ struct Split {
     uv: Vec<[f32; 2]>,
 }
 
+/// UVs of a vertex that are looked through one after the other; more are looked up.
+const CHAIN: usize = 8;
+/// No vertex.
+const NONE: u32 = u32::MAX;
+
 impl Split {
     /// Vertices are numbered in the order of their first corners.
     fn new(
@@ -142,39 +148,39 @@ impl Split {
         corner_uv: &[[[f32; 2]; 3]],
         ctx: &Context<'_>,
     ) -> Result<Self, atlasfit::Error> {
-        let key = |c: &usize| corner_uv[c / 3][c % 3].map(f32::to_bits);
-        // The corners at each vertex, one vertex after the other.
-        let mut start = vec![0usize; vertices + 1];
-        triangles.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
-        (0..vertices).for_each(|v| start[v + 1] += start[v]);
-        ctx.check()?;
-        let mut order = vec![0usize; 3 * triangles.len()];
-        let mut next = start.clone();
-        for (c, &v) in triangles.iter().flatten().enumerate() {
-            ctx.check_at(c)?;
-            order[next[v as usize]] = c;
-            next[v as usize] += 1;
-        }
-        let mut first = vec![0usize; order.len()];
-        for v in 0..vertices {
-            ctx.check_at(v)?;
-            let corners = &mut order[start[v]..start[v + 1]];
-            corners.sort_unstable_by_key(|c| (key(c), *c));
-            for group in corners.chunk_by(|a, b| key(a) == key(b)) {
-                group.iter().for_each(|&c| first[c] = group[0]);
+        let mut out =
+            Self { indices: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
+        // The new vertices of each vertex: the last one, and for each new one the one before it.
+        let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
+        let mut more: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
+        for (f, (triangle, corners)) in triangles.iter().zip(corner_uv).enumerate() {
+            ctx.check_at(f)?;
+            let mut index = [0; 3];
+            for ((&v, uv), index) in triangle.iter().zip(corners).zip(&mut index) {
+                let bits = uv.map(f32::to_bits);
+                let mut at = last[v as usize];
+                let mut seen = 0;
+                while at != NONE && seen < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
+                    at = before[at as usize];
+                    seen += 1;
+                }
+                if seen == CHAIN {
+                    at = more.get(&(v, bits)).copied().unwrap_or(NONE);
+                }
+                if at == NONE {
+                    at = out.source.len() as u32;
+                    out.source.push(v);
+                    out.uv.push(*uv);
+                    if seen == CHAIN {
+                        more.insert((v, bits), at);
+                        before.push(NONE);
+                    } else {
+                        before.push(std::mem::replace(&mut last[v as usize], at));
+                    }
+                }
+                *index = at;
             }
-        }
-        let mut out = Self { indices: vec![[0; 3]; triangles.len()], source: Vec::new(), uv: Vec::new() };
-        for c in 0..order.len() {
-            ctx.check_at(c)?;
-            out.indices[c / 3][c % 3] = if first[c] == c {
-                out.source.push(triangles[c / 3][c % 3]);
-                out.uv.push(corner_uv[c / 3][c % 3]);
-                out.source.len() as u32 - 1
-            } else {
-                // The first corner of its kind comes earlier, so it has its number already.
-                out.indices[first[c] / 3][first[c] % 3]
-            };
+            out.indices.push(index);
         }
         Ok(out)
     }
@@ -214,15 +220,16 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         let mut run = core_run(run)?;
         let input::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = input::mesh(mesh)?;
         let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
-        let layout = run.execute(|ctx| {
-            let start = Instant::now();
+        let start = Instant::now();
+        let (mut layout, after) = run.execute(|ctx| {
             let layout = unwrap(&mesh, &options, ctx)?;
-            let seconds = start.elapsed().as_secs_f64();
             ctx.check()?;
+            let end = Instant::now();
             let split = Split::new(mesh.positions.len(), &mesh.triangles, &layout.corner_uv, ctx)?;
             let coverage = measure::uv::coverage(&layout.corner_uv, layout.pages);
-            Ok(Layout { layout, split, coverage, seconds })
+            Ok((Layout { layout, split, coverage, seconds: 0.0 }, end.elapsed()))
         })?;
+        layout.seconds = start.elapsed().saturating_sub(after).as_secs_f64();
         handle::give(Object::Uv(Arc::new(layout)), out);
         Ok(())
     })
@@ -399,4 +406,40 @@ pub unsafe extern "C" fn atlasfit_uv_split(
         copy_out(&s.source, sources, vertex_capacity, "sources")?;
         copy_out(s.uv.as_flattened(), vertex_uv, vertex_capacity.saturating_mul(2), "vertex UVs")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use atlasfit::Run;
+    use std::collections::HashSet;
+
+    #[test]
+    fn the_split_form_has_one_vertex_per_vertex_and_uv_however_many_meet() {
+        // A fan round vertex 0: seven of eight triangles have a UV of their own there.
+        let triangles: Vec<[u32; 3]> = (0..40).map(|i| [0, 1 + i, 2 + i]).collect();
+        let at = |i: u32, v: u32| {
+            [if i.is_multiple_of(8) { 0.0 } else { f32::from(i as u16) }, f32::from(v as u16)]
+        };
+        let corner_uv: Vec<[[f32; 2]; 3]> = triangles
+            .iter()
+            .map(|t| [at(t[1] - 1, 0), [0.5, f32::from(t[1] as u16)], [0.5, f32::from(t[2] as u16)]])
+            .collect();
+        let split = Run::default()
+            .execute(|ctx| Split::new(42, &triangles, &corner_uv, ctx))
+            .expect("nothing cancels");
+        let corners = || triangles.iter().flatten().zip(corner_uv.iter().flatten());
+        for ((&v, uv), &i) in corners().zip(split.indices.iter().flatten()) {
+            assert_eq!((split.source[i as usize], &split.uv[i as usize]), (v, uv));
+        }
+        let distinct: HashSet<(u32, [u32; 2])> =
+            corners().map(|(&v, uv)| (v, uv.map(f32::to_bits))).collect();
+        assert_eq!(split.source.len(), distinct.len());
+        // In the order of their first corners.
+        let mut met = 0;
+        for &i in split.indices.iter().flatten() {
+            assert!(i <= met);
+            met = met.max(i + 1);
+        }
+    }
 }
