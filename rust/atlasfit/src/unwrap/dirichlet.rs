@@ -3,9 +3,9 @@
 //! In: a disk's triangles, their rest shapes and border. Out: positions of least symmetric Dirichlet energy, area times
 //! s1² + s2² + 1/s1² + 1/s2² (Smith, Schaefer 2015). Start: a convex embedding (Tutte 1963). Steps: the energy's gradient
 //! through a weighted Laplacian, weights from the energy's curvature (after Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, one weight for both
-//! directions), no step so long that a triangle turns over.
+//! directions), no step so long that a triangle turns over. Then triangles beyond a stretch bound count more, for less area beyond it.
 
-use super::flatten::{all_positive, corners, cotangents, singular, twice_area};
+use super::flatten::{all_positive, corners, cotangents, singular, stretch, twice_area};
 use super::solver::{Factor, Graph};
 use super::surface::NONE;
 use crate::run::Context;
@@ -15,6 +15,10 @@ use std::f64::consts::PI;
 const STEPS: usize = 40;
 /// Steps end when one lowers the energy by less than this share.
 const SETTLED: f64 = 1e-3;
+/// Rounds in which what is beyond the stretch bound counts this much more, and steps in each.
+const REWEIGHTS: usize = 3;
+const MORE: f64 = 2.0;
+const MORE_STEPS: usize = 10;
 /// Weights, against those at rest, are at most this: triangles near collapse must not freeze the rest.
 const STIFFEST: f64 = 1e4;
 /// Share of the step to the first collapse that may be taken.
@@ -22,51 +26,87 @@ const SHORT_OF: f64 = 0.8;
 /// What holds the border of the convex start, and the whole against drifting.
 const HELD: (f64, f64) = (1e8, 1e-9);
 
-/// Positions of the disk's vertices, all triangles counter-clockwise; `None` for what is no disk, or has a triangle too thin for numbers.
+/// Positions of the disk's vertices, all triangles counter-clockwise and little area stretched beyond `bound`; `None` for what is no disk, or has a triangle too thin for numbers.
 pub(super) fn flatten(
     tris: &[[u32; 3]],
     rest: &[[f64; 3]],
     border: &[(u32, u8)],
     vertices: usize,
+    bound: f64,
     ctx: &Context<'_>,
 ) -> Option<Vec<[f64; 2]>> {
     let cot = cotangents(rest);
     let mut uv = convex(tris, rest, &cot, border, vertices, ctx)?;
+    let mut importance = vec![1.0; tris.len()];
+    minimise(tris, rest, &cot, &importance, &mut uv, STEPS, ctx)?;
+    // What is beyond the bound counts more, and the rest makes room for it.
+    let beyond = |uv: &[[f64; 2]]| -> (f64, Vec<bool>) {
+        let is = |(t, &r): (&[u32; 3], &[f64; 3])| stretch(r, corners(*t, uv)) > bound;
+        let all: Vec<bool> = tris.iter().zip(rest).map(is).collect();
+        (all.iter().zip(rest).filter(|b| *b.0).map(|(_, r)| r[0] * r[2]).sum(), all)
+    };
+    let (mut least, mut over) = beyond(&uv);
+    for _ in 0..REWEIGHTS {
+        if least == 0.0 {
+            break;
+        }
+        importance.iter_mut().zip(&over).filter(|i| *i.1).for_each(|i| *i.0 *= MORE);
+        let mut at = uv.clone();
+        minimise(tris, rest, &cot, &importance, &mut at, MORE_STEPS, ctx)?;
+        let (area, still) = beyond(&at);
+        over = still;
+        if area < least {
+            (uv, least) = (at, area);
+        }
+    }
+    all_positive(tris, &uv).then_some(uv)
+}
+
+/// Lowers the energy, each triangle's times its importance. `None` when the run is to stop: the caller checks.
+fn minimise(
+    tris: &[[u32; 3]],
+    rest: &[[f64; 3]],
+    cot: &[[f64; 3]],
+    importance: &[f64],
+    uv: &mut Vec<[f64; 2]>,
+    steps: usize,
+    ctx: &Context<'_>,
+) -> Option<()> {
     let mut work = Vec::new();
-    let mut now = energy(tris, rest, &uv);
-    for _ in 0..STEPS {
-        let mut step = vec![[0.0; 2]; vertices];
-        let mut weight = cot.clone();
-        for ((t, &r), w) in tris.iter().zip(rest).zip(&mut weight) {
-            let p = corners(*t, &uv);
+    let mut now = energy(tris, rest, importance, uv);
+    for _ in 0..steps {
+        let mut step = vec![[0.0; 2]; uv.len()];
+        let mut weight = cot.to_vec();
+        for (((t, &r), &i), w) in tris.iter().zip(rest).zip(importance).zip(&mut weight) {
+            let p = corners(*t, uv);
             for (v, g) in t.iter().zip(gradient(r, p)) {
                 let s = &mut step[*v as usize];
-                *s = [s[0] - g[0], s[1] - g[1]];
+                *s = [s[0] - i * g[0], s[1] - i * g[1]];
             }
             let (s1, s2) = singular(r, p);
             // Half the energy's second derivatives in s1 and s2, mean.
             let stiff = 1.0 + 1.5 * (s1.powi(-4) + s2.powi(-4));
-            *w = w.map(|w| 2.0 * w * stiff.min(STIFFEST));
+            *w = w.map(|w| 2.0 * i * w * stiff.min(STIFFEST));
         }
-        let graph = Graph::from_triangles(vertices, tris, &weight, ctx);
-        Factor::laplacian(&graph, &uv, |_| HELD.1, ctx).solve(&mut step, &mut work, ctx);
+        let graph = Graph::from_triangles(uv.len(), tris, &weight, ctx);
+        Factor::laplacian(&graph, uv, |_| HELD.1, ctx).solve(&mut step, &mut work, ctx);
         ctx.check().ok()?;
-        let mut length = (SHORT_OF * first_collapse(tris, &uv, &step)).min(1.0);
+        let mut length = (SHORT_OF * first_collapse(tris, uv, &step)).min(1.0);
         let next = (0..12).find_map(|_| {
             let at: Vec<[f64; 2]> =
                 uv.iter().zip(&step).map(|(p, d)| [p[0] + length * d[0], p[1] + length * d[1]]).collect();
             length *= 0.5;
-            let e = energy(tris, rest, &at);
+            let e = energy(tris, rest, importance, &at);
             (e < now).then_some((at, e))
         });
         let Some((at, e)) = next else { break };
         let settled = now - e < SETTLED * now;
-        (uv, now) = (at, e);
+        (*uv, now) = (at, e);
         if settled {
             break;
         }
     }
-    all_positive(tris, &uv).then_some(uv)
+    Some(())
 }
 
 /// The disk with its border on a circle of the disk's area.
@@ -149,13 +189,14 @@ fn spread(graph: &Graph, uv: &[[f64; 2]], pinned: &[bool]) -> Vec<[f64; 2]> {
 }
 
 /// The energy; infinite where a triangle is flipped.
-fn energy(tris: &[[u32; 3]], rest: &[[f64; 3]], uv: &[[f64; 2]]) -> f64 {
+fn energy(tris: &[[u32; 3]], rest: &[[f64; 3]], importance: &[f64], uv: &[[f64; 2]]) -> f64 {
     tris.iter()
         .zip(rest)
-        .map(|(t, &r)| {
+        .zip(importance)
+        .map(|((t, &r), i)| {
             let (s1, s2) = singular(r, corners(*t, uv));
             if s2 > 0.0 {
-                0.5 * r[0] * r[2] * (s1 * s1 + s2 * s2 + (s1 * s1).recip() + (s2 * s2).recip())
+                0.5 * i * r[0] * r[2] * (s1 * s1 + s2 * s2 + (s1 * s1).recip() + (s2 * s2).recip())
             } else {
                 f64::INFINITY
             }
@@ -257,7 +298,7 @@ mod tests {
                 let at = |d: f64| {
                     let mut q = p.to_vec();
                     q[v][k] += d;
-                    energy(&[[0, 1, 2]], &[rest], &q)
+                    energy(&[[0, 1, 2]], &[rest], &[1.0], &q)
                 };
                 let finite = (at(h) - at(-h)) / (2.0 * h);
                 assert!((finite - g[v][k]).abs() < 1e-6 * (1.0 + finite.abs()), "{finite} {}", g[v][k]);
@@ -270,11 +311,12 @@ mod tests {
         for (polar, bound) in [(1.5, 1.3), (2.9, 6.0)] {
             let (tris, rest, border, n) = cap(24, polar);
             let uv = Run::default()
-                .execute(|ctx| Ok(flatten(&tris, &rest, &border, n, ctx)))
+                .execute(|ctx| Ok(flatten(&tris, &rest, &border, n, f64::INFINITY, ctx)))
                 .unwrap()
                 .expect("a disk");
             assert!(all_positive(&tris, &uv));
-            let mean = energy(&tris, &rest, &uv) / (2.0 * rest.iter().map(|r| r[0] * r[2]).sum::<f64>());
+            let mean = energy(&tris, &rest, &vec![1.0; tris.len()], &uv)
+                / (2.0 * rest.iter().map(|r| r[0] * r[2]).sum::<f64>());
             assert!(mean < bound, "polar {polar}: mean energy {mean} of its least");
         }
     }
@@ -286,7 +328,8 @@ mod tests {
         let (tris, rest) = (tris[24..].to_vec(), rest[24..].to_vec());
         let mut border: Vec<(u32, u8)> = border.iter().map(|&(i, k)| (i - 24, k)).collect();
         border.extend((0..24).map(|j| (2 * j, 2)));
-        let none = Run::default().execute(|ctx| Ok(flatten(&tris, &rest, &border, n, ctx))).unwrap();
+        let none =
+            Run::default().execute(|ctx| Ok(flatten(&tris, &rest, &border, n, f64::INFINITY, ctx))).unwrap();
         assert!(none.is_none());
     }
 }

@@ -279,6 +279,7 @@ fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart
     if s.faces() <= LARGE {
         let mut charts = merge::Charts::new(s.faces(), first_charts(s, &label, count, Some(bound), ctx)?);
         merge::merge(s, &mut charts, bound, ctx)?;
+        merge::spend(s, &mut charts, bound, ctx)?;
         Ok(charts.list.into_iter().flatten().collect())
     } else {
         let pieces = first_charts(s, &label, count, None, ctx)?;
