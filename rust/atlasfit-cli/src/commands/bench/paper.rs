@@ -40,6 +40,10 @@ pub struct Args {
     /// Steps of the paper's recipe, at most; with --speed, of the reference
     #[arg(long, default_value_t = NetworkOptions::default().iterations, value_name = "N")]
     steps: usize,
+    /// Weight of the stretch term where there is one, beside Chamfer distances that are sums, as the paper writes them. Where they are means, as in
+    /// much code, a weight of 1 is one of about 30,000 here
+    #[arg(long, default_value_t = NetworkOptions::default().stretch_weight, value_name = "LAMBDA")]
+    stretch: f64,
     /// Shapes
     #[arg(long, value_delimiter = ',', default_value = "bunny,dragon,car,cup,mobius,chair,spiral,ring")]
     shapes: Vec<String>,
@@ -200,9 +204,15 @@ impl Bench<'_> {
     /// A cell's name in the results: those of another size or recipe are other cells.
     fn full_key(&self, key: &str) -> String {
         let size = if self.args.quick { "quick" } else { "full" };
+        let stretch = self.args.stretch;
+        let weight = if stretch == NetworkOptions::default().stretch_weight {
+            String::new()
+        } else {
+            format!(" stretch {stretch}")
+        };
         match self.args.recipe {
-            Training::Fast => format!("{key} {size} fast"),
-            Training::Paper => format!("{key} {size} paper {}", self.args.steps),
+            Training::Fast => format!("{key} {size} fast{weight}"),
+            Training::Paper => format!("{key} {size} paper {}{weight}", self.args.steps),
         }
     }
 
@@ -284,7 +294,7 @@ impl Bench<'_> {
             network: if variant == "conv" { Network::Conv } else { Network::Dense },
             charts: if variant.contains('1') { 1 } else { 8 },
             dim: if variant.starts_with('C') { Dim::Contour } else { Dim::Surface },
-            stretch_weight: if variant.ends_with('R') || variant == "conv" { 1.0 } else { 0.0 },
+            stretch_weight: if variant.ends_with('R') || variant == "conv" { self.args.stretch } else { 0.0 },
             recipe: if self.args.recipe == Training::Paper || self.args.quick {
                 Recipe::Paper
             } else {
@@ -496,7 +506,8 @@ impl Bench<'_> {
         };
         let _ = writeln!(
             out,
-            "# Deep Manifold Prior, reproduced\n\nChamfer distance as in the paper (16,000 samples, mean squared distance, both directions added). Recipe: {recipe}. In brackets the paper's figure.\n"
+            "# Deep Manifold Prior, reproduced\n\nChamfer distance as in the paper (16,000 samples, mean squared distance, both directions added). Recipe: {recipe}; weight of the stretch term {}. In brackets the paper's figure.\n",
+            self.args.stretch
         );
         let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
         let both = |ours: Option<f64>, paper: Option<f64>| match paper {
