@@ -339,7 +339,9 @@ fn singular_values(mesh: &TriMesh, i: usize, uv: &[[f64; 2]; 3], to_space: f64) 
     let (e, g) = (du[0] * du[0] + du[1] * du[1], dv[0] * dv[0] + dv[1] * dv[1]);
     let f = du[0] * dv[0] + du[1] * dv[1];
     let root = (0.25 * (e - g) * (e - g) + f * f).sqrt();
-    ((0.5 * (e + g) + root).sqrt(), (0.5 * (e + g) - root).max(0.0).sqrt())
+    let larger = (0.5 * (e + g) + root).sqrt();
+    // Their product is the determinant: the difference of squares would leave nothing of a small one.
+    (larger, (du[0] * dv[1] - du[1] * dv[0]).abs() / larger.max(f64::MIN_POSITIVE))
 }
 
 struct Stretch {
@@ -631,6 +633,14 @@ mod tests {
         assert!(!q.finite && !q.inside);
         assert_eq!(q.degenerate, 1);
         near(q.stretch_median, 1.0, 0.1);
+    }
+
+    #[test]
+    fn the_smaller_stretch_of_a_needle_is_exact_however_large_the_other_is() {
+        // 1 by 1e-9 in space, sheared far sideways in the texture at the same area: s1 is 1e9, s2 its inverse.
+        let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1e-9, 0.0]], vec![[0, 1, 2]]);
+        let (s1, s2) = singular_values(&mesh, 0, &[[0.0, 0.0], [1.0, 0.0], [1.0, 1e-9]], 1.0);
+        assert!((s1 / 1e9 - 1.0).abs() < 1e-9 && (s2 / 1e-9 - 1.0).abs() < 1e-9, "{s1} {s2}");
     }
 
     #[test]
