@@ -33,8 +33,9 @@ const PROGRESS: f64 = 0.9;
 const PASSES: usize = 60;
 /// What may come near is found again after charts moved by half of this.
 const MARGIN: f64 = 3.0;
-/// More charts than this leave little to gain.
+/// More charts than this leave little to gain; more border edges take too much memory, at some fifty near ones each.
 const MOST: usize = 1000;
+const MOST_EDGES: usize = 100_000;
 
 /// A chart as it was placed: its border, in units.
 struct Shape {
@@ -72,7 +73,7 @@ pub(super) fn tighten(
     goal: &Goal,
     ctx: &Context<'_>,
 ) -> Result<Option<(Vec<Place>, f64)>> {
-    if charts.len() > MOST {
+    if charts.len() > MOST || charts.iter().map(|c| c.border.len()).sum::<usize>() > MOST_EDGES {
         return Ok(None);
     }
     let unit = f64::from(goal.page[0]) / density / UNITS;
