@@ -241,9 +241,7 @@ pub(super) fn spend(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
         let (pairs, _) = neighbours(s, charts);
         let mut fresh: Vec<(u32, u32)> = pairs.iter().map(|p| (p.0, p.1)).collect();
         fresh.dedup();
-        fresh.retain(|p| {
-            !(tried.contains_key(p) || charts.settled[p.0 as usize] && charts.settled[p.1 as usize])
-        });
+        fresh.retain(|p| !tried.contains_key(p));
         let results: Vec<Option<Chart>> = (fresh.par_iter())
             .map(|&(a, b)| ctx.check().ok().and_then(|()| join_two(s, charts, a, b, goal, ctx)))
             .collect();

@@ -2,7 +2,7 @@
 //!
 //! In: flattened charts (all at one scale), page size and padding in texels. Out: page, rotation and position per chart.
 //! Charts are rasterised to bit masks (`mask`) in several rotations and put at the lowest free place (`strip`). For one
-//! page, the order of placing is searched for (`search`), then the last cells are squeezed out (`tighten`). Several pages,
+//! page, the order of placing is searched for (`search`), then the charts are pushed together (`tighten`). Several pages,
 //! or a given density, are pages of fixed size filled one after the other. `boxes` is the fast way; `outside` asks a
 //! packer that is no part of the library.
 

@@ -13,11 +13,11 @@ use crate::unwrap::chart::Chart;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Lengths here are in this share of the page's width as it comes in.
+/// Lengths here are in this share of the page's longer side as it comes in.
 const UNITS: f64 = 1024.0;
 /// Least distance of charts, where no padding is asked for.
 const LEAST_GAP: f64 = 0.25;
-/// The charts' distances may lack this much for a moment, and are aimed to have as much too much.
+/// The charts' distances may lack this much, and are aimed to have as much too much.
 const TOLERANCE: f64 = 0.01;
 /// The page shrinks by this much at a time, at most; by half as much after a failure, so many times; so often in all.
 const STEP: f64 = 3.0;
@@ -54,7 +54,7 @@ struct Contact {
     normal: [f64; 2],
 }
 
-/// Page of some width, in units.
+/// A page, in units.
 #[derive(Clone, Copy)]
 struct Page {
     size: [f64; 2],
@@ -76,44 +76,45 @@ pub(super) fn tighten(
     if charts.len() > MOST || charts.iter().map(|c| c.border.len()).sum::<usize>() > MOST_EDGES {
         return Ok(None);
     }
-    let unit = f64::from(goal.page[0]) / density / UNITS;
+    let longer = f64::from(goal.page[0].max(goal.page[1]));
+    let unit = longer / density / UNITS;
     let shapes: Vec<Shape> =
         charts.par_iter().zip(places).map(|(c, p)| Shape::new(&c.outline(), p, unit)).collect();
     ctx.check()?;
-    let aspect = f64::from(goal.page[1]) / f64::from(goal.page[0]);
-    let share = f64::from(goal.padding) / f64::from(goal.page[0]);
-    let page = |width: f64| Page { size: [width, width * aspect], gap: (share * width).max(LEAST_GAP) };
-    let mut width = UNITS;
+    let shape = goal.page.map(|p| f64::from(p) / longer);
+    let share = f64::from(goal.padding) / longer;
+    let page = |side: f64| Page { size: shape.map(|s| s * side), gap: (share * side).max(LEAST_GAP) };
+    let mut side = UNITS;
     let mut shifts = vec![[0.0; 2]; shapes.len()];
-    let mut near = Near::find(&shapes, &shifts, page(width), ctx)?;
+    let mut near = Near::find(&shapes, &shifts, page(side), ctx)?;
     let (mut step, mut halvings) = (STEP, 0);
     // Charts pass through each other in no step: two places come nearer by at most its share of how far apart their charts' middles are, and this by
     // less than the least distance.
-    let slow = 0.7 / 1f64.hypot(aspect);
-    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(width)), page(width));
+    let slow = 0.7 / shape[0].hypot(shape[1]);
+    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side)), page(side));
     for _ in 0..TRIES {
         step = step.min(slow * least);
-        let target = width - step;
+        let target = side - step;
         // Towards the corner: what lies between two charts shrinks in proportion to how far apart they are.
-        let pull = step / width;
+        let pull = step / side;
         let mut next: Vec<[f64; 2]> = (shapes.iter().zip(&shifts))
             .map(|(s, d)| [0, 1].map(|k| d[k] - pull * (0.5 * (s.lo[k] + s.hi[k]) + d[k])))
             .collect();
         if let Some(gap) = separate(&shapes, &mut next, page(target), &mut near, ctx)? {
-            (shifts, width, least) = (next, target, gap);
+            (shifts, side, least) = (next, target, gap);
         } else if halvings == HALVINGS {
             break;
         } else {
             (step, halvings) = (0.5 * step, halvings + 1);
         }
     }
-    if width == UNITS {
+    if side == UNITS {
         return Ok(None);
     }
     let moved = (places.iter().zip(&shifts))
         .map(|(p, d)| Place { shift: [0, 1].map(|k| p.shift[k] + d[k] * unit), ..*p })
         .collect();
-    Ok(Some((moved, density * UNITS / width)))
+    Ok(Some((moved, density * UNITS / side)))
 }
 
 impl Shape {
