@@ -1,6 +1,6 @@
 //! `atlasfit bench denoise`: our figures beside the peers'.
 //!
-//! Shapes and noisy samples come from `tests/peers/shapes.py`, the peers' surfaces from `tests/peers/poisson.py`; all are
+//! Shapes and noisy samples come from `tests/peers/shapes.py`, the peers' surfaces from `tests/peers/meshlab.py`; all are
 //! measured here, by the same code. The oracle is the best of the peers' settings in each cell, picked by someone who knows
 //! the truth.
 
@@ -70,7 +70,7 @@ pub struct Args {
     /// The Python that has numpy, and pymeshlab for the peers
     #[arg(long, default_value = "python3", value_name = "PROGRAM")]
     python: PathBuf,
-    /// The folder of shapes.py and poisson.py
+    /// The folder of shapes.py and meshlab.py
     #[arg(long, default_value = "tests/peers", value_name = "DIR")]
     scripts: PathBuf,
     /// Keep scans and surfaces in this folder
@@ -313,14 +313,14 @@ fn peers(
     let repeat = args.repeat.to_string();
     let mut command: Vec<&dyn AsRef<OsStr>> = vec![&noisy, &folder, &repeat];
     command.extend(settings.iter().map(|s| s as &dyn AsRef<OsStr>));
-    let out = python(&args.python, &args.scripts.join("poisson.py"), &command)?;
+    let out = python(&args.python, &args.scripts.join("meshlab.py"), &command)?;
     let mut rows = Vec::new();
     for line in out.lines().filter(|l| l.starts_with('{')) {
-        let said: Value = serde_json::from_str(line).context("poisson.py said something that is no JSON")?;
+        let said: Value = serde_json::from_str(line).context("meshlab.py said something that is no JSON")?;
         let (Some(setting), Some(file), Some(seconds)) =
             (said["setting"].as_str(), said["file"].as_str(), said["seconds"].as_f64())
         else {
-            bail!("poisson.py said {line}: setting, file and seconds were expected");
+            bail!("meshlab.py said {line}: setting, file and seconds were expected");
         };
         let mesh = files::load(Path::new(file), &args.run, console)?.into_mesh();
         let figures = measured(&mesh, truth, args, console)?;
