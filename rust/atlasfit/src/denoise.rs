@@ -11,12 +11,12 @@ use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, dist2, dot};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
-use crate::orient;
-use crate::partition::{self, PATCH_SIZE, grow, tubes};
+use crate::orient::{self, Relation};
+use crate::partition::{self, Cut, PATCH_SIZE, grow, tubes};
 use crate::prior;
 use crate::prior::explicit::{self, NetworkOptions};
 use crate::prior::level_set::{self, LevelSetOptions};
-use crate::project::{self, Projected};
+use crate::project::{self, Membership, Projected};
 use crate::run::{Context, Run, Stage};
 use crate::scan::{self, Scan};
 use crate::surface::{clean, field, holes};
@@ -157,6 +157,8 @@ const LEAST_SPECK: f64 = 8.0;
 /// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels of its size would be many times as many
 /// as the points.
 const VOXEL_SPREAD: f64 = 0.2;
+/// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a few strays make one of any size.
+const UNSUPPORTED: f64 = 12.0;
 /// A point alone covers a disk as wide as this many spacings.
 const ALONE: f64 = 4.2;
 /// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts (measured).
@@ -175,6 +177,10 @@ const NOISE_SETTLED: f64 = 0.85;
 /// The share of the charts that see the noise truly even where others hold two sheets unseen, and how far below the median that quantile lies where
 /// all see it truly.
 const SEEN: (f64, f64) = (0.3, 1.05);
+
+/// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs to which. The second time brings a third of what
+/// the first brings, a third one a third of that.
+const SIDED_ROUNDS: usize = 2;
 
 /// Denoises a scan.
 ///
@@ -301,7 +307,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
     let mut fitted = Vec::new();
     for _ in 0..NOISE_ROUNDS {
-        let patches = partition::partition(&points, &tree, &analysis, size, &tubes.covered, ctx)?;
+        let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
+        let patches = partition::partition(&cut, &tubes.covered, None, ctx)?;
         fitted = fit::fit(&points, &patches, ctx)?;
         // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
         // mislead upwards. Patches are then cut anew.
@@ -324,15 +331,17 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         ));
     }
 
-    ctx.stage(Stage::Project, 3);
-    let members = project::membership(points.len(), &fitted, ctx)?;
-    let relations = orient::relations(&points, &fitted, &members, ctx)?;
-    let (signs, conflicts) = orient::orient(fitted.len(), &relations, ctx)?;
-    for (f, sign) in fitted.iter_mut().zip(&signs) {
-        f.chart.sign = *sign;
+    let mut seen = see(&points, &mut fitted, ctx)?;
+    let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
+    for _ in 0..SIDED_ROUNDS {
+        let known = &seen.projected;
+        let Some(covered) = partition::keep(&cut, &mut fitted, &tubes.covered, known, ctx)? else { break };
+        let patches = partition::partition(&cut, &covered, Some(known), ctx)?;
+        fitted.extend(fit::fit(&points, &patches, ctx)?);
+        seen = see(&points, &mut fitted, ctx)?;
     }
-    ctx.advance(1);
-    let mut projected = project::project_members(&points, &fitted, &members, ctx)?;
+    let Seen { members, relations, conflicts, mut projected } = seen;
+    ctx.stage(Stage::Project, 2);
     let widest = ALONE * project::WIDEST * median_spacing;
     let spread = analysis.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
     let spread = (spread.sum::<f64>() / points.len() as f64).sqrt();
@@ -353,6 +362,13 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f: Fitted| f.chart).collect();
     let contour = field::contour(&charts, anchors, &relations, &conflicts, voxel, ctx)?;
     let mut surface = clean::triangulate(contour, !conflicts.is_empty(), speck, ctx)?;
+    let mut own = vec![0u32; charts.len()];
+    for p in &projected {
+        if let Some(n) = own.get_mut(p.chart as usize) {
+            *n += 1;
+        }
+    }
+    clean::remove_unsupported(&mut surface, &own, UNSUPPORTED, ctx)?;
     let longest = (GAP * median_spacing).max(options.fill_holes / scale);
     let (filled, touched) = holes::fill(&mut surface, longest, SLIT * median_spacing, ctx)?;
     report.filled_holes = filled;
@@ -470,6 +486,30 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         scale,
         report,
     })
+}
+
+/// What charts say of the points that they were fitted to.
+struct Seen {
+    members: Membership,
+    relations: Vec<Relation>,
+    conflicts: Vec<orient::Pair>,
+    projected: Vec<Projected>,
+}
+
+/// Turns the charts so that they agree, and projects the points onto them.
+fn see(points: &[Vec3], fitted: &mut [Fitted], ctx: &Context<'_>) -> Result<Seen> {
+    ctx.stage(Stage::Project, 2);
+    let members = project::membership(points.len(), fitted, ctx)?;
+    let relations = orient::relations(points, fitted, &members, ctx)?;
+    let walls = orient::walls(fitted, ctx)?;
+    let (signs, conflicts) = orient::orient(fitted.len(), &relations, &walls, ctx)?;
+    for (f, sign) in fitted.iter_mut().zip(&signs) {
+        f.chart.sign = *sign;
+    }
+    ctx.advance(1);
+    let projected = project::project_members(points, fitted, &members, ctx)?;
+    ctx.advance(1);
+    Ok(Seen { members, relations, conflicts, projected })
 }
 
 /// The points of `cloud` at `at`, with all their columns.

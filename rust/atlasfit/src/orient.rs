@@ -1,18 +1,19 @@
 //! Which way each chart faces, and where that is impossible (one-sided surfaces).
 //!
 //! In: charts and the points that they share. Out: a sign per chart, and the pairs of overlapping charts whose relative
-//! orientation is known. The signs follow a maximum spanning tree of the pairs, strongest agreement first (after Hoppe et al. 1992,
-//! with charts in place of points: a chart's normal is far better known than a point's).
+//! orientation is known (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than a point's).
 
-use crate::atlas::Chart;
+use crate::atlas::{Chart, Foot, Map, Monge};
 use crate::error::Result;
 use crate::fit::Fitted;
+use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::sort::sort_by;
-use crate::geometry::vec3::{Vec3, dot};
+use crate::geometry::vec3::{Vec3, dot, norm, scale, sub};
 use crate::measure::connect::{Sets, SignedSets};
 use crate::project::Membership;
 use crate::run::Context;
 use rayon::prelude::*;
+use std::collections::{BTreeMap, BinaryHeap};
 
 /// Two overlapping charts, `a` < `b`, and how much their normals agree over the points that they share: positive when they
 /// face the same way, its size the number of points that say so.
@@ -26,6 +27,21 @@ pub struct Relation {
     pub agreement: f64,
 }
 
+/// The sum of all agreement between two sets of charts, for the strongest to come first; the lesser root first.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Link {
+    /// Bits of the absolute agreement: as numbers that are not negative, they are ordered as their bits.
+    strength: u64,
+    a: u32,
+    b: u32,
+}
+
+impl Link {
+    fn new(a: u32, b: u32, agreement: f64) -> Self {
+        Self { strength: agreement.abs().to_bits(), a, b }
+    }
+}
+
 /// Two overlapping charts, the first less than the second.
 pub type Pair = (u32, u32);
 
@@ -37,7 +53,11 @@ const MIN_CONFLICT: f64 = 1.0;
 /// which takes one or two percent of its overlaps; stray charts contradict in far fewer.
 const ONE_SIDED: f64 = 0.004;
 
-/// Finds the relations of all overlapping charts.
+/// Charts so many standard deviations of the noise apart may be of one sheet or of two.
+const UNSURE: f64 = 1.8;
+
+/// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are the two sides of a wall or a gap,
+/// which face opposite ways.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -50,11 +70,13 @@ pub fn relations(
     // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
     let of_point = |i: usize| {
         let row = members.of(i);
-        let mut views: Vec<(u32, f64, Vec3)> = row
+        let mut views: Vec<(u32, f64, Vec3, Vec3, f64)> = row
             .iter()
-            .map(|&(c, w)| {
+            .filter_map(|&(c, w)| {
                 let chart: &Chart = &fitted[c as usize].chart;
-                (c, (chart.weight(points[i]) + 1e-6) * f64::from(w), chart.normal_over(points[i]))
+                let view = chart.view(points[i])?;
+                let foot = scale(view.normal, view.distance);
+                Some((c, (view.taper + 1e-6) * f64::from(w), view.normal, foot, chart.sigma))
             })
             .collect();
         let top = (0..views.len()).max_by(|&x, &y| views[x].1.total_cmp(&views[y].1)).unwrap_or(0);
@@ -62,9 +84,11 @@ pub fn relations(
             views.swap(0, top);
         }
         let head = views.first().copied();
-        views.into_iter().skip(1).filter_map(move |(c, w, n)| {
-            let (c0, w0, n0) = head?;
-            let agree = dot(n, n0) * w.min(w0);
+        views.into_iter().skip(1).filter_map(move |(c, w, n, f, s)| {
+            let (c0, w0, n0, f0, s0) = head?;
+            // Two sides of a wall that share points face apart however alike their normals are.
+            let gap = norm(sub(f, f0)) / (UNSURE * s.max(s0));
+            let agree = dot(n, n0) * w.min(w0) * (1.0 - gap * gap).max(-1.0);
             Some((c.min(c0), c.max(c0), agree as f32))
         })
     };
@@ -92,21 +116,128 @@ pub fn relations(
     Ok(out)
 }
 
-/// Signs per chart from the relations, and the relations that the signs contradict.
+/// Sheets closer than this many standard deviations may be one.
+const ACROSS: f64 = 1.5;
+/// Sheets whose normals have a greater cosine are parallel.
+const PARALLEL: f64 = 0.7;
+/// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same sheet.
+const SAME_SHEET: f64 = 2.0;
+
+/// Charts that face each other across a wall or a gap, seen from the centre of either: the next sheet on each side faces the other way, if it is parallel
+/// and nearer than a patch is wide. Where a wall ends in a sharp rim, charts on its sides share few points, and those say little; this is
+/// then what is known of the one side's orientation to the other's. One such view weighs as much as a shared point.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn orient(charts: usize, relations: &[Relation], ctx: &Context<'_>) -> Result<(Vec<f64>, Vec<Pair>)> {
-    let mut order: Vec<u32> = (0..relations.len() as u32).collect();
-    let strongest_first = |&x: &u32, &y: &u32| {
-        let (x, y) = (relations[x as usize], relations[y as usize]);
-        y.agreement.abs().total_cmp(&x.agreement.abs()).then((x.a, x.b).cmp(&(y.a, y.b)))
+pub fn walls(fitted: &[Fitted], ctx: &Context<'_>) -> Result<Vec<Relation>> {
+    let patches: Vec<(u32, &Monge)> = fitted
+        .iter()
+        .zip(0..)
+        .filter_map(|(f, c)| match &f.chart.map {
+            Map::Monge(m) => Some((c, m)),
+            Map::Tube(_) => None,
+        })
+        .collect();
+    if patches.is_empty() {
+        return Ok(Vec::new());
+    }
+    let centers: Vec<Foot> = patches.iter().map(|(_, m)| m.at([0.0; 2])).collect();
+    let at: Vec<Vec3> = centers.iter().map(|c| c.position).collect();
+    let tree = Neighbours::build(&at, ctx)?;
+    let views = |k: usize, found: &mut Vec<Neighbour>, out: &mut Vec<Relation>| {
+        let ((a, map), center) = (patches[k], &centers[k]);
+        let sigma = fitted[a as usize].chart.sigma;
+        let reach = map.radii[0].min(map.radii[1]);
+        tree.within(center.position, 3.0 * reach, found);
+        // Charts across, with their distance along our normal.
+        let across: Vec<(f64, u32, f64)> = found
+            .iter()
+            .filter_map(|f| {
+                let b = patches[f.index as usize].0;
+                let v = fitted[b as usize].chart.view(center.position)?;
+                let turn = dot(v.normal, center.normal);
+                let far = (ACROSS * sigma..reach).contains(&v.distance.abs());
+                (far && turn.abs() > PARALLEL && v.taper > 0.0 && v.mask >= 0.5).then_some((
+                    -v.distance * turn.signum(),
+                    b,
+                    -turn * v.taper,
+                ))
+            })
+            .collect();
+        for side in [1.0, -1.0] {
+            let next = across.iter().map(|x| x.0 * side).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+            let sheet = |d: f64| d > 0.0 && d < next + SAME_SHEET * sigma;
+            out.extend(across.iter().filter(|x| sheet(x.0 * side)).map(|&(_, b, agreement)| Relation {
+                a: a.min(b),
+                b: a.max(b),
+                agreement,
+            }));
+        }
     };
-    sort_by(&mut order, strongest_first, ctx)?;
+    let order: Vec<usize> = (0..patches.len()).collect();
+    let chunks = order
+        .par_chunks(64)
+        .map(|chunk| {
+            ctx.check()?;
+            let (mut found, mut out) = (Vec::new(), Vec::new());
+            chunk.iter().for_each(|&k| views(k, &mut found, &mut out));
+            Ok(out)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(chunks.concat())
+}
+
+/// Signs per chart from the relations and from what is known of walls, and the relations that the signs contradict. Sets of charts are joined in the order of
+/// the agreement between them, all pairs of their charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction,
+/// as for multicuts: Keuper et al. 2015.)
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn orient(
+    charts: usize,
+    relations: &[Relation],
+    walls: &[Relation],
+    ctx: &Context<'_>,
+) -> Result<(Vec<f64>, Vec<Pair>)> {
+    let mut links: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); charts];
+    let mut heap = BinaryHeap::with_capacity(relations.len());
+    for r in relations.iter().chain(walls) {
+        *links[r.a as usize].entry(r.b).or_insert(0.0) += r.agreement;
+        *links[r.b as usize].entry(r.a).or_insert(0.0) += r.agreement;
+    }
+    for (a, of) in links.iter().enumerate() {
+        for (&b, &w) in of.range(a as u32 + 1..) {
+            heap.push(Link::new(a as u32, b, w));
+        }
+    }
     let mut sets = SignedSets::new(charts);
-    for &r in &order {
-        let r = relations[r as usize];
-        sets.join(r.a, r.b, r.agreement < 0.0);
+    let mut steps = 0;
+    while let Some(link) = heap.pop() {
+        steps += 1;
+        if steps % 1024 == 0 {
+            ctx.check()?;
+        }
+        let (a, b) = (link.a, link.b);
+        // Links of sets that are gone, or have changed since.
+        let Some(&agreement) = links[a as usize].get(&b) else { continue };
+        if agreement.abs().to_bits() != link.strength {
+            continue;
+        }
+        sets.join(a, b, agreement < 0.0);
+        links[a as usize].remove(&b);
+        for (k, w) in std::mem::take(&mut links[b as usize]) {
+            if k == a {
+                continue;
+            }
+            let w = if agreement < 0.0 { -w } else { w };
+            let of_k = &mut links[k as usize];
+            of_k.remove(&b);
+            let sum = of_k.entry(a).or_insert(0.0);
+            *sum += w;
+            let sum = *sum;
+            links[a as usize].insert(k, sum);
+            heap.push(Link::new(a.min(k), a.max(k), sum));
+        }
     }
     let signs: Vec<f64> = (0..charts as u32).map(|c| if sets.find(c).1 { -1.0 } else { 1.0 }).collect();
     let conflicts: Vec<Pair> = relations

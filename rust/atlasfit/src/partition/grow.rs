@@ -9,6 +9,7 @@ use crate::atlas::Monge;
 use crate::geometry::dense::{cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
+use crate::project::Projected;
 
 /// A patch before it is fitted.
 #[derive(Debug, Clone)]
@@ -35,13 +36,29 @@ pub struct Patch {
 
 /// What growing needs to know of the scan.
 #[derive(Debug, Clone, Copy)]
-pub struct GrowParams {
+pub struct GrowParams<'a> {
     /// Noise, standard deviation.
     pub sigma: f64,
     /// Point spacing about the seed.
     pub spacing: f64,
     /// No patch grows beyond this radius.
     pub max_radius: f64,
+    /// Where an earlier fit saw the points: a patch takes none that it saw on the other side of a wall or a gap.
+    pub seen: Option<&'a [Projected]>,
+}
+
+/// Points that face each other are of different sheets if this many standard deviations of the noise, at least, lie between them.
+const BETWEEN: f64 = 1.0;
+
+/// Whether point `b` lies on another sheet than place `a`, across a wall or a gap, as an earlier fit saw them: it faces the other way, and does not lie
+/// where a surface that starts at `a` would come by it if `b` were only turned the wrong way. (The chord of an arc is perpendicular to the sum of
+/// its ends' normals.)
+#[must_use]
+pub fn across(a: (Vec3, Vec3), b: &Projected, sigma: f64) -> bool {
+    let ((place, normal), facing) = (a, b.normal);
+    b.chart != u32::MAX
+        && dot(facing, normal) < 0.0
+        && dot(sub(b.position, place), sub(normal, facing)).abs() >= 2.0 * BETWEEN * sigma
 }
 
 /// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees, so that
@@ -99,7 +116,7 @@ pub fn grow(
     points: &[Vec3],
     tree: &Neighbours,
     seed: usize,
-    p: &GrowParams,
+    p: &GrowParams<'_>,
     scratch: &mut Scratch,
 ) -> Option<Patch> {
     let mut found = std::mem::take(&mut scratch.found);
@@ -112,14 +129,24 @@ fn grow_from(
     points: &[Vec3],
     tree: &Neighbours,
     seed: usize,
-    p: &GrowParams,
+    p: &GrowParams<'_>,
     found: &mut Vec<Neighbour>,
     local: &mut Vec<[f64; 3]>,
 ) -> Option<Patch> {
     let origin = points[seed];
+    let same_sheet = |found: &mut Vec<Neighbour>| {
+        if let Some(seen) = p.seen
+            && seen[seed].chart != u32::MAX
+        {
+            let at = (seen[seed].position, seen[seed].normal);
+            found.retain(|f| !across(at, &seen[f.index as usize], p.sigma));
+        }
+    };
     tree.within(origin, p.max_radius * RIM, found);
+    same_sheet(found);
     if found.len() < MIN_MEMBERS {
         tree.nearest(origin, MIN_MEMBERS + 3, found);
+        same_sheet(found);
         // The few nearest may stand a little beyond; strays have theirs far away.
         if found.len() < MIN_MEMBERS || found[MIN_MEMBERS - 1].dist2.sqrt() > 2.0 * p.max_radius {
             return None;
@@ -167,6 +194,7 @@ fn grow_from(
         if radius > p.max_radius && !wide {
             wide = true;
             tree.within(origin, MAX_LENGTHEN * p.max_radius * RIM, found);
+            same_sheet(found);
             all = thin(found);
         }
     }

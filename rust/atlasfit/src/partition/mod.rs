@@ -8,12 +8,15 @@ pub mod grow;
 pub mod tubes;
 
 use crate::analyse::Analysis;
+use crate::atlas::Map;
 use crate::error::Result;
-use crate::geometry::neighbours::Neighbours;
-use crate::geometry::vec3::{Vec3, dot, sub};
+use crate::fit::Fitted;
+use crate::geometry::neighbours::{Neighbour, Neighbours};
+use crate::geometry::vec3::{Vec3, dot, scale, sub};
+use crate::project::{self, Projected};
 use crate::rng::{GOLDEN, Rng};
 use crate::run::Context;
-use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, explains, grow};
+use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, across, explains, grow};
 use rayon::prelude::*;
 
 /// A point counts as covered by a patch when it lies within this share of the domain: there the blend weight of the patch is
@@ -27,6 +30,8 @@ const LOUDEST: f64 = 0.6;
 /// A part is loud when of this many seeds nearest to a place at least this many cannot be explained with the scan's noise. On even noise
 /// one in thirty cannot.
 const LOUD: (usize, usize) = (2, 6);
+/// A sheet farther from a patch than this many standard deviations and this share of the patch's reach cannot keep it from growing.
+const DISTURBING: (f64, f64) = (6.0, 0.15);
 /// Rounds of seeding. Each round seeds what the previous ones left, more densely.
 const ROUNDS: usize = 5;
 
@@ -47,6 +52,11 @@ impl PatchSize {
         // Seeds stand about 0.75 radii apart, so a patch advances the cover by about half its radius squared.
         let spacings = (points as f64 / charts as f64 / 0.5).sqrt().clamp(3.0, 40.0);
         Self { spacings, sigmas: self.sigmas }
+    }
+    /// The radius that a patch may have.
+    #[must_use]
+    pub fn reach(self, spacing: f64, sigma: f64) -> f64 {
+        (self.spacings * spacing).max(self.sigmas * sigma)
     }
 }
 
@@ -87,8 +97,8 @@ pub fn check_noise(
                     .map(|&i| {
                         ctx.check()?;
                         let s = f64::from(spacing[i]);
-                        let max_radius = (PATCH_SIZE.spacings * s).max(PATCH_SIZE.sigmas * sigma);
-                        let params = GrowParams { sigma, spacing: s, max_radius };
+                        let max_radius = PATCH_SIZE.reach(s, sigma);
+                        let params = GrowParams { sigma, spacing: s, max_radius, seen: None };
                         Ok(grow(points, tree, i, &params, &mut scratch)
                             .map(|p| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma)))
                     })
@@ -142,25 +152,36 @@ pub fn check_noise(
     Ok(if (0.7..1.35).contains(&(estimate / tested)) { estimate } else { tested })
 }
 
-/// Cuts the scan, as far as it is not `done` by other charts.
+/// What patches are cut from.
+#[derive(Clone, Copy)]
+pub struct Cut<'a> {
+    /// The scan's points.
+    pub points: &'a [Vec3],
+    /// Their search tree.
+    pub tree: &'a Neighbours,
+    /// Their spacing and noise.
+    pub analysis: &'a Analysis,
+    /// How large patches should be.
+    pub size: PatchSize,
+}
+
+/// Cuts the scan, as far as it is not `done` by other charts. Where an earlier fit has `seen` the points, no patch takes points from the other side of a
+/// wall or a gap.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub fn partition(
-    points: &[Vec3],
-    tree: &Neighbours,
-    analysis: &Analysis,
-    size: PatchSize,
+    cut: &Cut<'_>,
     done: &[bool],
+    seen: Option<&[Projected]>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
+    let Cut { points, tree, analysis, size } = *cut;
     let n = points.len();
     let sigma = analysis.sigma;
     // Where points stand farther apart than this there is no surface to show, only strays.
-    let widest = crate::project::WIDEST * analysis.median_spacing;
-    let max_radius = |i: usize, sigma: f64| {
-        (size.spacings * f64::from(analysis.spacing[i]).min(widest)).max(size.sigmas * sigma)
-    };
+    let widest = project::WIDEST * analysis.median_spacing;
+    let max_radius = |i: usize, sigma: f64| size.reach(f64::from(analysis.spacing[i]).min(widest), sigma);
     let grow_all = |seeds: &[usize], sigma: f64| -> Result<Vec<Option<Patch>>> {
         let grown = seeds
             .par_chunks(16)
@@ -171,7 +192,7 @@ pub fn partition(
                     .map(|&i| {
                         ctx.check()?;
                         let (spacing, max_radius) = (f64::from(analysis.spacing[i]), max_radius(i, sigma));
-                        let params = GrowParams { sigma, spacing, max_radius };
+                        let params = GrowParams { sigma, spacing, max_radius, seen };
                         Ok(grow(points, tree, i, &params, &mut scratch))
                     })
                     .collect::<Result<Vec<_>>>()?;
@@ -255,6 +276,63 @@ pub fn partition(
         }
     }
     Ok(patches)
+}
+
+/// Leaves out the charts whose patch had another sheet within its reach: there they were kept small, or took some of its points. Returns for each point
+/// whether it needs no other chart, as those that are `done` do, or nothing if all charts may stay.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn keep(
+    cut: &Cut<'_>,
+    fitted: &mut Vec<Fitted>,
+    done: &[bool],
+    seen: &[Projected],
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<bool>>> {
+    let Cut { points, tree, analysis, size } = *cut;
+    let stays = |f: &Fitted, found: &mut Vec<Neighbour>| {
+        let Map::Monge(map) = &f.chart.map else { return true };
+        let center = map.at([0.0; 2]);
+        tree.nearest(center.position, 1, found);
+        let spacing = found.first().map_or(0.0, |n| f64::from(analysis.spacing[n.index as usize]));
+        let reach = size.reach(spacing.min(project::WIDEST * analysis.median_spacing), analysis.sigma);
+        tree.within(center.position, grow::RIM * reach, found);
+        let at = (center.position, scale(center.normal, f.chart.sign));
+        let disturbing = DISTURBING.0 * analysis.sigma + DISTURBING.1 * reach;
+        !found.iter().any(|n| {
+            let other = &seen[n.index as usize];
+            dot(sub(other.position, at.0), at.1).abs() < disturbing && across(at, other, analysis.sigma)
+        })
+    };
+    let stays = fitted
+        .par_chunks(64)
+        .map(|chunk| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            Ok(chunk.iter().map(|f| stays(f, &mut found)).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    if stays.iter().all(|s| *s) {
+        return Ok(None);
+    }
+    // Points that the charts before could not reach stay without one.
+    let mut covered = vec![true; seen.len()];
+    for (f, _) in fitted.iter().zip(&stays).filter(|(_, stays)| !**stays) {
+        f.members.iter().for_each(|&(m, _)| covered[m as usize] = false);
+    }
+    for (f, _) in fitted.iter().zip(&stays).filter(|(_, stays)| **stays) {
+        let Map::Monge(map) = &f.chart.map else { continue };
+        for &(m, _) in &f.members {
+            let l = map.local(points[m as usize]);
+            covered[m as usize] |= l.u * l.u + l.v * l.v < CORE * CORE;
+        }
+    }
+    covered.iter_mut().zip(done).for_each(|(c, d)| *c |= d);
+    let mut of = stays.iter();
+    fitted.retain(|_| of.next().is_some_and(|s| *s));
+    Ok(Some(covered))
 }
 
 /// Where in the scan the noise is larger than its usual.

@@ -7,6 +7,7 @@ use super::field::Contour;
 use crate::error::{Error, Result};
 use crate::geometry::sort::sort;
 use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, mul_add, norm, normalize, scale, sub};
+use crate::measure::connect::Sets;
 use crate::run::Context;
 use rayon::prelude::*;
 
@@ -116,6 +117,35 @@ pub fn triangulate(
     split_bowties(&mut surface, ctx)?;
     compact(&mut surface, ctx)?;
     Ok(surface)
+}
+
+/// Removes parts of the surface that fewer than `least` points lie on. `points` says for each chart how many points are its own; they are shared out evenly
+/// over the chart's vertices.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn remove_unsupported(s: &mut Surface, points: &[u32], least: f64, ctx: &Context<'_>) -> Result<()> {
+    let mut sets = Sets::new(s.positions.len());
+    for (i, &[a, b, c]) in s.triangles.iter().enumerate() {
+        ctx.check_at(i)?;
+        sets.join(a, b);
+        sets.join(b, c);
+    }
+    let mut vertices = vec![0u32; points.len()];
+    for &c in &s.chart {
+        if let Some(n) = vertices.get_mut(c as usize) {
+            *n += 1;
+        }
+    }
+    let mut support = vec![0.0; s.positions.len()];
+    for (v, &c) in s.chart.iter().enumerate() {
+        ctx.check_at(v)?;
+        if let Some(&n) = points.get(c as usize) {
+            support[sets.find(v as u32) as usize] += f64::from(n) / f64::from(vertices[c as usize]);
+        }
+    }
+    s.triangles.retain(|t| support[sets.find(t[0]) as usize] >= least);
+    compact(s, ctx)
 }
 
 /// Takes away what was filled in at open boundaries. Filling extends the field by a few voxels everywhere; where that closed a gap the
