@@ -331,14 +331,14 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         ));
     }
 
-    let mut seen = see(&points, &mut fitted, ctx)?;
+    let mut seen = see(&points, &mut fitted, median_spacing, ctx)?;
     let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
     for _ in 0..SIDED_ROUNDS {
         let known = &seen.projected;
         let Some(covered) = partition::keep(&cut, &mut fitted, &tubes.covered, known, ctx)? else { break };
         let patches = partition::partition(&cut, &covered, Some(known), ctx)?;
         fitted.extend(fit::fit(&points, &patches, ctx)?);
-        seen = see(&points, &mut fitted, ctx)?;
+        seen = see(&points, &mut fitted, median_spacing, ctx)?;
     }
     let Seen { members, relations, conflicts, mut projected } = seen;
     ctx.stage(Stage::Project, 2);
@@ -497,11 +497,11 @@ struct Seen {
 }
 
 /// Turns the charts so that they agree, and projects the points onto them.
-fn see(points: &[Vec3], fitted: &mut [Fitted], ctx: &Context<'_>) -> Result<Seen> {
+fn see(points: &[Vec3], fitted: &mut [Fitted], spacing: f64, ctx: &Context<'_>) -> Result<Seen> {
     ctx.stage(Stage::Project, 2);
     let members = project::membership(points.len(), fitted, ctx)?;
-    let relations = orient::relations(points, fitted, &members, ctx)?;
-    let walls = orient::walls(fitted, ctx)?;
+    let relations = orient::relations(points, fitted, &members, spacing, ctx)?;
+    let walls = orient::walls(fitted, spacing, ctx)?;
     let (signs, conflicts) = orient::orient(fitted.len(), &relations, &walls, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs) {
         f.chart.sign = *sign;

@@ -53,7 +53,8 @@ const MIN_CONFLICT: f64 = 1.0;
 /// which takes one or two percent of its overlaps; stray charts contradict in far fewer.
 const ONE_SIDED: f64 = 0.004;
 
-/// Charts so many standard deviations of the noise apart may be of one sheet or of two.
+/// Charts so many standard deviations of the noise apart, or less than the point `spacing`, may be of one sheet or of two: sweeps of a scanner that
+/// are misaligned lie as near, and face the same way.
 const UNSURE: f64 = 1.8;
 
 /// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are the two sides of a wall or a gap,
@@ -65,6 +66,7 @@ pub fn relations(
     points: &[Vec3],
     fitted: &[Fitted],
     members: &Membership,
+    spacing: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Relation>> {
     // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
@@ -87,7 +89,7 @@ pub fn relations(
         views.into_iter().skip(1).filter_map(move |(c, w, n, f, s)| {
             let (c0, w0, n0, f0, s0) = head?;
             // Two sides of a wall that share points face apart however alike their normals are.
-            let gap = norm(sub(f, f0)) / (UNSURE * s.max(s0));
+            let gap = norm(sub(f, f0)) / (UNSURE * s.max(s0)).max(spacing);
             let agree = dot(n, n0) * w.min(w0) * (1.0 - gap * gap).max(-1.0);
             Some((c.min(c0), c.max(c0), agree as f32))
         })
@@ -118,18 +120,20 @@ pub fn relations(
 
 /// Sheets closer than this many standard deviations may be one.
 const ACROSS: f64 = 1.5;
+/// Weight of a view across, in shared points.
+const WALL: f64 = 0.3;
 /// Sheets whose normals have a greater cosine are parallel.
 const PARALLEL: f64 = 0.7;
 /// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same sheet.
 const SAME_SHEET: f64 = 2.0;
 
 /// Charts that face each other across a wall or a gap, seen from the centre of either: the next sheet on each side faces the other way, if it is parallel
-/// and nearer than a patch is wide. Where a wall ends in a sharp rim, charts on its sides share few points, and those say little; this is
-/// then what is known of the one side's orientation to the other's. One such view weighs as much as a shared point.
+/// nearer than a patch is wide, and not as near as misaligned sweeps. Where a wall ends in a sharp rim, charts on its sides share few points, and those say little; this is
+/// then what is known of the one side's orientation to the other's.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn walls(fitted: &[Fitted], ctx: &Context<'_>) -> Result<Vec<Relation>> {
+pub fn walls(fitted: &[Fitted], spacing: f64, ctx: &Context<'_>) -> Result<Vec<Relation>> {
     let patches: Vec<(u32, &Monge)> = fitted
         .iter()
         .zip(0..)
@@ -156,11 +160,11 @@ pub fn walls(fitted: &[Fitted], ctx: &Context<'_>) -> Result<Vec<Relation>> {
                 let b = patches[f.index as usize].0;
                 let v = fitted[b as usize].chart.view(center.position)?;
                 let turn = dot(v.normal, center.normal);
-                let far = (ACROSS * sigma..reach).contains(&v.distance.abs());
+                let far = ((ACROSS * sigma).max(spacing)..reach).contains(&v.distance.abs());
                 (far && turn.abs() > PARALLEL && v.taper > 0.0 && v.mask >= 0.5).then_some((
                     -v.distance * turn.signum(),
                     b,
-                    -turn * v.taper,
+                    -WALL * turn * v.taper,
                 ))
             })
             .collect();
@@ -271,4 +275,24 @@ pub fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<b
         }
     }
     turned
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two sets of three charts that agree among themselves; one pair across says the opposite of what two weaker ones say.
+    #[test]
+    fn two_sets_follow_all_their_pairs_together_and_not_the_strongest() -> Result<()> {
+        let all =
+            [(0, 1, 10.0), (1, 2, 10.0), (3, 4, 10.0), (4, 5, 10.0), (0, 3, -3.0), (1, 4, 2.0), (2, 5, 2.0)];
+        let relations = all.map(|(a, b, agreement)| Relation { a, b, agreement });
+        let sign = |walls: &[Relation]| {
+            crate::Run::default().execute(|ctx| Ok(orient(6, &relations, walls, ctx)?.0))
+        };
+        assert_eq!(sign(&[])?, [1.0; 6]);
+        let wall = Relation { a: 2, b: 3, agreement: -1.5 };
+        assert_eq!(sign(&[wall])?, [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]);
+        Ok(())
+    }
 }

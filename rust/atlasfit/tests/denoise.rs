@@ -66,6 +66,31 @@ fn the_edges_of_a_clean_box_neither_tear_nor_melt() {
 }
 
 #[test]
+fn a_plate_five_times_as_thick_as_the_noise_keeps_both_its_sides() {
+    let (thick, sigma) = (0.05, 0.01);
+    let mut rng = atlasfit::rng::Rng::new(33);
+    let points: Vec<[f64; 3]> = (0..14_000)
+        .map(|i| {
+            let (u, v) = (rng.uniform() - 0.5, rng.uniform() - 0.5);
+            let side = [-0.5, 0.5][i % 2];
+            // A share of the points as large as the rims' share of the area.
+            let p = match rng.uniform() * (1.0 + 2.0 * thick) {
+                x if x < 1.0 => [u, v, side * thick],
+                x if x < 1.0 + thick => [u, side, v * thick],
+                _ => [side, u, v * thick],
+            };
+            p.map(|x| x + sigma * rng.normal())
+        })
+        .collect();
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges), (1, 0), "{t:?}");
+    let middle = out.surface.positions.iter().filter(|p| p[0].abs().max(p[1].abs()) < 0.35);
+    let left = rms(middle.map(|p| p[2].abs() - 0.5 * thick));
+    assert!(left < 0.4 * sigma, "{left}");
+}
+
+#[test]
 fn a_part_with_three_times_the_noise_comes_out_smooth() {
     let truth = torus(12000, 0.4, 31);
     let mut rng = atlasfit::rng::Rng::new(31);
