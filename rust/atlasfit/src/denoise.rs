@@ -1,7 +1,7 @@
 //! The main job: a noisy scan in; denoised points, one stitched surface and chart UVs out.
 //!
-//! Flow: clean and normalise → neighbours, spacing, noise, outliers → (network prior) → patches → charts → projected points → orientation →
-//! surface → UVs → back to the user's frame. Every stage is a function of its own module; this file only joins them.
+//! Flow: clean and normalise → neighbours, spacing, noise, outliers → (network prior) → patches → charts → orientation → projected points → (patches
+//! near another sheet once more, from what the points now say) → surface → UVs → back to the user's frame. Every stage is a function of its own module; this file only joins them.
 
 use crate::analyse::{self, Analysis};
 use crate::atlas::Chart;
@@ -498,7 +498,6 @@ struct Seen {
 
 /// Turns the charts so that they agree, and projects the points onto them.
 fn see(points: &[Vec3], fitted: &mut [Fitted], spacing: f64, ctx: &Context<'_>) -> Result<Seen> {
-    ctx.stage(Stage::Project, 2);
     let members = project::membership(points.len(), fitted, ctx)?;
     let relations = orient::relations(points, fitted, &members, spacing, ctx)?;
     let walls = orient::walls(fitted, spacing, ctx)?;
@@ -506,9 +505,7 @@ fn see(points: &[Vec3], fitted: &mut [Fitted], spacing: f64, ctx: &Context<'_>) 
     for (f, sign) in fitted.iter_mut().zip(&signs) {
         f.chart.sign = *sign;
     }
-    ctx.advance(1);
     let projected = project::project_members(points, fitted, &members, ctx)?;
-    ctx.advance(1);
     Ok(Seen { members, relations, conflicts, projected })
 }
 
