@@ -170,13 +170,12 @@ const UV_STRETCH: f64 = 1.25;
 /// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is smaller than that between the points is not
 /// known anyway, and patches that had to explain a clean scan's every crease to the last digit would shrink to nothing there.
 const LEAST_NOISE: f64 = 0.05;
-/// Times the noise may be corrected by the fit.
+/// Times the noise may be corrected by charts.
 const NOISE_ROUNDS: usize = 3;
 /// The noise is settled when the charts see at least this share of it.
-const NOISE_SETTLED: f64 = 0.85;
-/// The share of the charts that see the noise truly even where others hold two sheets unseen, and how far below the median that quantile lies where
-/// all see it truly.
-const SEEN: (f64, f64) = (0.3, 1.05);
+const NOISE_SETTLED: f64 = 0.9;
+/// The share of the charts that see the noise truly even where others hold two sheets unseen.
+const SEEN: f64 = 0.3;
 
 /// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs to which. The second time brings a third of what
 /// the first brings, a third one a third of that.
@@ -305,24 +304,28 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     if let Some(sigma) = tubes.sigma {
         analysis.sigma = sigma.max(least);
     }
-    let mut fitted = Vec::new();
+    // Charts know the noise better than the first estimate, which two sheets close together or strong curvature can mislead upwards.
     for _ in 0..NOISE_ROUNDS {
+        if options.noise.is_some() || analysis.sigma <= least {
+            break;
+        }
         let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
-        let patches = partition::partition(&cut, &tubes.covered, None, ctx)?;
-        fitted = fit::fit(&points, &patches, ctx)?;
-        // The charts know the noise better than the first estimate, which two sheets close together or strong curvature can
-        // mislead upwards. Patches are then cut anew.
-        let mut sigmas: Vec<f64> = fitted.iter().map(|f| f.chart.sigma).collect();
-        let at = (SEEN.0 * sigmas.len() as f64) as usize;
-        let seen = match sigmas.is_empty() {
-            true => break,
-            false => SEEN.1 * *sigmas.select_nth_unstable_by(at, f64::total_cmp).1,
-        };
-        if options.noise.is_some() || seen >= NOISE_SETTLED * analysis.sigma || analysis.sigma <= least {
+        let sample = partition::sample(&cut, &tubes.covered, ctx)?;
+        let mut sigmas: Vec<f64> = fit::fit(&points, &sample, ctx)?.iter().map(|f| f.chart.sigma).collect();
+        if sigmas.is_empty() {
+            break;
+        }
+        let at = (SEEN * sigmas.len() as f64) as usize;
+        let seen = *sigmas.select_nth_unstable_by(at, f64::total_cmp).1;
+        if seen >= NOISE_SETTLED * analysis.sigma {
             break;
         }
         analysis.sigma = seen.max(least);
     }
+    let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
+    let patches = partition::partition(&cut, &tubes.covered, None, ctx)?;
+    ctx.stage(Stage::Fit, patches.len());
+    let mut fitted = fit::fit(&points, &patches, ctx)?;
     fitted.extend(tubes.fitted);
     if fitted.is_empty() {
         return Err(Error::degenerate(
@@ -332,11 +335,11 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     }
 
     let mut seen = see(&points, &mut fitted, median_spacing, ctx)?;
-    let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
     for _ in 0..SIDED_ROUNDS {
         let known = &seen.projected;
         let Some(covered) = partition::keep(&cut, &mut fitted, &tubes.covered, known, ctx)? else { break };
         let patches = partition::partition(&cut, &covered, Some(known), ctx)?;
+        ctx.stage(Stage::Fit, patches.len());
         fitted.extend(fit::fit(&points, &patches, ctx)?);
         seen = see(&points, &mut fitted, median_spacing, ctx)?;
     }

@@ -10,8 +10,10 @@ use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
 use crate::geometry::vec3::{Vec3, dot, sub};
 use crate::partition::grow::{Patch, RIM, TUKEY, tukey};
-use crate::prior::gp::{self, BASIS, MODES, Normal};
-use crate::run::{Context, Stage};
+use crate::prior::evidence::Work;
+use crate::prior::gp::{self, BASIS};
+use crate::prior::normal::{Normal, Observation};
+use crate::run::Context;
 use rayon::prelude::*;
 
 /// Rounds of foot points and solves. The third changes positions by less than a tenth of the noise.
@@ -20,6 +22,9 @@ const ROUNDS: usize = 3;
 /// deviate where the noise really varies, a chart of ten may not.
 const NOISE_STRENGTH: f64 = 40.0;
 
+/// What the robust weights leave of the noise: the standard deviation of a Gaussian of which each part counts as much as Tukey's biweight, with
+/// its end at [`TUKEY`] standard deviations, lets it (the root of E[w e^2] / E[w]).
+const TRUNCATED: f64 = 0.878;
 /// Points that one chart is fitted to at the most; of more, an even share takes part.
 const MAX_DATA: usize = 4096;
 
@@ -31,12 +36,11 @@ pub struct Fitted {
     pub members: Vec<(u32, f32)>,
 }
 
-/// Fits every patch. A patch that turns out to hold two sheets gives two charts.
+/// Fits every patch, a step of the running stage each. A patch that turns out to hold two sheets gives two charts.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub fn fit(points: &[Vec3], patches: &[Patch], ctx: &Context<'_>) -> Result<Vec<Fitted>> {
-    ctx.stage(Stage::Fit, patches.len());
     let fitted = patches
         .par_chunks(8)
         .map(|chunk| {
@@ -57,7 +61,8 @@ pub fn fit(points: &[Vec3], patches: &[Patch], ctx: &Context<'_>) -> Result<Vec<
 #[derive(Default)]
 struct Tools {
     normal: Normal,
-    work: gp::Work,
+    seen: Vec<Observation>,
+    work: Work,
 }
 
 /// A sheet while it is being fitted.
@@ -121,13 +126,18 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
     }
     let sheets = match two_sheets(&sheet.map, &local, patch, sigma, tools) {
         Some(pair) => pair.into(),
-        None => vec![(sheet, weights)],
+        None => vec![sheet],
     };
-    for (sheet, mut weights) in sheets {
-        if step > 1 {
-            let limit = TUKEY * sheet.sigma;
-            weights = residuals(&sheet.map, &full).map(|e| tukey(e, limit)).collect();
-        }
+    let errors: Vec<Vec<f64>> = sheets.iter().map(|s| residuals(&s.map, &full).collect()).collect();
+    for (k, sheet) in sheets.into_iter().enumerate() {
+        // A point belongs to the sheet that explains it better.
+        let limit = TUKEY * sheet.sigma;
+        let weights: Vec<f64> = (0..full.len())
+            .map(|i| {
+                let e = errors[k][i];
+                if errors.iter().all(|other| e.abs() <= other[i].abs()) { tukey(e, limit) } else { 0.0 }
+            })
+            .collect();
         finish(sheet, &full, &weights, patch, out);
     }
 }
@@ -146,8 +156,8 @@ fn solve(
     let basis = &*BASIS;
     let chart = &mut sheet.map;
     let floor = 1e-6 * chart.radii[0].min(chart.radii[1]);
-    let mut row = [0.0; MODES];
     tools.normal.clear();
+    tools.seen.clear();
     for (&[u, v, z], &w) in local.iter().zip(weights) {
         if w <= 1e-3 {
             continue;
@@ -160,13 +170,14 @@ fn solve(
             let (a, b) = (hu / chart.radii[0], hv / chart.radii[1]);
             (fu, fv, z - hu * (u - fu) - hv * (v - fv), 1.0 / (1.0 + a * a + b * b))
         };
-        gp::mode_row(basis, fu, fv, &mut row);
-        tools.normal.add(&row, target, w * cos2, w);
+        tools.seen.push(Observation { u: fu, v: fv, height: target, weight: w * cos2, count: w });
     }
-    let fit = gp::fit(basis, &tools.normal, sigma.max(floor), NOISE_STRENGTH, *smoothness, &mut tools.work)?;
+    tools.normal.observe(basis, &tools.seen);
+    let expected = (TRUNCATED * sigma.max(floor), NOISE_STRENGTH);
+    let fit = gp::fit(basis, &tools.normal, expected, *smoothness, &mut tools.work)?;
     *smoothness = Some(fit.log_kappa);
-    *chart.coeffs = gp::spline_coefficients(basis, &fit.modes);
-    sheet.sigma = fit.sigma.max(floor);
+    *chart.coeffs = gp::spline_coefficients(basis, &fit.weights);
+    sheet.sigma = (fit.sigma / TRUNCATED).max(floor);
     sheet.support = tools.normal.count;
     sheet.map.coeffs.iter().all(|c| c.is_finite()).then_some(())
 }
@@ -204,12 +215,14 @@ const SHEET_SHARE: f64 = 0.2;
 /// Twice the gain in log likelihood that two sheets must bring, beyond what three more parameters bring by chance in a patch of a few hundred
 /// points (3 ln n is 18).
 const SHEET_EVIDENCE: f64 = 24.0;
+/// Terms up to 2 of which the product does not overflow.
+const LOGS: usize = 512;
 /// Fewer points do not tell two sheets from one rough one.
 const SHEET_POINTS: usize = 40;
 
-/// Share of the bias that is taken out. The prior flattens bends the other way; with the whole correction convex shapes come out too small, with half
-/// of it neither way (measured against clean surfaces at four noise levels).
-const SHARPEN: f64 = 0.5;
+/// Share of the bias that is taken out. The prior flattens bends the other way; with the whole correction convex shapes come out too small, with
+/// three eighths of it neither way (measured against clean surfaces at four noise levels).
+const SHARPEN: f64 = 0.37;
 
 /// Takes out the bias that noise gives to a curved surface. Points scattered about a surface by isotropic noise lie on average outside
 /// its bends: a circle of radius r seems to have radius r + sigma^2 / 2r, a graph h seems to be h - sigma^2 / 2 times its Laplacian (to first order).
@@ -236,7 +249,7 @@ fn two_sheets(
     patch: &Patch,
     sigma: f64,
     tools: &mut Tools,
-) -> Option<[(Sheet, Vec<f64>); 2]> {
+) -> Option<[Sheet; 2]> {
     let e: Vec<f64> = residuals(chart, local).collect();
     let n = e.len() as f64;
     if e.len() < SHEET_POINTS {
@@ -248,23 +261,28 @@ fn two_sheets(
     if spread <= 0.0 {
         return None;
     }
-    let (mut m, mut s2, mut share) = ([mean - spread, mean + spread], variance * 0.3, 0.5);
+    let (mut m, mut s2, mut share) = ([mean - spread, mean + spread], variance * 0.3, 0.5f64);
     let mut r: Vec<f64> = vec![0.0; e.len()];
     let mut gain = 0.0;
     for _ in 0..40 {
         let (mut like, mut total, mut sum, mut square) = (0.0, 0.0, [0.0; 2], 0.0);
-        for (x, r) in e.iter().zip(&mut r) {
-            let d = [x - m[0], x - m[1]];
-            let p = [
-                (1.0 - share) * (-d[0] * d[0] / (2.0 * s2)).exp(),
-                share * (-d[1] * d[1] / (2.0 * s2)).exp(),
-            ];
-            let all = (p[0] + p[1]).max(1e-300);
-            *r = p[1] / all;
-            like += all.ln();
-            total += *r;
-            sum[0] += (1.0 - *r) * x;
-            sum[1] += *r * x;
+        let (prior, half) = ([(1.0 - share).ln(), share.ln()], 0.5 / s2);
+        for (e, r) in e.chunks(LOGS).zip(r.chunks_mut(LOGS)) {
+            // ln(a + b) is ln(max) + ln(1 + min / max), and one logarithm does for the product of many of the latter.
+            let mut product = 1.0;
+            for (x, r) in e.iter().zip(r) {
+                let d = [x - m[0], x - m[1]];
+                let l = [prior[0] - d[0] * d[0] * half, prior[1] - d[1] * d[1] * half];
+                let least = (-(l[1] - l[0]).abs()).exp();
+                let ours = 1.0 / (1.0 + least);
+                *r = if l[1] > l[0] { ours } else { least * ours };
+                product *= 1.0 + least;
+                like += l[0].max(l[1]);
+                total += *r;
+                sum[0] += (1.0 - *r) * x;
+                sum[1] += *r * x;
+            }
+            like += f64::ln(product);
         }
         let previous = gain;
         // Against the single Gaussian's n/2 (1 + ln variance), constants left out.
@@ -308,13 +326,5 @@ fn two_sheets(
             b.1[k] = r * tukey(eb[k], limit);
         }
     }
-    // A point belongs to the sheet that explains it better.
-    for k in 0..e.len() {
-        if pair[0].1[k] < pair[1].1[k] {
-            pair[0].1[k] = 0.0;
-        } else {
-            pair[1].1[k] = 0.0;
-        }
-    }
-    pair.iter().all(|p| p.0.support >= 0.1 * n).then_some(pair)
+    pair.iter().all(|p| p.0.support >= 0.1 * n).then(|| pair.map(|p| p.0))
 }

@@ -127,9 +127,9 @@ const PARALLEL: f64 = 0.7;
 /// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same sheet.
 const SAME_SHEET: f64 = 2.0;
 
-/// Charts that face each other across a wall or a gap, seen from the centre of either: the next sheet on each side faces the other way, if it is parallel
-/// nearer than a patch is wide, and not as near as misaligned sweeps. Where a wall ends in a sharp rim, charts on its sides share few points, and those say little; this is
-/// then what is known of the one side's orientation to the other's.
+/// Charts that face each other across a wall or a gap, seen from the centre of either: the next sheet on each side faces the other way, if it is
+/// parallel, nearer than a patch is wide, and not as near as misaligned sweeps. Where a wall ends in a sharp rim, charts on its sides share few
+/// points, and those say little; this is then what is known of the one side's orientation to the other's.
 ///
 /// # Errors
 /// Cancelled or out of time.

@@ -7,8 +7,11 @@ use atlasfit::Run;
 use atlasfit::atlas::mask::Mask;
 use atlasfit::atlas::monge::Local;
 use atlasfit::atlas::{Map, Monge};
+use atlasfit::geometry::dense::{cholesky, cholesky_solve};
 use atlasfit::partition::grow::Patch;
-use atlasfit::prior::gp::{self, BASIS, COEFFS, INTERVALS, MODES, Normal, SIDE};
+use atlasfit::prior::evidence::{Problem, Solution, Work};
+use atlasfit::prior::gp::{self, BASIS, COEFFS, INTERVALS, MODES, SIDE};
+use atlasfit::prior::normal::{Normal, Observation, WIDTH};
 use atlasfit::rng::Rng;
 use proptest::prelude::*;
 use shapes::{Vec3, norm, rms, sub};
@@ -45,15 +48,31 @@ proptest! {
         prop_assert!((vv - d(&|t| gp::value_gradient(&c, u, v + t).2)).abs() < tolerance);
     }
 
+    /// The vector kernels against plain sums over the splines of the eigenfunctions.
     #[test]
-    fn eigenfunctions_and_their_spline_agree(seed in any::<u64>(), u in -1.0..1.0f64, v in -1.0..1.0f64) {
+    fn normal_equations_are_sums_over_the_observations(seed in any::<u64>(), n in 1usize..40) {
         let mut rng = Rng::new(seed);
-        let modes: Vec<f64> = (0..MODES).map(|_| rng.normal()).collect();
-        let mut row = [0.0; MODES];
-        gp::mode_row(&BASIS, u, v, &mut row);
-        let direct: f64 = row.iter().zip(&modes).map(|(a, b)| a * b).sum();
-        let spline = gp::value(&gp::spline_coefficients(&BASIS, &modes), u, v);
-        prop_assert!((direct - spline).abs() < 1e-4 * (1.0 + direct.abs()), "{} {}", direct, spline);
+        let mut random = || 2.0 * rng.uniform() - 1.0;
+        let seen: Vec<Observation> = (0..n)
+            .map(|_| Observation { u: random(), v: random(), height: random(), weight: random().abs(), count: 0.5 })
+            .collect();
+        let mut data = Normal::default();
+        // In two goes: sums go on.
+        data.observe(&BASIS, &seen[..n / 2]);
+        data.observe(&BASIS, &seen[n / 2..]);
+        prop_assert_eq!(data.count, 0.5 * n as f64);
+        let splines: Vec<[f32; COEFFS]> = (0..MODES)
+            .map(|m| gp::spline_coefficients(&BASIS, &std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)))))
+            .collect();
+        let column = |k: usize, o: &Observation| if k < MODES { gp::value(&splines[k], o.u, o.v) } else { o.height };
+        for i in 0..=MODES {
+            for j in i..=MODES {
+                let sum: f64 = seen.iter().map(|o| o.weight * column(i, o) * column(j, o)).sum();
+                let size: f64 = seen.iter().map(|o| o.weight * (column(i, o) * column(j, o)).abs()).sum();
+                let got = data.matrix[i * WIDTH + j];
+                prop_assert!((got - sum).abs() < 1e-5 * (1.0 + size), "{} {}: {} {}", i, j, got, sum);
+            }
+        }
     }
 }
 
@@ -79,15 +98,16 @@ fn only_the_affine_functions_are_free() {
 }
 
 /// Fits heights over the disk; `noise` is told to the fit as what to expect.
-fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (gp::Fit, [f32; COEFFS]) {
-    let mut data = Normal::new();
-    let mut row = [0.0; MODES];
-    for (p, z) in at.iter().zip(heights) {
-        gp::mode_row(&BASIS, p[0], p[1], &mut row);
-        data.add(&row, *z, 1.0, 1.0);
-    }
-    let fit = gp::fit(&BASIS, &data, noise, strength, None, &mut gp::Work::default()).unwrap();
-    let coeffs = gp::spline_coefficients(&BASIS, &fit.modes);
+fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (Solution, [f32; COEFFS]) {
+    let mut data = Normal::default();
+    let seen: Vec<Observation> = at
+        .iter()
+        .zip(heights)
+        .map(|(p, z)| Observation { u: p[0], v: p[1], height: *z, weight: 1.0, count: 1.0 })
+        .collect();
+    data.observe(&BASIS, &seen);
+    let fit = gp::fit(&BASIS, &data, (noise, strength), None, &mut Work::default()).unwrap();
+    let coeffs = gp::spline_coefficients(&BASIS, &fit.weights);
     (fit, coeffs)
 }
 
@@ -142,24 +162,81 @@ fn the_noise_of_a_smooth_patch_is_recovered() {
 fn the_weights_of_a_fit_count() {
     // Half of the points are nonsense of no weight.
     let at = disk(200, 3);
-    let mut data = Normal::new();
-    let mut row = [0.0; MODES];
-    for (i, p) in at.iter().enumerate() {
-        gp::mode_row(&BASIS, p[0], p[1], &mut row);
-        let good = i % 2 == 0;
-        data.add(
-            &row,
-            if good { 0.2 * p[0] } else { 9.0 },
-            if good { 1.0 } else { 0.0 },
-            if good { 1.0 } else { 0.0 },
-        );
-    }
+    let mut data = Normal::default();
+    let seen: Vec<Observation> = at
+        .iter()
+        .enumerate()
+        .map(|(i, p)| {
+            let (height, weight) = if i % 2 == 0 { (0.2 * p[0], 1.0) } else { (9.0, 0.0) };
+            Observation { u: p[0], v: p[1], height, weight, count: weight }
+        })
+        .collect();
+    data.observe(&BASIS, &seen);
     assert_eq!(data.count, 100.0);
-    let fit = gp::fit(&BASIS, &data, 0.01, 40.0, None, &mut gp::Work::default()).unwrap();
-    let c = gp::spline_coefficients(&BASIS, &fit.modes);
+    let fit = gp::fit(&BASIS, &data, (0.01, 40.0), None, &mut Work::default()).unwrap();
+    let c = gp::spline_coefficients(&BASIS, &fit.weights);
     assert!((gp::value(&c, 0.5, 0.5) - 0.1).abs() < 1e-6);
     data.clear();
     assert!(data.count == 0.0 && data.matrix.iter().all(|x| *x == 0.0));
+}
+
+/// The score that [`Problem::solve`] climbs, by plain elimination: for each kappa the penalised sum of squares and the determinant.
+#[test]
+fn the_most_likely_smoothness_is_found() {
+    let unknowns = 12;
+    let width = Problem::width(unknowns);
+    for seed in 0..20 {
+        let mut rng = Rng::new(seed);
+        let rows: Vec<Vec<f64>> = (0..60).map(|_| (0..unknowns).map(|_| rng.normal()).collect()).collect();
+        let truth: Vec<f64> = (0..unknowns).map(|k| rng.normal() * 0.5f64.powi(k as i32)).collect();
+        let y: Vec<f64> = rows
+            .iter()
+            .map(|r| r.iter().zip(&truth).map(|(a, b)| a * b).sum::<f64>() + 0.3 * rng.normal())
+            .collect();
+        let precision: Vec<f64> =
+            (0..unknowns).map(|k| if k < 2 { 0.0 } else { 2f64.powi(k as i32) }).collect();
+        let problem = Problem { unknowns, free: 2, count: 60.0, expected: (0.3, 5.0), range: (-20.0, 10.0) };
+        let columns: Vec<Vec<f64>> = rows.iter().zip(&y).map(|(r, y)| [&r[..], &[*y]].concat()).collect();
+        let fit = problem
+            .solve(0.0, &mut Work::default(), |kappa, system| {
+                for i in 0..=unknowns {
+                    for j in i..=unknowns {
+                        system[i * width + j] = columns.iter().map(|c| c[i] * c[j]).sum();
+                    }
+                    if i < unknowns {
+                        system[i * width + i] += kappa * precision[i];
+                    }
+                }
+            })
+            .unwrap();
+        let score = |log_kappa: f64| {
+            let mut a = vec![0.0; unknowns * unknowns];
+            let mut x = vec![0.0; unknowns];
+            for i in 0..unknowns {
+                for j in i..unknowns {
+                    a[i * unknowns + j] = columns.iter().map(|c| c[i] * c[j]).sum();
+                }
+                a[i * unknowns + i] += log_kappa.exp() * precision[i];
+                x[i] = columns.iter().map(|c| c[i] * c[unknowns]).sum();
+            }
+            let b = x.clone();
+            assert!(cholesky(&mut a, unknowns));
+            cholesky_solve(&a, unknowns, &mut x);
+            let left =
+                y.iter().map(|y| y * y).sum::<f64>() - x.iter().zip(&b).map(|(x, b)| x * b).sum::<f64>();
+            let dof = 60.0 - 2.0 + 5.0;
+            let sigma2 = (left + 5.0 * 0.09) / dof;
+            let log_det: f64 = 2.0 * (0..unknowns).map(|i| a[i * unknowns + i].ln()).sum::<f64>();
+            (dof * sigma2.ln() + log_det - 10.0 * log_kappa, sigma2.sqrt(), x)
+        };
+        let (best, sigma, x) = score(fit.log_kappa);
+        assert!((sigma - fit.sigma).abs() < 1e-9, "seed {seed}: {sigma} {}", fit.sigma);
+        assert!(x.iter().zip(&fit.weights).all(|(a, b)| (a - b).abs() < 1e-9), "seed {seed}");
+        for k in -9..=4 {
+            let at = 2.1 * f64::from(k);
+            assert!(score(at).0 >= best - 1e-9, "seed {seed}: {at} beats {}", fit.log_kappa);
+        }
+    }
 }
 
 /// A patch of points over a tilted frame, heights `z(x, y)`, domain half axes `radii`.

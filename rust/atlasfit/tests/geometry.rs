@@ -1,6 +1,6 @@
 //! Claims about the numerical tools that all stages share: searches against brute force, factorisations against their definition.
 
-use atlasfit::geometry::dense::{cholesky, cholesky_log_det, cholesky_solve, eigen3};
+use atlasfit::geometry::dense::{LANES, cholesky, cholesky_solve, eigen3, eliminate};
 use atlasfit::geometry::neighbours::{Neighbour, Neighbours};
 use atlasfit::geometry::vec3::{Vec3, cross, dist2, dot, norm, tangents};
 use atlasfit::{Error, Run};
@@ -105,7 +105,46 @@ proptest! {
                 for j in k..n { m[i * n + j] -= f * m[k * n + j]; }
             }
         }
-        prop_assert!((cholesky_log_det(&u, n) - log_det).abs() < 1e-8 * (1.0 + log_det.abs()));
+        let of_factor: f64 = 2.0 * (0..n).map(|i| u[i * n + i].ln()).sum::<f64>();
+        prop_assert!((of_factor - log_det).abs() < 1e-8 * (1.0 + log_det.abs()));
+    }
+
+    /// The kernel for vectors against the plain one, and the rest against what is left when the pivots are known.
+    #[test]
+    fn elimination_factors_the_pivots_and_leaves_the_rest(n in 1usize..40, seed in any::<u64>()) {
+        let width = n.next_multiple_of(LANES);
+        let pivots = seed as usize % (n + 1);
+        let mut rng = atlasfit::rng::Rng::new(seed);
+        let b: Vec<f64> = (0..n * n).map(|_| rng.normal()).collect();
+        let full = |i: usize, j: usize| {
+            (0..n).map(|k| b[k * n + i] * b[k * n + j]).sum::<f64>() + f64::from(u8::from(i == j))
+        };
+        let mut a = vec![f64::NAN; width * width];
+        let mut u = vec![f64::NAN; pivots * pivots];
+        for i in 0..n {
+            for j in i..n {
+                a[i * width + j] = full(i, j);
+                if j < pivots { u[i * pivots + j] = full(i, j); }
+            }
+        }
+        prop_assert!(eliminate(&mut a, width, pivots));
+        prop_assert!(pivots == 0 || cholesky(&mut u, pivots));
+        let close = |x: f64, y: f64| (x - y).abs() < 1e-8 * (1.0 + y.abs());
+        for i in 0..n {
+            for j in i..n {
+                let got = a[i * width + j];
+                if j < pivots {
+                    prop_assert!(close(got, u[i * pivots + j]), "{} {}", i, j);
+                } else if i < pivots {
+                    // Uᵀ times the rows of U is what was there.
+                    let sum: f64 = (0..=i).map(|k| a[k * width + i] * a[k * width + j]).sum();
+                    prop_assert!(close(sum, full(i, j)), "{} {}", i, j);
+                } else {
+                    let gone: f64 = (0..pivots).map(|k| a[k * width + i] * a[k * width + j]).sum();
+                    prop_assert!(close(got, full(i, j) - gone), "{} {}", i, j);
+                }
+            }
+        }
     }
 
     #[test]

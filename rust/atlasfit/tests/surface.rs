@@ -28,6 +28,19 @@ fn a_noisy_sphere_gives_one_closed_surface_that_faces_outward() {
     }
 }
 
+/// Points four standard deviations out get no patch of their own that stands across the surface.
+#[test]
+fn strays_bend_no_normals() {
+    for seed in 1..6 {
+        let out = run(&sphere(3000, seed).noisy(0.6, seed)).unwrap();
+        let normals = out.surface.normals.as_ref().unwrap();
+        for (p, n) in out.surface.positions.iter().zip(normals) {
+            let cos = (0..3).map(|k| p[k] * f64::from(n[k])).sum::<f64>() / norm(*p);
+            assert!(cos > 0.9, "seed {seed}: normal {n:?} at {p:?}");
+        }
+    }
+}
+
 #[test]
 fn a_noisy_torus_keeps_its_handle() {
     for (r, noise) in [(0.4, 0.3), (0.25, 0.3), (0.4, 0.6)] {

@@ -298,6 +298,34 @@ fn ours(
     })
 }
 
+/// MeshLab's surfaces of a scan, by meshlab.py: setting, surface, seconds. Its files in `folder` are removed.
+fn meshlab(
+    program: &Path,
+    scripts: &Path,
+    scan: &Path,
+    folder: &Path,
+    repeat: u32,
+    settings: &[&String],
+    load: &dyn Fn(&Path) -> Result<TriMesh>,
+) -> Result<Vec<(String, TriMesh, f64)>> {
+    let repeat = repeat.to_string();
+    let mut command: Vec<&dyn AsRef<OsStr>> = vec![&scan, &folder, &repeat];
+    command.extend(settings.iter().map(|s| s as &dyn AsRef<OsStr>));
+    let out = python(program, &scripts.join("meshlab.py"), &command)?;
+    let mut made = Vec::new();
+    for line in out.lines().filter(|l| l.starts_with('{')) {
+        let said: Value = serde_json::from_str(line).context("meshlab.py said something that is no JSON")?;
+        let (Some(setting), Some(file), Some(seconds)) =
+            (said["setting"].as_str(), said["file"].as_str(), said["seconds"].as_f64())
+        else {
+            bail!("meshlab.py said {line}: setting, file and seconds were expected");
+        };
+        made.push((setting.to_owned(), load(Path::new(file))?, seconds));
+        let _ = std::fs::remove_file(file);
+    }
+    Ok(made)
+}
+
 /// The peers' surfaces of one cell.
 #[expect(clippy::too_many_arguments, reason = "one cell's whole context, used once")]
 fn peers(
@@ -310,29 +338,12 @@ fn peers(
     settings: &[&String],
     console: &Console,
 ) -> Result<Vec<Row>> {
-    let repeat = args.repeat.to_string();
-    let mut command: Vec<&dyn AsRef<OsStr>> = vec![&noisy, &folder, &repeat];
-    command.extend(settings.iter().map(|s| s as &dyn AsRef<OsStr>));
-    let out = python(&args.python, &args.scripts.join("meshlab.py"), &command)?;
+    let load = |file: &Path| Ok(files::load(file, &args.run, console)?.into_mesh());
+    let made = meshlab(&args.python, &args.scripts, noisy, folder, args.repeat, settings, &load)?;
     let mut rows = Vec::new();
-    for line in out.lines().filter(|l| l.starts_with('{')) {
-        let said: Value = serde_json::from_str(line).context("meshlab.py said something that is no JSON")?;
-        let (Some(setting), Some(file), Some(seconds)) =
-            (said["setting"].as_str(), said["file"].as_str(), said["seconds"].as_f64())
-        else {
-            bail!("meshlab.py said {line}: setting, file and seconds were expected");
-        };
-        let mesh = files::load(Path::new(file), &args.run, console)?.into_mesh();
+    for (setting, mesh, seconds) in made {
         let figures = measured(&mesh, truth, args, console)?;
-        let _ = std::fs::remove_file(file);
-        rows.push(Row {
-            shape: shape.into(),
-            sigma,
-            method: setting.into(),
-            seconds,
-            cached: false,
-            figures,
-        });
+        rows.push(Row { shape: shape.into(), sigma, method: setting, seconds, cached: false, figures });
     }
     Ok(rows)
 }

@@ -54,7 +54,7 @@ pub struct Local {
     pace: f64,
 }
 
-/// The foot of a point on the axis.
+/// The foot of a point on the axis. Vectors are in the axis's frame.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisFoot {
     /// Domain coordinate.
@@ -90,46 +90,52 @@ fn cubic(q: &[f64; 4], s: f64) -> (f64, f64, f64) {
 }
 
 impl Tube {
+    /// The axis at `s` in its own frame: position, first and second derivative.
+    fn curve_at(&self, s: f64) -> (Vec3, Vec3, Vec3) {
+        let ((y, y1, y2), (z, z1, z2)) = (cubic(&self.axis[0], s), cubic(&self.axis[1], s));
+        ([s * self.half_length, y, z], [self.half_length, y1, z1], [0.0, y2, z2])
+    }
+    /// A vector of the axis's frame in the atlas's.
+    fn turned(&self, v: Vec3) -> Vec3 {
+        let [a, b, c] = self.axes;
+        add(scale(a, v[0]), add(scale(b, v[1]), scale(c, v[2])))
+    }
     /// The axis at `s`: position, first and second derivative.
     #[must_use]
     pub fn axis_at(&self, s: f64) -> (Vec3, Vec3, Vec3) {
-        let ((y, y1, y2), (z, z1, z2)) = (cubic(&self.axis[0], s), cubic(&self.axis[1], s));
-        let [a, b, c] = self.axes;
-        let place = |x: f64, y: f64, z: f64| add(scale(a, x), add(scale(b, y), scale(c, z)));
-        (
-            add(self.center, place(s * self.half_length, y, z)),
-            place(self.half_length, y1, z1),
-            place(0.0, y2, z2),
-        )
+        let (c, c1, c2) = self.curve_at(s);
+        (add(self.center, self.turned(c)), self.turned(c1), self.turned(c2))
     }
     /// The axis's nearest point to `p`.
     #[must_use]
     pub fn foot(&self, p: Vec3) -> AxisFoot {
-        let mut s = dot(sub(p, self.center), self.axes[0]) / self.half_length;
+        let d = sub(p, self.center);
+        let p = self.axes.map(|a| dot(d, a));
+        let mut s = p[0] / self.half_length;
         // The axis is nearly straight over the domain: Newton from the straight line's foot settles at once.
         for _ in 0..3 {
             let at = s.clamp(-1.5, 1.5);
-            let (c, c1, c2) = self.axis_at(at);
+            let (c, c1, c2) = self.curve_at(at);
             let w = sub(p, c);
-            let slope = dot(c1, c1) - dot(w, c2);
-            s = at + dot(w, c1) / slope.max(0.3 * dot(c1, c1));
+            let speed2 = dot(c1, c1);
+            s = at + dot(w, c1) / (speed2 - dot(w, c2)).max(0.3 * speed2);
         }
         let s = s.clamp(-1.5, 1.5);
-        let (foot, c1, c2) = self.axis_at(s);
-        let along = normalize(c1);
+        let (foot, c1, c2) = self.curve_at(s);
         let w = sub(p, foot);
-        let across = sub(w, scale(along, dot(w, along)));
+        let across = sub(w, scale(c1, dot(w, c1) / dot(c1, c1)));
         AxisFoot { s, d: norm(across), foot, derivatives: [c1, c2], across }
     }
     /// The tube's coordinates of `p`.
     #[must_use]
     pub fn local(&self, p: Vec3) -> Local {
-        let AxisFoot { s, d, foot, derivatives: [c1, c2], across, .. } = self.foot(p);
-        let [along, e2, e3] = self.section(c1);
-        let (y, z) = (dot(across, e2), dot(across, e3));
-        let out = if d > 0.0 { scale(across, 1.0 / d) } else { e2 };
+        let AxisFoot { s, d, foot, derivatives: [c1, c2], across } = self.foot(p);
         let speed2 = dot(c1, c1);
         let pace = speed2.sqrt() / (speed2 - dot(across, c2)).max(0.3 * speed2);
+        let (foot, across) = (add(self.center, self.turned(foot)), self.turned(across));
+        let [along, e2, e3] = self.section(self.turned(c1));
+        let (y, z) = (dot(across, e2), dot(across, e3));
+        let out = if d > 0.0 { scale(across, 1.0 / d) } else { e2 };
         Local { s, theta: z.atan2(y), d, foot, along, out, around: cross(along, out), pace }
     }
     /// Unit vectors along an axis with derivative `c1`, and the two across from which the angle counts.

@@ -1,56 +1,120 @@
-//! Small dense symmetric systems: the Cholesky factorisation that every chart's solve runs on, principal axes.
+//! Small dense symmetric systems: the elimination that every chart's solve runs on, principal axes.
 //!
 //! Matrices are row-major slices of n*n; only the upper triangle is read and written.
 
 use super::vec3::{Vec3, mul_add, scale, sub};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
-/// is not numerically positive definite and its content is then meaningless.
-///
-/// Right-looking by rows, [`ROWS`] pivots at a time: every inner loop runs along a row and has no carried sum, so it vectorises, and an entry is loaded and
-/// stored once for several pivots.
+/// is not numerically positive definite and its content is then meaningless. For a handful of unknowns; [`eliminate`] is for dozens.
 #[must_use]
 pub fn cholesky(a: &mut [f64], n: usize) -> bool {
-    let mut k = 0;
-    while k < n {
-        let end = (k + ROWS).min(n);
-        let (upper, lower) = a.split_at_mut(end * n);
-        for p in k..end {
-            let (above, row) = upper.split_at_mut(p * n);
-            let row = &mut row[p..n];
-            for done in above[k * n..].chunks_exact(n) {
-                let f = done[p];
-                for (t, r) in row.iter_mut().zip(&done[p..]) {
-                    *t -= f * r;
-                }
-            }
-            let pivot = row[0];
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return false;
-            }
-            let inverse = 1.0 / pivot.sqrt();
-            for x in row.iter_mut() {
-                *x *= inverse;
+    for p in 0..n {
+        let (above, row) = a.split_at_mut(p * n);
+        let row = &mut row[p..n];
+        for done in above.chunks_exact(n) {
+            let f = done[p];
+            for (t, r) in row.iter_mut().zip(&done[p..]) {
+                *t -= f * r;
             }
         }
-        // Rows are left only below a whole block.
-        let mut rows = upper[k * n..].chunks_exact(n);
-        if let [Some(p), Some(q), Some(r), Some(s)] = [0; ROWS].map(|_| rows.next()) {
-            for (i, row) in (end..n).zip(lower.chunks_exact_mut(n)) {
-                let f = [p[i], q[i], r[i], s[i]];
-                let of = p[i..].iter().zip(&q[i..]).zip(r[i..].iter().zip(&s[i..]));
-                for (t, ((p, q), (r, s))) in row[i..].iter_mut().zip(of) {
-                    *t = *t - f[0] * p - f[1] * q - f[2] * r - f[3] * s;
-                }
-            }
+        let pivot = row[0];
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return false;
         }
-        k = end;
+        let inverse = 1.0 / pivot.sqrt();
+        for x in row.iter_mut() {
+            *x *= inverse;
+        }
     }
     true
 }
 
-/// Pivots that [`cholesky`] takes at a time: what fits into the registers of any 64-bit processor.
+/// Pivots that [`eliminate`] takes at a time: what fits into the registers of any 64-bit processor.
 const ROWS: usize = 4;
+/// Numbers in the widest vector that [`eliminate`] is run with.
+pub const LANES: usize = 4;
+
+/// Eliminates the first `pivots` rows of the symmetric `a` (`width` x `width`, upper triangle, `width` a multiple of [`LANES`]) from those below: they become
+/// rows of the factor U, and the rest what they leave of it (the Schur complement). False if a pivot is not positive.
+///
+/// Right-looking by rows, [`ROWS`] pivots at a time: every inner loop runs along a row and has no carried sum, and an entry is loaded and stored once for
+/// several pivots. Vectors are chosen at run time and whole: the entries of a row just left of its diagonal change too.
+#[must_use]
+pub fn eliminate(a: &mut [f64], width: usize, pivots: usize) -> bool {
+    assert!(width.is_multiple_of(LANES) && a.len() == width * width && pivots <= width);
+    Arch::new().dispatch(Eliminate { a, width, pivots })
+}
+
+struct Eliminate<'a> {
+    a: &'a mut [f64],
+    width: usize,
+    pivots: usize,
+}
+
+impl WithSimd for Eliminate<'_> {
+    type Output = bool;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Self { a, width: n, pivots } = self;
+        let mut k = 0;
+        while k < pivots {
+            let end = (k + ROWS).min(pivots);
+            let (upper, lower) = a.split_at_mut(end * n);
+            for p in k..end {
+                let (above, row) = upper.split_at_mut(p * n);
+                let from = p / S::F64_LANES;
+                let vectors = &mut S::as_mut_simd_f64s(&mut row[..n]).0[from..];
+                for done in above[k * n..].chunks_exact(n) {
+                    let f = simd.splat_f64s(done[p]);
+                    for (t, r) in vectors.iter_mut().zip(&S::as_simd_f64s(done).0[from..]) {
+                        *t = simd.negate_mul_add_e_f64s(f, *r, *t);
+                    }
+                }
+                let pivot = row[p];
+                if !(pivot > 0.0 && pivot.is_finite()) {
+                    return false;
+                }
+                let inverse = simd.splat_f64s(1.0 / pivot.sqrt());
+                for x in &mut S::as_mut_simd_f64s(&mut row[..n]).0[from..] {
+                    *x = simd.mul_f64s(*x, inverse);
+                }
+            }
+            let done = &upper[k * n..];
+            let mut rows = done.chunks_exact(n);
+            if let [Some(p), Some(q), Some(r), Some(s)] = [0; ROWS].map(|_| rows.next()) {
+                for (i, row) in (end..n).zip(lower.chunks_exact_mut(n)) {
+                    let from = i / S::F64_LANES * S::F64_LANES;
+                    let row = S::as_mut_simd_f64s(&mut row[from..]).0;
+                    // No closures here: they would not be compiled for the wider vectors.
+                    let (fp, fq) = (simd.splat_f64s(p[i]), simd.splat_f64s(q[i]));
+                    let (fr, fs) = (simd.splat_f64s(r[i]), simd.splat_f64s(s[i]));
+                    let (p, q) = (S::as_simd_f64s(&p[from..]).0, S::as_simd_f64s(&q[from..]).0);
+                    let (r, s) = (S::as_simd_f64s(&r[from..]).0, S::as_simd_f64s(&s[from..]).0);
+                    for (t, ((p, q), (r, s))) in row.iter_mut().zip(p.iter().zip(q).zip(r.iter().zip(s))) {
+                        *t = simd.negate_mul_add_e_f64s(fp, *p, *t);
+                        *t = simd.negate_mul_add_e_f64s(fq, *q, *t);
+                        *t = simd.negate_mul_add_e_f64s(fr, *r, *t);
+                        *t = simd.negate_mul_add_e_f64s(fs, *s, *t);
+                    }
+                }
+            } else {
+                for (i, row) in (end..n).zip(lower.chunks_exact_mut(n)) {
+                    let from = i / S::F64_LANES;
+                    let row = &mut S::as_mut_simd_f64s(row).0[from..];
+                    for done in done.chunks_exact(n) {
+                        let f = simd.splat_f64s(done[i]);
+                        for (t, r) in row.iter_mut().zip(&S::as_simd_f64s(done).0[from..]) {
+                            *t = simd.negate_mul_add_e_f64s(f, *r, *t);
+                        }
+                    }
+                }
+            }
+            k = end;
+        }
+        true
+    }
+}
 
 /// Solves Uᵀ U x = b in place for a factor made by [`cholesky`].
 pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
@@ -67,12 +131,6 @@ pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
         let s: f64 = row[1..].iter().zip(&b[i + 1..n]).map(|(a, x)| a * x).sum();
         b[i] = (b[i] - s) / row[0];
     }
-}
-
-/// log det of Uᵀ U.
-#[must_use]
-pub fn cholesky_log_det(u: &[f64], n: usize) -> f64 {
-    2.0 * (0..n).map(|i| u[i * n + i].ln()).sum::<f64>()
 }
 
 /// Eigenvalues (ascending) and unit eigenvectors of the symmetric 3 x 3 matrix with entries

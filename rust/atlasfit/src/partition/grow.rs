@@ -6,10 +6,11 @@
 //! shortened across strong curvature: along a tube a patch is long, around it short.
 
 use crate::atlas::Monge;
-use crate::geometry::dense::{cholesky, cholesky_solve, principal};
+use crate::geometry::dense::{LANES, cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
 use crate::project::Projected;
+use pulp::{Arch, Simd, WithSimd};
 
 /// A patch before it is fitted.
 #[derive(Debug, Clone)]
@@ -99,8 +100,36 @@ fn quad(q: &[f64; 6], u: f64, v: f64) -> f64 {
 #[derive(Default)]
 pub struct Scratch {
     found: Vec<Neighbour>,
-    local: Vec<[f64; 3]>,
+    local: Local,
 }
+
+/// Points in the frame of a patch, coordinate by coordinate.
+#[derive(Default)]
+struct Local {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    z: Vec<f64>,
+}
+
+impl Local {
+    fn clear(&mut self) {
+        [&mut self.u, &mut self.v, &mut self.z].into_iter().for_each(Vec::clear);
+    }
+    fn push(&mut self, u: f64, v: f64, z: f64) {
+        self.u.push(u);
+        self.v.push(v);
+        self.z.push(z);
+    }
+    /// Fills the last vector with points that are too far away to weigh anything.
+    fn fill(&mut self) {
+        while !self.u.len().is_multiple_of(LANES) {
+            self.push(0.0, 0.0, FAR);
+        }
+    }
+}
+
+/// A height that has no weight in any fit.
+const FAR: f64 = 1e150;
 
 struct State {
     center: Vec3,
@@ -131,7 +160,7 @@ fn grow_from(
     seed: usize,
     p: &GrowParams<'_>,
     found: &mut Vec<Neighbour>,
-    local: &mut Vec<[f64; 3]>,
+    local: &mut Local,
 ) -> Option<Patch> {
     let origin = points[seed];
     let same_sheet = |found: &mut Vec<Neighbour>| {
@@ -246,7 +275,7 @@ fn step(
     from: &State,
     radius: f64,
     sigma: f64,
-    local: &mut Vec<[f64; 3]>,
+    local: &mut Local,
 ) -> Option<State> {
     let mut s = State { ..*from };
     // The old quadric predicts heights; in the new units its coefficients scale.
@@ -271,12 +300,13 @@ fn step(
             let (x, y, z) = (dot(d, s.axes[0]), dot(d, s.axes[1]), dot(d, s.axes[2]));
             let (a, b) = (x / domain[0], y / domain[1]);
             if a * a + b * b <= RIM * RIM {
-                local.push([x / radius, y / radius, z]);
+                local.push(x / radius, y / radius, z);
             }
         }
-        if local.len() < MIN_MEMBERS {
+        if local.u.len() < MIN_MEMBERS {
             return None;
         }
+        local.fill();
         // Slack beyond the noise: what a quadric of the previous, smaller patch may miss of the new ring.
         let slack = if turn == 0 { 0.10 } else { 0.05 } * domain[0].min(domain[1]);
         for _ in 0..2 {
@@ -310,22 +340,18 @@ fn step(
 /// One round of weighted least squares of z against the six monomials, weights by the residuals to the current `q`.
 /// `ridge` is the ratio of noise to the prior deviation of the curved terms. Returns the deviations of the two squares' coefficients in
 /// units of the noise.
-fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> Option<[f64; 2]> {
-    let (mut a, mut b, mut total) = ([0.0; 36], [0.0; 6], 0.0);
-    for &[u, v, z] in local {
-        let w = tukey(z - quad(q, u, v), limit);
-        if w == 0.0 {
-            continue;
-        }
-        total += w;
-        let m = [1.0, u, v, u * u, u * v, v * v];
-        for i in 0..6 {
-            for j in i..6 {
-                a[i * 6 + j] += w * m[i] * m[j];
-            }
-            b[i] += w * m[i] * z;
-        }
-    }
+fn fit_quadric(local: &Local, q: &mut [f64; 6], limit: f64, ridge: f64) -> Option<[f64; 2]> {
+    let (m, mut b) = Arch::new().dispatch(Moments { local, q, limit });
+    let [total, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv] = m;
+    let mut a = [
+        [total, u, v, uu, uv, vv],
+        [0.0, uu, uv, uuu, uuv, uvv],
+        [0.0, 0.0, vv, uuv, uvv, vvv],
+        [0.0, 0.0, 0.0, uuuu, uuuv, uuvv],
+        [0.0, 0.0, 0.0, 0.0, uuvv, uvvv],
+        [0.0, 0.0, 0.0, 0.0, 0.0, vvvv],
+    ];
+    let a = a.as_flattened_mut();
     if total < 4.0 {
         return None;
     }
@@ -333,17 +359,71 @@ fn fit_quadric(local: &[[f64; 3]], q: &mut [f64; 6], limit: f64, ridge: f64) -> 
     for i in 0..6 {
         a[i * 7] += if i < 3 { 1e-9 * total } else { 1e-4 * total + ridge * ridge };
     }
-    if !cholesky(&mut a, 6) {
+    if !cholesky(a, 6) {
         return None;
     }
-    cholesky_solve(&a, 6, &mut b);
+    cholesky_solve(a, 6, &mut b);
     *q = b;
     Some([3, 5].map(|k| {
         let mut unit = [0.0; 6];
         unit[k] = 1.0;
-        cholesky_solve(&a, 6, &mut unit);
+        cholesky_solve(a, 6, &mut unit);
         unit[k].max(0.0).sqrt()
     }))
+}
+
+/// Sums over points of w u^i v^j for i + j up to 4, and of w z u^i v^j up to 2, where w are Tukey's weights of their distances to the quadric `q`.
+struct Moments<'a> {
+    local: &'a Local,
+    q: &'a [f64; 6],
+    limit: f64,
+}
+
+impl WithSimd for Moments<'_> {
+    type Output = ([f64; 15], [f64; 6]);
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { local: Local { u, v, z }, q, limit } = self;
+        let zero = simd.splat_f64s(0.0);
+        let one = simd.splat_f64s(1.0);
+        let (mut m, mut b) = ([zero; 15], [zero; 6]);
+        let [q0, q1, q2] = [simd.splat_f64s(q[0]), simd.splat_f64s(q[1]), simd.splat_f64s(q[2])];
+        let [q3, q4, q5] = [simd.splat_f64s(q[3]), simd.splat_f64s(q[4]), simd.splat_f64s(q[5])];
+        let narrow = simd.splat_f64s(1.0 / limit);
+        let (u, v, z) = (S::as_simd_f64s(u).0, S::as_simd_f64s(v).0, S::as_simd_f64s(z).0);
+        for ((&u, &v), &z) in u.iter().zip(v).zip(z) {
+            let (uu, uv, vv) = (simd.mul_f64s(u, u), simd.mul_f64s(u, v), simd.mul_f64s(v, v));
+            let h = simd.mul_add_e_f64s(q1, u, simd.mul_add_e_f64s(q2, v, q0));
+            let h = simd.mul_add_e_f64s(q3, uu, simd.mul_add_e_f64s(q4, uv, simd.mul_add_e_f64s(q5, vv, h)));
+            let t = simd.mul_f64s(simd.sub_f64s(z, h), narrow);
+            let t = simd.max_f64s(simd.sub_f64s(one, simd.mul_f64s(t, t)), zero);
+            let w = simd.mul_f64s(t, t);
+            let (wu, wv) = (simd.mul_f64s(w, u), simd.mul_f64s(w, v));
+            let (wuu, wuv, wvv) = (simd.mul_f64s(w, uu), simd.mul_f64s(w, uv), simd.mul_f64s(w, vv));
+            m[0] = simd.add_f64s(m[0], w);
+            m[1] = simd.add_f64s(m[1], wu);
+            m[2] = simd.add_f64s(m[2], wv);
+            m[3] = simd.add_f64s(m[3], wuu);
+            m[4] = simd.add_f64s(m[4], wuv);
+            m[5] = simd.add_f64s(m[5], wvv);
+            m[6] = simd.mul_add_e_f64s(wuu, u, m[6]);
+            m[7] = simd.mul_add_e_f64s(wuu, v, m[7]);
+            m[8] = simd.mul_add_e_f64s(wvv, u, m[8]);
+            m[9] = simd.mul_add_e_f64s(wvv, v, m[9]);
+            m[10] = simd.mul_add_e_f64s(wuu, uu, m[10]);
+            m[11] = simd.mul_add_e_f64s(wuu, uv, m[11]);
+            m[12] = simd.mul_add_e_f64s(wuu, vv, m[12]);
+            m[13] = simd.mul_add_e_f64s(wvv, uv, m[13]);
+            m[14] = simd.mul_add_e_f64s(wvv, vv, m[14]);
+            b[0] = simd.mul_add_e_f64s(w, z, b[0]);
+            b[1] = simd.mul_add_e_f64s(wu, z, b[1]);
+            b[2] = simd.mul_add_e_f64s(wv, z, b[2]);
+            b[3] = simd.mul_add_e_f64s(wuu, z, b[3]);
+            b[4] = simd.mul_add_e_f64s(wuv, z, b[4]);
+            b[5] = simd.mul_add_e_f64s(wvv, z, b[5]);
+        }
+        (m.map(|x| simd.reduce_sum_f64s(x)), b.map(|x| simd.reduce_sum_f64s(x)))
+    }
 }
 
 /// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another sheet's. Notes the

@@ -32,6 +32,10 @@ const LOUDEST: f64 = 0.6;
 const LOUD: (usize, usize) = (2, 6);
 /// A sheet farther from a patch than this many standard deviations and this share of the patch's reach cannot keep it from growing.
 const DISTURBING: (f64, f64) = (6.0, 0.15);
+/// Patches smaller than this share of what they may reach wait until others are there ...
+const SMALL: f64 = 0.4;
+/// ... and are used, if they do not explain their points, where at least this share of them has no other.
+const ALONE: f64 = 0.25;
 /// Rounds of seeding. Each round seeds what the previous ones left, more densely.
 const ROUNDS: usize = 5;
 
@@ -165,6 +169,58 @@ pub struct Cut<'a> {
     pub size: PatchSize,
 }
 
+impl Cut<'_> {
+    /// The radius that a patch about a point may have.
+    fn reach(&self, point: usize, sigma: f64) -> f64 {
+        // Where points stand farther apart than this there is no surface to show, only strays.
+        let widest = project::WIDEST * self.analysis.median_spacing;
+        self.size.reach(f64::from(self.analysis.spacing[point]).min(widest), sigma)
+    }
+    /// Grows a patch from each of the points `seeds`.
+    fn grow(
+        &self,
+        seeds: &[usize],
+        sigma: f64,
+        seen: Option<&[Projected]>,
+        ctx: &Context<'_>,
+    ) -> Result<Vec<Option<Patch>>> {
+        let grown = seeds
+            .par_chunks(16)
+            .map(|chunk| {
+                let mut scratch = Scratch::default();
+                let out = chunk
+                    .iter()
+                    .map(|&i| {
+                        ctx.check()?;
+                        let spacing = f64::from(self.analysis.spacing[i]);
+                        let params = GrowParams { sigma, spacing, max_radius: self.reach(i, sigma), seen };
+                        Ok(grow(self.points, self.tree, i, &params, &mut scratch))
+                    })
+                    .collect::<Result<Vec<_>>>()?;
+                ctx.advance(chunk.len());
+                Ok(out)
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(grown.concat())
+    }
+}
+
+/// Patches of a sample that the noise is learned from.
+const SAMPLE: usize = 100;
+
+/// Patches about some of the points, evenly spread over those that are not `done`.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Patch>> {
+    let order = shuffled(cut.points.len(), ctx.seed).into_iter().map(|i| i as usize);
+    let seeds: Vec<usize> = order.filter(|&i| !done[i]).take(SAMPLE).collect();
+    // Grown here, fitted by the caller.
+    ctx.stage(crate::run::Stage::Partition, 2 * seeds.len());
+    let grown = cut.grow(&seeds, cut.analysis.sigma, None, ctx)?;
+    Ok(grown.into_iter().flatten().filter(|p| p.sound).collect())
+}
+
 /// Cuts the scan, as far as it is not `done` by other charts. Where an earlier fit has `seen` the points, no patch takes points from the other side of a
 /// wall or a gap.
 ///
@@ -176,32 +232,9 @@ pub fn partition(
     seen: Option<&[Projected]>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
-    let Cut { points, tree, analysis, size } = *cut;
+    let Cut { points, tree, analysis, .. } = *cut;
     let n = points.len();
     let sigma = analysis.sigma;
-    // Where points stand farther apart than this there is no surface to show, only strays.
-    let widest = project::WIDEST * analysis.median_spacing;
-    let max_radius = |i: usize, sigma: f64| size.reach(f64::from(analysis.spacing[i]).min(widest), sigma);
-    let grow_all = |seeds: &[usize], sigma: f64| -> Result<Vec<Option<Patch>>> {
-        let grown = seeds
-            .par_chunks(16)
-            .map(|chunk| {
-                let mut scratch = Scratch::default();
-                let out = chunk
-                    .iter()
-                    .map(|&i| {
-                        ctx.check()?;
-                        let (spacing, max_radius) = (f64::from(analysis.spacing[i]), max_radius(i, sigma));
-                        let params = GrowParams { sigma, spacing, max_radius, seen };
-                        Ok(grow(points, tree, i, &params, &mut scratch))
-                    })
-                    .collect::<Result<Vec<_>>>()?;
-                ctx.advance(chunk.len());
-                Ok(out)
-            })
-            .collect::<Result<Vec<_>>>()?;
-        Ok(grown.concat())
-    };
     let sound = |p: &Option<Patch>| p.as_ref().is_some_and(|p| p.sound);
     let mut loud: Option<Loud> = None;
     let order = shuffled(n, ctx.seed);
@@ -220,7 +253,7 @@ pub fn partition(
             }
             seeds.push(i);
             taken[i] = true;
-            tree.within(points[i], shrink * max_radius(i, sigma), &mut found);
+            tree.within(points[i], shrink * cut.reach(i, sigma), &mut found);
             for f in &found {
                 taken[f.index as usize] = true;
             }
@@ -232,7 +265,7 @@ pub fn partition(
             break;
         }
         ctx.stage(crate::run::Stage::Partition, seeds.len());
-        let mut grown = grow_all(&seeds, sigma)?;
+        let mut grown = cut.grow(&seeds, sigma, seen, ctx)?;
         if loud.is_none() {
             let at: Vec<Vec3> = seeds.iter().map(|&i| points[i]).collect();
             loud =
@@ -250,7 +283,7 @@ pub fn partition(
                 let spacing = f64::from(analysis.spacing[seeds[k]]).max(analysis.median_spacing);
                 level <= LOUDEST * spacing
             });
-            let again = grow_all(&left.iter().map(|&k| seeds[k]).collect::<Vec<_>>(), level)?;
+            let again = cut.grow(&left.iter().map(|&k| seeds[k]).collect::<Vec<_>>(), level, seen, ctx)?;
             for (&k, patch) in left.iter().zip(again) {
                 if sound(&patch) {
                     grown[k] = patch;
@@ -262,6 +295,12 @@ pub fn partition(
             let Some(patch) = patch else { continue };
             // A patch that another of this round has made superfluous is dropped: fewer charts, same cover.
             if (covered[seed] && round > 0) || (!patch.sound && round + 1 < ROUNDS) {
+                continue;
+            }
+            // A stray's patch stays small and stands across what lies about it: one is used only where others leave it alone.
+            let alone = patch.members.iter().filter(|m| !covered[**m as usize]).count() as f64;
+            let small = patch.radii[0].max(patch.radii[1]) < SMALL * cut.reach(seed, sigma);
+            if small && (round == 0 || (!patch.sound && alone < ALONE * patch.members.len() as f64)) {
                 continue;
             }
             for &m in &patch.members {
@@ -290,13 +329,12 @@ pub fn keep(
     seen: &[Projected],
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<bool>>> {
-    let Cut { points, tree, analysis, size } = *cut;
+    let Cut { points, tree, analysis, .. } = *cut;
     let stays = |f: &Fitted, found: &mut Vec<Neighbour>| {
         let Map::Monge(map) = &f.chart.map else { return true };
         let center = map.at([0.0; 2]);
         tree.nearest(center.position, 1, found);
-        let spacing = found.first().map_or(0.0, |n| f64::from(analysis.spacing[n.index as usize]));
-        let reach = size.reach(spacing.min(project::WIDEST * analysis.median_spacing), analysis.sigma);
+        let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, analysis.sigma));
         tree.within(center.position, grow::RIM * reach, found);
         let at = (center.position, scale(center.normal, f.chart.sign));
         let disturbing = DISTURBING.0 * analysis.sigma + DISTURBING.1 * reach;
@@ -319,10 +357,15 @@ pub fn keep(
     }
     // Points that the charts before could not reach stay without one.
     let mut covered = vec![true; seen.len()];
-    for (f, _) in fitted.iter().zip(&stays).filter(|(_, stays)| !**stays) {
-        f.members.iter().for_each(|&(m, _)| covered[m as usize] = false);
-    }
-    for (f, _) in fitted.iter().zip(&stays).filter(|(_, stays)| **stays) {
+    let mut of = stays.iter();
+    fitted.retain(|f| {
+        let stays = of.next().is_some_and(|s| *s);
+        if !stays {
+            f.members.iter().for_each(|&(m, _)| covered[m as usize] = false);
+        }
+        stays
+    });
+    for f in fitted.iter() {
         let Map::Monge(map) = &f.chart.map else { continue };
         for &(m, _) in &f.members {
             let l = map.local(points[m as usize]);
@@ -330,8 +373,6 @@ pub fn keep(
         }
     }
     covered.iter_mut().zip(done).for_each(|(c, d)| *c |= d);
-    let mut of = stays.iter();
-    fitted.retain(|_| of.next().is_some_and(|s| *s));
     Ok(Some(covered))
 }
 

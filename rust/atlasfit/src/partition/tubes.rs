@@ -10,10 +10,11 @@ use crate::atlas::tube::{HARMONICS, MASK_NODES, Tube, harmonics};
 use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
 use crate::fit::Fitted;
-use crate::geometry::dense::{cholesky, cholesky_log_det, cholesky_solve, principal};
+use crate::geometry::dense::{cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, dot, normalize, scale, sub};
 use crate::partition::grow::{TUKEY, tukey};
+use crate::prior::evidence::{Problem, Work};
 use crate::prior::gp::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
 use crate::run::Context;
 use rayon::prelude::*;
@@ -52,8 +53,8 @@ const THICK: f64 = 1.2;
 const CORE: f64 = 0.72;
 /// Fewer points make no tube.
 const MIN_POINTS: usize = 60;
-/// Points whose places along a tube are worth a task of their own.
-const TOGETHER: usize = 256;
+/// Points that are looked at together, in parallel: more would often lie on the same tube.
+const AT_ONCE: usize = 4;
 /// Above this ratio of noise to radius the shape of the cross-section is lost; a circle is fitted.
 const CIRCLE: f64 = 0.4;
 /// Share of the points that must lie on tubes for these to tell the scan's noise.
@@ -104,45 +105,51 @@ pub fn find(
     let mut covered = vec![false; n];
     let mut looked = vec![false; n];
     let mut raws: Vec<Raw> = Vec::new();
-    let mut found = Vec::new();
-    for (count, &i) in order.iter().enumerate() {
-        if count % 64 == 0 {
-            ctx.check()?;
-        }
-        let i = i as usize;
-        if covered[i] || looked[i] {
-            continue;
-        }
+    // A tube about a point, if there is one.
+    let look = |i: usize, found: &mut Vec<Neighbour>| {
         let unit = f64::from(analysis.spacing[i]).max(0.8 * analysis.sigma);
-        let mut hit = false;
-        for scale in SCALES {
-            coarse_tree.within(points[i], scale * unit, &mut found);
+        SCALES.iter().find_map(|scale| {
+            coarse_tree.within(points[i], scale * unit, found);
             if found.len() < FEWEST {
-                continue;
+                return None;
             }
             let near = found.iter().map(|f| (coarse[f.index as usize], 1.0));
-            let Some((mean, spread, [_, _, along])) = principal(near) else { continue };
+            let (mean, spread, [_, _, along]) = principal(near)?;
             if spread[1] > ELONGATED * spread[2] || spread[0] < ROUND * spread[1] {
+                return None;
+            }
+            grow(points, tree, analysis, mean, along, scale * unit, spread, found)
+        })
+    };
+    let mut found = Vec::new();
+    let mut next = order.iter().map(|&i| i as usize);
+    loop {
+        ctx.check()?;
+        let seeds: Vec<usize> = next.by_ref().filter(|&i| !covered[i] && !looked[i]).take(AT_ONCE).collect();
+        if seeds.is_empty() {
+            break;
+        }
+        let seen: Vec<Option<Raw>> =
+            seeds.par_iter().map_init(Vec::new, |found, &i| look(i, found)).collect();
+        for (i, raw) in seeds.into_iter().zip(seen) {
+            // As if they had been looked at one after another.
+            if covered[i] || looked[i] {
                 continue;
             }
-            if let Some(raw) = grow(points, tree, analysis, mean, along, scale * unit, spread, &mut found) {
-                let end = open_ends(&raw, points);
-                for &m in &raw.members {
-                    let s = raw.tube.foot(points[m as usize]).s;
-                    if (s > -CORE || end[0]) && (s < CORE || end[1]) {
-                        covered[m as usize] = true;
-                    }
+            let Some(raw) = raw else {
+                let unit = f64::from(analysis.spacing[i]).max(0.8 * analysis.sigma);
+                tree.within(points[i], 0.5 * SCALES[0] * unit, &mut found);
+                found.iter().for_each(|f| looked[f.index as usize] = true);
+                continue;
+            };
+            let end = open_ends(&raw, points);
+            for &m in &raw.members {
+                let s = raw.tube.foot(points[m as usize]).s;
+                if (s > -CORE || end[0]) && (s < CORE || end[1]) {
+                    covered[m as usize] = true;
                 }
-                raws.push(raw);
-                hit = true;
-                break;
             }
-        }
-        if !hit {
-            tree.within(points[i], 0.5 * SCALES[0] * unit, &mut found);
-            for f in &found {
-                looked[f.index as usize] = true;
-            }
+            raws.push(raw);
         }
     }
     if raws.is_empty() {
@@ -216,8 +223,7 @@ fn grow(
         tree.within(tube.center, ball, found);
         for _ in 0..3 {
             let seen: Vec<[f64; 4]> = found
-                .par_iter()
-                .with_min_len(TOGETHER)
+                .iter()
                 .filter_map(|f| {
                     let p = points[f.index as usize];
                     let foot = tube.foot(p);
@@ -313,8 +319,8 @@ fn accept(points: &[Vec3], analysis: &Analysis, found: &[Neighbour], tube: &Tube
     let (mut first, mut second, mut square) = ([0.0; 2], [0.0; 2], 0.0);
     let mut members = Vec::new();
     let mut spacings = Vec::new();
-    let local = found.par_iter().with_min_len(TOGETHER).map(|f| tube.local(points[f.index as usize]));
-    for (f, l) in found.iter().zip(local.collect::<Vec<_>>()) {
+    for f in found {
+        let l = tube.local(points[f.index as usize]);
         if l.s.abs() > 1.0 {
             continue;
         }
@@ -459,6 +465,11 @@ fn rice_likelihood(distances: &[f64], r: f64, sigma: f64) -> f64 {
 /// Steps of the search for the noise.
 const NOISE_STEPS: usize = 28;
 
+/// Distances that say about where it is, ...
+const POOLED: usize = 6000;
+/// ... to within so many steps.
+const WITHIN_STEPS: usize = 2;
+
 /// The one noise that explains the distances from all axes best.
 fn pooled_noise(raws: &[Raw], points: &[Vec3]) -> f64 {
     let distances: Vec<Vec<f64>> = raws
@@ -468,17 +479,21 @@ fn pooled_noise(raws: &[Raw], points: &[Vec3]) -> f64 {
     // With no radius at all the noise would be the root mean square distance over the square root of two.
     let mut most: Vec<f64> = raws.iter().map(|r| r.tube.mean_radius / 2f64.sqrt()).collect();
     let most = median(&mut most);
-    (0..NOISE_STEPS)
-        .into_par_iter()
-        .map(|k| {
-            let sigma = most * 0.93f64.powi(k as i32);
-            let like: f64 = distances.iter().map(|d| rice_likelihood(d, rice_radius(d, sigma), sigma)).sum();
-            (like, sigma)
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold((f64::NEG_INFINITY, most), |a, b| if b.0 > a.0 { b } else { a })
-        .1
+    let sigma = |k: usize| most * 0.93f64.powi(k as i32);
+    let likeliest = |steps: std::ops::RangeInclusive<usize>, distances: &[Vec<f64>]| {
+        let likely: Vec<(f64, usize)> = steps
+            .into_par_iter()
+            .map(|k| {
+                let s = sigma(k);
+                (distances.iter().map(|d| rice_likelihood(d, rice_radius(d, s), s)).sum(), k)
+            })
+            .collect();
+        likely.into_iter().fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a }).1
+    };
+    let step = (distances.iter().map(Vec::len).sum::<usize>() / POOLED).max(1);
+    let few: Vec<Vec<f64>> = distances.iter().map(|d| d.iter().step_by(step).copied().collect()).collect();
+    let about = likeliest(0..=NOISE_STEPS, &few);
+    sigma(likeliest(about.saturating_sub(WITHIN_STEPS)..=about + WITHIN_STEPS, &distances))
 }
 
 /// A fitted tube.
@@ -529,7 +544,9 @@ const COEFFS: usize = SIDE * HARMONICS;
 /// Functions without energy: constant and linear radius, constant and linear shift of the axis in two directions.
 const FREE: usize = 6;
 /// Smoothness that is tried, natural logarithm: from interpolation to a cone.
-const LOG_KAPPA: (f64, f64, usize) = (-25.0, 2.5, 13);
+const LOG_KAPPA: (f64, f64) = (-25.0, 5.0);
+/// Where the search begins.
+const LIKELY: f64 = -5.0;
 
 /// Fits the radius of one tube.
 fn fit(raw: &Raw, points: &[Vec3], tree: &Neighbours, sigma: f64) -> Option<Fit> {
@@ -622,8 +639,9 @@ fn lopsided(local: &[[f64; 3]]) -> bool {
 
 /// Fits the harmonics of the radius. Gives the noise about it.
 fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Option<f64> {
-    let n = COEFFS;
-    let (mut a, mut b, mut yy, mut count) = (vec![0.0; n * n], vec![0.0; n], 0.0, 0.0);
+    let n = Problem::width(COEFFS);
+    // The radii are one more column beside the functions.
+    let (mut a, mut count) = (vec![0.0; n * n], 0.0);
     // A point's functions follow one another: the harmonics of four splines.
     let mut row = [0.0; 4 * HARMONICS];
     for (&[s, theta, d], &w) in local.iter().zip(weights) {
@@ -645,9 +663,9 @@ fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Op
             for (a, q) in a[at * n + at..].iter_mut().zip(&row[x..]) {
                 *a += v * q;
             }
-            b[at] += v * target;
+            a[at * n + COEFFS] += v * target;
         }
-        yy += w * target * target;
+        a[COEFFS * n + COEFFS] += w * target * target;
         count += w;
     }
     let aspect = tube.half_length / tube.mean_radius;
@@ -664,35 +682,20 @@ fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Op
             }
         }
     }
-    let dof = (count - FREE as f64).max(1.0);
-    let mut best: Option<(f64, f64, Vec<f64>)> = None;
-    for step in 0..LOG_KAPPA.2 {
-        let log_kappa = LOG_KAPPA.0 + LOG_KAPPA.1 * step as f64;
-        let kappa = log_kappa.exp();
-        let mut m: Vec<f64> = a.iter().zip(&penalty).map(|(a, p)| a + kappa * p).collect();
-        for i in 0..n {
-            m[i * n + i] += 1e-9;
+    let problem = Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: LOG_KAPPA };
+    let fit = problem.solve(LIKELY, &mut Work::default(), |kappa, system| {
+        for ((x, a), p) in system.iter_mut().zip(&a).zip(&penalty) {
+            *x = a + kappa * p;
         }
-        if !cholesky(&mut m, n) {
-            continue;
-        }
-        let mut x = b.clone();
-        cholesky_solve(&m, n, &mut x);
-        let explained: f64 = x.iter().zip(&b).map(|(c, b)| c * b).sum();
-        let s2 = (yy - explained).max(0.0) / dof;
-        let score = dof * s2.max(1e-300).ln() + cholesky_log_det(&m, n) - (n - FREE) as f64 * log_kappa;
-        if best.as_ref().is_none_or(|b| score < b.0) {
-            best = Some((score, s2.sqrt(), x));
-        }
-    }
-    let (_, s, x) = best?;
-    if x.iter().any(|c| !c.is_finite()) {
+        system.iter_mut().step_by(n + 1).take(COEFFS).for_each(|x| *x += 1e-9);
+    })?;
+    if fit.weights.iter().any(|c| !c.is_finite()) {
         return None;
     }
-    for (row, c) in tube.radius.iter_mut().zip(x.chunks_exact(HARMONICS)) {
+    for (row, c) in tube.radius.iter_mut().zip(fit.weights.chunks_exact(HARMONICS)) {
         *row = std::array::from_fn(|k| c[k] as f32);
     }
-    Some(s)
+    Some(fit.sigma)
 }
 
 /// Where along the axis there is surface: where the points are at least half as dense as usual, which is where a tube ends when noise blurs

@@ -7,9 +7,10 @@
 //! dozen of them carry every patch that a handful of points can show, and one fit is one small solve.
 //!
 //! In: points over the unit disk with heights and weights. Out: spline coefficients of the height, the smoothness and
-//! the noise that the data supports (restricted marginal likelihood; Wahba 1985, Rasmussen and Williams 2006).
+//! the noise that the data supports.
 
-use crate::geometry::dense::{cholesky, cholesky_log_det, cholesky_solve};
+use super::evidence::{Problem, Solution, Work};
+use super::normal::{Normal, WIDTH};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::sync::LazyLock;
 
@@ -30,7 +31,7 @@ const ORDER: f64 = 5.0 / 4.0;
 
 /// The expansion shared by all charts.
 pub struct Basis {
-    /// Spline coefficients of each eigenfunction: COEFFS rows of MODES.
+    /// Spline coefficients of each eigenfunction: COEFFS rows of MODES, filled up to WIDTH.
     pub modes: Vec<f64>,
     /// Prior precision of each eigenfunction, up to one scale; 0 for the affine ones.
     pub precision: Vec<f64>,
@@ -124,22 +125,6 @@ pub fn hessian(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64) {
     (uu * scale, uv * scale, vv * scale)
 }
 
-/// Values of all eigenfunctions at (u, v), written to `row` (MODES long).
-pub fn mode_row(basis: &Basis, u: f64, v: f64, row: &mut [f64]) {
-    let ((i, s), (j, t)) = (locate(u), locate(v));
-    let (a, b) = (spline(s), spline(t));
-    row.fill(0.0);
-    for (k, ak) in a.iter().enumerate() {
-        for (l, bl) in b.iter().enumerate() {
-            let c = ak * bl;
-            let at = ((i + k) * SIDE + j + l) * MODES;
-            for (r, m) in row.iter_mut().zip(&basis.modes[at..at + MODES]) {
-                *r += c * m;
-            }
-        }
-    }
-}
-
 /// Gauss-Legendre nodes and weights on [0, 1], 4 points: exact for products of cubics.
 pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_727),
@@ -195,13 +180,13 @@ fn make_basis() -> Basis {
     let eigen = SymmetricEigen::new((&reduced + reduced.transpose()) * 0.5);
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let mut basis = Basis { modes: vec![0.0; COEFFS * MODES], precision: vec![0.0; MODES] };
+    let mut basis = Basis { modes: vec![0.0; COEFFS * WIDTH], precision: vec![0.0; MODES] };
     for (m, &k) in order.iter().take(MODES).enumerate() {
         let vector = eigen.eigenvectors.column(k).into_owned();
         let coeffs =
             factor.transpose().solve_upper_triangular(&vector).expect("a Cholesky factor is invertible");
         for c in 0..COEFFS {
-            basis.modes[c * MODES + m] = coeffs[c];
+            basis.modes[c * WIDTH + m] = coeffs[c];
         }
         if m >= FREE {
             basis.precision[m] = eigen.eigenvalues[k].powf(ORDER);
@@ -210,142 +195,37 @@ fn make_basis() -> Basis {
     basis
 }
 
-/// The normal equations of one chart's fit: what the solve and the choice of smoothness need of the data.
-pub struct Normal {
-    /// Aᵀ W A, MODES x MODES, upper triangle.
-    pub matrix: Vec<f64>,
-    /// Aᵀ W y.
-    pub rhs: Vec<f64>,
-    /// yᵀ W y.
-    pub yy: f64,
-    /// Sum of weights: the effective number of points.
-    pub count: f64,
-}
+/// The range in which smoothness is chosen, natural logarithm of kappa: from interpolation to a plane.
+const LOG_KAPPA: (f64, f64) = (-23.0, 4.5);
+/// Where the search begins: what most charts of a scan have, or a step beside it.
+const LIKELY: f64 = -2.0;
 
-impl Normal {
-    /// No data yet.
-    #[must_use]
-    pub fn new() -> Self {
-        Self { matrix: vec![0.0; MODES * MODES], rhs: vec![0.0; MODES], yy: 0.0, count: 0.0 }
-    }
-    /// Forgets the data.
-    pub fn clear(&mut self) {
-        self.matrix.fill(0.0);
-        self.rhs.fill(0.0);
-        (self.yy, self.count) = (0.0, 0.0);
-    }
-    /// Adds the observation `y` of the function whose eigenfunction values are `row`. `weight` scales its precision, `count` is
-    /// how much of a point it is (its robust weight).
-    pub fn add(&mut self, row: &[f64], y: f64, weight: f64, count: f64) {
-        for (i, r) in row.iter().enumerate() {
-            let w = weight * r;
-            for (m, c) in self.matrix[i * MODES + i..(i + 1) * MODES].iter_mut().zip(&row[i..]) {
-                *m += w * c;
-            }
-            self.rhs[i] += w * y;
-        }
-        self.yy += weight * y * y;
-        self.count += count;
-    }
-}
-
-impl Default for Normal {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// A fitted chart's height function.
-pub struct Fit {
-    /// Weights of the eigenfunctions.
-    pub modes: Vec<f64>,
-    /// Estimated standard deviation of the noise in the heights.
-    pub sigma: f64,
-    /// Logarithm of the ratio of noise variance to prior variance that maximised the marginal likelihood.
-    pub log_kappa: f64,
-}
-
-/// The grid over which smoothness is chosen, natural logarithm of kappa: from interpolation to a plane.
-const LOG_KAPPA: (f64, f64, usize) = (-23.0, 4.2, 7);
-/// Finest step of the search: a factor 8, below which the likelihood of a hundred points cannot tell two values apart.
-const FINE_STEP: f64 = 2.1;
-
-/// Working memory of [`fit`].
-pub struct Work {
-    matrix: Vec<f64>,
-    coeffs: Vec<f64>,
-}
-
-impl Default for Work {
-    fn default() -> Self {
-        Self { matrix: vec![0.0; MODES * MODES], coeffs: vec![0.0; MODES] }
-    }
-}
-
-/// Chooses smoothness and noise by restricted marginal likelihood and solves.
+/// Chooses smoothness and noise by restricted marginal likelihood and solves for the weights of the eigenfunctions.
 ///
-/// `sigma0` is the noise expected beforehand, worth `strength` points. With `near`, a value of log kappa known to be about right, only its
-/// neighbourhood is searched.
+/// `expected` is the noise expected beforehand and how many points that is worth; `near` a value of log kappa that is likely.
 #[must_use]
 pub fn fit(
     basis: &Basis,
     data: &Normal,
-    sigma0: f64,
-    strength: f64,
+    expected: (f64, f64),
     near: Option<f64>,
     work: &mut Work,
-) -> Option<Fit> {
-    let dof = (data.count - FREE as f64).max(1.0);
-    let mut solve = |log_kappa: f64| -> Option<(f64, f64)> {
-        let kappa = log_kappa.exp();
-        let Work { matrix, coeffs } = &mut *work;
-        matrix.copy_from_slice(&data.matrix);
-        for (i, p) in basis.precision.iter().enumerate() {
+) -> Option<Solution> {
+    let problem = Problem { unknowns: MODES, free: FREE, count: data.count, expected, range: LOG_KAPPA };
+    problem.solve(near.unwrap_or(LIKELY), work, |kappa, system| {
+        system.copy_from_slice(&data.matrix);
+        for (x, p) in system.iter_mut().step_by(WIDTH + 1).zip(&basis.precision) {
             // The last term keeps the affine part solvable when few points carry it.
-            matrix[i * MODES + i] += kappa * p + 1e-9;
+            *x += kappa * p + 1e-9;
         }
-        if !cholesky(matrix, MODES) {
-            return None;
-        }
-        coeffs.copy_from_slice(&data.rhs);
-        cholesky_solve(matrix, MODES, coeffs);
-        let explained: f64 = coeffs.iter().zip(&data.rhs).map(|(c, b)| c * b).sum();
-        let penalised = (data.yy - explained).max(0.0);
-        let sigma2 = (penalised + strength * sigma0 * sigma0) / (dof + strength);
-        let score = (dof + strength) * sigma2.max(1e-300).ln() + cholesky_log_det(matrix, MODES)
-            - (MODES - FREE) as f64 * log_kappa;
-        Some((score, sigma2.sqrt()))
-    };
-    let mut best: Option<(f64, f64)> = None;
-    let mut try_one = |log_kappa: f64, best: &mut Option<(f64, f64)>| {
-        if let Some((score, _)) = solve(log_kappa)
-            && best.is_none_or(|b| score < b.0)
-        {
-            *best = Some((score, log_kappa));
-        }
-    };
-    match near {
-        Some(centre) => try_one(centre, &mut best),
-        None => {
-            for step in 0..LOG_KAPPA.2 {
-                try_one(LOG_KAPPA.0 + LOG_KAPPA.1 * step as f64, &mut best);
-            }
-        }
-    }
-    let centre = best?.1;
-    for side in [-FINE_STEP, FINE_STEP] {
-        try_one(centre + side, &mut best);
-    }
-    let (_, log_kappa) = best?;
-    let (_, sigma) = solve(log_kappa)?;
-    Some(Fit { modes: work.coeffs.clone(), sigma, log_kappa })
+    })
 }
 
 /// Spline coefficients of a weighted sum of eigenfunctions.
 #[must_use]
 pub fn spline_coefficients(basis: &Basis, modes: &[f64]) -> [f32; COEFFS] {
     let mut out = [0f32; COEFFS];
-    for (o, row) in out.iter_mut().zip(basis.modes.chunks_exact(MODES)) {
+    for (o, row) in out.iter_mut().zip(basis.modes.chunks_exact(WIDTH)) {
         *o = row.iter().zip(modes).map(|(a, b)| a * b).sum::<f64>() as f32;
     }
     out

@@ -103,11 +103,10 @@ pub const ANCHOR_CHARTS: usize = 5;
 /// Reach of a point's influence, in point spacings. Gaps between random points are seldom wider than twice this.
 const REACH: f64 = 2.4;
 
-/// Influence of a point at squared distance `d2`, in units of its spacing: the nearest points decide, smoothly.
+/// Influence of a point at squared distance `q`, in units of its spacing: the nearest points decide, smoothly.
 #[inline]
-fn influence(d2: f64, spacing: f64) -> f64 {
-    let q = d2 / (spacing * spacing);
-    let t = 1.0 - q / (REACH * REACH);
+fn influence(q: f64) -> f64 {
+    let t = 1.0 - q * (1.0 / (REACH * REACH));
     if t <= 0.0 {
         return 0.0;
     }
@@ -625,32 +624,43 @@ impl Default for Sample {
     }
 }
 
-/// Charts known at one place, with the weight that the points nearby give them.
-struct Blend {
-    weights: Vec<f64>,
+/// An anchor as a block sees it.
+struct Near {
+    position: Vec3,
+    /// One over its spacing squared.
+    density: f64,
+    /// Its charts, as places in the block's list; those that are unused have no weight.
+    charts: [(u32, f32); ANCHOR_CHARTS],
 }
 
-impl Blend {
-    /// Sums the weights of charts at `p`.
-    fn gather(&mut self, anchors: &[Anchor], near: &[(u64, u32)], list: &[u32], p: Vec3) -> f64 {
-        self.weights.clear();
-        self.weights.resize(list.len(), 0.0);
-        let mut total = 0.0;
-        for &(_, a) in near {
-            let anchor = &anchors[a as usize];
-            let k = influence(dist2(p, anchor.position), anchor.spacing);
-            if k <= 0.0 {
-                continue;
-            }
-            for &(c, w) in &anchor.charts {
-                if let Ok(i) = list.binary_search(&c) {
-                    self.weights[i] += k * f64::from(w);
-                    total += k * f64::from(w);
-                }
-            }
+impl Near {
+    fn new(anchor: &Anchor, list: &[u32]) -> Self {
+        Self {
+            position: anchor.position,
+            density: 1.0 / (anchor.spacing * anchor.spacing),
+            charts: anchor.charts.map(|(c, w)| match list.binary_search(&c) {
+                Ok(i) => (i as u32, w),
+                Err(_) => (0, 0.0),
+            }),
         }
-        total
     }
+}
+
+/// Sums the weights that the points nearby give a block's charts at `p`.
+fn gather(near: &[Near], p: Vec3, weights: &mut [f64]) -> f64 {
+    weights.fill(0.0);
+    let mut total = 0.0;
+    for a in near {
+        let k = influence(dist2(p, a.position) * a.density);
+        if k <= 0.0 {
+            continue;
+        }
+        for &(c, w) in &a.charts {
+            weights[c as usize] += k * f64::from(w);
+            total += k * f64::from(w);
+        }
+    }
+    total
 }
 
 fn corners(
@@ -664,19 +674,20 @@ fn corners(
 ) -> Option<Corners> {
     let origin = at.map(|b| b * BLOCK);
     let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
-    let mut blend = Blend { weights: Vec::new() };
+    let near: Vec<Near> = near.iter().map(|&(_, a)| Near::new(&anchors[a as usize], list)).collect();
+    let mut weights = vec![0.0; list.len()];
     let mut seen: Vec<(u32, f64, f64, f64, Vec3)> = Vec::new();
     let mut any = false;
     for n in 0..CORNERS {
         let k = n as i32;
         let i = [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK];
         let p = [0, 1, 2].map(|k| f64::from(origin[k] + i[k]) * h);
-        let total = blend.gather(anchors, near, list, p);
+        let total = gather(&near, p, &mut weights);
         if total <= 0.0 {
             continue;
         }
         seen.clear();
-        for ((&c, &sign), &w) in list.iter().zip(signs).zip(&blend.weights) {
+        for ((&c, &sign), &w) in list.iter().zip(signs).zip(&weights) {
             if w < 1e-3 * total {
                 continue;
             }

@@ -17,6 +17,8 @@ use rayon::prelude::*;
 const MAX_EDGES: usize = 400;
 /// A cut is at most this many times as long as the widest slit.
 const CUT: f64 = 1.5;
+/// A slit is nowhere wider than this many times the widest mean.
+const ACROSS: f64 = 4.0;
 /// A slit's filling may have at most this share of the area of the surface around it: else the surface is a ribbon, and the filling its back.
 const RIBBON: f64 = 0.2;
 
@@ -105,7 +107,11 @@ pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Re
         .map(|ring| {
             ctx.check()?;
             let length = length(ring);
-            let Some((patch, area)) = triangulate(positions, ring, &taken, ctx)? else { return Ok(None) };
+            // A long one can only be a slit: nothing but short edges lead across.
+            let across = if length <= longest { f64::INFINITY } else { ACROSS * widest };
+            let Some((patch, area)) = triangulate(positions, ring, across, &taken, ctx)? else {
+                return Ok(None);
+            };
             let slit = area <= 0.5 * length * widest && area <= RIBBON * whole;
             Ok((length <= longest || slit).then_some(patch))
         })
@@ -175,10 +181,12 @@ fn area([a, b, c]: [Vec3; 3]) -> f64 {
     0.5 * norm(cross(sub(b, a), sub(c, a)))
 }
 
-/// The triangulation of a closed polygon with the least area, and that area; `None` where every one would use a taken edge.
+/// The triangulation of a closed polygon with the least area, by edges at most `longest` long, and that area; `None` where every one would use a
+/// longer or a taken edge.
 fn triangulate(
     positions: &[Vec3],
     ring: &[u32],
+    longest: f64,
     taken: &[(u32, u32)],
     ctx: &Context<'_>,
 ) -> Result<Option<(Vec<[u32; 3]>, f64)>> {
@@ -187,7 +195,7 @@ fn triangulate(
     let free = |i: usize, j: usize| {
         let neighbours = j == i + 1 || (i == 0 && j == n - 1);
         let (a, b) = (ring[i].min(ring[j]), ring[i].max(ring[j]));
-        neighbours || taken.binary_search(&(a, b)).is_err()
+        neighbours || (dist2(at(i), at(j)) <= longest * longest && taken.binary_search(&(a, b)).is_err())
     };
     let mut cost = vec![f64::INFINITY; n * n];
     let mut split = vec![0u32; n * n];
@@ -202,6 +210,10 @@ fn triangulate(
                 continue;
             }
             for k in i + 1..j {
+                // The second is far away in memory.
+                if cost[i * n + k] >= cost[i * n + j] {
+                    continue;
+                }
                 let below = cost[i * n + k] + cost[k * n + j];
                 if below >= cost[i * n + j] {
                     continue;

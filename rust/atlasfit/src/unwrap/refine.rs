@@ -131,10 +131,13 @@ fn build<T: Send>(
             faces[r].push(f as u32);
         }
     }
-    let out: Vec<Option<T>> = faces
+    // Each is a task, the largest first: charts differ in size, and a few hold most of the surface.
+    let mut tasks: Vec<(usize, Vec<u32>)> = faces.into_iter().filter(|f| !f.is_empty()).enumerate().collect();
+    tasks.sort_by_key(|t| std::cmp::Reverse(t.1.len()));
+    let mut out: Vec<(usize, T)> = tasks
         .into_par_iter()
-        .filter(|f| !f.is_empty())
-        .map(|faces| {
+        .with_max_len(1)
+        .filter_map(|(place, faces)| {
             if ctx.check().is_err() {
                 return None;
             }
@@ -153,11 +156,12 @@ fn build<T: Send>(
             let mut c = Chart::glue(s, faces, across, ctx)?;
             let own = root[label[c.faces[0] as usize] as usize];
             c.zip(s, |f| (label[f] != NONE && root[label[f] as usize] == own).then(|| index_of[f]));
-            Some(each(c))
+            Some((place, each(c)))
         })
         .collect();
     ctx.check()?;
-    Ok(out.into_iter().flatten().collect())
+    out.sort_by_key(|o| o.0);
+    Ok(out.into_iter().map(|o| o.1).collect())
 }
 
 /// Builds and flattens the charts of the full surface.

@@ -4,7 +4,7 @@
 //! Shapes come from `tests/peers/shapes.py`, RIMLS and screened Poisson from `tests/peers/meshlab.py`; `--quick` makes its own shapes and leaves these
 //! two out.
 
-use super::{STYLE, cancelled, python};
+use super::{STYLE, cancelled, meshlab, python};
 use crate::commands::render::write_png;
 use crate::console::{Console, RunArgs};
 use crate::files;
@@ -85,6 +85,16 @@ const TRIM: f64 = 2.5;
 const LAMBDAS: [f64; 6] = [0.0, 1.0, 100.0, 1000.0, 10_000.0, 30_000.0];
 /// The two peers of table 1, as settings of meshlab.py: the paper says 30 neighbours for the normals of RIMLS, 20 for screened Poisson of depth 7.
 const PEERS: [(&str, &str); 2] = [("rimls", "rimls"), ("spsr", "7,20,4")];
+/// Columns of our table 1: title, cell, and which of the cell's figures is the seconds of the fit. The first are the paper's, in its order.
+const METHODS: [(&str, &str, &str); 7] = [
+    ("Surface", "S8R", "seconds"),
+    ("Contour", "C8R", "seconds"),
+    ("Implicit", "implicit", "seconds"),
+    ("RIMLS", "rimls", "fit_seconds"),
+    ("SPSR", "spsr", "fit_seconds"),
+    ("Conv", "conv", "seconds"),
+    ("default prior", "default", "fit_seconds"),
+];
 
 /// Table 1 of the paper: Surface (S8R), Contour (C8R), Implicit, RIMLS, SPSR.
 const TABLE1: [(&str, [f64; 5]); 8] = [
@@ -361,22 +371,19 @@ impl Bench<'_> {
             if self.figure(&key, "cd").is_some() {
                 continue;
             }
-            let script = args.scripts.join("meshlab.py");
-            let said = match python(&args.python, &script, &[&scan, &folder, &"1", &setting]) {
-                Ok(said) => said,
+            let load = |file: &Path| Ok(files::load(file, &args.run, console)?.into_mesh());
+            let made = meshlab(&args.python, &args.scripts, &scan, &folder, 1, &[&setting.to_owned()], &load);
+            let (mesh, seconds) = match made.map(|m| m.into_iter().next()) {
+                Ok(Some((_, mesh, seconds))) => (mesh, seconds),
+                Ok(None) => bail!("meshlab.py said nothing of {setting}"),
                 Err(e) => {
                     console.note(format_args!("left out: {key}: {e:#}"));
                     continue;
                 }
             };
-            let said: Value =
-                said.lines().rev().find_map(|l| serde_json::from_str(l).ok()).unwrap_or_default();
-            let Some(file) = said["file"].as_str() else { bail!("meshlab.py said no file") };
-            let mesh = files::load(Path::new(file), &args.run, console)?.into_mesh();
-            let _ = std::fs::remove_file(file);
             self.cell(&key, |ctx| {
                 draw_mesh(args, &format!("{name}-{peer}"), &mesh, Mode::Shaded, ctx)?;
-                Ok(json!({ "cd": surface_cd(&mesh, shape, ctx)?, "fit_seconds": said["seconds"] }))
+                Ok(json!({ "cd": surface_cd(&mesh, shape, ctx)?, "fit_seconds": seconds }))
             })?;
         }
         Ok(())
@@ -507,13 +514,15 @@ impl Bench<'_> {
         })
     }
 
+    /// Mean of a figure over shapes, where all have it.
+    fn mean<'s>(&self, variant: &str, figure: &str, shapes: impl Iterator<Item = &'s String>) -> Option<f64> {
+        let all: Option<Vec<f64>> = shapes.map(|s| self.figure(&format!("{variant} {s}"), figure)).collect();
+        all.filter(|v| !v.is_empty()).map(|v| v.iter().sum::<f64>() / v.len() as f64)
+    }
+
     /// What the paper concludes from its tables, and whether our figures say so.
     fn conclusions(&self, shapes: &[String]) -> String {
-        let of = |variant: &str, some: &[&String]| {
-            let all: Option<Vec<f64>> =
-                some.iter().map(|s| self.figure(&format!("{variant} {s}"), "cd")).collect();
-            all.filter(|v| !v.is_empty()).map(|v| v.iter().sum::<f64>() / v.len() as f64)
-        };
+        let of = |variant: &str, some: &[&String]| self.mean(variant, "cd", some.iter().copied());
         let (thin, wide): (Vec<&String>, Vec<&String>) =
             shapes.iter().partition(|s| ["ring", "spiral"].contains(&s.as_str()));
         let all: Vec<&String> = shapes.iter().collect();
@@ -552,11 +561,7 @@ impl Bench<'_> {
             Some(p) => format!("{} ({p:.2e})", number(ours)),
             None => number(ours),
         };
-        let mean = |variant: &str, figure: &str| {
-            let all: Option<Vec<f64>> =
-                shapes.iter().map(|s| self.figure(&format!("{variant} {s}"), figure)).collect();
-            all.map(|v| v.iter().sum::<f64>() / v.len() as f64)
-        };
+        let mean = |variant: &str, figure: &str| self.mean(variant, figure, shapes.iter());
         let table =
             |out: &mut String, columns: &[(&str, &str, &str)], paper: &dyn Fn(&str, usize) -> Option<f64>| {
                 let _ = write!(out, "| shape |");
@@ -579,15 +584,7 @@ impl Bench<'_> {
                 out.push('\n');
             };
         out.push_str("## Table 1\n\n");
-        let columns = [
-            ("Surface", "S8R", "cd"),
-            ("Contour", "C8R", "cd"),
-            ("Implicit", "implicit", "cd"),
-            ("RIMLS", "rimls", "cd"),
-            ("SPSR", "spsr", "cd"),
-            ("Conv", "conv", "cd"),
-            ("default prior", "default", "cd"),
-        ];
+        let columns = METHODS.map(|(title, variant, _)| (title, variant, "cd"));
         table(&mut out, &columns, &|name, column| match (name, column) {
             ("mean", 5) => Some(CONV),
             (_, 5..) => None,
@@ -603,16 +600,7 @@ impl Bench<'_> {
         ];
         table(&mut out, &columns, &|_, _| None);
         out.push_str("\n## Seconds\n\n");
-        let columns = [
-            ("Surface", "S8R", "seconds"),
-            ("Contour", "C8R", "seconds"),
-            ("Implicit", "implicit", "seconds"),
-            ("RIMLS", "rimls", "fit_seconds"),
-            ("SPSR", "spsr", "fit_seconds"),
-            ("Conv", "conv", "seconds"),
-            ("default prior", "default", "fit_seconds"),
-        ];
-        table(&mut out, &columns, &|_, _| None);
+        table(&mut out, &METHODS, &|_, _| None);
         out.push_str(
             "\n## Table 2\n\n| variant | mean over the shapes | steps | seconds |\n|---|---|---|---|\n",
         );
