@@ -170,13 +170,6 @@ const UV_STRETCH: f64 = 1.25;
 /// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is smaller than that between the points is not
 /// known anyway, and patches that had to explain a clean scan's every crease to the last digit would shrink to nothing there.
 const LEAST_NOISE: f64 = 0.05;
-/// Times the noise may be corrected by charts.
-const NOISE_ROUNDS: usize = 3;
-/// The noise is settled when the charts see at least this share of it.
-const NOISE_SETTLED: f64 = 0.9;
-/// The share of the charts that see the noise truly even where others hold two sheets unseen.
-const SEEN: f64 = 0.3;
-
 /// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs to which. The second time brings a third of what
 /// the first brings, a third one a third of that.
 const SIDED_ROUNDS: usize = 2;
@@ -304,23 +297,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     if let Some(sigma) = tubes.sigma {
         analysis.sigma = sigma.max(least);
     }
-    // Charts know the noise better than the first estimate, which two sheets close together or strong curvature can mislead upwards.
-    for _ in 0..NOISE_ROUNDS {
-        if options.noise.is_some() || analysis.sigma <= least {
-            break;
-        }
-        let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
-        let sample = partition::sample(&cut, &tubes.covered, ctx)?;
-        let mut sigmas: Vec<f64> = fit::fit(&points, &sample, ctx)?.iter().map(|f| f.chart.sigma).collect();
-        if sigmas.is_empty() {
-            break;
-        }
-        let at = (SEEN * sigmas.len() as f64) as usize;
-        let seen = *sigmas.select_nth_unstable_by(at, f64::total_cmp).1;
-        if seen >= NOISE_SETTLED * analysis.sigma {
-            break;
-        }
-        analysis.sigma = seen.max(least);
+    if options.noise.is_none() {
+        fit::settle_noise(&points, &tree, &mut analysis, size, &tubes.covered, least, ctx)?;
     }
     let cut = Cut { points: &points, tree: &tree, analysis: &analysis, size };
     let patches = partition::partition(&cut, &tubes.covered, None, ctx)?;

@@ -4,12 +4,15 @@
 //! that a chart can change) and the prior are quadratic in the chart's coefficients, so each round is one solve (paper, equation 3,
 //! with the prior in its Gaussian-process limit). Robust weights keep stray points and other sheets out.
 
+use crate::analyse::Analysis;
 use crate::atlas::mask::Mask;
 use crate::atlas::monge::Local;
 use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
+use crate::geometry::neighbours::Neighbours;
 use crate::geometry::vec3::{Vec3, dot, sub};
 use crate::partition::grow::{Patch, RIM, TUKEY, tukey};
+use crate::partition::{self, Cut, PatchSize};
 use crate::prior::evidence::Work;
 use crate::prior::gp::{self, BASIS};
 use crate::prior::normal::{Normal, Observation};
@@ -55,6 +58,47 @@ pub fn fit(points: &[Vec3], patches: &[Patch], ctx: &Context<'_>) -> Result<Vec<
         })
         .collect::<Result<Vec<_>>>()?;
     Ok(fitted.into_iter().flatten().collect())
+}
+
+/// Times the noise may be corrected by charts.
+const NOISE_ROUNDS: usize = 3;
+/// The noise is settled when the charts see at least this share of it.
+const NOISE_SETTLED: f64 = 0.9;
+/// The share of the charts that see the noise truly even where others hold two sheets unseen.
+const SEEN: f64 = 0.3;
+
+/// Lowers the scan's noise to what a sample of charts sees of it, not below `least`: they know it better than the first estimate, which two sheets
+/// close together or strong curvature can mislead upwards. `done` are the points that have their charts already.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn settle_noise(
+    points: &[Vec3],
+    tree: &Neighbours,
+    analysis: &mut Analysis,
+    size: PatchSize,
+    done: &[bool],
+    least: f64,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    for _ in 0..NOISE_ROUNDS {
+        if analysis.sigma <= least {
+            break;
+        }
+        let cut = Cut { points, tree, analysis, size };
+        let sample = partition::sample(&cut, done, ctx)?;
+        let mut sigmas: Vec<f64> = fit(points, &sample, ctx)?.iter().map(|f| f.chart.sigma).collect();
+        if sigmas.is_empty() {
+            break;
+        }
+        let at = (SEEN * sigmas.len() as f64) as usize;
+        let seen = *sigmas.select_nth_unstable_by(at, f64::total_cmp).1;
+        if seen >= NOISE_SETTLED * analysis.sigma {
+            break;
+        }
+        analysis.sigma = seen.max(least);
+    }
+    Ok(())
 }
 
 /// Working memory of one worker.
@@ -116,12 +160,14 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
     let mut sheet = empty_sheet(patch, sigma);
     let mut smoothness = None;
     for round in 0..ROUNDS {
+        if round > 0 {
+            let limit = TUKEY * sheet.sigma;
+            for (w, e) in weights.iter_mut().zip(residuals(&sheet.map, &local)) {
+                *w = tukey(e, limit);
+            }
+        }
         if solve(&mut sheet, &local, &weights, round == 0, sigma, &mut smoothness, tools).is_none() {
             return;
-        }
-        let limit = TUKEY * sheet.sigma;
-        for (w, e) in weights.iter_mut().zip(residuals(&sheet.map, &local)) {
-            *w = tukey(e, limit);
         }
     }
     let sheets = match two_sheets(&sheet.map, &local, patch, sigma, tools) {
@@ -170,7 +216,7 @@ fn solve(
             let (a, b) = (hu / chart.radii[0], hv / chart.radii[1]);
             (fu, fv, z - hu * (u - fu) - hv * (v - fv), 1.0 / (1.0 + a * a + b * b))
         };
-        tools.seen.push(Observation { u: fu, v: fv, height: target, weight: w * cos2, count: w });
+        tools.seen.push(Observation { at: [fu, fv], height: target, weight: w * cos2, count: w });
     }
     tools.normal.observe(basis, &tools.seen);
     let expected = (TRUNCATED * sigma.max(floor), NOISE_STRENGTH);
@@ -311,20 +357,40 @@ fn two_sheets(
         pair[1].1[k] = *r;
     }
     for round in 0..ROUNDS + 1 {
+        if round > 0 {
+            let s = pair[0].0.sigma.max(pair[1].0.sigma);
+            let limit = TUKEY * s;
+            let [a, b] = &mut pair;
+            let ea: Vec<f64> = residuals(&a.0.map, local).collect();
+            let eb: Vec<f64> = residuals(&b.0.map, local).collect();
+            for k in 0..e.len() {
+                let p = [ea[k], eb[k]].map(|x| (-x * x / (2.0 * s * s)).exp().max(1e-30));
+                let r = p[1] / (p[0] + p[1]);
+                a.1[k] = (1.0 - r) * tukey(ea[k], limit);
+                b.1[k] = r * tukey(eb[k], limit);
+            }
+        }
         for (k, (chart, weights)) in pair.iter_mut().enumerate() {
             solve(chart, local, weights, round == 0, noise, &mut smoothness[k], tools)?;
         }
-        let s = pair[0].0.sigma.max(pair[1].0.sigma);
-        let limit = TUKEY * s;
-        let [a, b] = &mut pair;
-        let ea: Vec<f64> = residuals(&a.0.map, local).collect();
-        let eb: Vec<f64> = residuals(&b.0.map, local).collect();
-        for k in 0..e.len() {
-            let p = [ea[k], eb[k]].map(|x| (-x * x / (2.0 * s * s)).exp().max(1e-30));
-            let r = p[1] / (p[0] + p[1]);
-            a.1[k] = (1.0 - r) * tukey(ea[k], limit);
-            b.1[k] = r * tukey(eb[k], limit);
-        }
     }
     pair.iter().all(|p| p.0.support >= 0.1 * n).then(|| pair.map(|p| p.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_of_the_noise_that_robust_weights_leave_is_the_integrals() {
+        // Midpoint rule over the weights' support, in standard deviations.
+        let (mut weight, mut square) = (0.0, 0.0);
+        for k in 0..10_000 {
+            let e = TUKEY * (f64::from(k) + 0.5) / 10_000.0;
+            let w = tukey(e, TUKEY) * (-0.5 * e * e).exp();
+            weight += w;
+            square += w * e * e;
+        }
+        assert!((TRUNCATED - f64::sqrt(square / weight)).abs() < 5e-4, "{}", f64::sqrt(square / weight));
+    }
 }

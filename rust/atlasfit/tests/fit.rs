@@ -54,7 +54,7 @@ proptest! {
         let mut rng = Rng::new(seed);
         let mut random = || 2.0 * rng.uniform() - 1.0;
         let seen: Vec<Observation> = (0..n)
-            .map(|_| Observation { u: random(), v: random(), height: random(), weight: random().abs(), count: 0.5 })
+            .map(|_| Observation { at: [random(), random()], height: random(), weight: random().abs(), count: 0.5 })
             .collect();
         let mut data = Normal::default();
         // In two goes: sums go on.
@@ -64,7 +64,7 @@ proptest! {
         let splines: Vec<[f32; COEFFS]> = (0..MODES)
             .map(|m| gp::spline_coefficients(&BASIS, &std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)))))
             .collect();
-        let column = |k: usize, o: &Observation| if k < MODES { gp::value(&splines[k], o.u, o.v) } else { o.height };
+        let column = |k: usize, o: &Observation| if k < MODES { gp::value(&splines[k], o.at[0], o.at[1]) } else { o.height };
         for i in 0..=MODES {
             for j in i..=MODES {
                 let sum: f64 = seen.iter().map(|o| o.weight * column(i, o) * column(j, o)).sum();
@@ -103,7 +103,7 @@ fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (
     let seen: Vec<Observation> = at
         .iter()
         .zip(heights)
-        .map(|(p, z)| Observation { u: p[0], v: p[1], height: *z, weight: 1.0, count: 1.0 })
+        .map(|(p, z)| Observation { at: *p, height: *z, weight: 1.0, count: 1.0 })
         .collect();
     data.observe(&BASIS, &seen);
     let fit = gp::fit(&BASIS, &data, (noise, strength), None, &mut Work::default()).unwrap();
@@ -168,7 +168,7 @@ fn the_weights_of_a_fit_count() {
         .enumerate()
         .map(|(i, p)| {
             let (height, weight) = if i % 2 == 0 { (0.2 * p[0], 1.0) } else { (9.0, 0.0) };
-            Observation { u: p[0], v: p[1], height, weight, count: weight }
+            Observation { at: *p, height, weight, count: weight }
         })
         .collect();
     data.observe(&BASIS, &seen);

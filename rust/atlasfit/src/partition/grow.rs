@@ -461,3 +461,38 @@ pub fn explains(residual: f64, small: f64, sigma: f64) -> bool {
     // The fit's basis can follow more than a quadric: a sixteenth of the radius of unexplained height is still fine.
     residual <= (1.35 * sigma).max(0.06 * small)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The vector kernel against plain sums.
+        #[test]
+        fn moments_are_sums_over_the_points(
+            seen in prop::collection::vec(prop::array::uniform3(-1.0f64..1.0), 1..40),
+            q in prop::array::uniform6(-1.0f64..1.0),
+            limit in 0.1f64..4.0,
+        ) {
+            let mut local = Local::default();
+            seen.iter().for_each(|&[u, v, z]| local.push(u, v, z));
+            local.fill();
+            let (m, b) = Arch::new().dispatch(Moments { local: &local, q: &q, limit });
+            // The powers of u and v, in the order of the kernel's sums.
+            let powers = (0..=4).flat_map(|n| (0..=n).map(move |j| (n - j, j)));
+            for (k, (i, j)) in powers.enumerate() {
+                let (mut sum, mut height) = (0.0, 0.0);
+                for &[u, v, z] in &seen {
+                    let w = tukey(z - quad(&q, u, v), limit) * u.powi(i) * v.powi(j);
+                    sum += w;
+                    height += w * z;
+                }
+                prop_assert!((m[k] - sum).abs() < 1e-12 * seen.len() as f64, "u^{} v^{}", i, j);
+                if let Some(b) = b.get(k) {
+                    prop_assert!((b - height).abs() < 1e-12 * seen.len() as f64, "z u^{} v^{}", i, j);
+                }
+            }
+        }
+    }
+}

@@ -92,25 +92,14 @@ pub fn check_noise(
     let step = points.len().div_ceil(TRIALS).max(1);
     let sound = |sigma: f64| -> Result<f64> {
         let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
-        let grown: Vec<Option<bool>> = seeds
-            .par_chunks(8)
-            .map(|chunk| {
-                let mut scratch = Scratch::default();
-                chunk
-                    .iter()
-                    .map(|&i| {
-                        ctx.check()?;
-                        let s = f64::from(spacing[i]);
-                        let max_radius = PATCH_SIZE.reach(s, sigma);
-                        let params = GrowParams { sigma, spacing: s, max_radius, seen: None };
-                        Ok(grow(points, tree, i, &params, &mut scratch)
-                            .map(|p| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma)))
-                    })
-                    .collect::<Result<Vec<_>>>()
-            })
-            .collect::<Result<Vec<_>>>()?
-            .concat();
-        let (yes, all) = grown.iter().flatten().fold((0u32, 0u32), |(y, a), &s| (y + u32::from(s), a + 1));
+        let params = |i: usize| {
+            let spacing = f64::from(spacing[i]);
+            GrowParams { sigma, spacing, max_radius: PATCH_SIZE.reach(spacing, sigma), seen: None }
+        };
+        let explained = |p: &Patch| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
+        let grown = grow_all(points, tree, &seeds, params, |_| (), ctx)?;
+        let (yes, all) =
+            grown.iter().flatten().fold((0u32, 0u32), |(y, a), p| (y + u32::from(explained(p)), a + 1));
         Ok(if all == 0 { 0.0 } else { f64::from(yes) / f64::from(all) })
     };
     // Patches follow a tenth of the spacing whatever the noise: below that the test says nothing.
@@ -184,25 +173,37 @@ impl Cut<'_> {
         seen: Option<&[Projected]>,
         ctx: &Context<'_>,
     ) -> Result<Vec<Option<Patch>>> {
-        let grown = seeds
-            .par_chunks(16)
-            .map(|chunk| {
-                let mut scratch = Scratch::default();
-                let out = chunk
-                    .iter()
-                    .map(|&i| {
-                        ctx.check()?;
-                        let spacing = f64::from(self.analysis.spacing[i]);
-                        let params = GrowParams { sigma, spacing, max_radius: self.reach(i, sigma), seen };
-                        Ok(grow(self.points, self.tree, i, &params, &mut scratch))
-                    })
-                    .collect::<Result<Vec<_>>>()?;
-                ctx.advance(chunk.len());
-                Ok(out)
-            })
-            .collect::<Result<Vec<_>>>()?;
-        Ok(grown.concat())
+        let params = |i: usize| {
+            let spacing = f64::from(self.analysis.spacing[i]);
+            GrowParams { sigma, spacing, max_radius: self.reach(i, sigma), seen }
+        };
+        grow_all(self.points, self.tree, seeds, params, |grown| ctx.advance(grown), ctx)
     }
+}
+
+/// Grows a patch from each of the points `seeds`, each with `params` of its own, in parallel, and tells how many have grown.
+fn grow_all<'a>(
+    points: &[Vec3],
+    tree: &Neighbours,
+    seeds: &[usize],
+    params: impl Fn(usize) -> GrowParams<'a> + Sync,
+    progress: impl Fn(usize) + Sync,
+    ctx: &Context<'_>,
+) -> Result<Vec<Option<Patch>>> {
+    let grown = seeds
+        .par_chunks(8)
+        .map(|chunk| {
+            let mut scratch = Scratch::default();
+            let grow = |&i: &usize| {
+                ctx.check()?;
+                Ok(grow(points, tree, i, &params(i), &mut scratch))
+            };
+            let out = chunk.iter().map(grow).collect::<Result<Vec<_>>>()?;
+            progress(chunk.len());
+            Ok(out)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(grown.concat())
 }
 
 /// Patches of a sample that the noise is learned from.

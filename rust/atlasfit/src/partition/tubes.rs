@@ -105,9 +105,10 @@ pub fn find(
     let mut covered = vec![false; n];
     let mut looked = vec![false; n];
     let mut raws: Vec<Raw> = Vec::new();
+    let unit = |i: usize| f64::from(analysis.spacing[i]).max(0.8 * analysis.sigma);
     // A tube about a point, if there is one.
     let look = |i: usize, found: &mut Vec<Neighbour>| {
-        let unit = f64::from(analysis.spacing[i]).max(0.8 * analysis.sigma);
+        let unit = unit(i);
         SCALES.iter().find_map(|scale| {
             coarse_tree.within(points[i], scale * unit, found);
             if found.len() < FEWEST {
@@ -137,8 +138,7 @@ pub fn find(
                 continue;
             }
             let Some(raw) = raw else {
-                let unit = f64::from(analysis.spacing[i]).max(0.8 * analysis.sigma);
-                tree.within(points[i], 0.5 * SCALES[0] * unit, &mut found);
+                tree.within(points[i], 0.5 * SCALES[0] * unit(i), &mut found);
                 found.iter().for_each(|f| looked[f.index as usize] = true);
                 continue;
             };

@@ -18,10 +18,8 @@ const BLOCK: usize = 8;
 /// A height seen at a place of the domain.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Observation {
-    /// Where.
-    pub u: f64,
-    /// Where.
-    pub v: f64,
+    /// Where, in [-1, 1]^2.
+    pub at: [f64; 2],
     /// The height.
     pub height: f64,
     /// Scales the observation's precision.
@@ -113,7 +111,7 @@ impl Observe<'_> {
 /// Values of all eigenfunctions where `o` was seen, and its height.
 #[inline(always)]
 fn values<S: Simd, const V: usize>(simd: S, modes: &[[S::f64s; V]], o: &Observation, row: &mut [f64; WIDTH]) {
-    let ((i, s), (j, t)) = (locate(o.u), locate(o.v));
+    let ((i, s), (j, t)) = (locate(o.at[0]), locate(o.at[1]));
     let (a, b) = (spline(s), spline(t));
     let mut sums = [simd.splat_f64s(0.0); V];
     for (k, ak) in a.iter().enumerate() {
