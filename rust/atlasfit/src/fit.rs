@@ -93,10 +93,11 @@ pub fn settle_noise(
         }
         let at = (SEEN * sigmas.len() as f64) as usize;
         let seen = *sigmas.select_nth_unstable_by(at, f64::total_cmp).1;
-        if seen >= NOISE_SETTLED * analysis.sigma {
+        let settled = seen >= NOISE_SETTLED * analysis.sigma;
+        analysis.sigma = analysis.sigma.min(seen).max(least);
+        if settled {
             break;
         }
-        analysis.sigma = seen.max(least);
     }
     Ok(())
 }

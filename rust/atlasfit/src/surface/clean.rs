@@ -3,16 +3,13 @@
 //! In: quads. Out: triangles with every edge in at most two of them, consistently oriented where that is possible, without
 //! specks.
 
-use super::field::Contour;
+use super::field::{Contour, EDGE, TORN};
 use crate::error::{Error, Result};
 use crate::geometry::sort::sort;
 use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, mul_add, norm, normalize, scale, sub};
 use crate::measure::connect::Sets;
 use crate::run::Context;
 use rayon::prelude::*;
-
-/// Layers of triangles peeled from open boundaries: two triangles a voxel, for each round of filling, and one round more.
-const PEEL: usize = 2 * (super::field::FILL_ROUNDS as usize + 1);
 
 /// A surface is an open sheet when its mean normal is longer than the first (1 = flat, 0.5 = a hemisphere, 0 = closed) and the volume it spans
 /// with its centroid, relative to a sphere of its area, is less than the second.
@@ -76,7 +73,7 @@ pub fn triangulate(
     min_triangles: usize,
     ctx: &Context<'_>,
 ) -> Result<Surface> {
-    let Contour { positions, normals, chart, filled, quads } = contour;
+    let Contour { mut positions, normals, chart, filled, support, quads } = contour;
     if quads.len() > 1 << 30 {
         return Err(Error::invalid(format!("the surface has {} quads", quads.len()), "Lower the detail"));
     }
@@ -110,7 +107,8 @@ pub fn triangulate(
     ctx.check()?;
     let mut keep = bad.iter().map(|b| !b);
     triangles.retain(|_| keep.next().unwrap_or(true));
-    peel(&mut triangles, &filled, ctx)?;
+    peel(&mut triangles, &support, ctx)?;
+    trim(&mut positions, &triangles, &support, ctx)?;
     let mut surface = Surface { positions, normals, chart, triangles };
     orient(&mut surface, one_sided, min_triangles, ctx)?;
     smooth(&mut surface, filled, ctx)?;
@@ -148,10 +146,14 @@ pub fn remove_unsupported(s: &mut Surface, points: &[u32], least: f64, ctx: &Con
     compact(s, ctx)
 }
 
-/// Takes away what was filled in at open boundaries. Filling extends the field by a few voxels everywhere; where that closed a gap the
-/// new triangles have no boundary edge and stay, elsewhere they are peeled off from the boundary inwards.
-fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Result<()> {
-    let new: Vec<bool> = triangles.iter().map(|t| t.iter().any(|&v| filled[v as usize])).collect();
+/// Takes away what lies beyond the edge of the data. The field reaches a few voxels farther everywhere; where that closed a gap the
+/// triangles there have no boundary edge and stay, elsewhere they are peeled off from the boundary inwards, up to those that the edge crosses.
+fn peel(triangles: &mut Vec<[u32; 3]>, support: &[f32], ctx: &Context<'_>) -> Result<()> {
+    let beyond = |t: &[u32; 3]| {
+        let s = t.map(|v| support[v as usize]);
+        s.contains(&TORN) || s.iter().all(|s| *s < EDGE)
+    };
+    let beyond: Vec<bool> = triangles.iter().map(beyond).collect();
     let list = edges(triangles, ctx)?;
     let mut gone = vec![false; triangles.len()];
     // Per triangle its neighbours; a missing one is a boundary.
@@ -168,8 +170,8 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Re
     }
     drop(list);
     let mut front: Vec<u32> =
-        (0..triangles.len() as u32).filter(|&t| new[t as usize] && count[t as usize] < 3).collect();
-    for _ in 0..PEEL {
+        (0..triangles.len() as u32).filter(|&t| beyond[t as usize] && count[t as usize] < 3).collect();
+    while !front.is_empty() {
         ctx.check()?;
         let mut next = Vec::new();
         for &t in &front {
@@ -177,7 +179,7 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Re
         }
         for &t in &front {
             for &u in &neighbours[t as usize] {
-                if u != u32::MAX && new[u as usize] && !gone[u as usize] {
+                if u != u32::MAX && beyond[u as usize] && !gone[u as usize] {
                     next.push(u);
                 }
             }
@@ -188,6 +190,37 @@ fn peel(triangles: &mut Vec<[u32; 3]>, filled: &[bool], ctx: &Context<'_>) -> Re
     }
     let mut g = gone.iter();
     triangles.retain(|_| !g.next().unwrap_or(&false));
+    Ok(())
+}
+
+/// Moves the vertices of open boundaries that lie beyond the edge of the data onto it, along the triangles' edges: the boundary follows the data
+/// instead of the voxels.
+fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &Context<'_>) -> Result<()> {
+    let list = edges(triangles, ctx)?;
+    let mut boundary = vec![false; positions.len()];
+    for e in groups(&list).filter(|g| g.len() == 1) {
+        boundary[e[0].0 as usize] = true;
+        boundary[e[0].1 as usize] = true;
+    }
+    // Where the edge crosses the triangles' edges, summed.
+    let mut met = vec![([0.0; 3], 0u32); positions.len()];
+    for (i, g) in groups(&list).enumerate() {
+        ctx.check_at(i)?;
+        let (a, b) = (g[0].0 as usize, g[0].1 as usize);
+        for (out, inside) in [(a, b), (b, a)] {
+            let (low, high) = (support[out], support[inside]);
+            if boundary[out] && low < EDGE && high >= EDGE {
+                let t = f64::from((EDGE - low) / (high - low));
+                let step = scale(sub(positions[inside], positions[out]), t);
+                met[out] = (add(met[out].0, step), met[out].1 + 1);
+            }
+        }
+    }
+    for (p, (step, n)) in positions.iter_mut().zip(met) {
+        if n > 0 {
+            *p = mul_add(*p, step, 1.0 / f64::from(n));
+        }
+    }
     Ok(())
 }
 

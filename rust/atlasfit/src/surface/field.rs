@@ -18,8 +18,12 @@ const BLOCK: i32 = 4;
 const CORNERS: usize = (BLOCK as usize).pow(3);
 /// Charts are evaluated up to this many voxels from their surface: the corners of every crossed voxel lie within sqrt(3).
 const BAND: f64 = 2.2;
-/// Least blended mask at which the surface is taken to exist.
+/// Least blended mask at which a place knows its distance from the surface by its charts.
 pub const MIN_SUPPORT: f64 = 0.25;
+/// Blended mask at the edge of the surface.
+pub const EDGE: f32 = 0.5;
+/// Stands for the blended mask of a vertex beside a place that charts know but do not agree about, or that lies beyond their band: nothing is known there.
+pub const TORN: f32 = -1.0;
 /// Rounds of filling: each extends the field by one voxel into places where no chart has data, so that gaps of up to twice as many voxels
 /// close (volumetric diffusion; Davis et al. 2002).
 pub const FILL_ROUNDS: u8 = 4;
@@ -66,6 +70,8 @@ pub struct Contour {
     pub chart: Vec<u32>,
     /// Whether the vertex lies where the field was filled in rather than known from charts.
     pub filled: Vec<bool>,
+    /// Blended mask at the vertex, in [0, 1], or [`TORN`]: below [`EDGE`] it is beyond the edge of the data.
+    pub support: Vec<f32>,
     /// Quads.
     pub quads: Vec<[u32; 4]>,
 }
@@ -140,6 +146,8 @@ struct Corners {
     chart: [u32; CORNERS],
     /// 0 = unknown, 1 = from charts, more = filled in that round minus one.
     level: [u8; CORNERS],
+    /// Blended mask, 0 to 255.
+    support: [u8; CORNERS],
 }
 
 #[inline]
@@ -193,6 +201,19 @@ impl Grid<'_> {
             value *= self.sign(block, chart) * self.sign(other, chart);
         }
         (value, level, chart)
+    }
+    /// Blended mask at corner `i`, in [0, 1].
+    fn support(&self, block: usize, i: [i32; 3]) -> f64 {
+        let (other, c) = self.owner(block, i);
+        self.cells.get(other as usize).map_or(0.0, |b| f64::from(b.support[c]) / 255.0)
+    }
+    /// Blended mask at `p` in the voxel of `block` with lowest corner `at`, trilinear.
+    fn support_at(&self, block: usize, at: [i32; 3], p: Vec3) -> f32 {
+        let first = unkey(self.keys[block]);
+        let t = [0, 1, 2].map(|k| p[k] / self.h - f64::from(first[k] * BLOCK + at[k]));
+        let weight = |o: [i32; 3]| (0..3).map(|k| if o[k] == 1 { t[k] } else { 1.0 - t[k] }).product::<f64>();
+        let corners = (0..8).map(corner);
+        corners.map(|o| weight(o) * self.support(block, [0, 1, 2].map(|k| at[k] + o[k]))).sum::<f64>() as f32
     }
 }
 
@@ -255,6 +276,7 @@ pub fn contour(
     contour.normals.reserve_exact(vertices);
     contour.chart.reserve_exact(vertices);
     contour.filled.reserve_exact(vertices);
+    contour.support.reserve_exact(vertices);
     for (k, o) in outs.into_iter().enumerate() {
         if k % CHUNK == 0 {
             ctx.check()?;
@@ -265,6 +287,7 @@ pub fn contour(
         contour.normals.extend(o.contour.normals);
         contour.chart.extend(o.contour.chart);
         contour.filled.extend(o.contour.filled);
+        contour.support.extend(o.contour.support);
     }
     sort(&mut records, ctx)?;
     contour.quads.reserve_exact(records.len() / 4);
@@ -673,7 +696,12 @@ fn corners(
     h: f64,
 ) -> Option<Corners> {
     let origin = at.map(|b| b * BLOCK);
-    let mut out = Corners { value: [0.0; CORNERS], chart: [u32::MAX; CORNERS], level: [0; CORNERS] };
+    let mut out = Corners {
+        value: [0.0; CORNERS],
+        chart: [u32::MAX; CORNERS],
+        level: [0; CORNERS],
+        support: [0; CORNERS],
+    };
     let near: Vec<Near> = near.iter().map(|&(_, a)| Near::new(&anchors[a as usize], list)).collect();
     let mut weights = vec![0.0; list.len()];
     let mut seen: Vec<(u32, f64, f64, f64, Vec3)> = Vec::new();
@@ -715,7 +743,12 @@ fn corners(
                 (s.top, s.chart) = (w, c);
             }
         }
-        if s.weight <= 0.0 || s.support < MIN_SUPPORT * s.weight {
+        if s.weight <= 0.0 {
+            continue;
+        }
+        let support = s.support / s.weight;
+        out.support[n] = (255.0 * support).round() as u8;
+        if support < MIN_SUPPORT {
             continue;
         }
         let f = s.value / s.weight;
@@ -735,7 +768,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
     let h = grid.h;
     let origin = unkey(grid.keys[block]).map(|b| b * BLOCK);
     let mut f = [0.0; 8];
-    let mut filled = false;
+    let (mut filled, mut torn) = (false, false);
     for (c, v) in f.iter_mut().enumerate() {
         let o = corner(c);
         let (value, level, _) = grid.fetch(block, [at[0] + o[0], at[1] + o[1], at[2] + o[2]]);
@@ -743,6 +776,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
             return;
         }
         filled |= level > 1;
+        torn |= level > 1 && grid.support(block, [at[0] + o[0], at[1] + o[1], at[2] + o[2]]) >= MIN_SUPPORT;
         *v = value;
     }
     let inside = |c: usize| f[c] < 0.0;
@@ -814,11 +848,13 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
         }
         let middle = scale(sum, 1.0 / count);
         let (normal, chart) = settle(grid, block, middle);
+        let support = if torn { TORN } else { grid.support_at(block, at, middle) };
         let out = &mut out.contour;
         out.positions.push(middle);
         out.normals.push(normal);
         out.chart.push(chart);
         out.filled.push(filled);
+        out.support.push(support);
     }
 }
 
