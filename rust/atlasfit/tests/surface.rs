@@ -3,8 +3,11 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
+use atlasfit::geometry::vec3::{cross, dot, norm, normalize, sub};
 use atlasfit::{DenoiseOptions, Run, denoise, measure};
 use shapes::*;
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 
 #[test]
 fn a_noisy_sphere_gives_one_closed_surface_that_faces_outward() {
@@ -16,7 +19,7 @@ fn a_noisy_sphere_gives_one_closed_surface_that_faces_outward() {
         assert!(t.is_closed() && t.orientable, "noise {noise}: {t:?}");
         assert_eq!((t.inconsistent_edges, t.non_manifold_vertices, t.degenerate_faces), (0, 0, 0), "{noise}");
         assert!(!out.report.one_sided);
-        let volume = volume(&out.surface) / (4.0 / 3.0 * std::f64::consts::PI);
+        let volume = volume(&out.surface) / (4.0 / 3.0 * PI);
         assert!((0.93..1.05).contains(&volume), "noise {noise}: {volume} of the ball's volume");
         let off = rms(out.surface.positions.iter().map(off_sphere));
         assert!(off < 0.05 * truth.spacing + 0.5 * noise * truth.spacing, "noise {noise}: {off}");
@@ -90,6 +93,28 @@ fn a_plane_keeps_its_boundary_and_its_big_hole_and_loses_small_gaps() {
     let inner = out.surface.positions.iter().map(|p| p[0].hypot(p[1])).fold(f64::MAX, f64::min);
     assert!((inner - 0.4).abs() < near, "hole of radius {inner}");
     assert!(rms(out.surface.positions.iter().map(|p| p[2])) < 0.2 * truth.spacing);
+}
+
+#[test]
+fn a_boundary_lies_at_the_end_of_the_data_and_has_no_steps_of_voxels() {
+    let truth = square(3000, 0.0, 0.4, 7);
+    let s = run(&truth.noisy(0.3, 7)).unwrap().surface;
+    let at = |v: u32| s.positions[v as usize];
+    let area: f64 =
+        s.triangles.iter().map(|t| 0.5 * norm(cross(sub(at(t[1]), at(t[0])), sub(at(t[2]), at(t[0]))))).sum();
+    // By how much the whole boundary is moved outwards, in point spacings.
+    let moved = (area - (4.0 - 0.16 * PI)) / ((8.0 + 0.8 * PI) * truth.spacing);
+    assert!(moved.abs() < 0.25, "{moved}");
+    // Edges of one triangle only, by where they begin; a staircase would turn by a right angle at every other vertex.
+    let edges: HashSet<(u32, u32)> =
+        s.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
+    let next: HashMap<u32, u32> = edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).copied().collect();
+    let turn = |(&a, b): (&u32, &u32)| {
+        let (x, y) = (normalize(sub(at(*b), at(a))), normalize(sub(at(next[b]), at(*b))));
+        dot(x, y).clamp(-1.0, 1.0).acos()
+    };
+    let mean = next.iter().map(turn).sum::<f64>() / next.len() as f64;
+    assert!(mean.to_degrees() < 15.0, "{}", mean.to_degrees());
 }
 
 #[test]

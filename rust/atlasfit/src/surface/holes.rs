@@ -140,38 +140,71 @@ fn cut(
     longest: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Vec<u32>>> {
-    let (mut todo, mut out) = (rings, Vec::new());
-    let mut found = Vec::new();
-    while let Some(ring) = todo.pop() {
-        let n = ring.len();
-        if n <= MAX_EDGES {
+    let (mut todo, mut out) = (Vec::new(), Vec::new());
+    for ring in rings {
+        let pairs =
+            if ring.len() > MAX_EDGES { close(positions, &ring, taken, longest, ctx)? } else { vec![] };
+        todo.push((ring, pairs));
+    }
+    while let Some((ring, pairs)) = todo.pop() {
+        ctx.check()?;
+        let n = ring.len() as u32;
+        if ring.len() <= MAX_EDGES {
             out.push(ring);
             continue;
         }
-        let at: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
-        let tree = Neighbours::build(&at, ctx)?;
-        // The most even cut; the shorter of two.
-        let mut best: Option<(usize, f64, usize, usize)> = None;
-        for (i, &p) in at.iter().enumerate() {
-            if i % 256 == 0 {
-                ctx.check()?;
-            }
-            tree.within(p, longest, &mut found);
-            for f in &found {
-                let j = f.index as usize;
-                let edge = (ring[i].min(ring[j]), ring[i].max(ring[j]));
-                if j <= i + 1 || (i == 0 && j == n - 1) || taken.binary_search(&edge).is_ok() {
-                    continue;
-                }
-                let even = (j - i).min(n - (j - i));
-                if best.is_none_or(|b| even > b.0 || (even == b.0 && f.dist2 < b.1)) {
-                    best = Some((even, f.dist2, i, j));
-                }
+        // The most even cut; the shortest of several.
+        let even = |p: &Pair| (p.j - p.i).min(n - (p.j - p.i));
+        let better = |p: &&Pair, q: &&Pair| even(p).cmp(&even(q)).then(q.dist2.total_cmp(&p.dist2));
+        let Some(&Pair { i, j, .. }) = pairs.iter().max_by(better) else { continue };
+        let inner = ring[i as usize..=j as usize].to_vec();
+        let outer = ring[j as usize..].iter().chain(&ring[..=i as usize]).copied().collect();
+        let (mut within, mut beyond) = (Vec::new(), Vec::new());
+        let turned = |k: u32| if k >= j { k - j } else { n - j + k };
+        for p in pairs.into_iter().filter(|p| (p.i, p.j) != (i, j)) {
+            if p.i >= i && p.j <= j {
+                within.push(Pair { i: p.i - i, j: p.j - i, ..p });
+            } else if [p.i, p.j].iter().all(|&k| k <= i || k >= j) {
+                let (a, b) = (turned(p.i), turned(p.j));
+                beyond.push(Pair { i: a.min(b), j: a.max(b), ..p });
             }
         }
-        if let Some((_, _, i, j)) = best {
-            todo.push(ring[i..=j].to_vec());
-            todo.push(ring[j..].iter().chain(&ring[..=i]).copied().collect());
+        todo.push((inner, within));
+        todo.push((outer, beyond));
+    }
+    Ok(out)
+}
+
+/// Two places of a ring that lie close together, i < j.
+struct Pair {
+    i: u32,
+    j: u32,
+    dist2: f64,
+}
+
+/// All pairs of a ring's vertices, not next to each other, that are at most `longest` apart and have no edge between them yet.
+fn close(
+    positions: &[Vec3],
+    ring: &[u32],
+    taken: &[(u32, u32)],
+    longest: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Pair>> {
+    let n = ring.len();
+    let at: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
+    let tree = Neighbours::build(&at, ctx)?;
+    let (mut found, mut out) = (Vec::new(), Vec::new());
+    for (i, &p) in at.iter().enumerate() {
+        if i % 256 == 0 {
+            ctx.check()?;
+        }
+        tree.within(p, longest, &mut found);
+        for f in &found {
+            let j = f.index as usize;
+            let edge = (ring[i].min(ring[j]), ring[i].max(ring[j]));
+            if j > i + 1 && !(i == 0 && j == n - 1) && taken.binary_search(&edge).is_err() {
+                out.push(Pair { i: i as u32, j: j as u32, dist2: f.dist2 });
+            }
         }
     }
     Ok(out)
