@@ -62,7 +62,7 @@ pub fn fit(points: &[Vec3], patches: &[Patch], ctx: &Context<'_>) -> Result<Vec<
 
 /// Times the noise may be corrected by charts.
 const NOISE_ROUNDS: usize = 3;
-/// The noise is settled when the charts see at least this share of it.
+/// The noise is settled when the charts see at least this share of it: where it varies over the scan, the calmer charts always see less.
 const NOISE_SETTLED: f64 = 0.9;
 /// The share of the charts that see the noise truly even where others hold two sheets unseen.
 const SEEN: f64 = 0.3;
@@ -93,11 +93,10 @@ pub fn settle_noise(
         }
         let at = (SEEN * sigmas.len() as f64) as usize;
         let seen = *sigmas.select_nth_unstable_by(at, f64::total_cmp).1;
-        let settled = seen >= NOISE_SETTLED * analysis.sigma;
-        analysis.sigma = analysis.sigma.min(seen).max(least);
-        if settled {
+        if seen >= NOISE_SETTLED * analysis.sigma {
             break;
         }
+        analysis.sigma = seen.max(least);
     }
     Ok(())
 }

@@ -17,6 +17,9 @@ const OPEN_SHEET: (f64, f64) = (0.3, 0.3);
 /// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal.
 const STEP_APART: f64 = 0.05;
 
+/// Share of an edge that a vertex at the boundary moves along it at the most: at its end it would meet its neighbour.
+const FARTHEST: f64 = 0.9;
+
 /// A triangle mesh in the making.
 #[derive(Debug, Clone, Default)]
 pub struct Surface {
@@ -210,7 +213,7 @@ fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &C
         for (out, inside) in [(a, b), (b, a)] {
             let (low, high) = (support[out], support[inside]);
             if boundary[out] && low < EDGE && high >= EDGE {
-                let t = f64::from((EDGE - low) / (high - low));
+                let t = f64::from((EDGE - low) / (high - low)).min(FARTHEST);
                 let step = scale(sub(positions[inside], positions[out]), t);
                 met[out] = (add(met[out].0, step), met[out].1 + 1);
             }

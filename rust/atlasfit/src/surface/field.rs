@@ -54,7 +54,7 @@ const PAIR_SAMPLE: usize = 64;
 /// Blocks, points that one worker handles between two checks.
 const CHUNK: usize = 64;
 /// Memory for one block: its corners, the blocks around it, its charts; and the vertices and quads in it (measured).
-const BYTES_PER_BLOCK: u64 = 1500;
+const BYTES_PER_BLOCK: u64 = 1560;
 /// Memory for one chart, and for one point at this stage (measured).
 const BYTES_PER_CHART: u64 = 900;
 const BYTES_PER_POINT: u64 = 300;
