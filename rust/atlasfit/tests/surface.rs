@@ -103,6 +103,7 @@ fn a_boundary_lies_at_the_end_of_the_data_and_has_no_steps_of_voxels() {
     let area: f64 =
         s.triangles.iter().map(|t| 0.5 * norm(cross(sub(at(t[1]), at(t[0])), sub(at(t[2]), at(t[0]))))).sum();
     // By how much the whole boundary is moved outwards, in point spacings.
+    assert!(s.triangles.iter().all(|t| cross(sub(at(t[1]), at(t[0])), sub(at(t[2]), at(t[0])))[2] > 0.0));
     let moved = (area - (4.0 - 0.16 * PI)) / ((8.0 + 0.8 * PI) * truth.spacing);
     assert!(moved.abs() < 0.25, "{moved}");
     // Edges of one triangle only, by where they begin; a staircase would turn by a right angle at every other vertex.

@@ -1,9 +1,9 @@
 //! Small dense symmetric systems: the elimination that every chart's solve runs on, principal axes.
 //!
-//! Matrices are row-major slices of n*n; only the upper triangle is read and written.
+//! Matrices are row-major slices of n*n; only the upper triangle counts.
 
 use super::vec3::{Vec3, mul_add, scale, sub};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
 /// is not numerically positive definite and its content is then meaningless. For a handful of unknowns; [`eliminate`] is for dozens.
@@ -32,7 +32,7 @@ pub fn cholesky(a: &mut [f64], n: usize) -> bool {
 
 /// Pivots that [`eliminate`] takes at a time: what fits into the registers of any 64-bit processor.
 const ROWS: usize = 4;
-/// Numbers in the widest vector that [`eliminate`] is run with.
+/// Numbers in the widest vector that the kernels here and of the fits are run with; rows and columns are filled up to a multiple of it.
 pub const LANES: usize = 4;
 
 /// Eliminates the first `pivots` rows of the symmetric `a` (`width` x `width`, upper triangle, `width` a multiple of [`LANES`]) from those below: they become
@@ -56,6 +56,10 @@ impl WithSimd for Eliminate<'_> {
     type Output = bool;
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
+        // Wider ones exist only where another crate has turned them on in pulp.
+        if S::F64_LANES > LANES {
+            return self.with_simd(Scalar::new());
+        }
         let Self { a, width: n, pivots } = self;
         let mut k = 0;
         while k < pivots {

@@ -10,7 +10,7 @@ use crate::geometry::dense::{LANES, cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
 use crate::project::Projected;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// A patch before it is fitted.
 #[derive(Debug, Clone)]
@@ -383,6 +383,10 @@ impl WithSimd for Moments<'_> {
     type Output = ([f64; 15], [f64; 6]);
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        // Wider ones exist only where another crate has turned them on in pulp.
+        if S::F64_LANES > LANES {
+            return self.with_simd(Scalar::new());
+        }
         let Self { local: Local { u, v, z }, q, limit } = self;
         let zero = simd.splat_f64s(0.0);
         let one = simd.splat_f64s(1.0);

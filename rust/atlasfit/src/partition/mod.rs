@@ -219,7 +219,9 @@ pub fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Pat
     // Grown here, fitted by the caller.
     ctx.stage(crate::run::Stage::Partition, 2 * seeds.len());
     let grown = cut.grow(&seeds, cut.analysis.sigma, None, ctx)?;
-    Ok(grown.into_iter().flatten().filter(|p| p.sound).collect())
+    let sound: Vec<Patch> = grown.into_iter().flatten().filter(|p| p.sound).collect();
+    ctx.advance(seeds.len() - sound.len());
+    Ok(sound)
 }
 
 /// Cuts the scan, as far as it is not `done` by other charts. Where an earlier fit has `seen` the points, no patch takes points from the other side of a

@@ -8,7 +8,7 @@
 
 use super::evidence::Problem;
 use super::gp::{Basis, MODES, SIDE, locate, spline};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// Columns of a row: eigenfunctions, height, and what fills the last vector.
 pub const WIDTH: usize = Problem::width(MODES);
@@ -68,7 +68,9 @@ impl WithSimd for Observe<'_> {
         match S::F64_LANES {
             4 => self.run::<S, { WIDTH / 4 }>(simd),
             2 => self.run::<S, { WIDTH / 2 }>(simd),
-            _ => self.run::<S, WIDTH>(simd),
+            1 => self.run::<S, WIDTH>(simd),
+            // Only where another crate has turned them on in pulp.
+            _ => self.with_simd(Scalar::new()),
         }
     }
 }

@@ -19,14 +19,14 @@ const CORNERS: usize = (BLOCK as usize).pow(3);
 /// Charts are evaluated up to this many voxels from their surface: the corners of every crossed voxel lie within sqrt(3).
 const BAND: f64 = 2.2;
 /// Least blended mask at which a place knows its distance from the surface by its charts.
-pub const MIN_SUPPORT: f64 = 0.25;
+const MIN_SUPPORT: f64 = 0.25;
 /// Blended mask at the edge of the surface.
 pub const EDGE: f32 = 0.5;
-/// Stands for the blended mask of a vertex beside a place that charts know but do not agree about, or that lies beyond their band: nothing is known there.
+/// Stands for the blended mask of a vertex of a voxel that reaches beyond the band where charts are known: what is filled in there says nothing.
 pub const TORN: f32 = -1.0;
 /// Rounds of filling: each extends the field by one voxel into places where no chart has data, so that gaps of up to twice as many voxels
 /// close (volumetric diffusion; Davis et al. 2002).
-pub const FILL_ROUNDS: u8 = 4;
+const FILL_ROUNDS: u8 = 4;
 /// Sweeps that smooth the filled values.
 const RELAX: usize = 8;
 /// An edge whose ends differ by more than this many voxels joins two different sheets: no surface passes between.
@@ -495,6 +495,9 @@ fn make(
         .collect();
     list.sort_unstable();
     list.dedup();
+    if list.is_empty() {
+        return None;
+    }
     let local = list.iter().any(|&c| conflict[c as usize]);
     let signs = gauge(charts, relations, local, &list);
     let corners = corners(charts, anchors, near, &list, &signs, unkey(key), h)?;
@@ -747,7 +750,8 @@ fn corners(
             continue;
         }
         let support = s.support / s.weight;
-        out.support[n] = (255.0 * support).round() as u8;
+        // Rounded down: below the least support stays below it.
+        out.support[n] = (255.0 * support) as u8;
         if support < MIN_SUPPORT {
             continue;
         }

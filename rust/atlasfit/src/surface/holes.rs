@@ -17,6 +17,8 @@ use rayon::prelude::*;
 const MAX_EDGES: usize = 400;
 /// A cut is at most this many times as long as the widest slit.
 const CUT: f64 = 1.5;
+/// A cut leaves at least this many times its greatest length of boundary on either side: else it would cut a corner of the outline, not across a slit.
+const BEHIND: f64 = 2.0;
 /// A slit is nowhere wider than this many times the widest mean.
 const ACROSS: f64 = 4.0;
 /// A slit's filling may have at most this share of the area of the surface around it: else the surface is a ribbon, and the filling its back.
@@ -182,7 +184,7 @@ struct Pair {
     dist2: f64,
 }
 
-/// All pairs of a ring's vertices, not next to each other, that are at most `longest` apart and have no edge between them yet.
+/// The pairs of a ring's vertices that are at most `longest` apart but [`BEHIND`] times as far along the ring, and have no edge between them yet.
 fn close(
     positions: &[Vec3],
     ring: &[u32],
@@ -190,9 +192,15 @@ fn close(
     longest: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Pair>> {
-    let n = ring.len();
     let at: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
     let tree = Neighbours::build(&at, ctx)?;
+    // How far along the ring each vertex is.
+    let mut along = Vec::with_capacity(at.len());
+    let mut whole = 0.0;
+    for (i, p) in at.iter().enumerate() {
+        along.push(whole);
+        whole += dist2(*p, at[(i + 1) % at.len()]).sqrt();
+    }
     let (mut found, mut out) = (Vec::new(), Vec::new());
     for (i, &p) in at.iter().enumerate() {
         if i % 256 == 0 {
@@ -202,7 +210,9 @@ fn close(
         for f in &found {
             let j = f.index as usize;
             let edge = (ring[i].min(ring[j]), ring[i].max(ring[j]));
-            if j > i + 1 && !(i == 0 && j == n - 1) && taken.binary_search(&edge).is_err() {
+            let apart = (along[j] - along[i]).abs();
+            let far = apart.min(whole - apart) > BEHIND * longest;
+            if j > i + 1 && far && taken.binary_search(&edge).is_err() {
                 out.push(Pair { i: i as u32, j: j as u32, dist2: f.dist2 });
             }
         }
@@ -310,6 +320,67 @@ mod tests {
             })
             .sum();
         assert!((volume.abs() - 1.0).abs() < 1e-12);
+    }
+
+    /// A flat strip of squares of side 1 along a closed curve in the plane, on its outer side, `n` squares long.
+    fn rim_of(n: usize, at: impl Fn(f64) -> [f64; 2]) -> Surface {
+        let (mut positions, mut triangles) = (vec![], vec![]);
+        for k in 0..n as u32 {
+            let [x, y] = at(f64::from(k) / n as f64);
+            positions.push([x, y, 0.0]);
+            positions.push([x, y, 1.0]);
+            let [a, b] = [2 * k, (2 * k + 2) % (2 * n as u32)];
+            triangles.push([a, b, b + 1]);
+            triangles.push([a, b + 1, a + 1]);
+        }
+        Surface { normals: vec![[0.0; 3]; 2 * n], chart: vec![0; 2 * n], positions, triangles }
+    }
+
+    #[test]
+    fn the_outline_of_a_large_sheet_is_left_as_it_is() {
+        // Two rims of 2,000 edges, round and with corners.
+        let round = rim_of(2000, |t| {
+            [318.0 * (t * std::f64::consts::TAU).cos(), 318.0 * (t * std::f64::consts::TAU).sin()]
+        });
+        let square = rim_of(2000, |t| {
+            let (side, along) = ((4.0 * t) as usize, 500.0 * (4.0 * t).fract());
+            [[along, 0.0], [500.0, along], [500.0 - along, 500.0], [0.0, 500.0 - along]][side]
+        });
+        for mut s in [round, square] {
+            let (filled, _) = Run::default().execute(|ctx| fill(&mut s, 20.0, 4.0, ctx)).unwrap();
+            assert_eq!((filled, boundary(&s)), (0, 4000));
+        }
+    }
+
+    #[test]
+    fn a_slit_into_a_long_outline_is_closed_and_the_outline_stays() {
+        // A square of side 500 with a slit 3 wide and 300 deep from the middle of its first side: 2,000 edges of outline and 600 of slit.
+        let corners: [[f64; 2]; 8] = [
+            [0.0, 0.0],
+            [248.5, 0.0],
+            [248.5, 300.0],
+            [251.5, 300.0],
+            [251.5, 0.0],
+            [500.0, 0.0],
+            [500.0, 500.0],
+            [0.0, 500.0],
+        ];
+        let mut points: Vec<[f64; 2]> = vec![];
+        for (k, a) in corners.iter().enumerate() {
+            let b = corners[(k + 1) % corners.len()];
+            let steps = ((b[0] - a[0]).abs() + (b[1] - a[1]).abs()).round() as usize;
+            points.extend((0..steps).map(|i| [0, 1].map(|c| a[c] + (b[c] - a[c]) * i as f64 / steps as f64)));
+        }
+        let n = points.len();
+        let mut s = rim_of(n, |t| points[(t * n as f64).round() as usize]);
+        let (filled, _) = Run::default().execute(|ctx| fill(&mut s, 20.0, 4.0, ctx)).unwrap();
+        // Both ends of the strip have the slit; what stays is the outline, across the slits' mouths.
+        let left = boundary(&s);
+        assert!(
+            filled >= 2 && (3990..=4010).contains(&left),
+            "{filled} filled, {left} edges left of {}",
+            2 * n
+        );
     }
 
     #[test]
