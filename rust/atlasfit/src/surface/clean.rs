@@ -115,6 +115,7 @@ pub fn triangulate(
     let mut surface = Surface { positions, normals, chart, triangles };
     orient(&mut surface, one_sided, min_triangles, ctx)?;
     smooth(&mut surface, filled, ctx)?;
+    drop_flaps(&mut surface, ctx)?;
     split_bowties(&mut surface, ctx)?;
     compact(&mut surface, ctx)?;
     Ok(surface)
@@ -219,11 +220,62 @@ fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &C
             }
         }
     }
-    for (p, (step, n)) in positions.iter_mut().zip(met) {
+    let mut old: Vec<Option<Vec3>> = vec![None; positions.len()];
+    for ((p, old), (step, n)) in positions.iter_mut().zip(&mut old).zip(met) {
         if n > 0 {
+            *old = Some(*p);
             *p = mul_add(*p, step, 1.0 / f64::from(n));
         }
     }
+    // No triangle may turn over: the vertices of one that would stay where they were.
+    let near: Vec<&[u32; 3]> =
+        triangles.iter().filter(|t| t.iter().any(|&v| old[v as usize].is_some())).collect();
+    let normal = |[a, b, c]: [Vec3; 3]| cross(sub(b, a), sub(c, a));
+    let was: Vec<Vec3> =
+        near.iter().map(|t| normal(t.map(|v| old[v as usize].unwrap_or(positions[v as usize])))).collect();
+    loop {
+        ctx.check()?;
+        let mut back = Vec::new();
+        for (t, was) in near.iter().zip(&was) {
+            if dot(normal(t.map(|v| positions[v as usize])), *was) <= 0.0 {
+                back.extend(t.iter().filter_map(|&v| old[v as usize].take().map(|p| (v, p))));
+            }
+        }
+        if back.is_empty() {
+            return Ok(());
+        }
+        for (v, p) in back {
+            positions[v as usize] = p;
+        }
+    }
+}
+
+/// Takes away triangles that hang on one neighbour only and stand off it as a spike does, or have turned over onto it.
+fn drop_flaps(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
+    let normal = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| s.positions[v as usize]);
+        normalize(cross(sub(b, a), sub(c, a)))
+    };
+    let list = edges(&s.triangles, ctx)?;
+    // Of each triangle, how many neighbours, and the last of them with whether it runs along the edge as the triangle does.
+    let mut beside = vec![(0u8, 0u32, false); s.triangles.len()];
+    for (i, g) in groups(&list).enumerate() {
+        ctx.check_at(i)?;
+        if let [x, y] = g {
+            for (a, b) in [(x, y), (y, x)] {
+                let (count, last, same) = &mut beside[triangle(a)];
+                *count += 1;
+                (*last, *same) = (triangle(b) as u32, runs_down(a) == runs_down(b));
+            }
+        }
+    }
+    let flap = |(t, &(count, last, same)): (&[u32; 3], &(u8, u32, bool))| {
+        let facing = dot(normal(t), normal(&s.triangles[last as usize]));
+        count == 1 && if same { -facing } else { facing } < SPIKE
+    };
+    let flaps: Vec<bool> = s.triangles.iter().zip(&beside).map(flap).collect();
+    let mut f = flaps.iter();
+    s.triangles.retain(|_| !f.next().unwrap_or(&false));
     Ok(())
 }
 
