@@ -66,6 +66,38 @@ pub(super) fn edges(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<Edg
     Ok(out)
 }
 
+/// The neighbours of a triangle across its edges.
+#[derive(Clone, Copy, Default)]
+struct Beside {
+    count: u8,
+    triangle: [u32; 3],
+    opposed: [bool; 3],
+}
+
+impl Beside {
+    /// Each neighbour, and whether it faces the other way.
+    fn neighbours(&self) -> impl Iterator<Item = (u32, bool)> {
+        self.triangle.into_iter().zip(self.opposed).take(usize::from(self.count))
+    }
+}
+
+/// The neighbours of every triangle, across edges of two triangles.
+fn beside(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<Beside>> {
+    let mut out = vec![Beside::default(); triangles.len()];
+    for (i, g) in groups(&edges(triangles, ctx)?).enumerate() {
+        ctx.check_at(i)?;
+        if let [x, y] = g {
+            for (a, b) in [(x, y), (y, x)] {
+                let Beside { count, triangle: of, opposed } = &mut out[triangle(a)];
+                of[usize::from(*count)] = triangle(b) as u32;
+                opposed[usize::from(*count)] = runs_down(a) == runs_down(b);
+                *count += 1;
+            }
+        }
+    }
+    Ok(out)
+}
+
 /// Splits the quads, drops what is not manifold, orients, removes specks smaller than `min_triangles`.
 ///
 /// # Errors
@@ -158,23 +190,11 @@ fn peel(triangles: &mut Vec<[u32; 3]>, support: &[f32], ctx: &Context<'_>) -> Re
         s.contains(&TORN) || s.iter().all(|s| *s < EDGE)
     };
     let beyond: Vec<bool> = triangles.iter().map(beyond).collect();
-    let list = edges(triangles, ctx)?;
     let mut gone = vec![false; triangles.len()];
-    // Per triangle its neighbours; a missing one is a boundary.
-    let mut neighbours = vec![[u32::MAX; 3]; triangles.len()];
-    let mut count = vec![0u8; triangles.len()];
-    for (i, g) in groups(&list).enumerate() {
-        ctx.check_at(i)?;
-        if let [x, y] = g {
-            for (a, b) in [(x, y), (y, x)].map(|(a, b)| (triangle(a), triangle(b))) {
-                neighbours[a][count[a] as usize] = b as u32;
-                count[a] += 1;
-            }
-        }
-    }
-    drop(list);
+    let beside = beside(triangles, ctx)?;
+    // A missing neighbour is a boundary.
     let mut front: Vec<u32> =
-        (0..triangles.len() as u32).filter(|&t| beyond[t as usize] && count[t as usize] < 3).collect();
+        (0..triangles.len() as u32).filter(|&t| beyond[t as usize] && beside[t as usize].count < 3).collect();
     while !front.is_empty() {
         ctx.check()?;
         let mut next = Vec::new();
@@ -182,11 +202,8 @@ fn peel(triangles: &mut Vec<[u32; 3]>, support: &[f32], ctx: &Context<'_>) -> Re
             gone[t as usize] = true;
         }
         for &t in &front {
-            for &u in &neighbours[t as usize] {
-                if u != u32::MAX && beyond[u as usize] && !gone[u as usize] {
-                    next.push(u);
-                }
-            }
+            let open = |u: &u32| beyond[*u as usize] && !gone[*u as usize];
+            next.extend(beside[t as usize].neighbours().map(|(u, _)| u).filter(open));
         }
         next.sort_unstable();
         next.dedup();
@@ -256,24 +273,13 @@ fn drop_flaps(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
         let [a, b, c] = t.map(|v| s.positions[v as usize]);
         normalize(cross(sub(b, a), sub(c, a)))
     };
-    let list = edges(&s.triangles, ctx)?;
-    // Of each triangle, how many neighbours, and the last of them with whether it runs along the edge as the triangle does.
-    let mut beside = vec![(0u8, 0u32, false); s.triangles.len()];
-    for (i, g) in groups(&list).enumerate() {
-        ctx.check_at(i)?;
-        if let [x, y] = g {
-            for (a, b) in [(x, y), (y, x)] {
-                let (count, last, same) = &mut beside[triangle(a)];
-                *count += 1;
-                (*last, *same) = (triangle(b) as u32, runs_down(a) == runs_down(b));
-            }
-        }
-    }
-    let flap = |(t, &(count, last, same)): (&[u32; 3], &(u8, u32, bool))| {
-        let facing = dot(normal(t), normal(&s.triangles[last as usize]));
-        count == 1 && if same { -facing } else { facing } < SPIKE
+    let flap = |(t, beside): (&[u32; 3], &Beside)| {
+        let mut neighbours = beside.neighbours();
+        let (Some((u, opposed)), None) = (neighbours.next(), neighbours.next()) else { return false };
+        let facing = dot(normal(t), normal(&s.triangles[u as usize]));
+        (if opposed { -facing } else { facing }) < SPIKE
     };
-    let flaps: Vec<bool> = s.triangles.iter().zip(&beside).map(flap).collect();
+    let flaps: Vec<bool> = s.triangles.iter().zip(&beside(&s.triangles, ctx)?).map(flap).collect();
     let mut f = flaps.iter();
     s.triangles.retain(|_| !f.next().unwrap_or(&false));
     Ok(())
@@ -291,22 +297,8 @@ struct Component {
 /// Orients each component consistently (breadth first where the field's orientation is only local), outward by its signed volume; drops components of fewer than
 /// `min_triangles`. One-sided components keep a seam of disagreeing neighbours.
 fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<'_>) -> Result<()> {
-    let list = edges(&s.triangles, ctx)?;
+    let beside = beside(&s.triangles, ctx)?;
     let n = s.triangles.len();
-    let mut neighbours = vec![[(u32::MAX, false); 3]; n];
-    let mut count = vec![0u8; n];
-    for (i, g) in groups(&list).enumerate() {
-        ctx.check_at(i)?;
-        if let [x, y] = g {
-            // Two-sided surfaces come consistently oriented from the field.
-            let flip = one_sided && runs_down(x) == runs_down(y);
-            for (a, b) in [(x, y), (y, x)].map(|(a, b)| (triangle(a), triangle(b))) {
-                neighbours[a][count[a] as usize] = (b as u32, flip);
-                count[a] += 1;
-            }
-        }
-    }
-    drop(list);
     let mut state = vec![0u8; n]; // 0 unseen, 1 as is, 2 flipped
     let mut keep = vec![true; n];
     let mut component = Vec::new();
@@ -323,9 +315,10 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
             ctx.check_at(head)?;
             let t = component[head] as usize;
             head += 1;
-            for &(u, flip) in &neighbours[t][..count[t] as usize] {
+            for (u, opposed) in beside[t].neighbours() {
                 if state[u as usize] == 0 {
-                    state[u as usize] = if flip { 3 - state[t] } else { state[t] };
+                    // Two-sided surfaces come consistently oriented from the field.
+                    state[u as usize] = if one_sided && opposed { 3 - state[t] } else { state[t] };
                     component.push(u);
                 }
             }
