@@ -9,6 +9,7 @@ use crate::status::{
 };
 use atlasfit::atlas::file;
 use atlasfit::atlas::query::{Atlas, OnAtlas};
+use atlasfit::geometry::vec3::{self, Vec3};
 use std::sync::Arc;
 
 /// A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along
@@ -68,7 +69,7 @@ pub unsafe extern "C" fn atlasfit_atlas_get_info(
         let value = atlasfit_atlas_info {
             struct_size: size_of::<atlasfit_atlas_info>(),
             charts: a.charts().len(),
-            origin: a.origin(),
+            origin: a.origin().into(),
             unit: a.unit(),
         };
         sized::write(info, value)
@@ -149,14 +150,14 @@ pub unsafe extern "C" fn atlasfit_atlas_project(
                 format!("capacity is {}, but there are {} points", out.capacity, queries.len()),
             ));
         }
-        let found = run.execute(|ctx| a.project(&queries, ctx))?;
+        let found = run.execute(|ctx| a.project(vec3::of(&queries), ctx))?;
         let found: Vec<OnAtlas> = found
             .into_iter()
             .zip(&queries)
             .map(|(f, &position)| {
                 f.unwrap_or(OnAtlas {
-                    position,
-                    normal: [0.0; 3],
+                    position: Vec3(position),
+                    normal: Vec3::ZERO,
                     chart: u32::MAX,
                     uv: [0.0; 2],
                     distance: 0.0,
@@ -164,7 +165,7 @@ pub unsafe extern "C" fn atlasfit_atlas_project(
             })
             .collect();
         write(out.positions, found.iter().map(|f| f.position));
-        write(out.normals, found.iter().map(|f| f.normal.map(|x| x as f32)));
+        write(out.normals, found.iter().map(|f| f.normal.to_f32()));
         write(out.charts, found.iter().map(|f| f.chart));
         write(out.chart_uv, found.iter().map(|f| f.uv.map(|x| x as f32)));
         write(out.distances, found.iter().map(|f| f.distance));
@@ -226,7 +227,7 @@ pub unsafe extern "C" fn atlasfit_atlas_eval(
         }
         let places: Vec<_> = uv.iter().filter_map(|&uv| a.place(chart, uv)).collect();
         write(xyz, places.iter().map(|p| p.position));
-        write(normals, places.iter().map(|p| p.normal.map(|x| x as f32)));
+        write(normals, places.iter().map(|p| p.normal.to_f32()));
         write(inside, places.iter().map(|p| p.inside as f32));
         Ok(())
     })

@@ -4,7 +4,7 @@
 //! themselves are kept beside the triangles, so that they can be written again.
 
 use crate::load::LoadReport;
-use atlasfit::geometry::vec3::{cross, dist2, dot, sub};
+use atlasfit::Vec3;
 
 /// Ear clipping is quadratic at worst: beyond this many tests in one file, polygons become plain fans.
 const MOST_TESTS: u64 = 1 << 26;
@@ -189,17 +189,16 @@ fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
 /// Cuts a polygon into `corners.len() - 2` triangles of local corner numbers.
 fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
     let n = corners.len();
-    let at = |i: usize| positions[corners[i] as usize];
+    let at = |i: usize| Vec3(positions[corners[i] as usize]);
     out.clear();
     // Newell's normal, relative to the first corner so that far-away coordinates do not cancel.
-    let mut normal = [0.0; 3];
+    let mut normal = Vec3::ZERO;
     for i in 1..n - 1 {
-        let c = cross(sub(at(i), at(0)), sub(at(i + 1), at(0)));
-        normal = [normal[0] + c[0], normal[1] + c[1], normal[2] + c[2]];
+        normal += (at(i) - at(0)).cross(at(i + 1) - at(0));
     }
     let largest = (0..3).max_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs())).unwrap_or(2);
     let flat = |i: usize| {
-        let p = sub(at(i), at(0));
+        let p = at(i) - at(0);
         let (u, v) = (p[(largest + 1) % 3], p[(largest + 2) % 3]);
         if normal[largest] < 0.0 { [v, u] } else { [u, v] }
     };
@@ -207,10 +206,10 @@ fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &m
         |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     if n == 4 {
         // Both triangles of a diagonal must face as the polygon does; of two such diagonals the shorter.
-        let facing = |a, b, c| dot(cross(sub(at(b), at(a)), sub(at(c), at(a))), normal) > 0.0;
+        let facing = |a, b, c| (at(b) - at(a)).cross(at(c) - at(a)).dot(normal) > 0.0;
         let first = facing(0, 1, 2) && facing(0, 2, 3);
         let second = facing(1, 2, 3) && facing(1, 3, 0);
-        let shorter = dist2(at(1), at(3)) < dist2(at(0), at(2)) * (1.0 - 1e-12);
+        let shorter = at(1).dist2(at(3)) < at(0).dist2(at(2)) * (1.0 - 1e-12);
         let split: [[u32; 3]; 2] =
             if second && (!first || shorter) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] };
         out.extend(split);

@@ -9,8 +9,8 @@ use crate::load::{Content, Input};
 use crate::save::{Job, Written};
 use crate::text::{self, Lines};
 use crate::weld::{bits, weld};
+use atlasfit::Vec3;
 use atlasfit::geometry::PointCloud;
-use atlasfit::geometry::vec3::{cross, normalize, sub};
 use std::io::Write;
 
 const HEADER: usize = 84;
@@ -175,16 +175,16 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> std::io::Result<Writ
         out.write_all(&count.to_le_bytes())?;
     }
     for t in job.triangles {
-        let [a, b, c] = t.map(|v| job.positions[v as usize]);
-        let n = normalize(cross(sub(b, a), sub(c, a)));
+        let [a, b, c] = t.map(|v| Vec3(job.positions[v as usize]));
+        let n = (b - a).cross(c - a).normalized();
         if job.ascii {
             writeln!(out, "facet normal {} {} {}\nouter loop", n[0], n[1], n[2])?;
-            for [x, y, z] in [a, b, c] {
+            for Vec3([x, y, z]) in [a, b, c] {
                 writeln!(out, "vertex {x} {y} {z}")?;
             }
             writeln!(out, "endloop\nendfacet")?;
         } else {
-            for v in [n, a, b, c].iter().flatten() {
+            for v in [n, a, b, c].iter().flat_map(|p| p.iter()) {
                 out.write_all(&(*v as f32).to_le_bytes())?;
             }
             out.write_all(&[0, 0])?;

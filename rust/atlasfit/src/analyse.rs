@@ -6,7 +6,7 @@
 use crate::error::Result;
 use crate::geometry::dense::{cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, cross, dot, sub, tangents};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 
@@ -137,13 +137,13 @@ fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
         return (0.0, 0.0);
     }
     let normal = vectors[0];
-    let e1 = tangents(normal).0;
-    let e2 = cross(normal, e1);
+    let e1 = normal.tangents().0;
+    let e2 = normal.cross(e1);
     let unit = values[2].sqrt();
     let (mut a, mut b, mut zz) = ([0.0; 36], [0.0; 6], 0.0);
     for f in found {
-        let d = sub(points[f.index as usize], mean);
-        let (u, v, z) = (dot(d, e1) / unit, dot(d, e2) / unit, dot(d, normal));
+        let d = points[f.index as usize] - mean;
+        let (u, v, z) = (d.dot(e1) / unit, d.dot(e2) / unit, d.dot(normal));
         let row = [1.0, u, v, u * u, u * v, v * v];
         for i in 0..6 {
             for j in i..6 {

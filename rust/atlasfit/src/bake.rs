@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, mul_add};
+use crate::geometry::vec3::Vec3;
 use crate::geometry::{PointCloud, TriMesh};
 use crate::run::{Context, Stage};
 use rayon::prelude::*;
@@ -87,11 +87,11 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
             if index.is_empty() {
                 return Err(Error::empty("no point is finite", "Give a coloured scan near the mesh"));
             }
-            let at: Vec<Vec3> = index.iter().map(|&i| cloud.positions[i as usize]).collect();
+            let at: Vec<Vec3> = index.iter().map(|&i| Vec3(cloud.positions[i as usize])).collect();
             let tree = Neighbours::build(&at, ctx)?;
             Box::new(move |f, w| {
                 let corner = mesh.triangles[f as usize].map(|v| mesh.positions[v as usize]);
-                let p = (0..3).fold([0.0; 3], |p, k| mul_add(p, corner[k], w[k]));
+                let p = (0..3).fold(Vec3::ZERO, |p, k| p + Vec3(corner[k]) * w[k]);
                 let mut near: Vec<Neighbour> = Vec::new();
                 tree.nearest(p, POINTS, &mut near);
                 let soft = near.first().map_or(0.0, |n| n.dist2) * 0.1 + 1e-300;

@@ -8,7 +8,7 @@ use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::fit::{self, Fitted};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, dist2, dot};
+use crate::geometry::vec3::{self, Vec3};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::measure;
 use crate::orient::{self, Relation};
@@ -235,7 +235,7 @@ fn validate(o: &DenoiseOptions) -> Result<()> {
 fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<Denoised> {
     // Points, tree, neighbours, memberships and charts: measured.
     ctx.reserve(BYTES_PER_POINT * cloud.len() as u64)?;
-    let scan = scan::analyse(scan::distinct(&cloud.positions, ctx)?, options.noise, ctx)?;
+    let scan = scan::analyse(scan::distinct(vec3::of(&cloud.positions), ctx)?, options.noise, ctx)?;
     let mut report = Report {
         points: cloud.len(),
         not_finite: scan.not_finite,
@@ -267,7 +267,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         // Where the networks have not followed the scan, it stays as it is: a limit as for any other chart and its points.
         let limit = (grow::TUKEY * noise).powi(2);
         for (c, p) in clean.iter_mut().zip(&points) {
-            if dist2(*c, *p) > limit {
+            if (*c).dist2(*p) > limit {
                 *c = *p;
             }
         }
@@ -365,7 +365,7 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
     let mut side = vec![0.0; charts.len()];
     for ((&p, &n), &c) in surface.positions.iter().zip(&surface.normals).zip(&surface.chart) {
         if let Some(chart) = charts.get(c as usize) {
-            side[c as usize] += chart.sign * dot(n, chart.normal_over(p));
+            side[c as usize] += chart.sign * n.dot(chart.normal_over(p));
         }
     }
     let turned = orient::face(&mut charts, &relations, &side);
@@ -386,8 +386,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         first
     };
-    let mut mesh = TriMesh::new(surface.positions, surface.triangles);
-    mesh.normals = Some(surface.normals.iter().map(|n| n.map(|x| x as f32)).collect());
+    let mut mesh = TriMesh::new(vec3::plain(surface.positions), surface.triangles);
+    mesh.normals = Some(surface.normals.iter().map(|n| n.to_f32()).collect());
     transfer(cloud, &projected, &sources, &mut mesh, ctx)?;
 
     if options.uv {
@@ -404,9 +404,9 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         mesh.face_chart = Some(layout.face_chart);
     }
     let topology = measure::topology(&mesh, ctx)?;
-    let back = |p: Vec3| [0, 1, 2].map(|k| p[k] * scale + origin[k]);
+    let back = |p: Vec3| p * scale + origin;
     for p in &mut mesh.positions {
-        *p = back(*p);
+        *p = back(Vec3(*p)).0;
     }
 
     ctx.check()?;
@@ -422,8 +422,8 @@ fn denoise_in(cloud: &PointCloud, options: &DenoiseOptions, ctx: &Context<'_>) -
         }
         match projected.get(p as usize) {
             Some(q) if q.chart != u32::MAX => {
-                out.positions[i] = back(q.position);
-                normals[i] = q.normal.map(|x| x as f32);
+                out.positions[i] = back(q.position).0;
+                normals[i] = q.normal.to_f32();
                 chart[i] = q.chart;
             }
             _ => {
@@ -542,7 +542,7 @@ fn transfer(
             Ok(chunk
                 .iter()
                 .map(|p| {
-                    tree.nearest(*p, TRANSFER_K, &mut found);
+                    tree.nearest(Vec3(*p), TRANSFER_K, &mut found);
                     let soft = found.first().map_or(0.0, |f| f.dist2) * 0.1 + 1e-18;
                     let total: f64 = found.iter().map(|f| 1.0 / (f.dist2 + soft)).sum();
                     let mut w = [(u32::MAX, 0f32); TRANSFER_K];

@@ -10,7 +10,7 @@ use crate::atlas::monge::Local;
 use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
 use crate::geometry::neighbours::Neighbours;
-use crate::geometry::vec3::{Vec3, dot, sub};
+use crate::geometry::vec3::Vec3;
 use crate::partition::grow::{Patch, RIM, TUKEY, tukey};
 use crate::partition::{self, Cut, PatchSize};
 use crate::prior::evidence::Work;
@@ -137,11 +137,11 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
         .members
         .iter()
         .map(|&m| {
-            let d = sub(points[m as usize], patch.center);
+            let d = points[m as usize] - patch.center;
             [
-                dot(d, patch.axes[0]) / patch.radii[0],
-                dot(d, patch.axes[1]) / patch.radii[1],
-                dot(d, patch.axes[2]),
+                d.dot(patch.axes[0]) / patch.radii[0],
+                d.dot(patch.axes[1]) / patch.radii[1],
+                d.dot(patch.axes[2]),
             ]
         })
         .collect();

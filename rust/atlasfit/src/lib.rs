@@ -29,4 +29,5 @@ pub mod unwrap;
 
 pub use denoise::{DenoiseOptions, Denoised, denoise};
 pub use error::{Error, Result};
+pub use geometry::vec3::Vec3;
 pub use run::{CancelToken, Context, Progress, Run, Stage};

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::fit::Fitted;
 use crate::geometry::neighbours::{Neighbour, Neighbours};
 use crate::geometry::sort::sort_by;
-use crate::geometry::vec3::{Vec3, dot, norm, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::measure::connect::{Sets, SignedSets};
 use crate::project::Membership;
 use crate::run::Context;
@@ -77,7 +77,7 @@ pub fn relations(
             .filter_map(|&(c, w)| {
                 let chart: &Chart = &fitted[c as usize].chart;
                 let view = chart.view(points[i])?;
-                let foot = scale(view.normal, view.distance);
+                let foot = view.normal * view.distance;
                 Some((c, (view.taper + 1e-6) * f64::from(w), view.normal, foot, chart.sigma))
             })
             .collect();
@@ -89,8 +89,8 @@ pub fn relations(
         views.into_iter().skip(1).filter_map(move |(c, w, n, f, s)| {
             let (c0, w0, n0, f0, s0) = head?;
             // Two sides of a wall that share points face apart however alike their normals are.
-            let gap = norm(sub(f, f0)) / (UNSURE * s.max(s0)).max(spacing);
-            let agree = dot(n, n0) * w.min(w0) * (1.0 - gap * gap).max(-1.0);
+            let gap = (f - f0).norm() / (UNSURE * s.max(s0)).max(spacing);
+            let agree = n.dot(n0) * w.min(w0) * (1.0 - gap * gap).max(-1.0);
             Some((c.min(c0), c.max(c0), agree as f32))
         })
     };
@@ -159,7 +159,7 @@ pub fn walls(fitted: &[Fitted], spacing: f64, ctx: &Context<'_>) -> Result<Vec<R
             .filter_map(|f| {
                 let b = patches[f.index as usize].0;
                 let v = fitted[b as usize].chart.view(center.position)?;
-                let turn = dot(v.normal, center.normal);
+                let turn = v.normal.dot(center.normal);
                 let far = ((ACROSS * sigma).max(spacing)..reach).contains(&v.distance.abs());
                 (far && turn.abs() > PARALLEL && v.taper > 0.0 && v.mask >= 0.5).then_some((
                     -v.distance * turn.signum(),

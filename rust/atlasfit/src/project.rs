@@ -6,7 +6,7 @@
 use crate::atlas::Chart;
 use crate::error::Result;
 use crate::fit::Fitted;
-use crate::geometry::vec3::{Vec3, add, dot, mul_add, norm, scale};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use crate::surface::field::{ANCHOR_CHARTS, Anchor};
 use rayon::prelude::*;
@@ -102,7 +102,7 @@ pub fn project_members(
 }
 
 fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Projected {
-    let (mut total, mut at, mut n, mut top, mut best) = (0.0, [0.0; 3], [0.0; 3], 0.0, u32::MAX);
+    let (mut total, mut at, mut n, mut top, mut best) = (0.0, Vec3::ZERO, Vec3::ZERO, 0.0, u32::MAX);
     for (index, chart, robust) in charts {
         let foot = chart.nearest(p);
         // The small constant keeps points on the very rim with their chart when they have no other.
@@ -110,22 +110,22 @@ fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Pr
         if w <= 0.0 {
             continue;
         }
-        at = mul_add(at, foot.position, w);
-        let m = scale(foot.normal, chart.sign);
-        let m = if dot(n, m) < 0.0 { scale(m, -1.0) } else { m };
-        n = add(n, scale(m, w));
+        at += foot.position * w;
+        let m = foot.normal * chart.sign;
+        let m = if n.dot(m) < 0.0 { -m } else { m };
+        n += m * w;
         total += w;
         if w > top {
             (top, best) = (w, index);
         }
     }
     if total <= 0.0 {
-        return Projected { position: p, normal: [0.0; 3], chart: u32::MAX };
+        return Projected { position: p, normal: Vec3::ZERO, chart: u32::MAX };
     }
-    let l = norm(n);
+    let l = n.norm();
     Projected {
-        position: scale(at, 1.0 / total),
-        normal: if l > 0.0 { scale(n, 1.0 / l) } else { [0.0, 0.0, 1.0] },
+        position: (at * (1.0 / total)),
+        normal: if l > 0.0 { n * (1.0 / l) } else { Vec3([0.0, 0.0, 1.0]) },
         chart: best,
     }
 }

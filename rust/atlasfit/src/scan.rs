@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::geometry::dense::principal;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::sort::sort_by;
-use crate::geometry::vec3::{Vec3, sub};
+use crate::geometry::vec3::Vec3;
 use crate::measure::connect::Sets;
 use crate::partition::check_noise;
 use crate::run::{Context, Stage};
@@ -60,7 +60,7 @@ pub fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<Distinct> {
     // Sorting by bits is exact and fast.
     let mut order: Vec<u32> =
         (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
-    let bits = |i: u32| given[i as usize].map(|x| (x + 0.0).to_bits());
+    let bits = |i: u32| given[i as usize].0.map(|x| (x + 0.0).to_bits());
     sort_by(&mut order, |&a, &b| (bits(a), a).cmp(&(bits(b), b)), ctx)?;
     let mut first = vec![u32::MAX; n];
     for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
@@ -142,7 +142,7 @@ pub fn analyse(found: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> 
             "Give the noise in the scan's unit, or none to estimate it",
         ));
     }
-    points.par_iter_mut().for_each(|p| *p = sub(*p, origin).map(|x| x / scale));
+    points.par_iter_mut().for_each(|p| *p = (*p - origin).map(|x| x / scale));
     ctx.stage(Stage::Analyse, 2 * points.len());
     ctx.check()?;
     let all = points.len();
@@ -217,7 +217,7 @@ fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<(Vec3, f64)
         Ok((low, high))
     };
     let range = [range(0)?, range(1)?, range(2)?];
-    let origin = range.map(|(a, b)| a * 0.5 + b * 0.5);
+    let origin = Vec3(range.map(|(a, b)| a * 0.5 + b * 0.5));
     let scale = range.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
     if scale == 0.0 {
         return Err(Error::degenerate(

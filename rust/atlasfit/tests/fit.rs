@@ -3,7 +3,6 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
-use atlasfit::Run;
 use atlasfit::atlas::mask::Mask;
 use atlasfit::atlas::monge::Local;
 use atlasfit::atlas::{Map, Monge};
@@ -13,8 +12,9 @@ use atlasfit::prior::evidence::{Problem, Solution, Work};
 use atlasfit::prior::gp::{self, BASIS, COEFFS, INTERVALS, MODES, SIDE};
 use atlasfit::prior::normal::{Normal, Observation, WIDTH};
 use atlasfit::rng::Rng;
+use atlasfit::{Run, Vec3};
 use proptest::prelude::*;
-use shapes::{Vec3, norm, rms, sub};
+use shapes::rms;
 
 fn random_coeffs(seed: u64) -> [f32; COEFFS] {
     let mut rng = Rng::new(seed);
@@ -247,16 +247,16 @@ fn patch(
     seed: u64,
     z: impl Fn(f64, f64) -> f64,
 ) -> (Vec<Vec3>, Patch) {
-    let normal = [0.36, 0.48, 0.8];
-    let axes = Monge::frame(normal, [1.0, 0.0, 0.0]);
-    let center = [5.0, -3.0, 2.0];
+    let normal = Vec3([0.36, 0.48, 0.8]);
+    let axes = Monge::frame(normal, Vec3([1.0, 0.0, 0.0]));
+    let center = Vec3([5.0, -3.0, 2.0]);
     let mut rng = Rng::stream(seed, 1);
     let points: Vec<Vec3> = disk(n, seed)
         .iter()
         .map(|p| {
             let (x, y) = (p[0] * radii[0], p[1] * radii[1]);
             let h = z(x, y) + noise * rng.normal();
-            [0, 1, 2].map(|k| center[k] + x * axes[0][k] + y * axes[1][k] + h * axes[2][k])
+            center + axes[0] * x + axes[1] * y + axes[2] * h
         })
         .collect();
     let spacing = (std::f64::consts::PI * radii[0] * radii[1] / n as f64).sqrt();
@@ -302,14 +302,14 @@ fn a_chart_of_a_sphere_has_the_spheres_curvature_and_normals() {
     let mean = k.iter().sum::<f64>() / 200.0;
     assert!((mean + 2.0 / r).abs() < 0.08 * 2.0 / r, "curvature sum {mean} on average");
     assert!(k.iter().all(|k| (k + 2.0 / r).abs() < 0.35 * 2.0 / r), "{k:?}");
-    let ball = [0, 1, 2].map(|k| p.center[k] - r * p.axes[2][k]);
+    let ball = p.center - p.axes[2] * r;
     for (u, v) in [(0.0, 0.0), (0.4, 0.0), (0.0, -0.5), (0.35, 0.35), (-0.3, 0.4)] {
         let (h, cos, n) = chart.height_normal(u, v);
-        let radial = sub(chart.lift(u, v, h), ball);
-        assert!((norm(radial) - r).abs() < 1e-3, "{}", norm(radial));
+        let radial = chart.lift(u, v, h) - ball;
+        assert!((radial.norm() - r).abs() < 1e-3, "{}", radial.norm());
         assert!((0..3).map(|k| radial[k] / r * n[k]).sum::<f64>() > 0.999);
         assert!((cos - (0..3).map(|k| n[k] * chart.axes[2][k]).sum::<f64>()).abs() < 1e-9);
-        assert!(norm(sub(chart.point(u, v), chart.lift(u, v, h))) < 1e-12);
+        assert!((chart.point(u, v) - chart.lift(u, v, h)).norm() < 1e-12);
         let l = chart.local(chart.lift(u, v, h));
         assert!((l.u - u).abs() < 1e-9 && (l.v - v).abs() < 1e-9 && (l.z - h).abs() < 1e-9);
     }
@@ -328,13 +328,13 @@ fn foot_points_are_the_nearest_points() {
         let q = Local { u: a, v: b, z: gp::value(&chart.coeffs, a, b) + 0.2 * (rng.uniform() - 0.5) };
         let at = chart.lift(q.u, q.v, q.z);
         let (u, v) = chart.foot(q);
-        let found = norm(sub(chart.point(u, v), at));
+        let found = (chart.point(u, v) - at).norm();
         // Brute force on a fine grid about the point.
         let mut least = f64::MAX;
         for i in -100..=100 {
             for j in -100..=100 {
                 let (s, t) = (a + f64::from(i) * 0.002, b + f64::from(j) * 0.002);
-                least = least.min(norm(sub(chart.point(s, t), at)));
+                least = least.min((chart.point(s, t) - at).norm());
             }
         }
         assert!(found < least * 1.002 + 1e-6, "{found} but {least} is possible");
@@ -362,7 +362,7 @@ fn two_sheets_in_one_patch_give_two_charts_and_one_sheet_one() {
     let single = fit_chart(&points, &p, 2.0 * noise);
     assert_eq!(single.len(), 1);
     for (q, s) in points.iter_mut().zip(&side) {
-        *q = [0, 1, 2].map(|k| q[k] + s * p.axes[2][k]);
+        *q += p.axes[2] * *s;
     }
     let pair = fit_chart(&points, &p, 2.0 * noise);
     assert_eq!(pair.len(), 2);

@@ -1,19 +1,19 @@
 //! Claims about the numerical tools that all stages share: searches against brute force, factorisations against their definition.
 
+use atlasfit::Vec3;
 use atlasfit::geometry::dense::{LANES, cholesky, cholesky_solve, eigen3, eliminate};
 use atlasfit::geometry::neighbours::{Neighbour, Neighbours};
-use atlasfit::geometry::vec3::{Vec3, cross, dist2, dot, norm, tangents};
 use atlasfit::{Error, Run};
 use proptest::prelude::*;
 
 /// Points in general, with repeats, all equal, on a line, or on a coarse lattice where many distances tie.
 fn points() -> impl Strategy<Value = Vec<Vec3>> {
-    let general = prop::collection::vec(prop::array::uniform3(-10.0..10.0f64), 1..120);
-    let equal = (prop::array::uniform3(-1e6..1e6f64), 1usize..200).prop_map(|(p, n)| vec![p; n]);
+    let general = prop::collection::vec(prop::array::uniform3(-10.0..10.0f64).prop_map(Vec3), 1..120);
+    let equal = (prop::array::uniform3(-1e6..1e6f64), 1usize..200).prop_map(|(p, n)| vec![Vec3(p); n]);
     let line = (prop::array::uniform3(-1.0..1.0f64), prop::collection::vec(-50i32..50, 1..150))
-        .prop_map(|(d, t)| t.into_iter().map(|t| d.map(|x| x * f64::from(t))).collect());
+        .prop_map(|(d, t)| t.into_iter().map(|t| Vec3(d) * f64::from(t)).collect());
     let lattice = prop::collection::vec(prop::array::uniform3(0i32..4), 1..200)
-        .prop_map(|v| v.into_iter().map(|p| p.map(f64::from)).collect());
+        .prop_map(|v| v.into_iter().map(|p| Vec3(p.map(f64::from))).collect());
     prop_oneof![general, equal, line, lattice]
 }
 
@@ -23,7 +23,7 @@ fn search(points: &[Vec3]) -> atlasfit::Result<Neighbours> {
 
 fn brute(points: &[Vec3], q: Vec3) -> Vec<Neighbour> {
     let mut all: Vec<Neighbour> =
-        points.iter().enumerate().map(|(i, p)| Neighbour { dist2: dist2(*p, q), index: i as u32 }).collect();
+        points.iter().enumerate().map(|(i, p)| Neighbour { dist2: (*p).dist2(q), index: i as u32 }).collect();
     all.sort_by(|a, b| a.dist2.total_cmp(&b.dist2).then(a.index.cmp(&b.index)));
     all
 }
@@ -38,7 +38,7 @@ proptest! {
     #[test]
     fn the_nearest_are_those_of_a_full_search(points in points(), q in prop::array::uniform3(-12.0..12.0f64), k in 0usize..50, own in any::<prop::sample::Index>()) {
         let tree = search(&points).unwrap();
-        for q in [q, points[own.index(points.len())]] {
+        for q in [Vec3(q), points[own.index(points.len())]] {
             let all = brute(&points, q);
             let mut found = Vec::new();
             tree.nearest(q, k, &mut found);
@@ -46,7 +46,7 @@ proptest! {
             for (f, b) in found.iter().zip(&all) {
                 // Which of several equally near points are given is open, how near they are is not.
                 prop_assert!(close(f.dist2, b.dist2), "{:?} {:?}", f, b);
-                prop_assert!(close(f.dist2, dist2(points[f.index as usize], q)));
+                prop_assert!(close(f.dist2, points[f.index as usize].dist2(q)));
             }
             prop_assert!(found.windows(2).all(|w| (w[0].dist2, w[0].index) < (w[1].dist2, w[1].index)));
             prop_assert!(close(tree.nearest_one(q).dist2, all[0].dist2));
@@ -55,7 +55,7 @@ proptest! {
 
     #[test]
     fn those_within_are_those_of_a_full_search(points in points(), q in prop::array::uniform3(-12.0..12.0f64), radius in 0.0..20.0f64) {
-        let tree = search(&points).unwrap();
+        let (q, tree) = (Vec3(q), search(&points).unwrap());
         let mut found = Vec::new();
         tree.within(q, radius, &mut found);
         let all = brute(&points, q);
@@ -66,7 +66,7 @@ proptest! {
         prop_assert!((sure..=most).contains(&found.len()), "{} not in {}..={}", found.len(), sure, most);
         for f in &found {
             prop_assert!(f.dist2 <= radius * radius + slack);
-            prop_assert!(close(f.dist2, dist2(points[f.index as usize], q)));
+            prop_assert!(close(f.dist2, points[f.index as usize].dist2(q)));
         }
         let mut indices: Vec<u32> = found.iter().map(|f| f.index).collect();
         indices.sort_unstable();
@@ -168,26 +168,27 @@ proptest! {
         }
         for i in 0..3 {
             for j in 0..3 {
-                prop_assert!((dot(vectors[i], vectors[j]) - f64::from(u8::from(i == j))).abs() < 1e-13);
+                prop_assert!((vectors[i].dot(vectors[j]) - f64::from(u8::from(i == j))).abs() < 1e-13);
             }
         }
     }
 
     #[test]
     fn tangents_complete_a_right_handed_frame(v in prop::array::uniform3(-1.0..1.0f64)) {
-        prop_assume!(norm(v) > 1e-6);
-        let n = v.map(|x| x / norm(v));
-        let (a, b) = tangents(n);
-        prop_assert!(norm([0, 1, 2].map(|k| cross(a, b)[k] - n[k])) < 1e-12);
-        prop_assert!(dot(a, n).abs() < 1e-12 && (norm(a) - 1.0).abs() < 1e-12);
+        let v = Vec3(v);
+        prop_assume!(v.norm() > 1e-6);
+        let n = v.map(|x| x / v.norm());
+        let (a, b) = n.tangents();
+        prop_assert!((a.cross(b) - n).norm() < 1e-12);
+        prop_assert!(a.dot(n).abs() < 1e-12 && (a.norm() - 1.0).abs() < 1e-12);
     }
 }
 
 #[test]
 fn tangents_are_right_at_the_poles() {
-    for n in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, -0.0, -1.0]] {
-        let (a, b) = tangents(n);
-        assert_eq!(cross(a, b), n);
+    for n in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, -0.0, -1.0]].map(Vec3) {
+        let (a, b) = n.tangents();
+        assert_eq!(a.cross(b), n);
     }
 }
 

@@ -1,8 +1,8 @@
 //! The network priors through the main job.
 
+use atlasfit::Vec3;
 use atlasfit::denoise::{DenoiseOptions, Prior, denoise};
 use atlasfit::geometry::PointCloud;
-use atlasfit::geometry::vec3::{Vec3, norm, normalize, scale};
 use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit::prior::level_set::LevelSetOptions;
 use atlasfit::rng::Rng;
@@ -11,10 +11,10 @@ use atlasfit::run::Run;
 #[test]
 fn every_network_prior_answers_for_every_point_and_gives_one_surface() {
     let mut rng = Rng::new(9);
-    let noisy: Vec<Vec3> = (0..3000)
+    let noisy: Vec<[f64; 3]> = (0..3000)
         .map(|_| {
-            let p = scale(normalize([0; 3].map(|_| rng.normal())), 10.0);
-            p.map(|x| x + 3.0 + 0.1 * rng.normal())
+            let p = Vec3::from_fn(|_| rng.normal()).normalized() * 10.0;
+            p.0.map(|x| x + 3.0 + 0.1 * rng.normal())
         })
         .collect();
     let cloud = PointCloud::from_positions(noisy);
@@ -30,8 +30,8 @@ fn every_network_prior_answers_for_every_point_and_gives_one_surface() {
         assert_eq!(result.points.len(), 3000);
         assert!((result.report.noise / 0.1 - 1.0).abs() < 0.3, "{}", result.report.noise);
         assert_eq!(result.report.parts, 1);
-        let off = |points: &[Vec3]| -> f64 {
-            points.iter().map(|p| (norm(p.map(|x| x - 3.0)) - 10.0).powi(2)).sum::<f64>()
+        let off = |points: &[[f64; 3]]| -> f64 {
+            points.iter().map(|p| (Vec3(p.map(|x| x - 3.0)).norm() - 10.0).powi(2)).sum::<f64>()
         };
         assert!(off(&result.points.positions) < off(&cloud.positions), "{prior:?}");
     }

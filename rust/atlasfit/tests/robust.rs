@@ -3,12 +3,13 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
-use atlasfit::geometry::vec3::Vec3;
 use atlasfit::rng::Rng;
 use atlasfit::{DenoiseOptions, Denoised, Error, Result, Run, denoise};
 use proptest::prelude::*;
 use shapes::{cloud, norm, off_sphere, plain, rms, run, sphere, sub, topology};
 use std::time::Duration;
+
+type Vec3 = [f64; 3];
 
 /// What every result has, whatever the scan.
 fn sound(given: &[Vec3], out: &Denoised) {

@@ -3,9 +3,8 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
-use atlasfit::geometry::vec3::{cross, dot, norm, normalize, sub};
-use atlasfit::{DenoiseOptions, Run, denoise, measure};
-use shapes::*;
+use atlasfit::{DenoiseOptions, Run, Vec3, denoise, measure};
+use shapes::{Vec3 as Point, *};
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
@@ -38,7 +37,7 @@ fn strays_bend_no_normals() {
         let out = run(&sphere(3000, seed).noisy(0.6, seed)).unwrap();
         let normals = out.surface.normals.as_ref().unwrap();
         for (p, n) in out.surface.positions.iter().zip(normals) {
-            let cos = (0..3).map(|k| p[k] * f64::from(n[k])).sum::<f64>() / norm(*p);
+            let cos = (0..3).map(|k| p[k] * f64::from(n[k])).sum::<f64>() / Vec3(*p).norm();
             assert!(cos > 0.9, "seed {seed}: normal {n:?} at {p:?}");
         }
     }
@@ -73,7 +72,7 @@ fn a_plane_keeps_its_boundary_and_its_big_hole_and_loses_small_gaps() {
     let truth = square(3000, 0.0, 0.4, 4);
     // Gaps two and a half spacings wide, as a few lost scan lines leave them.
     let lost = [[0.7, 0.7], [-0.7, 0.6], [0.65, -0.7]];
-    let points: Vec<Vec3> = truth
+    let points: Vec<Point> = truth
         .noisy(0.3, 4)
         .into_iter()
         .filter(|p| lost.iter().all(|c| (p[0] - c[0]).hypot(p[1] - c[1]) > 1.25 * truth.spacing))
@@ -99,13 +98,13 @@ fn a_plane_keeps_its_boundary_and_its_big_hole_and_loses_small_gaps() {
 fn a_boundary_lies_at_the_end_of_the_data_and_has_no_steps_of_voxels() {
     let truth = square(3000, 0.0, 0.4, 7);
     let s = run(&truth.noisy(0.3, 7)).unwrap().surface;
-    let at = |v: u32| s.positions[v as usize];
+    let at = |v: u32| Vec3(s.positions[v as usize]);
     let normals: Vec<Vec3> =
-        s.triangles.iter().map(|t| cross(sub(at(t[1]), at(t[0])), sub(at(t[2]), at(t[0])))).collect();
+        s.triangles.iter().map(|t| (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]))).collect();
     // Noise at the rim bends a few; none hang folded under.
     let down = normals.iter().filter(|n| n[2] <= 0.0).count();
     assert!(down * 1000 < normals.len(), "{down} triangles face down");
-    let area: f64 = normals.iter().map(|n| 0.5 * norm(*n)).sum();
+    let area: f64 = normals.iter().map(|n| 0.5 * (*n).norm()).sum();
     // By how much the whole boundary is moved outwards, in point spacings.
     let moved = (area - (4.0 - 0.16 * PI)) / ((8.0 + 0.8 * PI) * truth.spacing);
     assert!(moved.abs() < 0.25, "{moved}");
@@ -114,8 +113,8 @@ fn a_boundary_lies_at_the_end_of_the_data_and_has_no_steps_of_voxels() {
         s.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
     let next: HashMap<u32, u32> = edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).copied().collect();
     let turn = |(&a, b): (&u32, &u32)| {
-        let (x, y) = (normalize(sub(at(*b), at(a))), normalize(sub(at(next[b]), at(*b))));
-        dot(x, y).clamp(-1.0, 1.0).acos()
+        let (x, y) = ((at(*b) - at(a)).normalized(), (at(next[b]) - at(*b)).normalized());
+        x.dot(y).clamp(-1.0, 1.0).acos()
     };
     let mean = next.iter().map(turn).sum::<f64>() / next.len() as f64;
     assert!(mean.to_degrees() < 15.0, "{}", mean.to_degrees());
@@ -179,7 +178,7 @@ fn points_of_two_near_sheets_stay_on_their_sheets() {
         let mut points = one.noisy(noise, 7);
         points.extend(square(2500, gap, 0.0, 8).noisy(noise, 8));
         let out = run(&points).unwrap();
-        let astray = |(i, p): &(usize, &Vec3)| (p[2] - if *i < 2500 { 0.0 } else { gap }).abs() > 0.3 * gap;
+        let astray = |(i, p): &(usize, &Point)| (p[2] - if *i < 2500 { 0.0 } else { gap }).abs() > 0.3 * gap;
         let count = out.points.positions.iter().enumerate().filter(astray).count();
         assert!(count < 15, "{apart} spacings apart: {count} points left their sheet");
     }

@@ -4,14 +4,7 @@ use atlasfit::atlas::Tube;
 use atlasfit::atlas::tube::{HARMONICS, MASK_NODES};
 use atlasfit::geometry::PointCloud;
 use atlasfit::rng::Rng;
-use atlasfit::{DenoiseOptions, Run, denoise};
-
-fn norm(a: [f64; 3]) -> f64 {
-    a.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
+use atlasfit::{DenoiseOptions, Run, Vec3, denoise};
 
 /// A bent tube with a radius that varies both ways.
 fn bent() -> Tube {
@@ -22,8 +15,8 @@ fn bent() -> Tube {
         row[4] = 0.003 * (k as f32 * 0.4).cos();
     }
     Tube {
-        center: [0.1, -0.2, 0.3],
-        axes: [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+        center: Vec3([0.1, -0.2, 0.3]),
+        axes: [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(Vec3),
         half_length: 0.5,
         axis: [[0.0, 0.0, 0.06, 0.01], [0.0, 0.01, -0.04, 0.0]],
         mean_radius: 0.05,
@@ -41,7 +34,7 @@ fn the_nearest_point_lies_on_the_tube() {
         let foot = tube.nearest(p);
         let again = tube.view(foot.position).expect("on the domain");
         assert!(again.distance.abs() < 1e-5, "{}", again.distance);
-        assert!(norm(sub(tube.nearest(foot.position).position, foot.position)) < 1e-5);
+        assert!((tube.nearest(foot.position).position - foot.position).norm() < 1e-5);
     }
 }
 
@@ -53,15 +46,13 @@ fn the_normal_is_the_gradient_of_the_distance() {
         let on = tube.nearest(c.map(|x| x + 0.1 * (rng.uniform() - 0.5))).position;
         let v = tube.view(on).expect("on the domain");
         let h = 1e-6;
-        let g = [0, 1, 2].map(|k| {
-            let mut step = [0.0; 3];
+        let g = Vec3::from_fn(|k| {
+            let mut step = Vec3::ZERO;
             step[k] = h;
-            let at = |s: f64| {
-                tube.view([on[0] + s * step[0], on[1] + s * step[1], on[2] + s * step[2]]).unwrap().distance
-            };
+            let at = |s: f64| tube.view(on + step * s).unwrap().distance;
             (at(1.0) - at(-1.0)) / (2.0 * h)
         });
-        assert!(norm(sub(g, v.normal)) < 0.01, "{g:?} {:?}", v.normal);
+        assert!((g - v.normal).norm() < 0.01, "{g:?} {:?}", v.normal);
     }
 }
 
@@ -151,7 +142,7 @@ fn points_face_the_same_way_as_the_surface_outward() {
     let points: Vec<[f64; 3]> = (0..6000)
         .map(|_| {
             let p = [rng.normal(), rng.normal(), rng.normal()];
-            let r = norm(p);
+            let r = Vec3(p).norm();
             p.map(|x| x / r + 0.01 * rng.normal())
         })
         .collect();

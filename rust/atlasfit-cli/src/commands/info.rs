@@ -8,6 +8,7 @@ use crate::files;
 use crate::number::{count, json as number, short};
 use anyhow::Result;
 use atlasfit::geometry::sort::sort;
+use atlasfit::geometry::vec3;
 use atlasfit::geometry::{ScalarKind, TriMesh};
 use atlasfit::measure::{Topology, topology};
 use atlasfit::scan::{self, MIN_POINTS};
@@ -70,7 +71,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     let n = mesh.positions.len();
     ctx.reserve(BYTES_PER_POINT * n as u64 + BYTES_PER_FACE * mesh.triangles.len() as u64)?;
-    let found = scan::distinct(&mesh.positions, ctx)?;
+    let found = scan::distinct(vec3::of(&mesh.positions), ctx)?;
     let mut out = Facts { not_finite: found.not_finite, duplicates: found.duplicates, ..Facts::default() };
     if !mesh.triangles.is_empty() {
         let place = |v: u32| match found.of_input[v as usize] {
@@ -86,7 +87,7 @@ fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
         out.topology = Some(topology(mesh, ctx)?);
     }
     let Some(&first) = found.points.first() else { return Ok(out) };
-    out.extent = Some(found.points.iter().fold([first; 2], |[lo, hi], p| {
+    out.extent = Some(found.points.iter().fold([first.0; 2], |[lo, hi], p| {
         [[0, 1, 2].map(|k| lo[k].min(p[k])), [0, 1, 2].map(|k| hi[k].max(p[k]))]
     }));
     let scan = match scan::analyse(found, None, ctx) {

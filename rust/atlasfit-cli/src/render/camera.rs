@@ -3,7 +3,7 @@
 //! In: a view (a name or two angles), the box of what is shown, the picture's size. Out: an orthographic projection to
 //! pixels and depth. Orthographic, because people compare results by laying pictures over each other.
 
-use atlasfit::geometry::vec3::{Vec3, add, cross, dot, norm, scale, sub};
+use atlasfit::geometry::vec3::Vec3;
 use std::str::FromStr;
 
 /// The share of the picture that is left free on every side.
@@ -73,48 +73,48 @@ impl Camera {
     pub fn fit(points: &[Vec3], view: View, up: Up, size: [usize; 2]) -> Self {
         let (a, e) = (view.azimuth.to_radians(), view.elevation.to_radians());
         // In a frame with y up and the front at +z.
-        let back = [a.sin() * e.cos(), e.sin(), a.cos() * e.cos()];
-        let right = [a.cos(), 0.0, -a.sin()];
+        let back = Vec3([a.sin() * e.cos(), e.sin(), a.cos() * e.cos()]);
+        let right = Vec3([a.cos(), 0.0, -a.sin()]);
         let turn = |v: Vec3| match up {
             Up::Y => v,
-            Up::Z => [v[0], -v[2], v[1]],
+            Up::Z => Vec3([v[0], -v[2], v[1]]),
         };
         let (back, right) = (turn(back), turn(right));
-        let above = cross(back, right);
+        let above = back.cross(right);
         let axes = [right, above, back];
-        let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let (mut lo, mut hi) = (Vec3([f64::INFINITY; 3]), Vec3([f64::NEG_INFINITY; 3]));
         for p in points {
             for k in 0..3 {
-                let x = dot(*p, axes[k]);
+                let x = (*p).dot(axes[k]);
                 lo[k] = lo[k].min(x);
                 hi[k] = hi[k].max(x);
             }
         }
         if points.is_empty() {
-            (lo, hi) = ([-1.0; 3], [1.0; 3]);
+            (lo, hi) = (Vec3([-1.0; 3]), Vec3([1.0; 3]));
         }
-        let mid: Vec3 = std::array::from_fn(|k| 0.5 * lo[k] + 0.5 * hi[k]);
-        let centre = add(add(scale(axes[0], mid[0]), scale(axes[1], mid[1])), scale(axes[2], mid[2]));
+        let mid = lo * 0.5 + hi * 0.5;
+        let centre = axes[0] * mid[0] + axes[1] * mid[1] + axes[2] * mid[2];
         let free = 1.0 - 2.0 * MARGIN;
         let fit = |k: usize| size[k] as f64 * free / (hi[k] - lo[k]).max(1e-300);
         // A single point has no size to fit.
         let pixels = fit(0).min(fit(1)).min(1e290);
-        let depth = norm(sub(hi, lo)).max(1e-300);
+        let depth = (hi - lo).norm().max(1e-300);
         Self { right, up: above, back, centre, scale: pixels, half: size.map(|s| 0.5 * s as f64), depth }
     }
 
     /// Pixel coordinates (x right, y down) and depth (smaller = nearer, about -1 to 1).
     pub fn project(&self, p: Vec3) -> [f32; 3] {
-        let d = sub(p, self.centre);
+        let d = p - self.centre;
         [
-            (self.half[0] + dot(d, self.right) * self.scale) as f32,
-            (self.half[1] - dot(d, self.up) * self.scale) as f32,
-            (-dot(d, self.back) / self.depth) as f32,
+            (self.half[0] + d.dot(self.right) * self.scale) as f32,
+            (self.half[1] - d.dot(self.up) * self.scale) as f32,
+            (-d.dot(self.back) / self.depth) as f32,
         ]
     }
     /// A direction as seen: x right, y up, z towards the viewer.
     pub fn turn(&self, v: Vec3) -> Vec3 {
-        [dot(v, self.right), dot(v, self.up), dot(v, self.back)]
+        Vec3([v.dot(self.right), v.dot(self.up), v.dot(self.back)])
     }
     /// Depth units per pixel across.
     pub fn depth_per_pixel(&self) -> f32 {
@@ -128,8 +128,9 @@ mod tests {
 
     #[test]
     fn the_front_is_seen_from_plus_z_and_the_top_from_plus_y() {
-        let box_ = [[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]];
-        let at = |view: &str, up, p| Camera::fit(&box_, view.parse().unwrap(), up, [100, 100]).project(p);
+        let box_ = [Vec3([-1.0; 3]), Vec3([1.0; 3])];
+        let at =
+            |view: &str, up, p| Camera::fit(&box_, view.parse().unwrap(), up, [100, 100]).project(Vec3(p));
         let [x, y, z] = at("front", Up::Y, [1.0, 1.0, 1.0]);
         assert!(x > 90.0 && y < 10.0 && z < 0.0);
         assert!(at("back", Up::Y, [1.0, 0.0, 0.0])[0] < 10.0);

@@ -9,7 +9,7 @@ mod color;
 
 use atlasfit::bake::Image;
 use atlasfit::geometry::TriMesh;
-use atlasfit::geometry::vec3::{Vec3, add, cross, dot, normalize, sub};
+use atlasfit::geometry::vec3::{self, Vec3};
 use atlasfit::measure::charts;
 use atlasfit::measure::connect::{Edges, weld};
 use atlasfit::{Context, Error, Result};
@@ -94,12 +94,12 @@ pub fn render(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Cont
 
 /// Light from the upper left behind the viewer, some from all round. `n` is in the viewer's frame.
 fn light(n: Vec3) -> f32 {
-    let key = dot(n, normalize([-0.4, 0.55, 0.85])).max(0.0);
-    let fill = dot(n, normalize([0.8, -0.3, 0.4])).max(0.0);
+    let key = n.dot(Vec3([-0.4, 0.55, 0.85]).normalized()).max(0.0);
+    let fill = n.dot(Vec3([0.8, -0.3, 0.4]).normalized()).max(0.0);
     (0.30 + 0.60 * key + 0.24 * fill) as f32
 }
 
-fn finite(p: &Vec3) -> bool {
+fn finite(p: &[f64; 3]) -> bool {
     p.iter().all(|x| x.is_finite())
 }
 
@@ -112,8 +112,10 @@ fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context
     let shown: Vec<u32> = (0..mesh.triangles.len() as u32)
         .filter(|&i| mesh.triangles[i as usize].iter().all(|&v| finite(&mesh.positions[v as usize])))
         .collect();
-    let seen: Vec<Vec3> =
-        shown.iter().flat_map(|&i| mesh.triangles[i as usize].map(|v| mesh.positions[v as usize])).collect();
+    let seen: Vec<Vec3> = shown
+        .iter()
+        .flat_map(|&i| mesh.triangles[i as usize].map(|v| Vec3(mesh.positions[v as usize])))
+        .collect();
     let camera = Camera::fit(&seen, style.view, style.up, size);
     let mut primitives: Vec<Primitive> = seen
         .par_chunks_exact(3)
@@ -131,13 +133,13 @@ fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context
     let mut line_color = Vec::new();
     let mut line = |a: u32, b: u32, width: f32, color: Rgb| {
         let ends = [a, b].map(|v| {
-            let [x, y, z] = camera.project(mesh.positions[v as usize]);
+            let [x, y, z] = camera.project(Vec3(mesh.positions[v as usize]));
             [x, y, z - bias]
         });
         primitives.push(Primitive::Line(ends, 0.5 * width * OVER as f32));
         line_color.push(color);
     };
-    let place = weld(&mesh.positions, 0.0, ctx)?;
+    let place = weld(vec3::of(&mesh.positions), 0.0, ctx)?;
     let welded: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
     let lines = style.boundary || matches!(style.mode, Mode::Wire | Mode::Charts);
     let edges = Edges::new(if lines { &welded } else { &[] }, ctx)?;
@@ -161,18 +163,18 @@ fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context
     let face_normals: Vec<Vec3> = shown
         .par_iter()
         .map(|&i| {
-            let [a, b, c] = mesh.triangles[i as usize].map(|v| mesh.positions[v as usize]);
-            cross(sub(b, a), sub(c, a))
+            let [a, b, c] = mesh.triangles[i as usize].map(|v| Vec3(mesh.positions[v as usize]));
+            (b - a).cross(c - a)
         })
         .collect();
     let smooth = (!style.flat).then(|| {
-        let mut sums = vec![[0.0; 3]; mesh.positions.len()];
+        let mut sums = vec![Vec3::ZERO; mesh.positions.len()];
         for (&i, n) in shown.iter().zip(&face_normals) {
             for v in mesh.triangles[i as usize] {
-                sums[v as usize] = add(sums[v as usize], *n);
+                sums[v as usize] += *n;
             }
         }
-        sums.into_par_iter().map(normalize).collect::<Vec<_>>()
+        sums.into_par_iter().map(Vec3::normalized).collect::<Vec<_>>()
     });
     let vertex_colors = mesh.colors.as_ref().filter(|_| style.colors && style.mode == Mode::Shaded);
 
@@ -193,19 +195,19 @@ fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context
         });
         let face = shown[id] as usize;
         let corners = mesh.triangles[face];
-        let flat = normalize(camera.turn(face_normals[id]));
+        let flat = camera.turn(face_normals[id]).normalized();
         let front = flat[2] >= 0.0;
         let mut n = match &smooth {
             Some(normals) => {
-                let sum: Vec3 = std::array::from_fn(|k| {
+                let sum = Vec3::from_fn(|k| {
                     (0..3).map(|c| f64::from(w[c]) * normals[corners[c] as usize][k]).sum()
                 });
-                normalize(camera.turn(sum))
+                camera.turn(sum).normalized()
             }
             None => flat,
         };
         // Light falls on the side that is seen.
-        if n[2] * flat[2] < 0.0 || n == [0.0; 3] {
+        if n[2] * flat[2] < 0.0 || n == Vec3::ZERO {
             n = flat;
         }
         if n[2] < 0.0 {
@@ -268,7 +270,7 @@ fn points(mesh: &TriMesh, style: &Style) -> Picture {
     let size = samples(style);
     let shown: Vec<u32> =
         (0..mesh.positions.len() as u32).filter(|&i| finite(&mesh.positions[i as usize])).collect();
-    let seen: Vec<Vec3> = shown.iter().map(|&i| mesh.positions[i as usize]).collect();
+    let seen: Vec<Vec3> = shown.iter().map(|&i| Vec3(mesh.positions[i as usize])).collect();
     let camera = Camera::fit(&seen, style.view, style.up, size);
     // By default discs that would cover the picture twice if they were spread evenly over it: a surface then closes.
     let area = (size[0] * size[1]) as f64;
@@ -289,7 +291,7 @@ fn points(mesh: &TriMesh, style: &Style) -> Picture {
         let base = colors.map_or(FRONT, |c| [c[point][0], c[point][1], c[point][2]]);
         match &mesh.normals {
             Some(normals) => {
-                let n = normalize(camera.turn(normals[point].map(f64::from)));
+                let n = camera.turn(Vec3(normals[point].map(f64::from))).normalized();
                 let lit = if n[2] >= 0.0 { base } else { mix(base, BACK, 1.0) };
                 scaled(lit, light(if n[2] >= 0.0 { n } else { n.map(|x| -x) }))
             }

@@ -9,7 +9,7 @@ use crate::error::{Place, Result};
 use crate::faces::{Faces, index};
 use crate::load::{Content, Input};
 use crate::weld::{bits, weld};
-use atlasfit::geometry::vec3::{cross, normalize};
+use atlasfit::Vec3;
 use atlasfit::geometry::{Attribute, ScalarKind};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -466,10 +466,10 @@ fn add_primitive(
         accessor(input, file, id).map(|(v, w)| (v.len() / w == n).then_some((v, w)))
     };
     // Normals turn by the cofactors of the matrix (the inverse transposed, up to a factor).
-    let [a, b, c] = [0, 1, 2].map(|r| [world[r][0], world[r][1], world[r][2]]);
-    let cofactor = [cross(b, c), cross(c, a), cross(a, b)];
+    let [a, b, c] = [0, 1, 2].map(|r| Vec3([world[r][0], world[r][1], world[r][2]]));
+    let cofactor = [b.cross(c), c.cross(a), a.cross(b)];
     let mirrored = a[0] * cofactor[0][0] + a[1] * cofactor[0][1] + a[2] * cofactor[0][2] < 0.0;
-    let moved = [a, b, c] != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let moved = [a.0, b.0, c.0] != [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     match get("NORMAL")? {
         Some((v, 3)) => {
             scene.normals.resize(first, [0.0; 3]);
@@ -479,7 +479,7 @@ fn add_primitive(
                 }
                 let sign = if mirrored { -1.0 } else { 1.0 };
                 let t = cofactor.map(|r| sign * (r[0] * v[0] + r[1] * v[1] + r[2] * v[2]));
-                normalize(t).map(|c| c as f32)
+                Vec3(t).normalized().to_f32()
             }));
         }
         _ => scene.normalless |= n > 0,
@@ -613,7 +613,7 @@ fn finish(input: &mut Input<'_>, mut scene: Scene) -> Result<Content> {
             }
         }
         for (id, _) in differ.iter().enumerate().filter(|d| *d.1) {
-            normals[id] = normalize(sums[id]).map(|c| c as f32);
+            normals[id] = Vec3(sums[id]).normalized().to_f32();
         }
         let averaged = differ.iter().filter(|d| **d).count();
         input.report.add(

@@ -4,6 +4,7 @@ use crate::error::{Place, Result};
 use crate::faces::{Faces, NO_VERTEX};
 use crate::load::{Content, Input};
 use crate::text::{self, Lines};
+use atlasfit::Vec3;
 use std::borrow::Cow;
 
 /// Unreadable lines per readable vertex or face (one in so many) before the file is refused.
@@ -275,7 +276,7 @@ impl Reader {
             if covered == n {
                 let normal = |v: usize| {
                     if mixed[v] {
-                        atlasfit::geometry::vec3::normalize(sum[v]).map(|c| c as f32)
+                        Vec3(sum[v]).normalized().to_f32()
                     } else {
                         self.normals[self.vertex_normal[v] as usize]
                     }

@@ -24,7 +24,7 @@ use crate::atlas::query::Atlas;
 use crate::atlas::tube::{HARMONICS, MASK_NODES};
 use crate::atlas::{Chart, Map, Monge, Tube};
 use crate::error::{Error, Result};
-use crate::geometry::vec3::{Vec3, cross, dist2, dot};
+use crate::geometry::vec3::Vec3;
 use crate::prior::gp;
 use crate::run::Context;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
@@ -80,7 +80,8 @@ pub fn to_bytes(atlas: &Atlas) -> Result<Vec<u8>> {
     let kind: Vec<u8> = charts.iter().map(|c| u8::from(matches!(c.map, Map::Tube(_)))).collect();
     let chart = f64s(&mut charts.iter().flat_map(|c| [c.sigma, c.sign, c.support]));
     let sheet_base = f64s(
-        &mut sheets().flat_map(|m| m.center.into_iter().chain(m.axes.into_iter().flatten()).chain(m.radii)),
+        &mut sheets()
+            .flat_map(|m| m.center.0.into_iter().chain(m.axes.into_iter().flat_map(|a| a.0)).chain(m.radii)),
     );
     let sheet_coeffs = f32s(&mut sheets().flat_map(|m| m.coeffs.iter().copied()));
     let sheet_mask: Vec<u8> = sheets().flat_map(|m| m.mask.0.iter().copied()).collect();
@@ -88,7 +89,7 @@ pub fn to_bytes(atlas: &Atlas) -> Result<Vec<u8>> {
         let axis = t.axis.into_iter().flatten();
         t.center
             .into_iter()
-            .chain(t.axes.into_iter().flatten())
+            .chain(t.axes.into_iter().flat_map(|a| a.0))
             .chain([t.half_length])
             .chain(axis)
             .chain([t.mean_radius])
@@ -209,7 +210,7 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
         };
         charts.push(Chart { map, sigma, sign, support });
     }
-    Atlas::new(charts, [frame[0], frame[1], frame[2]], frame[3], ctx)
+    Atlas::new(charts, Vec3([frame[0], frame[1], frame[2]]), frame[3], ctx)
 }
 
 /// A row of doubles; the caller has checked the tensor's shape, and safetensors its length.
@@ -231,10 +232,10 @@ fn singles<const N: usize>(bytes: &[u8], index: usize) -> Option<[f32; N]> {
 
 /// Centre and axes of a chart's base; `None` where they are no right-handed frame.
 fn frame_of(base: &[f64]) -> Option<(Vec3, [Vec3; 3])> {
-    let at = |k: usize| [base[k], base[k + 1], base[k + 2]];
+    let at = |k: usize| Vec3([base[k], base[k + 1], base[k + 2]]);
     let (center, axes) = (at(0), [at(3), at(6), at(9)]);
-    let unit = axes.iter().all(|a| (dot(*a, *a) - 1.0).abs() <= ORTHONORMAL);
-    let right = dist2(cross(axes[0], axes[1]), axes[2]) <= ORTHONORMAL * ORTHONORMAL;
+    let unit = axes.iter().all(|a| (a.norm2() - 1.0).abs() <= ORTHONORMAL);
+    let right = axes[0].cross(axes[1]).dist2(axes[2]) <= ORTHONORMAL * ORTHONORMAL;
     let near = center.iter().all(|x| x.abs() <= LARGEST);
     (unit && right && near).then_some((center, axes))
 }

@@ -2,7 +2,7 @@
 //!
 //! A base plane (centre and orthonormal axes), an elliptic domain in it, and a height over the unit disk held as a cubic spline.
 
-use crate::geometry::vec3::{Vec3, add, cross, dot, mul_add, norm, normalize, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::prior::gp::{self, COEFFS};
 
 use super::mask::Mask;
@@ -42,19 +42,19 @@ impl Monge {
     #[inline]
     #[must_use]
     pub fn local(&self, p: Vec3) -> Local {
-        let d = sub(p, self.center);
+        let d = p - self.center;
         Local {
-            u: dot(d, self.axes[0]) / self.radii[0],
-            v: dot(d, self.axes[1]) / self.radii[1],
-            z: dot(d, self.axes[2]),
+            u: d.dot(self.axes[0]) / self.radii[0],
+            v: d.dot(self.axes[1]) / self.radii[1],
+            z: d.dot(self.axes[2]),
         }
     }
     /// The point of space over (u, v) at height z.
     #[inline]
     #[must_use]
     pub fn lift(&self, u: f64, v: f64, z: f64) -> Vec3 {
-        let p = mul_add(self.center, self.axes[0], u * self.radii[0]);
-        mul_add(mul_add(p, self.axes[1], v * self.radii[1]), self.axes[2], z)
+        let p = self.center + self.axes[0] * (u * self.radii[0]);
+        p + self.axes[1] * (v * self.radii[1]) + self.axes[2] * z
     }
     /// The chart's map at (u, v).
     #[must_use]
@@ -66,8 +66,8 @@ impl Monge {
     #[must_use]
     pub fn normal_of(&self, hu: f64, hv: f64) -> Vec3 {
         let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
-        let n = add(self.axes[2], add(scale(self.axes[0], -a), scale(self.axes[1], -b)));
-        normalize(n)
+        let n = self.axes[2] + (self.axes[0] * -a + self.axes[1] * -b);
+        n.normalized()
     }
     /// Height, cosine between the surface normal and the base normal, and the unit normal at (u, v).
     #[inline]
@@ -76,8 +76,8 @@ impl Monge {
         let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
         let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
         let c = 1.0 / (1.0 + a * a + b * b).sqrt();
-        let n = add(self.axes[2], add(scale(self.axes[0], -a), scale(self.axes[1], -b)));
-        (h, c, scale(n, c))
+        let n = self.axes[2] + (self.axes[0] * -a + self.axes[1] * -b);
+        (h, c, n * c)
     }
     /// Foot point: the domain coordinates whose surface point is nearest to `p` (Gauss-Newton from the point's own
     /// coordinates; two steps reach well below the noise on patches as flat as these).
@@ -165,8 +165,8 @@ impl Monge {
     /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the plane.
     #[must_use]
     pub fn frame(normal: Vec3, along: Vec3) -> [Vec3; 3] {
-        let e1 = sub(along, scale(normal, dot(along, normal)));
-        let e1 = if norm(e1) > 1e-9 { normalize(e1) } else { crate::geometry::vec3::tangents(normal).0 };
-        [e1, cross(normal, e1), normal]
+        let e1 = along - (normal * along.dot(normal));
+        let e1 = if e1.norm() > 1e-9 { e1.normalized() } else { normal.tangents().0 };
+        [e1, normal.cross(e1), normal]
     }
 }

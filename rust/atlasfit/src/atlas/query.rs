@@ -6,7 +6,7 @@
 
 use crate::atlas::{Chart, Foot};
 use crate::error::{Error, Result};
-use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale};
+use crate::geometry::vec3::Vec3;
 use crate::measure::bvh::{Aabb, Bvh};
 use crate::partition::grow::{TUKEY, tukey};
 use crate::run::{Context, Stage};
@@ -94,7 +94,7 @@ impl Atlas {
         let foot = c.at(uv);
         Some(Place {
             position: self.back(foot.position),
-            normal: scale(foot.normal, c.sign),
+            normal: (foot.normal * c.sign),
             inside: c.mask_at(uv),
         })
     }
@@ -119,11 +119,11 @@ impl Atlas {
     }
 
     fn back(&self, p: Vec3) -> Vec3 {
-        mul_add(self.origin, p, self.unit)
+        self.origin + p * self.unit
     }
 
     fn nearest(&self, query: Vec3, near: &mut Vec<u32>) -> Option<OnAtlas> {
-        let p = [0, 1, 2].map(|k| (query[k] - self.origin[k]) / self.unit);
+        let p = Vec3::from_fn(|k| (query[k] - self.origin[k]) / self.unit);
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -133,7 +133,7 @@ impl Atlas {
         let chart = &self.charts[best as usize];
         let (foot, _) = seen(chart, p)?;
         let least = best2.sqrt();
-        let front = scale(foot.normal, chart.sign);
+        let front = foot.normal * chart.sign;
         // Other charts of the same sheet see the point about as near.
         let limit = TUKEY * chart.sigma;
         near.clear();
@@ -144,27 +144,27 @@ impl Atlas {
             ControlFlow::Continue(())
         });
         near.sort_unstable();
-        let (mut total, mut at, mut n) = (0.0, [0.0; 3], [0.0; 3]);
+        let (mut total, mut at, mut n) = (0.0, Vec3::ZERO, Vec3::ZERO);
         for &i in near.iter() {
             let c = &self.charts[i as usize];
             let Some((other, d2)) = seen(c, p) else { continue };
-            let m = scale(other.normal, c.sign);
+            let m = other.normal * c.sign;
             // The small constant keeps the nearest chart in the sum at its very rim.
             let w = (other.taper + 1e-6) * tukey(d2.sqrt() - least, limit + 1e-12);
-            if w > 0.0 && dot(m, front) > 0.0 {
-                at = mul_add(at, other.position, w);
-                n = add(n, scale(m, w));
+            if w > 0.0 && m.dot(front) > 0.0 {
+                at += other.position * w;
+                n += m * w;
                 total += w;
             }
         }
-        let l = norm(n);
-        let position = self.back(scale(at, 1.0 / total));
+        let l = n.norm();
+        let position = self.back(at * (1.0 / total));
         Some(OnAtlas {
             position,
-            normal: if l > 0.0 { scale(n, 1.0 / l) } else { front },
+            normal: if l > 0.0 { n * (1.0 / l) } else { front },
             chart: best,
             uv: foot.uv,
-            distance: dist2(position, query).sqrt(),
+            distance: position.dist2(query).sqrt(),
         })
     }
 }
@@ -198,5 +198,5 @@ fn seen(c: &Chart, p: Vec3) -> Option<(Foot, f64)> {
         }
         foot = c.at(c.shrink(foot.uv, low));
     }
-    Some((foot, dist2(p, foot.position)))
+    Some((foot, p.dist2(foot.position)))
 }

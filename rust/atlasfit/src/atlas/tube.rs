@@ -4,7 +4,7 @@
 //! arc, the radius a cubic spline along it times a few harmonics around it.
 
 use super::{Foot, View};
-use crate::geometry::vec3::{Vec3, add, cross, dot, mul_add, norm, normalize, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::prior::gp::{SIDE, locate, spline, spline_d1};
 
 /// Harmonics of the radius: the constant, and cosine and sine up to order 4. A square rod keeps its corners to a thirtieth of its width.
@@ -93,56 +93,56 @@ impl Tube {
     /// The axis at `s` in its own frame: position, first and second derivative.
     fn curve_at(&self, s: f64) -> (Vec3, Vec3, Vec3) {
         let ((y, y1, y2), (z, z1, z2)) = (cubic(&self.axis[0], s), cubic(&self.axis[1], s));
-        ([s * self.half_length, y, z], [self.half_length, y1, z1], [0.0, y2, z2])
+        (Vec3([s * self.half_length, y, z]), Vec3([self.half_length, y1, z1]), Vec3([0.0, y2, z2]))
     }
     /// A vector of the axis's frame in the atlas's.
     fn turned(&self, v: Vec3) -> Vec3 {
         let [a, b, c] = self.axes;
-        add(scale(a, v[0]), add(scale(b, v[1]), scale(c, v[2])))
+        a * v[0] + (b * v[1] + c * v[2])
     }
     /// The axis at `s`: position, first and second derivative.
     #[must_use]
     pub fn axis_at(&self, s: f64) -> (Vec3, Vec3, Vec3) {
         let (c, c1, c2) = self.curve_at(s);
-        (add(self.center, self.turned(c)), self.turned(c1), self.turned(c2))
+        (self.center + self.turned(c), self.turned(c1), self.turned(c2))
     }
     /// The axis's nearest point to `p`.
     #[must_use]
     pub fn foot(&self, p: Vec3) -> AxisFoot {
-        let d = sub(p, self.center);
-        let p = self.axes.map(|a| dot(d, a));
+        let d = p - self.center;
+        let p = Vec3(self.axes.map(|a| d.dot(a)));
         let mut s = p[0] / self.half_length;
         // The axis is nearly straight over the domain: Newton from the straight line's foot settles at once.
         for _ in 0..3 {
             let at = s.clamp(-1.5, 1.5);
             let (c, c1, c2) = self.curve_at(at);
-            let w = sub(p, c);
-            let speed2 = dot(c1, c1);
-            s = at + dot(w, c1) / (speed2 - dot(w, c2)).max(0.3 * speed2);
+            let w = p - c;
+            let speed2 = c1.dot(c1);
+            s = at + w.dot(c1) / (speed2 - w.dot(c2)).max(0.3 * speed2);
         }
         let s = s.clamp(-1.5, 1.5);
         let (foot, c1, c2) = self.curve_at(s);
-        let w = sub(p, foot);
-        let across = sub(w, scale(c1, dot(w, c1) / dot(c1, c1)));
-        AxisFoot { s, d: norm(across), foot, derivatives: [c1, c2], across }
+        let w = p - foot;
+        let across = w - (c1 * (w.dot(c1) / c1.dot(c1)));
+        AxisFoot { s, d: across.norm(), foot, derivatives: [c1, c2], across }
     }
     /// The tube's coordinates of `p`.
     #[must_use]
     pub fn local(&self, p: Vec3) -> Local {
         let AxisFoot { s, d, foot, derivatives: [c1, c2], across } = self.foot(p);
-        let speed2 = dot(c1, c1);
-        let pace = speed2.sqrt() / (speed2 - dot(across, c2)).max(0.3 * speed2);
-        let (foot, across) = (add(self.center, self.turned(foot)), self.turned(across));
+        let speed2 = c1.dot(c1);
+        let pace = speed2.sqrt() / (speed2 - across.dot(c2)).max(0.3 * speed2);
+        let (foot, across) = (self.center + self.turned(foot), self.turned(across));
         let [along, e2, e3] = self.section(self.turned(c1));
-        let (y, z) = (dot(across, e2), dot(across, e3));
-        let out = if d > 0.0 { scale(across, 1.0 / d) } else { e2 };
-        Local { s, theta: z.atan2(y), d, foot, along, out, around: cross(along, out), pace }
+        let (y, z) = (across.dot(e2), across.dot(e3));
+        let out = if d > 0.0 { across * (1.0 / d) } else { e2 };
+        Local { s, theta: z.atan2(y), d, foot, along, out, around: along.cross(out), pace }
     }
     /// Unit vectors along an axis with derivative `c1`, and the two across from which the angle counts.
     fn section(&self, c1: Vec3) -> [Vec3; 3] {
-        let along = normalize(c1);
-        let e2 = normalize(sub(self.axes[1], scale(along, dot(self.axes[1], along))));
-        [along, e2, cross(along, e2)]
+        let along = c1.normalized();
+        let e2 = (self.axes[1] - (along * self.axes[1].dot(along))).normalized();
+        [along, e2, along.cross(e2)]
     }
     /// The tube's point at domain coordinates: along the axis, and the angle over pi.
     #[must_use]
@@ -150,13 +150,13 @@ impl Tube {
         let (s, theta) = (uv[0], uv[1] * std::f64::consts::PI);
         let (foot, c1, c2) = self.axis_at(s);
         let [along, e2, e3] = self.section(c1);
-        let out = add(scale(e2, theta.cos()), scale(e3, theta.sin()));
+        let out = e2 * theta.cos() + e3 * theta.sin();
         let d = self.radius_at(s, theta).0;
-        let speed2 = dot(c1, c1);
-        let pace = speed2.sqrt() / (speed2 - d * dot(out, c2)).max(0.3 * speed2);
-        let l = Local { s, theta, d, foot, along, out, around: cross(along, out), pace };
+        let speed2 = c1.dot(c1);
+        let pace = speed2.sqrt() / (speed2 - d * out.dot(c2)).max(0.3 * speed2);
+        let l = Local { s, theta, d, foot, along, out, around: along.cross(out), pace };
         let (_, normal, r) = self.level(&l);
-        Foot { position: mul_add(foot, out, r), normal, taper: Self::taper(s), uv }
+        Foot { position: (foot + out * r), normal, taper: Self::taper(s), uv }
     }
     /// Radius and its derivatives with respect to `s` and the angle.
     #[must_use]
@@ -188,9 +188,9 @@ impl Tube {
         let (r, rs, rt) = self.radius_at(l.s, l.theta);
         // Near the axis the angle means nothing.
         let turn = rt / l.d.max(0.3 * r);
-        let g = sub(l.out, add(scale(l.along, rs * l.pace), scale(l.around, turn)));
-        let n = norm(g);
-        ((l.d - r) / n, scale(g, 1.0 / n), r)
+        let g = l.out - (l.along * (rs * l.pace) + l.around * turn);
+        let n = g.norm();
+        ((l.d - r) / n, g * (1.0 / n), r)
     }
     /// The tube seen from `p`; nothing beyond its domain.
     #[must_use]
@@ -208,7 +208,7 @@ impl Tube {
         let l = self.local(p);
         let (_, normal, r) = self.level(&l);
         Foot {
-            position: mul_add(l.foot, l.out, r),
+            position: (l.foot + l.out * r),
             normal,
             taper: Self::taper(l.s),
             uv: [l.s, l.theta / std::f64::consts::PI],

@@ -2,7 +2,7 @@
 //!
 //! Matrices are row-major slices of n*n; only the upper triangle counts.
 
-use super::vec3::{Vec3, mul_add, scale, sub};
+use super::vec3::Vec3;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
@@ -140,7 +140,7 @@ pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
 /// Eigenvalues (ascending) and unit eigenvectors of the symmetric 3 x 3 matrix with entries
 /// xx, xy, xz, yy, yz, zz. Jacobi rotations: exact to rounding, also for repeated eigenvalues.
 #[must_use]
-pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
+pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [Vec3; 3]) {
     let mut a = [[m[0], m[1], m[2]], [m[1], m[3], m[4]], [m[2], m[4], m[5]]];
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for _ in 0..32 {
@@ -175,25 +175,25 @@ pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     }
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| a[i][i].total_cmp(&a[j][j]));
-    let column = |i: usize| [v[0][i], v[1][i], v[2][i]];
+    let column = |i: usize| Vec3([v[0][i], v[1][i], v[2][i]]);
     (order.map(|i| a[i][i]), order.map(column))
 }
 
 /// Weighted mean, principal variances (ascending) and principal axes of points; `None` without weight.
 #[must_use]
 pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<(Vec3, [f64; 3], [Vec3; 3])> {
-    let (mut total, mut mean) = (0.0, [0.0; 3]);
+    let (mut total, mut mean) = (0.0, Vec3::ZERO);
     for (p, w) in points.clone() {
         total += w;
-        mean = mul_add(mean, p, w);
+        mean += p * w;
     }
     if total <= 0.0 {
         return None;
     }
-    let mean = scale(mean, 1.0 / total);
+    let mean = mean * (1.0 / total);
     let mut m = [0.0; 6];
     for (p, w) in points {
-        let d = sub(p, mean);
+        let d = p - mean;
         for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
             m[k] += w * d[i] * d[j];
         }

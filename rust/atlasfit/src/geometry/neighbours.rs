@@ -4,7 +4,7 @@
 //! order that does not depend on the tree (distance, then index), so that results are reproducible.
 
 use super::sort::partition;
-use super::vec3::Vec3;
+use super::vec3::{self, Vec3};
 use crate::error::{Error, Result};
 use crate::run::Context;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -178,15 +178,15 @@ fn blocks(points: &[Vec3], order: &mut [u32], ctx: &Context<'_>) -> Result<Vec<B
         }
     }
     let own: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
-    let tree = ImmutableKdTree::new_from_slice(&own)
+    let tree = ImmutableKdTree::new_from_slice(vec3::plain_slice(&own))
         .map_err(|e| Error::invalid(format!("{} points: {e:?}", own.len()), "Give fewer points"))?;
     let [low, high] = bounds(&own);
     Ok(vec![Block { tree, of: order.to_vec(), low, high }])
 }
 
 fn bounds(points: &[Vec3]) -> [Vec3; 2] {
-    points.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[lo, hi], p| {
-        [[0, 1, 2].map(|k| lo[k].min(p[k])), [0, 1, 2].map(|k| hi[k].max(p[k]))]
+    points.iter().fold([Vec3([f64::INFINITY; 3]), Vec3([f64::NEG_INFINITY; 3])], |[lo, hi], p| {
+        [Vec3::from_fn(|k| lo[k].min(p[k])), Vec3::from_fn(|k| hi[k].max(p[k]))]
     })
 }
 

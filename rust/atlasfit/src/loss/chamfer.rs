@@ -36,7 +36,7 @@ impl Chamfer {
     /// [`crate::Error::EmptyInput`] without points; cancelled or out of time.
     pub fn new(points: &[Vec3], ctx: &Context<'_>) -> Result<Self> {
         let tree = Neighbours::build(points, ctx)?;
-        let points: Vec<Sample> = points.iter().map(|p| p.map(|x| x as f32)).collect();
+        let points: Vec<Sample> = points.iter().map(|p| p.to_f32()).collect();
         let cells = Cells::new(&points);
         Ok(Self { last_sample: vec![u32::MAX; points.len()], points, tree, cells, last: Vec::new() })
     }
@@ -74,7 +74,7 @@ impl Chamfer {
                     *last = if bound.sqrt() <= FAR * self.cells.size {
                         self.cells.nearest(s, *last, bound)
                     } else {
-                        self.tree.nearest_one(s.map(f64::from)).index
+                        self.tree.nearest_one(Vec3(s.map(f64::from))).index
                     };
                     sum += f64::from(pull(s, &self.points[*last as usize], weights[0] as f32, g));
                 }
@@ -90,9 +90,10 @@ impl Chamfer {
         let cells = Cells::new(samples);
         let tree = match mean <= f64::from(FAR * cells.size) {
             true => None,
-            false => {
-                Some(Neighbours::build(&samples.iter().map(|s| s.map(f64::from)).collect::<Vec<_>>(), ctx)?)
-            }
+            false => Some(Neighbours::build(
+                &samples.iter().map(|s| Vec3(s.map(f64::from))).collect::<Vec<_>>(),
+                ctx,
+            )?),
         };
         let nearest = some
             .par_chunks(BLOCK)
@@ -101,7 +102,7 @@ impl Chamfer {
                 Ok(some
                     .iter()
                     .map(|&i| match &tree {
-                        Some(tree) => tree.nearest_one(self.points[i].map(f64::from)).index,
+                        Some(tree) => tree.nearest_one(Vec3(self.points[i].map(f64::from))).index,
                         None => cells.nearest(&self.points[i], self.last_sample[i], bound(i)),
                     })
                     .collect::<Vec<_>>())
@@ -249,21 +250,17 @@ mod tests {
     #[test]
     fn small_sets_have_the_sum_of_both_directions() {
         // The sample at 0 is nearest to the point at 1 (1); the points at 1 and 3 are nearest to it (1 + 9).
-        let (value, gradient) = run(&[[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]], &[[0.0; 3]]);
+        let (value, gradient) = run(&[Vec3([1.0, 0.0, 0.0]), Vec3([3.0, 0.0, 0.0])], &[[0.0; 3]]);
         assert_eq!(value, 11.0);
         assert_eq!(gradient, [[-2.0 - 2.0 - 6.0, 0.0, 0.0]]);
-        let (value, gradient) = run(&[[0.5, 0.25, 0.0]], &[[0.5, 0.25, 0.0]]);
+        let (value, gradient) = run(&[Vec3([0.5, 0.25, 0.0])], &[[0.5, 0.25, 0.0]]);
         assert_eq!((value, gradient[0]), (0.0, [0.0; 3]));
     }
 
     /// Chamfer distance by trying every pair, in f64.
     fn slow(points: &[Vec3], samples: &[Vec3]) -> f64 {
         let one_way = |from: &[Vec3], to: &[Vec3]| -> f64 {
-            from.iter()
-                .map(|a| {
-                    to.iter().map(|b| crate::geometry::vec3::dist2(*a, *b)).fold(f64::INFINITY, f64::min)
-                })
-                .sum()
+            from.iter().map(|a| to.iter().map(|b| a.dist2(*b)).fold(f64::INFINITY, f64::min)).sum()
         };
         one_way(points, samples) + one_way(samples, points)
     }
@@ -272,11 +269,11 @@ mod tests {
     fn value_and_gradient_are_those_of_all_pairs_near_and_far() {
         let mut rng = Rng::new(5);
         for spread in [0.01, 0.3, 3.0] {
-            let points: Vec<Vec3> = (0..300).map(|_| [0; 3].map(|_| rng.uniform() - 0.5)).collect();
+            let points: Vec<Vec3> = (0..300).map(|_| Vec3::from_fn(|_| rng.uniform() - 0.5)).collect();
             let samples: Vec<Sample> =
-                (0..200).map(|i| points[i].map(|x| (x + spread * rng.normal()) as f32)).collect();
+                (0..200).map(|i| points[i].map(|x| x + spread * rng.normal()).to_f32()).collect();
             let (value, gradient) = run(&points, &samples);
-            let wide: Vec<Vec3> = samples.iter().map(|s| s.map(f64::from)).collect();
+            let wide: Vec<Vec3> = samples.iter().map(|s| Vec3(s.map(f64::from))).collect();
             let exact = slow(&points, &wide);
             assert!((value - exact).abs() < 1e-5 * exact, "{value} {exact}");
             let h = 1e-7;
@@ -297,7 +294,7 @@ mod tests {
     #[test]
     fn moving_samples_get_what_fresh_ones_get() {
         let mut rng = Rng::new(6);
-        let points: Vec<Vec3> = (0..400).map(|_| [rng.uniform(), rng.uniform(), 0.0]).collect();
+        let points: Vec<Vec3> = (0..400).map(|_| Vec3([rng.uniform(), rng.uniform(), 0.0])).collect();
         let mut samples: Vec<Sample> =
             (0..600).map(|_| [rng.uniform() as f32, rng.uniform() as f32, 0.0]).collect();
         let mut settled = 0;

@@ -5,7 +5,7 @@
 //! links, and subtrees are built in parallel into disjoint slices.
 
 use crate::error::Result;
-use crate::geometry::vec3::{Vec3, norm2};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use std::ops::ControlFlow;
 
@@ -25,7 +25,7 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box of nothing.
-    pub const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+    pub const EMPTY: Self = Self { min: Vec3([f64::INFINITY; 3]), max: Vec3([f64::NEG_INFINITY; 3]) };
 
     /// The smallest box around points.
     #[must_use]
@@ -37,16 +37,16 @@ impl Aabb {
     #[must_use]
     pub fn join(&self, o: &Self) -> Self {
         Self {
-            min: std::array::from_fn(|k| self.min[k].min(o.min[k])),
-            max: std::array::from_fn(|k| self.max[k].max(o.max[k])),
+            min: Vec3::from_fn(|k| self.min[k].min(o.min[k])),
+            max: Vec3::from_fn(|k| self.max[k].max(o.max[k])),
         }
     }
     /// Squared distance from a point; 0 inside.
     #[inline]
     #[must_use]
     pub fn distance2(&self, p: Vec3) -> f64 {
-        let d: Vec3 = std::array::from_fn(|k| (self.min[k] - p[k]).max(p[k] - self.max[k]).max(0.0));
-        norm2(d)
+        let d: Vec3 = Vec3::from_fn(|k| (self.min[k] - p[k]).max(p[k] - self.max[k]).max(0.0));
+        d.norm2()
     }
     /// The longest side of the box; 0 for the box of nothing.
     #[must_use]
@@ -206,13 +206,12 @@ fn build_node(
 }
 
 fn centre(b: &Aabb) -> Vec3 {
-    std::array::from_fn(|k| 0.5 * b.min[k] + 0.5 * b.max[k])
+    Vec3::from_fn(|k| 0.5 * b.min[k] + 0.5 * b.max[k])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3::dist2;
     use crate::rng::Rng;
     use crate::run::Run;
 
@@ -225,14 +224,14 @@ mod tests {
         let mut rng = Rng::new(3);
         for n in [0usize, 1, 2, 3, 4, 5, 7, 8, 9, 31, 64, 100, 5000] {
             let points: Vec<Vec3> = (0..n)
-                .map(|i| if i % 5 == 0 { [0.5; 3] } else { std::array::from_fn(|_| rng.uniform()) })
+                .map(|i| if i % 5 == 0 { Vec3([0.5; 3]) } else { Vec3::from_fn(|_| rng.uniform()) })
                 .collect();
             let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::of(&[*p])).collect();
             let tree = build(&boxes);
             for _ in 0..50 {
-                let q: Vec3 = std::array::from_fn(|_| 2.0 * rng.uniform() - 0.5);
-                let found = tree.nearest(q, f64::INFINITY, |i| dist2(q, points[i as usize]));
-                let brute = points.iter().map(|p| dist2(q, *p)).fold(f64::INFINITY, f64::min);
+                let q: Vec3 = Vec3::from_fn(|_| 2.0 * rng.uniform() - 0.5);
+                let found = tree.nearest(q, f64::INFINITY, |i| q.dist2(points[i as usize]));
+                let brute = points.iter().map(|p| q.dist2(*p)).fold(f64::INFINITY, f64::min);
                 assert_eq!(found.map_or(f64::INFINITY, |f| f.1), brute, "{n}");
             }
         }
@@ -243,8 +242,8 @@ mod tests {
         let mut rng = Rng::new(5);
         let boxes: Vec<Aabb> = (0..300)
             .map(|_| {
-                let c: Vec3 = std::array::from_fn(|_| rng.uniform());
-                Aabb { min: c, max: std::array::from_fn(|k| c[k] + 0.1 * rng.uniform()) }
+                let c: Vec3 = Vec3::from_fn(|_| rng.uniform());
+                Aabb { min: c, max: Vec3::from_fn(|k| c[k] + 0.1 * rng.uniform()) }
             })
             .collect();
         let tree = build(&boxes);

@@ -84,7 +84,7 @@ impl SignedSets {
 pub fn weld(positions: &[Vec3], tolerance: f64, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let key = |p: &Vec3| {
         // Adding 0 makes one zero of the two that f64 has.
-        p.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
+        p.0.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
     };
     ctx.check()?;
     let mut order: Vec<([u64; 3], u32)> = positions

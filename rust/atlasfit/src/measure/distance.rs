@@ -10,7 +10,7 @@ use super::locate::{Foot, Locator};
 use super::sample::{Sample, area_vector, uniform};
 use super::topology::{Topology, topology};
 use crate::error::{Error, Result};
-use crate::geometry::vec3::{Vec3, dist2, dot, normalize};
+use crate::geometry::vec3::{self, Vec3};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::run::{Context, Stage};
 use rayon::prelude::*;
@@ -115,14 +115,14 @@ pub fn surface(
         .par_iter()
         .zip(&forth)
         .map(|(s, f)| {
-            let ours = normalize(area_vector(result, s.triangle as usize));
-            dot(ours, normalize(area_vector(truth, f.triangle as usize)))
+            let ours = area_vector(result, s.triangle as usize).normalized();
+            ours.dot(area_vector(truth, f.triangle as usize).normalized())
         })
         .collect();
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / cosines.len() as f64;
 
     let finite: Vec<Vec3> =
-        truth.positions.iter().copied().filter(|p| p.iter().all(|x| x.is_finite())).collect();
+        truth.positions.iter().copied().map(Vec3).filter(|p| p.iter().all(|x| x.is_finite())).collect();
     let threshold = options.threshold.unwrap_or_else(|| F_SCORE_SHARE * Aabb::of(&finite).longest_side());
     let within = |feet: &[Foot]| {
         feet.iter().filter(|f| f.distance2.sqrt() < threshold).count() as f64 / feet.len() as f64
@@ -168,7 +168,7 @@ pub fn points_each(
 ) -> Result<(PointDistance, Vec<f64>)> {
     check(options)?;
     let finite: Vec<Vec3> =
-        cloud.positions.iter().copied().filter(|p| p.iter().all(|x| x.is_finite())).collect();
+        cloud.positions.iter().copied().map(Vec3).filter(|p| p.iter().all(|x| x.is_finite())).collect();
     if finite.is_empty() {
         return Err(Error::empty(
             format!("none of {} points is finite", cloud.len()),
@@ -176,7 +176,7 @@ pub fn points_each(
         ));
     }
     ctx.stage(Stage::Measure, 3 * finite.len() + 2 * options.chamfer_samples);
-    let feet = Locator::new(truth, ctx)?.nearest_all(&cloud.positions, ctx)?;
+    let feet = Locator::new(truth, ctx)?.nearest_all(vec3::of(&cloud.positions), ctx)?;
     let distance = |f: &Foot| f.distance2.sqrt();
     let samples = positions(&uniform(truth, options.chamfer_samples, ctx.seed ^ 3, ctx)?);
     let others = positions(&uniform(truth, finite.len(), ctx.seed ^ 4, ctx)?);
@@ -206,7 +206,7 @@ pub fn chamfer(a: &[Vec3], b: &[Vec3], ctx: &Context<'_>) -> Result<f64> {
             .map(|block| {
                 ctx.check()?;
                 ctx.advance(block.len());
-                let nearest = |q: &Vec3| tree.nearest(*q, f64::INFINITY, |i| dist2(*q, to[i as usize]));
+                let nearest = |q: &Vec3| tree.nearest(*q, f64::INFINITY, |i| (*q).dist2(to[i as usize]));
                 Ok(block.iter().filter_map(nearest).map(|n| n.1).sum::<f64>())
             })
             .collect::<Result<Vec<f64>>>()?;
@@ -290,7 +290,7 @@ mod tests {
     }
 
     fn moved(mesh: &TriMesh, f: impl Fn(Vec3) -> Vec3) -> TriMesh {
-        TriMesh::new(mesh.positions.iter().map(|p| f(*p)).collect(), mesh.triangles.clone())
+        TriMesh::new(mesh.positions.iter().map(|p| f(Vec3(*p)).0).collect(), mesh.triangles.clone())
     }
 
     #[test]
@@ -306,7 +306,7 @@ mod tests {
     #[test]
     fn a_sheet_lifted_by_h_is_at_distance_h_both_ways() {
         let truth = sheet(1.0, 8);
-        let d = measure(&moved(&truth, |p| [p[0], p[1], p[2] + 0.25]), &truth);
+        let d = measure(&moved(&truth, |p| p + Vec3([0.0, 0.0, 0.25])), &truth);
         for value in [d.accuracy.rms, d.accuracy.median, d.completeness.rms, d.completeness.p99] {
             assert!((value - 0.25).abs() < 1e-12, "{value}");
         }
@@ -348,7 +348,7 @@ mod tests {
         let truth = sphere(1.0, 16);
         let result = sphere(1.05, 12);
         let one = measure(&result, &truth);
-        let far = |p: Vec3| [1e6 + 1000.0 * p[0], 1000.0 * p[1], 1000.0 * p[2]];
+        let far = |p: Vec3| p * 1000.0 + Vec3([1e6, 0.0, 0.0]);
         let thousand = measure(&moved(&result, far), &moved(&truth, far));
         assert!((thousand.accuracy.rms / one.accuracy.rms / 1000.0 - 1.0).abs() < 1e-6);
         assert!((thousand.chamfer / one.chamfer / 1e6 - 1.0).abs() < 1e-6);

@@ -7,7 +7,7 @@
 use super::bvh::{Aabb, Bvh};
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm2, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 
@@ -43,8 +43,8 @@ impl Locator {
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         let mut triangle = Vec::with_capacity(mesh.triangles.len());
         for (i, t) in mesh.triangles.iter().enumerate() {
-            let c = t.map(|v| mesh.positions[v as usize]);
-            if c.iter().flatten().all(|x| x.is_finite()) {
+            let c = t.map(|v| Vec3(mesh.positions[v as usize]));
+            if c.iter().flat_map(|p| p.iter()).all(|x| x.is_finite()) {
                 corners.push(c);
                 triangle.push(i as u32);
             }
@@ -66,7 +66,7 @@ impl Locator {
             return None;
         }
         let (i, distance2) = self.tree.nearest(query, f64::INFINITY, |i| {
-            dist2(query, closest_on_triangle(query, &self.corners[i as usize]))
+            query.dist2(closest_on_triangle(query, &self.corners[i as usize]))
         })?;
         let point = closest_on_triangle(query, &self.corners[i as usize]);
         Some(Foot { triangle: self.triangle[i as usize], point, distance2 })
@@ -93,56 +93,55 @@ impl Locator {
 #[must_use]
 pub fn closest_on_triangle(p: Vec3, t: &[Vec3; 3]) -> Vec3 {
     let [a, b, c] = *t;
-    let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));
-    let (d1, d2) = (dot(ab, ap), dot(ac, ap));
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {
         return a;
     }
-    let bp = sub(p, b);
-    let (d3, d4) = (dot(ab, bp), dot(ac, bp));
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
     if d3 >= 0.0 && d4 <= d3 {
         return b;
     }
     let vc = d1 * d4 - d3 * d2;
     if vc < 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return mul_add(a, ab, d1 / (d1 - d3));
+        return a + ab * (d1 / (d1 - d3));
     }
-    let cp = sub(p, c);
-    let (d5, d6) = (dot(ab, cp), dot(ac, cp));
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
     if d6 >= 0.0 && d5 <= d6 {
         return c;
     }
     let vb = d5 * d2 - d1 * d6;
     if vb < 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return mul_add(a, ac, d2 / (d2 - d6));
+        return a + ac * (d2 / (d2 - d6));
     }
     let va = d3 * d6 - d5 * d4;
     if va < 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        return mul_add(b, sub(c, b), (d4 - d3) / ((d4 - d3) + (d5 - d6)));
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
     }
     let sum = va + vb + vc;
     // Where the triangle has next to no area against its longest side, the weights below are noise.
-    let side2 = norm2(ab).max(norm2(ac));
+    let side2 = ab.norm2().max(ac.norm2());
     if sum > 1e-14 * side2 * side2 {
-        return add(a, add(scale(ab, vb / sum), scale(ac, vc / sum)));
+        return a + (ab * (vb / sum) + ac * (vc / sum));
     }
     [(a, b), (b, c), (c, a)]
         .map(|(s, e)| closest_on_segment(p, s, e))
         .into_iter()
-        .min_by(|x, y| dist2(p, *x).total_cmp(&dist2(p, *y)))
+        .min_by(|x, y| p.dist2(*x).total_cmp(&p.dist2(*y)))
         .unwrap_or(a)
 }
 
 fn closest_on_segment(p: Vec3, a: Vec3, b: Vec3) -> Vec3 {
-    let ab = sub(b, a);
-    let length2 = norm2(ab);
-    if length2 > 0.0 { mul_add(a, ab, (dot(sub(p, a), ab) / length2).clamp(0.0, 1.0)) } else { a }
+    let ab = b - a;
+    let length2 = ab.norm2();
+    if length2 > 0.0 { a + ab * ((p - a).dot(ab) / length2).clamp(0.0, 1.0) } else { a }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3::norm;
     use crate::run::Run;
     use proptest::prelude::*;
 
@@ -152,8 +151,8 @@ mod tests {
         for i in 0..=n {
             for j in 0..=n - i {
                 let (u, v) = (i as f64 / n as f64, j as f64 / n as f64);
-                let q = mul_add(mul_add(t[0], sub(t[1], t[0]), u), sub(t[2], t[0]), v);
-                best = best.min(dist2(p, q));
+                let q = t[0] + (t[1] - t[0]) * u + (t[2] - t[0]) * v;
+                best = best.min(p.dist2(q));
             }
         }
         best.sqrt()
@@ -163,15 +162,15 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(200))]
         #[test]
         fn closest_point_is_on_the_triangle_and_nearest(v in prop::array::uniform12(-1.0f64..1.0), flat in 0u8..4) {
-            let mut t = [[v[0], v[1], v[2]], [v[3], v[4], v[5]], [v[6], v[7], v[8]]];
-            let p = [v[9], v[10], v[11]];
+            let at = |k: usize| Vec3([v[k], v[k + 1], v[k + 2]]);
+            let (mut t, p) = ([at(0), at(3), at(6)], at(9));
             match flat {
-                1 => t[2] = mul_add(t[0], sub(t[1], t[0]), v[6]),
+                1 => t[2] = t[0] + (t[1] - t[0]) * v[6],
                 2 => t[1] = t[0],
                 3 => t = [t[0]; 3],
                 _ => {}
             }
-            let d = norm(sub(p, closest_on_triangle(p, &t)));
+            let d = (p - closest_on_triangle(p, &t)).norm();
             let grid = by_grid(p, &t, 60);
             prop_assert!(d <= grid + 1e-9, "{d} {grid}");
             prop_assert!(d >= grid - 0.08, "{d} {grid}");
@@ -185,9 +184,9 @@ mod tests {
             vec![[0, 1, 2], [1, 2, 3]],
         );
         let locator = Run::default().execute(|ctx| Locator::new(&mesh, ctx)).unwrap();
-        let foot = locator.nearest([0.2, 0.2, 1.0]).unwrap();
+        let foot = locator.nearest(Vec3([0.2, 0.2, 1.0])).unwrap();
         assert_eq!(foot.triangle, 1);
         assert!((foot.distance2 - 1.0).abs() < 1e-15);
-        assert_eq!(locator.nearest([f64::NAN; 3]), None);
+        assert_eq!(locator.nearest(Vec3([f64::NAN; 3])), None);
     }
 }

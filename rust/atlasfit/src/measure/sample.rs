@@ -4,7 +4,7 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::{Vec3, cross, mul_add, norm, sub};
+use crate::geometry::vec3::Vec3;
 use crate::rng::Rng;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -53,9 +53,9 @@ pub fn uniform(mesh: &TriMesh, count: usize, seed: u64, ctx: &Context<'_>) -> Re
                 .map(|_| {
                     let at = rng.uniform() * total;
                     let i = below.partition_point(|&b| b <= at).min(below.len() - 1);
-                    let [a, b, c] = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
+                    let [a, b, c] = mesh.triangles[i].map(|v| Vec3(mesh.positions[v as usize]));
                     let (r, s) = (rng.uniform().sqrt(), rng.uniform());
-                    let p = mul_add(mul_add(a, sub(b, a), r * (1.0 - s)), sub(c, a), r * s);
+                    let p = a + (b - a) * (r * (1.0 - s)) + (c - a) * (r * s);
                     Sample { point: p, triangle: i as u32 }
                 })
                 .collect::<Vec<_>>())
@@ -67,14 +67,14 @@ pub fn uniform(mesh: &TriMesh, count: usize, seed: u64, ctx: &Context<'_>) -> Re
 /// Twice the area of triangle `i` times its normal.
 #[must_use]
 pub(super) fn area_vector(mesh: &TriMesh, i: usize) -> Vec3 {
-    let [a, b, c] = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
-    cross(sub(b, a), sub(c, a))
+    let [a, b, c] = mesh.triangles[i].map(|v| Vec3(mesh.positions[v as usize]));
+    (b - a).cross(c - a)
 }
 
 /// Area of triangle `i`.
 #[must_use]
 pub(super) fn area(mesh: &TriMesh, i: usize) -> f64 {
-    0.5 * norm(area_vector(mesh, i))
+    0.5 * area_vector(mesh, i).norm()
 }
 
 #[cfg(test)]

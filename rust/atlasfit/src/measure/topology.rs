@@ -8,6 +8,7 @@ use super::bvh::Aabb;
 use super::connect::{Edges, Sets, weld};
 use crate::error::Result;
 use crate::geometry::TriMesh;
+use crate::geometry::vec3::{self, Vec3};
 use crate::run::Context;
 
 /// Vertices nearer than this share of the bounding box's longest side are one: far above the rounding of f64 in
@@ -66,9 +67,9 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
         .positions
         .iter()
         .filter(|p| p.iter().all(|x| x.is_finite()))
-        .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: *p, max: *p }));
+        .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: Vec3(*p), max: Vec3(*p) }));
     ctx.check()?;
-    let to = weld(&mesh.positions, WELD_SHARE * finite.longest_side(), ctx)?;
+    let to = weld(vec3::of(&mesh.positions), WELD_SHARE * finite.longest_side(), ctx)?;
     let triangles: Vec<[u32; 3]> = mesh
         .triangles
         .iter()

@@ -9,7 +9,7 @@ use super::connect::{Edges, Sets, weld};
 use super::sample::area;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::{dot, norm, sub};
+use crate::geometry::vec3::{self, Vec3};
 use crate::run::{Context, Stage};
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
@@ -193,7 +193,7 @@ pub fn charts(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Charts> {
 
 fn charts_of(mesh: &TriMesh, uvs: &[[[f64; 2]; 3]], ctx: &Context<'_>) -> Result<Charts> {
     // Files that hold one vertex per corner (glTF) split vertices along seams: such a vertex is one place.
-    let place = weld(&mesh.positions, 0.0, ctx)?;
+    let place = weld(vec3::of(&mesh.positions), 0.0, ctx)?;
     let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
     let edges = Edges::new(&triangles, ctx)?;
     let mut sets = Sets::new(triangles.len());
@@ -217,8 +217,9 @@ fn charts_of(mesh: &TriMesh, uvs: &[[[f64; 2]; 3]], ctx: &Context<'_>) -> Result
                 sets.join(pair[0].1 / 3, pair[1].1 / 3);
             } else {
                 let (f, k) = (pair[0].1 as usize / 3, pair[0].1 as usize % 3);
-                let [a, b] = [triangles[f][k], triangles[f][(k + 1) % 3]].map(|v| mesh.positions[v as usize]);
-                seam_length += norm(sub(a, b));
+                let [a, b] =
+                    [triangles[f][k], triangles[f][(k + 1) % 3]].map(|v| Vec3(mesh.positions[v as usize]));
+                seam_length += (a - b).norm();
                 outline.extend([pair[0].1, pair[1].1]);
             }
         }
@@ -327,11 +328,11 @@ impl Areas {
 
 /// Singular values, larger first, of the map from a face in space to the scaled texture.
 fn singular_values(mesh: &TriMesh, i: usize, uv: &[[f64; 2]; 3], to_space: f64) -> (f64, f64) {
-    let [p, q, r] = mesh.triangles[i].map(|v| mesh.positions[v as usize]);
-    let (a, b) = (sub(q, p), sub(r, p));
-    let la = norm(a);
+    let [p, q, r] = mesh.triangles[i].map(|v| Vec3(mesh.positions[v as usize]));
+    let (a, b) = (q - p, r - p);
+    let la = a.norm();
     // The face in its plane: (0, 0), (la, 0), (x, y).
-    let (x, y) = (dot(a, b) / la, 2.0 * area(mesh, i) / la);
+    let (x, y) = (a.dot(b) / la, 2.0 * area(mesh, i) / la);
     let d = |k: usize| [0, 1].map(|c| (uv[k][c] - uv[0][c]) * to_space);
     let (d1, d2) = (d(1), d(2));
     let du = d1.map(|v| v / la);
@@ -475,7 +476,7 @@ fn overlapping(uvs: &[[[f64; 2]; 3]], finite: &[bool], ctx: &Context<'_>) -> Res
             _ => None,
         })
         .collect();
-    let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| [p[0], p[1], 0.0]))).collect();
+    let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| Vec3([p[0], p[1], 0.0])))).collect();
     let tree = Bvh::build(&boxes, ctx)?;
     // Convex shapes have disjoint insides exactly where a side of one has all of the other on its far side or on it.
     let parted = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]| {

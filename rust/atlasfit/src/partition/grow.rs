@@ -8,7 +8,7 @@
 use crate::atlas::Monge;
 use crate::geometry::dense::{LANES, cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, add, dot, mul_add, normalize, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::project::Projected;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
@@ -58,8 +58,8 @@ const BETWEEN: f64 = 1.0;
 pub fn across(a: (Vec3, Vec3), b: &Projected, sigma: f64) -> bool {
     let ((place, normal), facing) = (a, b.normal);
     b.chart != u32::MAX
-        && dot(facing, normal) < 0.0
-        && dot(sub(b.position, place), sub(normal, facing)).abs() >= 2.0 * BETWEEN * sigma
+        && facing.dot(normal) < 0.0
+        && (b.position - place).dot(normal - facing).abs() >= 2.0 * BETWEEN * sigma
 }
 
 /// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees, so that
@@ -188,8 +188,8 @@ fn grow_from(
         found.partition_point(|f| f.dist2 <= start * start * (1.0 + 1e-9)).max(MIN_MEMBERS).min(found.len());
     let (mean, normal) = plane(points, &found[..near], start);
     let mut state = State {
-        center: mul_add(origin, normal, dot(sub(mean, origin), normal)),
-        axes: Monge::frame(normal, crate::geometry::vec3::tangents(normal).0),
+        center: (origin + normal * (mean - origin).dot(normal)),
+        axes: Monge::frame(normal, normal.tangents().0),
         radii: [start; 2],
         quadric: [0.0; 6],
         residual: 0.0,
@@ -234,9 +234,9 @@ fn grow_from(
         .unwrap_or(found)
         .iter()
         .filter(|f| {
-            let d = sub(points[f.index as usize], s.center);
-            let (u, v) = (dot(d, s.axes[0]) / s.radii[0], dot(d, s.axes[1]) / s.radii[1]);
-            u * u + v * v <= RIM * RIM && (dot(d, s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
+            let d = points[f.index as usize] - s.center;
+            let (u, v) = (d.dot(s.axes[0]) / s.radii[0], d.dot(s.axes[1]) / s.radii[1]);
+            u * u + v * v <= RIM * RIM && (d.dot(s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
         })
         .map(|f| f.index)
         .collect();
@@ -265,7 +265,7 @@ fn thin(found: &mut Vec<Neighbour>) -> Option<Vec<Neighbour>> {
 fn plane(points: &[Vec3], near: &[Neighbour], radius: f64) -> (Vec3, Vec3) {
     let weight = |d2: f64| (1.0 - d2 / (radius * radius * 1.5)).max(0.05);
     let near = near.iter().map(|f| (points[f.index as usize], weight(f.dist2)));
-    principal(near).map_or(([0.0; 3], [0.0, 0.0, 1.0]), |(mean, _, axes)| (mean, axes[0]))
+    principal(near).map_or((Vec3::ZERO, Vec3([0.0, 0.0, 1.0])), |(mean, _, axes)| (mean, axes[0]))
 }
 
 /// Refits the quadric within `radius`, turns the base plane to it, and bounds the domain by its curvature.
@@ -296,8 +296,8 @@ fn step(
     for turn in 0..2 {
         local.clear();
         for f in found {
-            let d = sub(points[f.index as usize], s.center);
-            let (x, y, z) = (dot(d, s.axes[0]), dot(d, s.axes[1]), dot(d, s.axes[2]));
+            let d = points[f.index as usize] - s.center;
+            let (x, y, z) = (d.dot(s.axes[0]), d.dot(s.axes[1]), d.dot(s.axes[2]));
             let (a, b) = (x / domain[0], y / domain[1]);
             if a * a + b * b <= RIM * RIM {
                 local.push(x / radius, y / radius, z);
@@ -314,13 +314,13 @@ fn step(
         }
         // Turn the base plane to the tangent plane at the centre.
         let (a, b) = (s.quadric[1] / radius, s.quadric[2] / radius);
-        let n = normalize(add(s.axes[2], add(scale(s.axes[0], -a), scale(s.axes[1], -b))));
-        s.center = mul_add(s.center, s.axes[2], s.quadric[0]);
+        let n = (s.axes[2] + (s.axes[0] * -a + s.axes[1] * -b)).normalized();
+        s.center += s.axes[2] * s.quadric[0];
         // Principal directions of the second fundamental form (slopes are zero at the new centre).
         let (xx, xy, yy) = (2.0 * s.quadric[3], s.quadric[4], 2.0 * s.quadric[5]);
         let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
         let (c, d) = (angle.cos(), angle.sin());
-        let along = add(scale(s.axes[0], c), scale(s.axes[1], d));
+        let along = (s.axes[0] * c) + (s.axes[1] * d);
         let k1 = (xx * c * c + 2.0 * xy * c * d + yy * d * d) / (radius * radius);
         let k2 = (xx * d * d - 2.0 * xy * c * d + yy * c * c) / (radius * radius);
         s.axes = Monge::frame(n, along);
@@ -437,12 +437,12 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bo
     let limit = TUKEY * sigma + 0.05 * small;
     let (mut total, mut sum, mut near, mut astray) = (0.0f64, 0.0f64, 0usize, 0usize);
     for f in found {
-        let d = sub(points[f.index as usize], s.center);
-        let (u, v) = (dot(d, s.axes[0]) / s.radii[0], dot(d, s.axes[1]) / s.radii[1]);
+        let d = points[f.index as usize] - s.center;
+        let (u, v) = (d.dot(s.axes[0]) / s.radii[0], d.dot(s.axes[1]) / s.radii[1]);
         if u * u + v * v > 1.0 {
             continue;
         }
-        let e = dot(d, s.axes[2]) - quad(&s.quadric, u, v);
+        let e = d.dot(s.axes[2]) - quad(&s.quadric, u, v);
         if e.abs() < limit {
             total += 1.0;
             sum += e * e;

@@ -12,7 +12,7 @@ use crate::atlas::Map;
 use crate::error::Result;
 use crate::fit::Fitted;
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, dot, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::project::{self, Projected};
 use crate::rng::{GOLDEN, Rng};
 use crate::run::Context;
@@ -307,8 +307,8 @@ pub fn partition(
                 continue;
             }
             for &m in &patch.members {
-                let d = sub(points[m as usize], patch.center);
-                let (u, v) = (dot(d, patch.axes[0]) / patch.radii[0], dot(d, patch.axes[1]) / patch.radii[1]);
+                let d = points[m as usize] - patch.center;
+                let (u, v) = (d.dot(patch.axes[0]) / patch.radii[0], d.dot(patch.axes[1]) / patch.radii[1]);
                 if u * u + v * v < CORE * CORE {
                     covered[m as usize] = true;
                 }
@@ -339,11 +339,11 @@ pub fn keep(
         tree.nearest(center.position, 1, found);
         let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, analysis.sigma));
         tree.within(center.position, grow::RIM * reach, found);
-        let at = (center.position, scale(center.normal, f.chart.sign));
+        let at = (center.position, center.normal * f.chart.sign);
         let disturbing = DISTURBING.0 * analysis.sigma + DISTURBING.1 * reach;
         !found.iter().any(|n| {
             let other = &seen[n.index as usize];
-            dot(sub(other.position, at.0), at.1).abs() < disturbing && across(at, other, analysis.sigma)
+            (other.position - at.0).dot(at.1).abs() < disturbing && across(at, other, analysis.sigma)
         })
     };
     let stays = fitted

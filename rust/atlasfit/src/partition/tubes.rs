@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::fit::Fitted;
 use crate::geometry::dense::{cholesky, cholesky_solve, principal};
 use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::{Vec3, dot, normalize, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::partition::grow::{TUKEY, tukey};
 use crate::prior::evidence::{Problem, Work};
 use crate::prior::gp::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
@@ -227,10 +227,10 @@ fn grow(
                 .filter_map(|f| {
                     let p = points[f.index as usize];
                     let foot = tube.foot(p);
-                    let d = sub(p, tube.center);
-                    let x = dot(d, tube.axes[0]) / tube.half_length;
+                    let d = p - tube.center;
+                    let x = d.dot(tube.axes[0]) / tube.half_length;
                     (foot.s.abs() <= 1.0 && foot.d <= reach)
-                        .then(|| [x, dot(d, tube.axes[1]), dot(d, tube.axes[2]), foot.d])
+                        .then(|| [x, d.dot(tube.axes[1]), d.dot(tube.axes[2]), foot.d])
                 })
                 .collect();
             if seen.len() < MIN_POINTS {
@@ -263,7 +263,7 @@ fn grow(
 }
 
 fn frame(along: Vec3) -> [Vec3; 3] {
-    let (a, _) = crate::geometry::vec3::tangents(along);
+    let (a, _) = along.tangents();
     // Monge::frame gives the given direction third.
     let [e1, e2, n] = Monge::frame(along, a);
     [n, e1, e2]
@@ -271,8 +271,8 @@ fn frame(along: Vec3) -> [Vec3; 3] {
 
 fn slope(tube: &Tube, s: f64) -> f64 {
     let (_, c1, _) = tube.axis_at(s);
-    let x = dot(c1, tube.axes[0]);
-    (dot(c1, tube.axes[1]).hypot(dot(c1, tube.axes[2]))) / x.max(1e-12)
+    let x = c1.dot(tube.axes[0]);
+    (c1.dot(tube.axes[1]).hypot(c1.dot(tube.axes[2]))) / x.max(1e-12)
 }
 
 /// Cubics through the offsets: least squares in x.
@@ -303,9 +303,9 @@ fn fit_axis(seen: &[[f64; 4]]) -> Option<[[f64; 4]; 2]> {
 /// Turns the frame to the axis's tangent in the middle and moves its origin there. The cubics follow to first order; the next fit settles them.
 fn turn(tube: &mut Tube) {
     let (c, c1, _) = tube.axis_at(0.0);
-    let e1 = normalize(c1);
-    let e2 = normalize(sub(tube.axes[1], scale(e1, dot(tube.axes[1], e1))));
-    tube.axes = [e1, e2, crate::geometry::vec3::cross(e1, e2)];
+    let e1 = c1.normalized();
+    let e2 = (tube.axes[1] - (e1 * tube.axes[1].dot(e1))).normalized();
+    tube.axes = [e1, e2, e1.cross(e2)];
     tube.center = c;
     for q in &mut tube.axis {
         q[0] = 0.0;

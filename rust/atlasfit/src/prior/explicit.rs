@@ -6,7 +6,7 @@
 use super::net::{Conv, Dense, Grid, conv};
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::Vec3;
+use crate::geometry::vec3::{self, Vec3};
 use crate::loss::{Chamfer, Sample, stretch};
 use crate::rng::Rng;
 use crate::run::{Context, Stage};
@@ -331,7 +331,7 @@ impl Trainer {
     pub fn finish(mut self, ctx: &Context<'_>) -> Result<NetworkAtlas> {
         self.set_grid(self.full);
         self.forward(ctx)?;
-        let samples = self.samples.iter().map(|s| s.map(f64::from)).collect();
+        let samples = self.samples.iter().map(|s| Vec3(s.map(f64::from))).collect();
         Ok(NetworkAtlas { charts: self.charts.len(), grid: self.grid, samples })
     }
 }
@@ -418,7 +418,7 @@ impl NetworkAtlas {
                 }
             }
         }
-        TriMesh::new(self.samples.clone(), triangles)
+        TriMesh::new(vec3::plain(self.samples.clone()), triangles)
     }
 
     /// Share of the samples that lie nearer to another chart's than half their own chart's spacing: how much charts overlap, in [0, 1].
@@ -448,13 +448,12 @@ impl NetworkAtlas {
 mod tests {
     use super::super::project;
     use super::*;
-    use crate::geometry::vec3::{norm, normalize, scale};
     use crate::run::{CancelToken, Run};
     use std::time::{Duration, Instant};
 
     fn sphere(n: usize) -> Vec<Vec3> {
         let mut rng = Rng::new(4);
-        (0..n).map(|_| scale(normalize([0; 3].map(|_| rng.normal())), 0.5)).collect()
+        (0..n).map(|_| Vec3::from_fn(|_| rng.normal()).normalized() * 0.5).collect()
     }
 
     const PAPER: NetworkOptions = NetworkOptions {
@@ -514,7 +513,7 @@ mod tests {
         let noisy: Vec<Vec3> = points.iter().map(|p| p.map(|x| x + 0.03 * rng.normal())).collect();
         let clean = Run::default().execute(|ctx| project(&atlas.surface(), &noisy, ctx)).unwrap();
         let off = |points: &[Vec3]| -> f64 {
-            (points.iter().map(|p| (norm(*p) - 0.5).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
+            (points.iter().map(|p| ((*p).norm() - 0.5).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
         };
         assert!(off(&clean) < 0.6 * off(&noisy), "{} {}", off(&clean), off(&noisy));
     }
@@ -525,13 +524,13 @@ mod tests {
         let points: Vec<Vec3> = (0..400)
             .map(|_| {
                 let a = std::f64::consts::TAU * rng.uniform();
-                [0.4 * a.cos() + 0.01 * rng.normal(), 0.4 * a.sin() + 0.01 * rng.normal(), 0.0]
+                Vec3([0.4 * a.cos() + 0.01 * rng.normal(), 0.4 * a.sin() + 0.01 * rng.normal(), 0.0])
             })
             .collect();
         let how = NetworkOptions { charts: 1, dim: Dim::Contour, flat: true, iterations: 300, ..PAPER };
         let (atlas, _) = trained(&points, NetworkOptions { learning_rate: 3e-3, ..how }, [1, 256], 0);
         assert!(atlas.samples.iter().all(|s| s[2] == 0.0));
-        let off: f64 = atlas.samples.iter().map(|s| (norm(*s) - 0.4).abs()).sum::<f64>() / 256.0;
+        let off: f64 = atlas.samples.iter().map(|s| ((*s).norm() - 0.4).abs()).sum::<f64>() / 256.0;
         assert!(off < 0.02, "{off}");
         let mesh = atlas.surface();
         assert_eq!((mesh.triangles.len(), mesh.validate()), (255, Ok(())));
@@ -541,7 +540,7 @@ mod tests {
     fn convolutions_learn_a_small_patch() {
         let points: Vec<Vec3> = (0..400)
             .map(|i| [f64::from(i / 20) / 19.0 - 0.5, f64::from(i % 20) / 19.0 - 0.5])
-            .map(|[x, y]| [x, y, 0.2 * x * x])
+            .map(|[x, y]| Vec3([x, y, 0.2 * x * x]))
             .collect();
         let how = NetworkOptions { network: Network::Conv, charts: 1, iterations: 40, ..PAPER };
         let (_, losses) = trained(&points, how, conv::GRID, 0);
@@ -572,7 +571,7 @@ mod tests {
         let end = |stretch_weight| {
             let how = NetworkOptions { iterations: 60, stretch_weight, ..PAPER };
             let (atlas, _) = trained(&points, how, [12, 12], 0);
-            let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.map(|x| x as f32)).collect();
+            let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.to_f32()).collect();
             samples.chunks(144).map(|s| stretch(s, [12, 12], 1.0, &mut vec![[0.0; 3]; 144])).sum::<f64>()
         };
         let (none, some, much) = (end(0.0), end(30.0), end(1000.0));
@@ -581,7 +580,7 @@ mod tests {
 
     #[test]
     fn charts_overlap_where_they_say_the_same() {
-        let sheet = |x: f64| (0..64).map(move |i| [x + f64::from(i / 8), f64::from(i % 8), 0.0]);
+        let sheet = |x: f64| (0..64).map(move |i| Vec3([x + f64::from(i / 8), f64::from(i % 8), 0.0]));
         let atlas = |offset: f64| NetworkAtlas {
             charts: 2,
             grid: [8, 8],

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::geometry::dense::eigen3;
 use crate::geometry::neighbours::Neighbours;
-use crate::geometry::vec3::{Vec3, dot, mul_add, sub};
+use crate::geometry::vec3::Vec3;
 use crate::loss::Sample;
 use crate::measure::connect::SignedSets;
 use crate::rng::Rng;
@@ -79,9 +79,8 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
     let epsilon = options.epsilon.unwrap_or(noise.max(EPSILON));
     let normals = oriented_normals(points, options.neighbours, ctx)?;
     let mut net = Dense::new(3, 1, &mut Rng::stream(ctx.seed, 0));
-    let moved = |side: f64| {
-        points.iter().zip(&normals).map(move |(p, n)| mul_add(*p, *n, side * epsilon).map(|x| x as f32))
-    };
+    let moved =
+        |side: f64| points.iter().zip(&normals).map(move |(p, n)| (*p + *n * (side * epsilon)).to_f32());
     let inputs: Vec<Sample> = moved(1.0).chain(moved(-1.0)).collect();
     net.set_inputs(inputs.iter().copied());
     let mut out = vec![[0f32; 3]; inputs.len()];
@@ -108,9 +107,9 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
 const SLAB: usize = 1 << 16;
 
 fn mesh(points: &[Vec3], net: &Dense, resolution: usize, ctx: &Context<'_>) -> Result<TriMesh> {
-    let low: Vec3 = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
-    let high: Vec3 = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
-    let size = sub(high, low).into_iter().fold(0.0, f64::max);
+    let low = Vec3::from_fn(|k| points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
+    let high = Vec3::from_fn(|k| points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
+    let size = (high - low).into_iter().fold(0.0, f64::max);
     if size <= 0.0 {
         return Err(Error::degenerate("all points lie in one place", "Give points that lie on a surface"));
     }
@@ -153,10 +152,10 @@ fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Re
                     tree.nearest(*p, neighbours + 1, &mut found);
                     let n = found.len() as f64;
                     let mean =
-                        [0, 1, 2].map(|k| found.iter().map(|f| points[f.index as usize][k]).sum::<f64>() / n);
+                        Vec3::from_fn(|k| found.iter().map(|f| points[f.index as usize][k]).sum::<f64>() / n);
                     let mut m = [0.0; 6];
                     for f in &found {
-                        let d = sub(points[f.index as usize], mean);
+                        let d = points[f.index as usize] - mean;
                         for (m, (i, j)) in m.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
                         {
                             *m += d[i] * d[j];
@@ -177,14 +176,14 @@ fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Re
             found
                 .iter()
                 .filter(move |j| **j as usize != i)
-                .map(move |&j| (1.0 - dot(*n, around[j as usize].0).abs(), i as u32, j))
+                .map(move |&j| (1.0 - (*n).dot(around[j as usize].0).abs(), i as u32, j))
         })
         .collect();
     edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     ctx.check()?;
     let mut sets = SignedSets::new(points.len());
     for (_, i, j) in edges {
-        sets.join(i, j, dot(around[i as usize].0, around[j as usize].0) < 0.0);
+        sets.join(i, j, around[i as usize].0.dot(around[j as usize].0) < 0.0);
     }
     // The highest point of each part faces up.
     let roots: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| sets.find(i)).collect();
@@ -207,14 +206,13 @@ fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3::{norm, normalize, scale};
     use crate::run::Run;
 
     fn sphere(n: usize, sigma: f64) -> Vec<Vec3> {
         let mut rng = Rng::new(4);
         (0..n)
             .map(|_| {
-                let p = scale(normalize([0; 3].map(|_| rng.normal())), 0.5);
+                let p = Vec3::from_fn(|_| rng.normal()).normalized() * 0.5;
                 p.map(|x| x + sigma * rng.normal())
             })
             .collect()
@@ -224,7 +222,7 @@ mod tests {
     fn normals_of_a_sphere_point_outward() {
         let points = sphere(2000, 0.003);
         let normals = Run::default().execute(|ctx| oriented_normals(&points, 20, ctx)).unwrap();
-        assert!(points.iter().zip(&normals).all(|(p, n)| dot(*p, *n) > 0.45 * norm(*n)));
+        assert!(points.iter().zip(&normals).all(|(p, n)| (*p).dot(*n) > 0.45 * (*n).norm()));
     }
 
     #[test]
@@ -238,7 +236,7 @@ mod tests {
         assert_eq!(mesh, fitted(1), "any number of threads");
         // Far from the points the field is free: only what lies near them counts.
         let near: Vec<f64> =
-            mesh.positions.iter().map(|p| (norm(*p) - 0.5).abs()).filter(|d| *d < 0.1).collect();
+            mesh.positions.iter().map(|p| (Vec3(*p).norm() - 0.5).abs()).filter(|d| *d < 0.1).collect();
         assert!(near.len() > 500, "{}", near.len());
         let mean = near.iter().sum::<f64>() / near.len() as f64;
         assert!(mean < sigma * 0.7, "{mean}");
@@ -259,6 +257,6 @@ mod tests {
             assert!(matches!(attempt(&sphere(20, 0.0), bad), Error::InvalidArgument { .. }));
         }
         assert!(matches!(attempt(&[], ok), Error::EmptyInput { .. }));
-        assert!(matches!(attempt(&[[0.0; 3]; 30], ok), Error::Degenerate { .. }));
+        assert!(matches!(attempt(&[Vec3::ZERO; 30], ok), Error::Degenerate { .. }));
     }
 }

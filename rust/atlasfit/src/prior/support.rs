@@ -5,7 +5,7 @@
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::geometry::neighbours::Neighbours;
-use crate::geometry::vec3::{Vec3, add, scale};
+use crate::geometry::vec3::Vec3;
 use crate::measure::Locator;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ pub fn trim(mesh: &TriMesh, points: &[Vec3], limit: f64, ctx: &Context<'_>) -> R
         .par_chunks(512)
         .map(|block| {
             ctx.check()?;
-            Ok(block.iter().map(|p| near(*p)).collect::<Vec<_>>())
+            Ok(block.iter().map(|p| near(Vec3(*p))).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()?
         .concat();
@@ -32,8 +32,8 @@ pub fn trim(mesh: &TriMesh, points: &[Vec3], limit: f64, ctx: &Context<'_>) -> R
         .map(|block| {
             ctx.check()?;
             let supported = |t: &&[u32; 3]| {
-                let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
-                t.iter().all(|&v| corners[v as usize]) && near(scale(add(add(a, b), c), 1.0 / 3.0))
+                let [a, b, c] = t.map(|v| Vec3(mesh.positions[v as usize]));
+                t.iter().all(|&v| corners[v as usize]) && near((a + b + c) * (1.0 / 3.0))
             };
             Ok(block.iter().filter(supported).copied().collect::<Vec<_>>())
         })
@@ -59,10 +59,10 @@ mod tests {
     #[test]
     fn trimming_keeps_what_points_support() {
         // Two squares of two triangles each; points lie along the first one only.
-        let positions: Vec<Vec3> = (0..6).map(|i| [f64::from(i / 2), f64::from(i % 2), 0.0]).collect();
+        let positions: Vec<[f64; 3]> = (0..6).map(|i| [f64::from(i / 2), f64::from(i % 2), 0.0]).collect();
         let mesh = TriMesh::new(positions, vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]]);
         let points: Vec<Vec3> =
-            (0..400).map(|i| [f64::from(i / 20) / 19.0, f64::from(i % 20) / 19.0, 0.01]).collect();
+            (0..400).map(|i| Vec3([f64::from(i / 20) / 19.0, f64::from(i % 20) / 19.0, 0.01])).collect();
         let trimmed = Run::default().execute(|ctx| trim(&mesh, &points, 0.1, ctx)).unwrap();
         assert_eq!(trimmed.triangles, mesh.triangles[..2]);
     }
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn projection_is_no_farther_than_any_vertex_and_stays_put() {
         let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
-        let points = [[0.25, 0.5, 0.5], [2.0, -1.0, 0.0]];
+        let points = [Vec3([0.25, 0.5, 0.5]), Vec3([2.0, -1.0, 0.0])];
         let (once, twice) = Run::default()
             .execute(|ctx| {
                 let once = project(&mesh, &points, ctx)?;
@@ -78,7 +78,7 @@ mod tests {
                 Ok((once, twice))
             })
             .unwrap();
-        assert_eq!(once, [[0.25, 0.5, 0.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(once, [Vec3([0.25, 0.5, 0.0]), Vec3([1.0, 0.0, 0.0])]);
         assert_eq!(once, twice);
     }
 }

@@ -6,7 +6,7 @@
 use super::field::{Contour, EDGE, TORN};
 use crate::error::{Error, Result};
 use crate::geometry::sort::sort;
-use crate::geometry::vec3::{Vec3, add, cross, dist2, dot, mul_add, norm, normalize, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::measure::connect::Sets;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -120,7 +120,7 @@ pub fn triangulate(
             continue;
         }
         let at = |i: u32| p[i as usize];
-        if dist2(at(a), at(c)) <= dist2(at(b), at(d)) {
+        if at(a).dist2(at(c)) <= at(b).dist2(at(d)) {
             triangles.push([a, b, c]);
             triangles.push([a, c, d]);
         } else {
@@ -224,7 +224,7 @@ fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &C
         boundary[e[0].1 as usize] = true;
     }
     // Where the edge crosses the triangles' edges, summed.
-    let mut met = vec![([0.0; 3], 0u32); positions.len()];
+    let mut met = vec![(Vec3::ZERO, 0u32); positions.len()];
     for (i, g) in groups(&list).enumerate() {
         ctx.check_at(i)?;
         let (a, b) = (g[0].0 as usize, g[0].1 as usize);
@@ -232,8 +232,8 @@ fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &C
             let (low, high) = (support[out], support[inside]);
             if boundary[out] && low < EDGE && high >= EDGE {
                 let t = f64::from((EDGE - low) / (high - low)).min(FARTHEST);
-                let step = scale(sub(positions[inside], positions[out]), t);
-                met[out] = (add(met[out].0, step), met[out].1 + 1);
+                let step = (positions[inside] - positions[out]) * t;
+                met[out] = (met[out].0 + step, met[out].1 + 1);
             }
         }
     }
@@ -241,20 +241,20 @@ fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &C
     for ((p, old), (step, n)) in positions.iter_mut().zip(&mut old).zip(met) {
         if n > 0 {
             *old = Some(*p);
-            *p = mul_add(*p, step, 1.0 / f64::from(n));
+            *p += step * (1.0 / f64::from(n));
         }
     }
     // No triangle may turn over: the vertices of one that would stay where they were.
     let near: Vec<&[u32; 3]> =
         triangles.iter().filter(|t| t.iter().any(|&v| old[v as usize].is_some())).collect();
-    let normal = |[a, b, c]: [Vec3; 3]| cross(sub(b, a), sub(c, a));
+    let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
     let was: Vec<Vec3> =
         near.iter().map(|t| normal(t.map(|v| old[v as usize].unwrap_or(positions[v as usize])))).collect();
     loop {
         ctx.check()?;
         let mut back = Vec::new();
         for (t, was) in near.iter().zip(&was) {
-            if dot(normal(t.map(|v| positions[v as usize])), *was) <= 0.0 {
+            if normal(t.map(|v| positions[v as usize])).dot(*was) <= 0.0 {
                 back.extend(t.iter().filter_map(|&v| old[v as usize].take().map(|p| (v, p))));
             }
         }
@@ -271,12 +271,12 @@ fn trim(positions: &mut [Vec3], triangles: &[[u32; 3]], support: &[f32], ctx: &C
 fn drop_flaps(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let normal = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| s.positions[v as usize]);
-        normalize(cross(sub(b, a), sub(c, a)))
+        (b - a).cross(c - a).normalized()
     };
     let flap = |(t, beside): (&[u32; 3], &Beside)| {
         let mut neighbours = beside.neighbours();
         let (Some((u, opposed)), None) = (neighbours.next(), neighbours.next()) else { return false };
-        let facing = dot(normal(t), normal(&s.triangles[u as usize]));
+        let facing = normal(t).dot(normal(&s.triangles[u as usize]));
         (if opposed { -facing } else { facing }) < SPIKE
     };
     let flaps: Vec<bool> = s.triangles.iter().zip(&beside(&s.triangles, ctx)?).map(flap).collect();
@@ -333,23 +333,23 @@ fn orient(s: &mut Surface, one_sided: bool, min_triangles: usize, ctx: &Context<
             let t = s.triangles[component[component.len() / 2] as usize];
             s.positions[t[0] as usize]
         };
-        let mut mean = [0.0; 3];
+        let mut mean = Vec3::ZERO;
         for (i, &t) in component.iter().enumerate() {
             ctx.check_at(i)?;
-            mean = add(mean, sub(s.positions[s.triangles[t as usize][0] as usize], centre));
+            mean += s.positions[s.triangles[t as usize][0] as usize] - centre;
         }
-        let centre = add(centre, scale(mean, 1.0 / component.len() as f64));
-        let (mut volume, mut area, mut mean_normal) = (0.0, 0.0, [0.0; 3]);
+        let centre = centre + (mean * (1.0 / component.len() as f64));
+        let (mut volume, mut area, mut mean_normal) = (0.0, 0.0, Vec3::ZERO);
         for (i, &t) in component.iter().enumerate() {
             ctx.check_at(i)?;
-            let [a, b, c] = s.triangles[t as usize].map(|v| sub(s.positions[v as usize], centre));
+            let [a, b, c] = s.triangles[t as usize].map(|v| s.positions[v as usize] - centre);
             let sign = if state[t as usize] == 2 { -0.5 } else { 0.5 };
-            let n = scale(cross(sub(b, a), sub(c, a)), sign);
-            mean_normal = add(mean_normal, n);
-            area += norm(n);
-            volume += dot(a, n) / 3.0;
+            let n = (b - a).cross(c - a) * sign;
+            mean_normal += n;
+            area += n.norm();
+            volume += a.dot(n) / 3.0;
         }
-        let facing = norm(mean_normal) / area.max(1e-300);
+        let facing = mean_normal.norm() / area.max(1e-300);
         let roundness = 6.0 * std::f64::consts::PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
         let open = facing > OPEN_SHEET.0 && roundness < OPEN_SHEET.1;
         found.push(Component { triangles: component.clone(), volume, mean_normal, open });
@@ -393,7 +393,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
             ctx.check()?;
             let normal = |t: &[u32; 3]| {
                 let [a, b, c] = t.map(|v| s.positions[v as usize]);
-                normalize(cross(sub(b, a), sub(c, a)))
+                (b - a).cross(c - a).normalized()
             };
             Ok(chunk.iter().map(normal).collect::<Vec<_>>())
         })
@@ -405,7 +405,7 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
         ctx.check_at(i)?;
         match g {
             [x, y]
-                if dot(normal[triangle(x)], normal[triangle(y)]) < SPIKE && runs_down(x) != runs_down(y) =>
+                if normal[triangle(x)].dot(normal[triangle(y)]) < SPIKE && runs_down(x) != runs_down(y) =>
             {
                 free[x.0 as usize] = true;
                 free[x.1 as usize] = true;
@@ -437,36 +437,36 @@ pub fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result
     }
     drop(list);
     for step in TAUBIN.into_iter().cycle().take(2 * SMOOTH) {
-        let mut sum = vec![([0.0; 3], 0.0); s.positions.len()];
+        let mut sum = vec![(Vec3::ZERO, 0.0); s.positions.len()];
         for (i, &(v, w)) in links.iter().enumerate() {
             ctx.check_at(i)?;
             let t = &mut sum[v as usize];
-            t.0 = add(t.0, s.positions[w as usize]);
+            t.0 += s.positions[w as usize];
             t.1 += 1.0;
         }
         for (p, (total, count)) in s.positions.iter_mut().zip(&sum) {
             if *count > 1.0 {
-                *p = mul_add(scale(*p, 1.0 - step), *total, step / count);
+                *p = *p * (1.0 - step) + *total * (step / count);
             }
         }
         ctx.check()?;
     }
     // Charts and triangles are both witnesses of the normals here; charts are none where the surface has left them.
-    let mut sum = vec![[0.0; 3]; s.positions.len()];
+    let mut sum = vec![Vec3::ZERO; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;
         if t.iter().any(|&v| free[v as usize]) {
             let [a, b, c] = t.map(|v| s.positions[v as usize]);
-            let n = cross(sub(b, a), sub(c, a));
+            let n = (b - a).cross(c - a);
             for &v in t {
-                sum[v as usize] = add(sum[v as usize], n);
+                sum[v as usize] += n;
             }
         }
     }
     for ((n, sum), _) in s.normals.iter_mut().zip(&sum).zip(&free).filter(|x| *x.1) {
-        if norm(*sum) > 0.0 {
-            let seen = normalize(*sum);
-            *n = if dot(*n, seen) < ASTRAY { seen } else { normalize(add(*n, seen)) };
+        if (*sum).norm() > 0.0 {
+            let seen = (*sum).normalized();
+            *n = if (*n).dot(seen) < ASTRAY { seen } else { (*n + seen).normalized() };
         }
     }
     Ok(())
@@ -524,19 +524,19 @@ pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
         }
         // Each fan's copy steps a little into its fan: two vertices in one place would be one again for whoever merges by position.
         let apart = |s: &Surface, i: usize| {
-            let mut sum = [0.0; 3];
+            let mut sum = Vec3::ZERO;
             let mut count = 0.0;
             for j in (0..tris.len()).filter(|&j| root(&fan, j) == i) {
                 for &x in &s.triangles[tris[j] as usize] {
-                    sum = add(sum, s.positions[x as usize]);
+                    sum += s.positions[x as usize];
                     count += 1.0;
                 }
             }
             let p = s.positions[v];
-            mul_add(p, sub(scale(sum, 1.0 / count), p), STEP_APART)
+            p + (sum * (1.0 / count) - p) * STEP_APART
         };
         let moved: Vec<Vec3> =
-            (0..tris.len()).map(|i| if root(&fan, i) == i { apart(s, i) } else { [0.0; 3] }).collect();
+            (0..tris.len()).map(|i| if root(&fan, i) == i { apart(s, i) } else { Vec3::ZERO }).collect();
         s.positions[v] = moved[0];
         for (i, &position) in moved.iter().enumerate().skip(1) {
             if root(&fan, i) == i {
@@ -561,14 +561,14 @@ pub(super) fn split_bowties(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
 
 /// Drops unused vertices and turns vertex normals to the triangles' side.
 fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
-    let mut sum = vec![[0.0; 3]; s.positions.len()];
+    let mut sum = vec![Vec3::ZERO; s.positions.len()];
     let mut used = vec![false; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;
         let [a, b, c] = t.map(|v| s.positions[v as usize]);
-        let n = cross(sub(b, a), sub(c, a));
+        let n = (b - a).cross(c - a);
         for &v in t {
-            sum[v as usize] = add(sum[v as usize], n);
+            sum[v as usize] += n;
             used[v as usize] = true;
         }
     }
@@ -582,8 +582,8 @@ fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
         map[v] = at as u32;
         s.positions[at] = s.positions[v];
         s.chart[at] = s.chart[v];
-        let n = if dot(s.normals[v], sum[v]) < 0.0 { scale(s.normals[v], -1.0) } else { s.normals[v] };
-        s.normals[at] = if norm(n) > 0.5 { n } else { normalize(sum[v]) };
+        let n = if s.normals[v].dot(sum[v]) < 0.0 { -s.normals[v] } else { s.normals[v] };
+        s.normals[at] = if n.norm() > 0.5 { n } else { sum[v].normalized() };
         at += 1;
     }
     s.positions.truncate(at);

@@ -7,7 +7,7 @@
 use crate::atlas::{Chart, View};
 use crate::error::Result;
 use crate::geometry::sort::sort;
-use crate::geometry::vec3::{Vec3, add, dist2, dot, mul_add, norm, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::orient::Relation;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -313,8 +313,8 @@ pub fn contour(
 fn touched(a: &Anchor, h: f64, mut visit: impl FnMut(u64)) {
     let size = h * f64::from(BLOCK);
     let reach = REACH * a.spacing;
-    let lo = a.position.map(|x| ((x - reach) / size).floor() as i32);
-    let hi = a.position.map(|x| ((x + reach) / size).floor() as i32);
+    let lo = a.position.0.map(|x| ((x - reach) / size).floor() as i32);
+    let hi = a.position.0.map(|x| ((x + reach) / size).floor() as i32);
     // Half a block's diagonal, the band, and what a curved surface leaves its tangent plane by within reach.
     let slab = 0.87 * size + BAND * h + 0.5 * reach;
     let far = reach + 0.87 * size;
@@ -677,7 +677,7 @@ fn gather(near: &[Near], p: Vec3, weights: &mut [f64]) -> f64 {
     weights.fill(0.0);
     let mut total = 0.0;
     for a in near {
-        let k = influence(dist2(p, a.position) * a.density);
+        let k = influence(p.dist2(a.position) * a.density);
         if k <= 0.0 {
             continue;
         }
@@ -712,7 +712,7 @@ fn corners(
     for n in 0..CORNERS {
         let k = n as i32;
         let i = [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK];
-        let p = [0, 1, 2].map(|k| f64::from(origin[k] + i[k]) * h);
+        let p = Vec3::from_fn(|k| f64::from(origin[k] + i[k]) * h);
         let total = gather(&near, p, &mut weights);
         if total <= 0.0 {
             continue;
@@ -723,7 +723,7 @@ fn corners(
                 continue;
             }
             let Some(View { distance, mask, normal, .. }) = charts[c as usize].view(p) else { continue };
-            seen.push((c, w, distance * sign, mask, scale(normal, sign)));
+            seen.push((c, w, distance * sign, mask, normal * sign));
         }
         // Charts of another sheet nearby have no say here: the sheet that is near and well known decides which charts are of the same opinion.
         let score = |x: &(u32, f64, f64, f64, Vec3)| x.1 * (x.3 + 0.02) / (x.2.abs() + NEAR * h);
@@ -735,7 +735,7 @@ fn corners(
             let limit = SAME_SHEET.0 * h + SAME_SHEET.1 * charts[c as usize].sigma;
             let t = (1.0 - ((f - lead) / limit).powi(2)).max(0.0);
             // Charts that face the same way are one sheet's, however noisy.
-            let w = if dot(normal, facing) > SAME_WAY { w } else { w * t * t };
+            let w = if normal.dot(facing) > SAME_WAY { w } else { w * t * t };
             if w <= 0.0 {
                 continue;
             }
@@ -816,21 +816,21 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
     }
     let place = |c: usize| {
         let o = corner(c);
-        [0, 1, 2].map(|k| f64::from(origin[k] + at[k] + o[k]) * h)
+        Vec3::from_fn(|k| f64::from(origin[k] + at[k] + o[k]) * h)
     };
     let mut done = [false; 12];
     for start in 0..12 {
         if done[start] || next[start][0] == usize::MAX || next[start][1] == usize::MAX {
             continue;
         }
-        let (mut sum, mut count, mut e, mut from) = ([0.0; 3], 0.0, start, usize::MAX);
+        let (mut sum, mut count, mut e, mut from) = (Vec3::ZERO, 0.0, start, usize::MAX);
         let vertex = out.contour.positions.len() as u32;
         let first = out.records.len();
         loop {
             done[e] = true;
             let (a, b) = EDGES[e];
             let t = (f[a] / (f[a] - f[b])).clamp(SHORT_OF, 1.0 - SHORT_OF);
-            sum = add(sum, mul_add(place(a), sub(place(b), place(a)), t));
+            sum += place(a) + (place(b) - place(a)) * t;
             count += 1.0;
             if (f[a] - f[b]).abs() <= if filled { FILL_JUMP } else { MAX_JUMP } * h {
                 let o = corner(a);
@@ -850,7 +850,7 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
         if out.records.len() == first {
             continue;
         }
-        let middle = scale(sum, 1.0 / count);
+        let middle = sum * (1.0 / count);
         let (normal, chart) = settle(grid, block, middle);
         let support = if torn { TORN } else { grid.support_at(block, at, middle) };
         let out = &mut out.contour;
@@ -864,18 +864,18 @@ fn cell(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut BlockOut) {
 
 /// The normal at a vertex, from the charts of its block that pass nearest, and the nearest of them.
 fn settle(grid: &Grid<'_>, block: usize, p: Vec3) -> (Vec3, u32) {
-    let (mut n, mut best) = ([0.0; 3], (0.0, u32::MAX));
+    let (mut n, mut best) = (Vec3::ZERO, (0.0, u32::MAX));
     let (list, turned) = grid.list(block);
     for (&c, &turned) in list.iter().zip(turned) {
         let chart = &grid.charts[c as usize];
         if let Some(v) = chart.view(p) {
             let w = v.taper * v.mask / (v.distance * v.distance + 0.01 * grid.h * grid.h);
-            n = mul_add(n, v.normal, if turned { -w * chart.sign } else { w * chart.sign });
+            n += v.normal * (if turned { -w * chart.sign } else { w * chart.sign });
             if w > best.0 {
                 best = (w, c);
             }
         }
     }
-    let l = norm(n);
-    (if l > 0.0 { scale(n, 1.0 / l) } else { [0.0; 3] }, best.1)
+    let l = n.norm();
+    (if l > 0.0 { n * (1.0 / l) } else { Vec3::ZERO }, best.1)
 }

@@ -9,7 +9,7 @@ use super::clean::{Surface, edges, groups, runs_down, split_bowties};
 use crate::error::Result;
 use crate::geometry::neighbours::Neighbours;
 use crate::geometry::sort::sort;
-use crate::geometry::vec3::{Vec3, cross, dist2, norm, sub};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 
@@ -77,7 +77,7 @@ fn loops(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
 pub fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>) -> Result<(usize, Vec<bool>)> {
     let length = |r: &[u32]| {
         (0..r.len())
-            .map(|i| dist2(s.positions[r[i] as usize], s.positions[r[(i + 1) % r.len()] as usize]).sqrt())
+            .map(|i| s.positions[r[i] as usize].dist2(s.positions[r[(i + 1) % r.len()] as usize]).sqrt())
             .sum::<f64>()
     };
     let holes = loops(s, ctx)?;
@@ -199,7 +199,7 @@ fn close(
     let mut whole = 0.0;
     for (i, p) in at.iter().enumerate() {
         along.push(whole);
-        whole += dist2(*p, at[(i + 1) % at.len()]).sqrt();
+        whole += (*p).dist2(at[(i + 1) % at.len()]).sqrt();
     }
     let (mut found, mut out) = (Vec::new(), Vec::new());
     for (i, &p) in at.iter().enumerate() {
@@ -221,7 +221,7 @@ fn close(
 }
 
 fn area([a, b, c]: [Vec3; 3]) -> f64 {
-    0.5 * norm(cross(sub(b, a), sub(c, a)))
+    0.5 * (b - a).cross(c - a).norm()
 }
 
 /// The triangulation of a closed polygon with the least area, by edges at most `longest` long, and that area; `None` where every one would use a
@@ -238,7 +238,7 @@ fn triangulate(
     let free = |i: usize, j: usize| {
         let neighbours = j == i + 1 || (i == 0 && j == n - 1);
         let (a, b) = (ring[i].min(ring[j]), ring[i].max(ring[j]));
-        neighbours || (dist2(at(i), at(j)) <= longest * longest && taken.binary_search(&(a, b)).is_err())
+        neighbours || (at(i).dist2(at(j)) <= longest * longest && taken.binary_search(&(a, b)).is_err())
     };
     let mut cost = vec![f64::INFINITY; n * n];
     let mut split = vec![0u32; n * n];
@@ -290,15 +290,14 @@ fn triangulate(
 mod tests {
     use super::*;
     use crate::Run;
-    use crate::geometry::vec3::dot;
 
     /// An open box: four walls and a floor.
     fn open_box() -> Surface {
         let positions: Vec<Vec3> =
-            (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
+            (0..8).map(|i| Vec3([f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)])).collect();
         let quads = [[0, 2, 3, 1], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]];
         let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-        Surface { normals: vec![[0.0; 3]; 8], chart: vec![0; 8], positions, triangles }
+        Surface { normals: vec![Vec3::ZERO; 8], chart: vec![0; 8], positions, triangles }
     }
 
     fn boundary(s: &Surface) -> usize {
@@ -316,7 +315,7 @@ mod tests {
             .iter()
             .map(|t| {
                 let [a, b, c] = t.map(|v| s.positions[v as usize]);
-                dot(a, cross(b, c)) / 6.0
+                a.dot(b.cross(c)) / 6.0
             })
             .sum();
         assert!((volume.abs() - 1.0).abs() < 1e-12);
@@ -327,13 +326,13 @@ mod tests {
         let (mut positions, mut triangles) = (vec![], vec![]);
         for k in 0..n as u32 {
             let [x, y] = at(f64::from(k) / n as f64);
-            positions.push([x, y, 0.0]);
-            positions.push([x, y, 1.0]);
+            positions.push(Vec3([x, y, 0.0]));
+            positions.push(Vec3([x, y, 1.0]));
             let [a, b] = [2 * k, (2 * k + 2) % (2 * n as u32)];
             triangles.push([a, b, b + 1]);
             triangles.push([a, b + 1, a + 1]);
         }
-        Surface { normals: vec![[0.0; 3]; 2 * n], chart: vec![0; 2 * n], positions, triangles }
+        Surface { normals: vec![Vec3::ZERO; 2 * n], chart: vec![0; 2 * n], positions, triangles }
     }
 
     #[test]

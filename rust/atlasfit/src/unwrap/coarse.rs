@@ -10,7 +10,6 @@
 use super::refine::Patches;
 use super::surface::{NONE, Surface};
 use crate::error::Result;
-use crate::geometry::vec3::{cross, dist2, dot, norm, sub};
 use crate::run::Context;
 
 /// Coarse triangles per patch at least, so that its shape survives.
@@ -247,7 +246,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
             near.extend(
                 fan.iter()
                     .filter(|&&h| crossing == 0 || mesh.path_of(h) != NONE)
-                    .map(|&h| (dist2(p, s.pos[mesh.end(h) as usize]), h))
+                    .map(|&h| (p.dist2(s.pos[mesh.end(h) as usize]), h))
                     .filter(|x| x.0 < bound),
             );
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -323,11 +322,11 @@ fn may_collapse(mesh: &Mesh<'_>, h: u32, fan: &[u32]) -> bool {
             mesh.s.pos[t[(k + 1) % 3] as usize],
             mesh.s.pos[t[(k + 2) % 3] as usize],
         );
-        let old = cross(sub(x, p), sub(y, p));
-        let new = cross(sub(x, q), sub(y, q));
-        let longest = dist2(x, y).max(dist2(x, q)).max(dist2(y, q));
+        let old = (x - p).cross(y - p);
+        let new = (x - q).cross(y - q);
+        let longest = x.dist2(y).max(x.dist2(q)).max(y.dist2(q));
         // No sliver, and within 45 degrees of before.
-        norm(new) > 0.1 * longest && dot(old, new) > 0.7 * norm(old) * norm(new)
+        new.norm() > 0.1 * longest && old.dot(new) > 0.7 * old.norm() * new.norm()
     })
 }
 

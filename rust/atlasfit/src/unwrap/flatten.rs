@@ -7,7 +7,7 @@
 use super::chart::Chart;
 use super::solver::{Factor, Graph};
 use super::surface::Surface;
-use crate::geometry::vec3::{Vec3, dot, norm, sub};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 
 /// Cotangent weights are kept inside this range, so that needles neither vanish nor rule.
@@ -67,14 +67,14 @@ pub(super) fn over_area(s: &Surface, chart: &Chart, bound: f64) -> f64 {
 
 /// Projects a chart to the plane across its mean normal.
 pub(super) fn project(s: &Surface, chart: &mut Chart, n: Vec3) {
-    let (e1, e2) = crate::geometry::vec3::tangents(n);
+    let (e1, e2) = n.tangents();
     let mut origin = None;
     for (f, t) in chart.faces.iter().zip(&chart.tris) {
         for k in 0..3 {
             let p = s.pos[s.tri[*f as usize][k] as usize];
             let o = *origin.get_or_insert(p);
-            let d = sub(p, o);
-            chart.uv[t[k] as usize] = [dot(d, e1), dot(d, e2)];
+            let d = p - o;
+            chart.uv[t[k] as usize] = [d.dot(e1), d.dot(e2)];
         }
     }
 }
@@ -214,12 +214,12 @@ pub(super) fn blend_without_flips(tris: &[[u32; 3]], from: &mut [[f64; 2]], to: 
 
 /// The mean normal of some faces, by area.
 pub(super) fn mean_normal(s: &Surface, faces: &[u32]) -> Vec3 {
-    let mut n = [0.0; 3];
+    let mut n = Vec3::ZERO;
     for &f in faces {
         for k in 0..3 {
             n[k] += s.normal[f as usize][k] * s.area[f as usize];
         }
     }
-    let l = norm(n);
-    if l > 0.0 { n.map(|x| x / l) } else { [0.0, 0.0, 1.0] }
+    let l = n.norm();
+    if l > 0.0 { n.map(|x| x / l) } else { Vec3([0.0, 0.0, 1.0]) }
 }

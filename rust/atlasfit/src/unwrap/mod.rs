@@ -24,7 +24,8 @@ mod solver;
 mod surface;
 
 use crate::error::{Error, Result};
-use crate::geometry::{TriMesh, vec3};
+use crate::geometry::TriMesh;
+use crate::geometry::vec3::Vec3;
 use crate::run::{Context, Stage};
 use chart::Chart;
 use pack::Packing;
@@ -488,13 +489,12 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
         return Vec::new();
     }
     // Faces that look away from the rest are cut off first; else the longer side of the box is halved.
-    let facing = |f: u32| vec3::dot(s.normal[f as usize], n) > 0.2;
+    let facing = |f: u32| s.normal[f as usize].dot(n) > 0.2;
     let away = c.faces.iter().filter(|&&f| !facing(f)).count();
     let side: Vec<bool> = if away > 0 && away < c.faces.len() {
         whole_cells(s, &c.faces, c.faces.iter().map(|&f| !facing(f)).collect())
     } else {
-        let centre =
-            |f: u32| s.tri[f as usize].iter().fold([0.0; 3], |a, &v| vec3::add(a, s.pos[v as usize]));
+        let centre = |f: u32| s.tri[f as usize].iter().fold(Vec3::ZERO, |a, &v| a + s.pos[v as usize]);
         let axis = (0..3)
             .map(|k| {
                 let x = c.faces.iter().map(|&f| centre(f)[k]);

@@ -7,7 +7,7 @@
 use super::surface::{Cells, NONE, Surface};
 use crate::error::Result;
 use crate::geometry::sort::sort_by;
-use crate::geometry::vec3::{Vec3, add, dot, norm, normalize, scale};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -61,19 +61,19 @@ struct Cluster {
 }
 
 fn cone(a: &Cluster, b: &Cluster, axis: Vec3) -> f64 {
-    [a, b].iter().map(|c| dot(normalize(c.sum), axis).clamp(-1.0, 1.0).acos() + c.angle).fold(0.0, f64::max)
+    [a, b].iter().map(|c| c.sum.normalized().dot(axis).clamp(-1.0, 1.0).acos() + c.angle).fold(0.0, f64::max)
 }
 
 /// Cost of joining two clusters; `None` where the result would not be flat enough.
 fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64, cone_limit: f64) -> Option<f64> {
     let area = a.area + b.area;
-    let sum = add(a.sum, b.sum);
-    let error = area - norm(sum);
+    let sum = a.sum + b.sum;
+    let error = area - sum.norm();
     if error > flatness * area {
         return None;
     }
-    let gain = error - (a.area - norm(a.sum)) - (b.area - norm(b.sum));
-    if cone(a, b, normalize(sum)) > cone_limit {
+    let gain = error - (a.area - a.sum.norm()) - (b.area - b.sum.norm());
+    if cone(a, b, sum.normalized()) > cone_limit {
         return None;
     }
     Some((gain.max(0.0) + COMPACT * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
@@ -86,7 +86,7 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
     let cone_limit = CONE_COS.acos();
     let one = |f: usize| Cluster {
         area: s.area[f],
-        sum: scale(s.normal[f], s.area[f]),
+        sum: (s.normal[f] * s.area[f]),
         angle: 0.0,
         stamp: 0,
         near: Vec::new(),
@@ -96,8 +96,8 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
         Some(cells) => {
             let join = |c: u32| {
                 cells.faces(c).iter().map(|&f| one(f as usize)).reduce(|a, b| {
-                    let sum = add(a.sum, b.sum);
-                    let angle = cone(&a, &b, normalize(sum));
+                    let sum = a.sum + b.sum;
+                    let angle = cone(&a, &b, sum.normalized());
                     Cluster { area: a.area + b.area, sum, angle, stamp: 0, near: Vec::new() }
                 })
             };
@@ -160,8 +160,8 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
             if mate != NONE && pick[mate as usize].1 == e {
                 let two = &clusters[mate as usize];
                 name[mate as usize] = name[c];
-                let sum = add(one.sum, two.sum);
-                let angle = cone(one, two, normalize(sum));
+                let sum = one.sum + two.sum;
+                let angle = cone(one, two, sum.normalized());
                 joined.push(Cluster { area: one.area + two.area, sum, angle, stamp: 0, near: Vec::new() });
             } else {
                 joined.push(Cluster { near: Vec::new(), ..*one });
@@ -239,8 +239,8 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
         }
         // The one with more neighbours takes in the other.
         let (a, b) = if ca.near.len() >= cb.near.len() { (a, b) } else { (b, a) };
-        let sum = add(ca.sum, cb.sum);
-        let angle = cone(ca, cb, normalize(sum));
+        let sum = ca.sum + cb.sum;
+        let angle = cone(ca, cb, sum.normalized());
         let taken = std::mem::take(&mut clusters[b as usize].near);
         let b_area = clusters[b as usize].area;
         clusters[b as usize].stamp = NONE;
@@ -297,7 +297,7 @@ pub(super) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(
 /// Moves border cells to the neighbouring patch where that shortens the border.
 fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: &Context<'_>) -> Result<()> {
     let axis: Vec<Vec3> =
-        clusters.iter().map(|c| if c.stamp == NONE { [0.0; 3] } else { normalize(c.sum) }).collect();
+        clusters.iter().map(|c| if c.stamp == NONE { Vec3::ZERO } else { c.sum.normalized() }).collect();
     // Patches beyond each edge of the cell, and how long the border with each is.
     let mut near: Vec<(u32, f64)> = Vec::new();
     for _ in 0..8 {
@@ -332,12 +332,12 @@ fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: &Context<'_
             let mut best = (0.0, label[first]);
             for &(l, share) in &near {
                 let to = axis[l as usize];
-                if faces.iter().any(|&f| dot(s.normal[f as usize], to) < CONE_COS) {
+                if faces.iter().any(|&f| s.normal[f as usize].dot(to) < CONE_COS) {
                     continue;
                 }
                 // A cell that is much flatter against the other patch goes there even at equal length.
                 let normal = s.normal[first];
-                let turn = dot(normal, to) - dot(normal, axis[label[first] as usize]);
+                let turn = normal.dot(to) - normal.dot(axis[label[first] as usize]);
                 let gain = share - here + 0.3 * turn * share.max(here);
                 if gain > best.0 + 1e-9 {
                     best = (gain, l);

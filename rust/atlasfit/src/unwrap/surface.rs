@@ -7,7 +7,7 @@
 use super::UnwrapOptions;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::{Vec3, cross, dot, norm, scale, sub};
+use crate::geometry::vec3::Vec3;
 use crate::run::Context;
 use std::sync::Arc;
 
@@ -135,11 +135,11 @@ impl Surface {
         let mut pos: Vec<Vec3> = mesh
             .positions
             .iter()
-            .map(|p| [0, 1, 2].map(|k| (p[k] * 0.5 - (lo[k] * 0.25 + hi[k] * 0.25) * 1.0) * 2.0 / extent))
+            .map(|p| Vec3::from_fn(|k| (p[k] * 0.5 - (lo[k] * 0.25 + hi[k] * 0.25) * 1.0) * 2.0 / extent))
             .collect();
         let raw_area = |pos: &[Vec3], t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| pos[v as usize]);
-            norm(cross(sub(b, a), sub(c, a))) * 0.5
+            (b - a).cross(c - a).norm() * 0.5
         };
         let total: f64 = tri.iter().zip(&usable).filter(|(_, u)| **u).map(|(t, _)| raw_area(&pos, t)).sum();
         if total.is_nan() || total <= 0.0 {
@@ -151,7 +151,7 @@ impl Surface {
         ctx.check()?;
         let s = 1.0 / total.sqrt();
         for p in &mut pos {
-            *p = if p.iter().all(|x| x.is_finite()) { scale(*p, s) } else { [0.0; 3] };
+            *p = if p.iter().all(|x| x.is_finite()) { *p * s } else { Vec3::ZERO };
         }
         let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options, ctx)?;
         ctx.check()?;
@@ -167,41 +167,41 @@ impl Surface {
             let normal = std::mem::take(&mut out.normal);
             let bent = |f: usize, g: usize| {
                 let (a, b) = (normal[f], normal[g]);
-                a != [0.0; 3] && b != [0.0; 3] && dot(a, b) < least
+                a != Vec3::ZERO && b != Vec3::ZERO && a.dot(b) < least
             };
             out.cut(|f, _, g, _| bent(f, g), options);
             out.normal = normal;
         }
         out.cells = options.face_polygon.as_ref().map(|p| Cells::new(p, &out.mate));
         for f in (0..m).filter(|&f| !usable[f]) {
-            out.normal[f] = [0.0; 3];
+            out.normal[f] = Vec3::ZERO;
             out.area[f] = 0.0;
         }
-        out.degenerate = (0..m).filter(|&f| !usable[f] || out.normal[f] == [0.0; 3]).count();
+        out.degenerate = (0..m).filter(|&f| !usable[f] || out.normal[f] == Vec3::ZERO).count();
         Ok(Self { usable, unit: extent / s, duplicate, non_manifold, ..out })
     }
 
     /// Measures the faces of a mesh with known adjacency; all count as usable.
     pub(super) fn from_parts(pos: Arc<Vec<Vec3>>, tri: Vec<[u32; 3]>, mate: Vec<[u32; 3]>) -> Self {
         let m = tri.len();
-        let mut normal = vec![[0.0; 3]; m];
+        let mut normal = vec![Vec3::ZERO; m];
         let mut area = vec![0.0; m];
         let mut rest = vec![[MIN_EDGE, 0.0, MIN_EDGE]; m];
         let mut length = vec![[0f32; 3]; m];
         for f in 0..m {
             let [a, b, c] = tri[f].map(|v| pos[v as usize]);
-            let (ab, ac) = (sub(b, a), sub(c, a));
-            let n = cross(ab, ac);
-            let twice = norm(n);
-            length[f] = [norm(ab) as f32, norm(sub(c, b)) as f32, norm(ac) as f32];
+            let (ab, ac) = (b - a, c - a);
+            let n = ab.cross(ac);
+            let twice = n.norm();
+            length[f] = [ab.norm() as f32, (c - b).norm() as f32, ac.norm() as f32];
             area[f] = twice * 0.5;
             let longest = f64::from(length[f].iter().fold(0f32, |x, &y| x.max(y)));
             if twice > 1e-12 * longest * longest && twice > 0.0 {
-                normal[f] = scale(n, 1.0 / twice);
+                normal[f] = n * (1.0 / twice);
             }
-            let l = norm(ab).max(MIN_EDGE).max(MIN_HEIGHT * longest);
+            let l = ab.norm().max(MIN_EDGE).max(MIN_HEIGHT * longest);
             // Thickening one side leaves the height over it as it is.
-            let [x, y] = if norm(ab) > 0.0 { [dot(ab, ac), twice].map(|d| d / norm(ab)) } else { [0.0; 2] };
+            let [x, y] = if ab.norm() > 0.0 { [ab.dot(ac), twice].map(|d| d / ab.norm()) } else { [0.0; 2] };
             let y = y.max(MIN_HEIGHT * longest).max(MIN_EDGE);
             rest[f] = [l, x, y];
         }

@@ -11,7 +11,7 @@ use crate::files;
 use crate::render::camera::View;
 use crate::render::{Mode, Style, chart_color, render};
 use anyhow::{Context as _, Result, bail};
-use atlasfit::geometry::vec3::{Vec3, add, dist2, mul_add, norm, normalize, scale, sub};
+use atlasfit::geometry::vec3::{self, Vec3};
 use atlasfit::geometry::{PointCloud, TriMesh};
 use atlasfit::loss::{Chamfer, Sample};
 use atlasfit::measure::{self, sample};
@@ -289,7 +289,10 @@ impl Bench<'_> {
             python(&self.args.python, &script, &[&name, &SIGMA.to_string(), &truth, &noisy])?;
         }
         let load = |path| files::load(path, &self.args.run, self.console);
-        Ok(Shape { truth: load(&truth)?.into_mesh(), scan: load(&noisy)?.cloud.positions })
+        Ok(Shape {
+            truth: load(&truth)?.into_mesh(),
+            scan: vec3::of(&load(&noisy)?.cloud.positions).to_vec(),
+        })
     }
 
     /// A ring for what is thin, a sphere for all else.
@@ -349,7 +352,7 @@ impl Bench<'_> {
         if self.figure(&key, "cd").is_some() {
             return Ok(());
         }
-        let cloud = PointCloud::from_positions(shape.scan.clone());
+        let cloud = PointCloud::from_positions(vec3::plain(shape.scan.clone()));
         let how = DenoiseOptions { uv: false, ..DenoiseOptions::default() };
         let started = Instant::now();
         let outcome = atlasfit::denoise(&cloud, &how, &mut console.start_silent(&args.run));
@@ -431,13 +434,14 @@ impl Bench<'_> {
                 .iter()
                 .flat_map(|d| {
                     (0..12)
-                        .map(|_| [d[0] + 0.004 * rng.normal(), d[1] + 0.004 * rng.normal(), 0.0])
+                        .map(|_| Vec3([d[0] + 0.004 * rng.normal(), d[1] + 0.004 * rng.normal(), 0.0]))
                         .collect::<Vec<_>>()
                 })
                 .collect();
             let atlas = explicit::fit(&scan, &how, ctx)?;
             let gap = |curve: &[Vec3]| -> f64 {
-                let far = |p: &Vec3| curve.iter().map(|q| dist2(*p, *q)).fold(f64::INFINITY, f64::min).sqrt();
+                let far =
+                    |p: &Vec3| curve.iter().map(|q| (*p).dist2(*q)).fold(f64::INFINITY, f64::min).sqrt();
                 line.iter().map(far).sum::<f64>() / line.len() as f64
             };
             let ink = image_prior(&dots, if args.quick { 3 } else { 300 }, ctx)?;
@@ -472,7 +476,7 @@ impl Bench<'_> {
         let atlas = self.run(|ctx| Ok(explicit::fit(&shape.scan, &how, ctx)?))?;
         let fast = started.elapsed().as_secs_f64();
         let (reached, cd) = self.run(|ctx| {
-            let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.map(|x| x as f32)).collect();
+            let samples: Vec<Sample> = atlas.samples.iter().map(|s| s.to_f32()).collect();
             let mut chamfer = Chamfer::new(&shape.scan, ctx)?;
             let mut gradient = vec![[0.0; 3]; samples.len()];
             let reached = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
@@ -720,7 +724,7 @@ fn on_curves(atlas: &NetworkAtlas, ctx: &Context<'_>) -> Vec<Vec3> {
         .chunks_exact(side)
         .flat_map(|chart| chart.windows(2))
         .map(|w| {
-            total += dist2(w[0], w[1]).sqrt();
+            total += w[0].dist2(w[1]).sqrt();
             (total, w[0], w[1])
         })
         .collect();
@@ -729,7 +733,7 @@ fn on_curves(atlas: &NetworkAtlas, ctx: &Context<'_>) -> Vec<Vec3> {
         .filter_map(|_| {
             let at = rng.uniform() * total;
             let (_, a, b) = ends.get(ends.partition_point(|e| e.0 <= at))?;
-            Some(mul_add(*a, sub(*b, *a), rng.uniform()))
+            Some(*a + (*b - *a) * rng.uniform())
         })
         .collect()
 }
@@ -749,8 +753,8 @@ fn distortion(atlas: &NetworkAtlas) -> f64 {
         for i in 0..lines - 1 {
             for j in 0..side - 1 {
                 let p = chart[i * side + j];
-                let (a, b) = (sub(chart[(i + 1) * side + j], p), sub(chart[i * side + j + 1], p));
-                let (e, g) = (norm(a).powi(2), norm(b).powi(2));
+                let (a, b) = (chart[(i + 1) * side + j] - p, chart[i * side + j + 1] - p);
+                let (e, g) = (a.norm().powi(2), b.norm().powi(2));
                 let f: f64 = (0..3).map(|k| a[k] * b[k]).sum();
                 let root = ((e - g).powi(2) + 4.0 * f * f).sqrt();
                 // Folded cells count as badly as any.
@@ -767,7 +771,7 @@ fn heart(t: f64) -> Vec3 {
     let a = std::f64::consts::TAU * t;
     let x = 16.0 * a.sin().powi(3);
     let y = 13.0 * a.cos() - 5.0 * (2.0 * a).cos() - 2.0 * (3.0 * a).cos() - (4.0 * a).cos();
-    [x / 36.0, y / 36.0, 0.0]
+    Vec3([x / 36.0, y / 36.0, 0.0])
 }
 
 /// Centres of the dark pixels of a picture that a convolutional network gives after it was fitted to the dots' picture.
@@ -793,14 +797,14 @@ fn image_prior(dots: &[Vec3], steps: usize, ctx: &Context<'_>) -> Result<Vec<Vec
         net.step(1e-3);
     }
     net.forward(&mut out, ctx)?;
-    Ok((0..ink.len()).filter(|&i| out[i][0] > 0.0).map(centre).collect())
+    Ok((0..ink.len()).filter(|&i| out[i][0] > 0.0).map(|i| Vec3(centre(i))).collect())
 }
 
 /// A picture of the charts, each in its colour.
 fn draw(args: &Args, name: &str, atlas: &NetworkAtlas, ctx: &Context<'_>) -> Result<()> {
     let mut mesh = atlas.surface();
     if atlas.grid[0] == 1 {
-        return draw_points(args, name, &mesh.positions, ctx);
+        return draw_points(args, name, vec3::of(&mesh.positions), ctx);
     }
     let batch = atlas.grid[0] * atlas.grid[1];
     let color = |i: usize| {
@@ -815,7 +819,7 @@ fn draw_points(args: &Args, name: &str, points: &[Vec3], ctx: &Context<'_>) -> R
     if points.is_empty() {
         Ok(())
     } else {
-        draw_mesh(args, name, &TriMesh::new(points.to_vec(), Vec::new()), Mode::Points, ctx)
+        draw_mesh(args, name, &TriMesh::new(vec3::plain(points.to_vec()), Vec::new()), Mode::Points, ctx)
     }
 }
 
@@ -829,7 +833,7 @@ fn draw_mesh(args: &Args, name: &str, mesh: &TriMesh, mode: Mode, ctx: &Context<
 fn sphere(radius: f64) -> TriMesh {
     grid(64, 128, |u, v| {
         let (t, a) = (std::f64::consts::PI * u, std::f64::consts::TAU * v);
-        scale(normalize([t.sin() * a.cos(), t.sin() * a.sin(), t.cos()]), radius)
+        Vec3([t.sin() * a.cos(), t.sin() * a.sin(), t.cos()]).normalized() * radius
     })
 }
 
@@ -837,7 +841,7 @@ fn torus(large: f64, small: f64) -> TriMesh {
     grid(256, 48, |u, v| {
         let (a, b) = (std::f64::consts::TAU * u, std::f64::consts::TAU * v);
         let r = large + small * b.cos();
-        add([r * a.cos(), r * a.sin(), 0.0], [0.0, 0.0, small * b.sin()])
+        Vec3([r * a.cos(), r * a.sin(), small * b.sin()])
     })
 }
 
@@ -847,7 +851,7 @@ fn grid(n: u32, m: u32, at: impl Fn(f64, f64) -> Vec3) -> TriMesh {
     let place = |i: u32, n: u32| f64::from(i) / f64::from(n);
     let positions = (0..=n)
         .flat_map(|i| (0..=m).map(move |j| (i, j)))
-        .map(|(i, j)| at(place(i, n), place(j, m)))
+        .map(|(i, j)| at(place(i, n), place(j, m)).0)
         .collect();
     let triangles = (0..n)
         .flat_map(|i| (0..m).map(move |j| (i, j)))
