@@ -9,7 +9,7 @@ use crate::status::{
 };
 use atlasfit::atlas::file;
 use atlasfit::atlas::query::{Atlas, OnAtlas};
-use atlasfit::geometry::vec3::{self, Vec3};
+use atlasfit::numeric::vec3::{self, Vec3};
 use std::sync::Arc;
 
 /// A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along

@@ -7,9 +7,10 @@ use crate::run::{ATLASFIT_STAGE_LIMIT, atlasfit_run, brief_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{self, ATLASFIT_INDEX_OUT_OF_RANGE, Failure, atlasfit_status, guard};
 use atlasfit::atlas::query::Atlas;
-use atlasfit::denoise::{DenoiseOptions, Denoised, Outliers, Prior};
-use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
-use atlasfit::prior::level_set::LevelSetOptions;
+use atlasfit::pipeline::{DenoiseOptions, Denoised, Outliers, denoise_guided};
+use atlasfit_net::Prior;
+use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit_net::level_set::LevelSetOptions;
 use std::sync::Arc;
 
 /// atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
@@ -75,12 +76,7 @@ unsafe impl Sized for atlasfit_denoise_options {
             detail: d.detail,
             fill_holes: d.fill_holes,
             charts: d.charts.map_or(0, |n| n as u32),
-            prior: match d.prior {
-                Prior::Network(NetworkOptions { network: Network::Dense, .. }) => ATLASFIT_PRIOR_MLP,
-                Prior::Network(NetworkOptions { network: Network::Conv, .. }) => ATLASFIT_PRIOR_CONV,
-                Prior::LevelSet(_) => ATLASFIT_PRIOR_LEVEL_SET,
-                _ => ATLASFIT_PRIOR_GP,
-            },
+            prior: ATLASFIT_PRIOR_GP,
             outliers: match d.outliers {
                 Outliers::Keep => ATLASFIT_OUTLIERS_KEEP,
                 Outliers::Drop => ATLASFIT_OUTLIERS_DROP,
@@ -100,7 +96,7 @@ unsafe impl Sized for atlasfit_denoise_options {
 }
 
 impl atlasfit_denoise_options {
-    fn core(&self) -> status::Outcome<DenoiseOptions> {
+    fn core(&self) -> status::Outcome<(DenoiseOptions, Prior)> {
         let unknown = |name: &str, value: u32, advice: &str| {
             Err(Failure::invalid(format!("{name} is {value}. Give {advice}")))
         };
@@ -133,17 +129,16 @@ impl atlasfit_denoise_options {
             other => return unknown("outliers", other, "ATLASFIT_OUTLIERS_KEEP or ATLASFIT_OUTLIERS_DROP"),
         };
         let uv = input::flag(self.uv, "uv")?;
-        Ok(DenoiseOptions {
+        let options = DenoiseOptions::default()
             // 0 asks for an estimate; whatever else is no positive length is refused by the core.
-            noise: (self.noise != 0.0).then_some(self.noise),
-            detail: self.detail,
-            charts: (self.charts > 0).then_some(self.charts as usize),
-            prior,
-            fill_holes: self.fill_holes,
-            texture_size: self.texture_size,
-            outliers,
-            uv,
-        })
+            .with_noise((self.noise != 0.0).then_some(self.noise))
+            .with_detail(self.detail)
+            .with_charts((self.charts > 0).then_some(self.charts as usize))
+            .with_fill_holes(self.fill_holes)
+            .with_texture_size(self.texture_size)
+            .with_outliers(outliers)
+            .with_uv(uv);
+        Ok((options, prior))
     }
 }
 
@@ -196,10 +191,10 @@ pub unsafe extern "C" fn atlasfit_denoise(
 ) -> atlasfit_status {
     guard("atlasfit_denoise", || unsafe {
         handle::checked_out(out)?;
-        let options = sized::read_or_default(options)?.core()?;
+        let (options, prior) = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
         let cloud = input::cloud(points)?;
-        let mut denoised = atlasfit::denoise(&cloud, &options, &mut run)?;
+        let mut denoised = denoise_guided(&cloud, &options, prior.guide(), &mut run)?;
         drop(cloud);
         let charts = std::mem::take(&mut denoised.charts);
         let atlas = brief_run().execute(|ctx| Atlas::new(charts, denoised.origin, denoised.scale, ctx))?;

@@ -4,10 +4,7 @@
 mod scene;
 
 use atlasfit::bake::{BakeOptions, Colors, bake};
-use atlasfit::denoise::Prior;
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
-use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
-use atlasfit::prior::level_set::LevelSetOptions;
 use atlasfit::{DenoiseOptions, Run};
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
@@ -17,6 +14,9 @@ use atlasfit_capi::measure::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_net::Prior;
+use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit_net::level_set::LevelSetOptions;
 use scene::*;
 use std::ptr::{null, null_mut};
 
@@ -119,8 +119,9 @@ fn each_prior_gives_what_the_core_gives() {
             uv: 0,
             ..init(atlasfit_denoise_options_init)
         };
-        let options = DenoiseOptions { prior: core, uv: false, ..DenoiseOptions::default() };
-        let expected = atlasfit::denoise(&cloud, &options, &mut Run::default());
+        let options = DenoiseOptions::default().with_uv(false);
+        let expected =
+            atlasfit::pipeline::denoise_guided(&cloud, &options, core.guide(), &mut Run::default());
         let mut result = null_mut();
         let status = unsafe { atlasfit_denoise(&points(&xyz), &o, null(), &mut result) };
         match expected {
@@ -215,11 +216,7 @@ fn colors_and_attributes_reach_the_surface_as_through_the_core() {
         outliers: ATLASFIT_OUTLIERS_DROP,
         ..init(atlasfit_denoise_options_init)
     };
-    let how = DenoiseOptions {
-        uv: false,
-        outliers: atlasfit::denoise::Outliers::Drop,
-        ..DenoiseOptions::default()
-    };
+    let how = DenoiseOptions::default().with_uv(false).with_outliers(atlasfit::pipeline::Outliers::Drop);
     let core = atlasfit::denoise(&cloud, &how, &mut Run::default()).expect("the core fits");
     let (mut result, mut r) = (null_mut(), output::<atlasfit_report>());
     unsafe {

@@ -5,10 +5,10 @@
 //! beyond the borders of the charts, so that filtered look-ups find nothing foreign (dilation).
 
 use crate::error::{Error, Result};
-use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::Vec3;
 use crate::geometry::{PointCloud, TriMesh};
+use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
+use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
 
 /// No face.

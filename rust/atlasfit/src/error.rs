@@ -89,16 +89,20 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    pub(crate) fn empty(what: impl Into<String>, advice: impl Into<String>) -> Self {
+    /// [`Error::EmptyInput`]: `what` is missing, and what to do about it.
+    pub fn empty(what: impl Into<String>, advice: impl Into<String>) -> Self {
         Self::EmptyInput { what: what.into(), advice: advice.into() }
     }
-    pub(crate) fn invalid(what: impl Into<String>, advice: impl Into<String>) -> Self {
+    /// [`Error::InvalidArgument`]: `what` is out of range, and what to give.
+    pub fn invalid(what: impl Into<String>, advice: impl Into<String>) -> Self {
         Self::InvalidArgument { what: what.into(), advice: advice.into() }
     }
-    pub(crate) fn degenerate(what: impl Into<String>, advice: impl Into<String>) -> Self {
+    /// [`Error::Degenerate`]: `what` the data lack, and what to do about it.
+    pub fn degenerate(what: impl Into<String>, advice: impl Into<String>) -> Self {
         Self::Degenerate { what: what.into(), advice: advice.into() }
     }
-    pub(crate) fn internal(what: impl Into<String>) -> Self {
+    /// [`Error::Internal`]: `what` should not have happened.
+    pub fn internal(what: impl Into<String>) -> Self {
         Self::Internal { what: what.into() }
     }
 }

@@ -2,32 +2,53 @@
 //!
 //! In: a [`geometry::PointCloud`] (or the vertices of a [`geometry::TriMesh`]). Out: denoised points in
 //! input order, one stitched surface, and chart UVs.
-//! Method: *Deep Manifold Prior* (Gadelha, Wang, Maji, ECCV 2020); the default prior is the
+//! Method: *Deep Manifold Prior* (Gadelha, Wang, Maji); the default prior is the
 //! Gaussian-process limit of the paper's networks.
 //!
 //! Long work takes a [`Run`] (seed, threads, progress, cancel, time and memory limits). Nothing here
 //! prints, reads the environment or touches files.
 
-pub mod analyse;
-pub mod atlas;
-pub mod bake;
-pub mod denoise;
+// The layers, in order: each imports only what stands above it. `unwrap`, `measure` and `bake` stand beside the steps of
+// denoising, on the layers up to `geometry`; `pipeline` calls all of them. A test reads the imports (tests/layers.rs).
+// Blank lines keep the order from being sorted.
+
 pub mod error;
-pub mod fit;
-pub mod geometry;
-pub mod loss;
-pub mod measure;
-pub mod orient;
-pub mod partition;
-pub mod prior;
-pub mod project;
-pub mod rng;
+
 pub mod run;
-pub mod scan;
-pub mod surface;
+
+pub mod numeric;
+
+pub mod spatial;
+
+pub mod geometry;
+
+pub mod atlas;
+
+pub mod prior;
+
+pub mod partition;
+
+pub mod fit;
+
+pub mod noise;
+
+pub mod orient;
+
+pub mod blend;
+
+pub mod contour;
+
+pub mod measure;
+
+pub mod bake;
+
 pub mod unwrap;
 
-pub use denoise::{DenoiseOptions, Denoised, denoise};
+pub mod pipeline;
+
+mod setters;
+
 pub use error::{Error, Result};
-pub use geometry::vec3::Vec3;
+pub use numeric::Vec3;
+pub use pipeline::{DenoiseOptions, Denoised, denoise};
 pub use run::{CancelToken, Context, Progress, Run, Stage};

@@ -3,8 +3,8 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
-use atlasfit::denoise::Outliers;
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
+use atlasfit::pipeline::Outliers;
 use atlasfit::{CancelToken, DenoiseOptions, Denoised, Error, Run, Stage, denoise};
 use shapes::*;
 use std::time::{Duration, Instant};
@@ -48,7 +48,7 @@ fn a_clean_scan_stays_where_it_is() {
 
 #[test]
 fn the_edges_of_a_clean_box_neither_tear_nor_melt() {
-    let mut rng = atlasfit::rng::Rng::new(30);
+    let mut rng = atlasfit::numeric::rng::Rng::new(30);
     let points: Vec<[f64; 3]> = (0..6000)
         .map(|i| {
             let (u, v) = (2.0 * rng.uniform() - 1.0, 2.0 * rng.uniform() - 1.0);
@@ -68,7 +68,7 @@ fn the_edges_of_a_clean_box_neither_tear_nor_melt() {
 #[test]
 fn a_plate_five_times_as_thick_as_the_noise_keeps_both_its_sides() {
     let (thick, sigma) = (0.05, 0.01);
-    let mut rng = atlasfit::rng::Rng::new(33);
+    let mut rng = atlasfit::numeric::rng::Rng::new(33);
     let points: Vec<[f64; 3]> = (0..14_000)
         .map(|i| {
             let (u, v) = (rng.uniform() - 0.5, rng.uniform() - 0.5);
@@ -93,7 +93,7 @@ fn a_plate_five_times_as_thick_as_the_noise_keeps_both_its_sides() {
 #[test]
 fn a_part_with_three_times_the_noise_comes_out_smooth() {
     let truth = torus(12000, 0.4, 31);
-    let mut rng = atlasfit::rng::Rng::new(31);
+    let mut rng = atlasfit::numeric::rng::Rng::new(31);
     let loud = |p: &[f64; 3]| p[0] > 0.6;
     let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
         .map(|(p, n)| {
@@ -130,7 +130,7 @@ fn the_noise_estimate_is_within_a_quarter() {
 #[test]
 fn noise_given_by_the_user_is_used_as_given() {
     let truth = sphere(2000, 5);
-    let options = DenoiseOptions { noise: Some(0.4 * truth.spacing), ..plain() };
+    let options = plain().with_noise(Some(0.4 * truth.spacing));
     let out = denoise(&cloud(&truth.noisy(0.4, 5)), &options, &mut Run::default()).unwrap();
     assert!((out.report.noise / (0.4 * truth.spacing) - 1.0).abs() < 1e-12);
     assert!(rms(out.points.positions.iter().map(off_sphere)) < 0.2 * truth.spacing);
@@ -140,7 +140,7 @@ fn noise_given_by_the_user_is_used_as_given() {
 fn more_charts_are_more_charts() {
     let points = sphere(3000, 6).noisy(0.3, 6);
     let charts = |n| {
-        let options = DenoiseOptions { charts: Some(n), ..plain() };
+        let options = plain().with_charts(Some(n));
         denoise(&cloud(&points), &options, &mut Run::default()).unwrap().report.charts
     };
     assert!(charts(400) > 2 * charts(60));
@@ -153,7 +153,7 @@ fn stray_points_are_reported_and_do_not_move_the_surface() {
     let truth = sphere(3000, 7);
     let points = truth.noisy(0.3, 7);
     let clean = run(&points).unwrap();
-    let mut rng = atlasfit::rng::Rng::new(7);
+    let mut rng = atlasfit::numeric::rng::Rng::new(7);
     let mut dirty = points.clone();
     // Each alone, the way a scanner's stray points are; half a radius and more from the sphere.
     while dirty.len() < points.len() + 9 {
@@ -174,7 +174,7 @@ fn stray_points_are_reported_and_do_not_move_the_surface() {
         [&clean, &out].map(|o| rms(o.points.positions[..points.len()].iter().map(off_sphere))).into();
     assert!(b < 1.2 * a, "error {a} without strays, {b} with");
     // Or they are dropped.
-    let options = DenoiseOptions { outliers: Outliers::Drop, ..plain() };
+    let options = plain().with_outliers(Outliers::Drop);
     let dropped = denoise(&cloud(&dirty), &options, &mut Run::default()).unwrap();
     assert_eq!(dropped.points.len(), dirty.len() - dropped.report.outliers);
     assert_eq!(dropped.point_source.len(), dropped.points.len());
@@ -277,12 +277,12 @@ fn options_out_of_range_are_named() {
     let points = cloud(&sphere(200, 1).points);
     let d = plain;
     let bad = [
-        ("noise", DenoiseOptions { noise: Some(0.0), ..d() }),
-        ("noise", DenoiseOptions { noise: Some(f64::NAN), ..d() }),
-        ("detail", DenoiseOptions { detail: 0.0, ..d() }),
-        ("detail", DenoiseOptions { detail: f64::INFINITY, ..d() }),
-        ("charts", DenoiseOptions { charts: Some(0), ..d() }),
-        ("fill_holes", DenoiseOptions { fill_holes: -1.0, ..d() }),
+        ("noise", d().with_noise(Some(0.0))),
+        ("noise", d().with_noise(Some(f64::NAN))),
+        ("detail", d().with_detail(0.0)),
+        ("detail", d().with_detail(f64::INFINITY)),
+        ("charts", d().with_charts(Some(0))),
+        ("fill_holes", d().with_fill_holes(-1.0)),
     ];
     for (name, options) in bad {
         match denoise(&points, &options, &mut Run::default()) {
@@ -295,7 +295,7 @@ fn options_out_of_range_are_named() {
 /// Fewer points than a surface needs, or points on none: whatever comes out, it comes back and is finite.
 #[test]
 fn awkward_scans_end_in_a_result_or_a_typed_error() {
-    let mut rng = atlasfit::rng::Rng::new(12);
+    let mut rng = atlasfit::numeric::rng::Rng::new(12);
     let mut random = |n: usize, box_: Vec3| -> Vec<Vec3> {
         (0..n).map(|_| box_.map(|b| b * (rng.uniform() - 0.5))).collect()
     };
@@ -417,7 +417,7 @@ fn the_order_of_the_points_hardly_matters() {
     let truth = sphere(3000, 17);
     let points = truth.noisy(0.4, 17);
     let mut order: Vec<usize> = (0..points.len()).collect();
-    let mut rng = atlasfit::rng::Rng::new(17);
+    let mut rng = atlasfit::numeric::rng::Rng::new(17);
     for i in (1..order.len()).rev() {
         order.swap(i, rng.below(i + 1));
     }
@@ -453,7 +453,8 @@ fn the_same_scan_and_seed_give_the_same_bytes_for_any_number_of_threads() {
         };
         let uv: Vec<u32> =
             out.surface.corner_uv.iter().flatten().flatten().flatten().map(|x| x.to_bits()).collect();
-        let report = atlasfit::denoise::Report { seconds: vec![], ..out.report };
+        let mut report = out.report;
+        report.seconds.clear();
         (
             p,
             normals(&out.points.normals),

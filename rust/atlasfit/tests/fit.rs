@@ -3,15 +3,20 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
+use atlasfit::atlas::Patch;
 use atlasfit::atlas::mask::Mask;
 use atlasfit::atlas::monge::Local;
 use atlasfit::atlas::{Map, Monge};
-use atlasfit::geometry::dense::{cholesky, cholesky_solve};
-use atlasfit::partition::grow::Patch;
+use atlasfit::numeric::dense::{cholesky, cholesky_solve};
+use atlasfit::numeric::rng::Rng;
+use atlasfit::numeric::spline;
+use atlasfit::numeric::spline::{COEFFS, INTERVALS, SIDE};
+use atlasfit::prior::basis::WIDTH;
+use atlasfit::prior::basis::{BASIS, MODES};
 use atlasfit::prior::evidence::{Problem, Solution, Work};
-use atlasfit::prior::gp::{self, BASIS, COEFFS, INTERVALS, MODES, SIDE};
-use atlasfit::prior::normal::{Normal, Observation, WIDTH};
-use atlasfit::rng::Rng;
+use atlasfit::prior::normal_equations::NormalEquations;
+use atlasfit::prior::normal_equations::Observation;
+use atlasfit::prior::{basis, gp};
 use atlasfit::{Run, Vec3};
 use proptest::prelude::*;
 use shapes::rms;
@@ -34,18 +39,18 @@ proptest! {
     fn gradient_and_hessian_are_the_derivatives(seed in any::<u64>(), u in -0.99..0.99f64, v in -0.99..0.99f64) {
         let c = random_coeffs(seed);
         let e = 1e-5;
-        let (h, hu, hv) = gp::value_gradient(&c, u, v);
-        prop_assert!((h - gp::value(&c, u, v)).abs() < 1e-12);
+        let (h, hu, hv) = spline::value_gradient(&c, u, v);
+        prop_assert!((h - spline::value(&c, u, v)).abs() < 1e-12);
         let d = |f: &dyn Fn(f64) -> f64| (f(e) - f(-e)) / (2.0 * e);
         let tolerance = 2e-4; // Of values of size 10 to 100: third derivatives jump from one interval to the next.
-        prop_assert!((hu - d(&|t| gp::value(&c, u + t, v))).abs() < tolerance);
-        prop_assert!((hv - d(&|t| gp::value(&c, u, v + t))).abs() < tolerance);
-        let (uu, uv, vv) = gp::hessian(&c, u, v);
+        prop_assert!((hu - d(&|t| spline::value(&c, u + t, v))).abs() < tolerance);
+        prop_assert!((hv - d(&|t| spline::value(&c, u, v + t))).abs() < tolerance);
+        let (uu, uv, vv) = spline::hessian(&c, u, v);
         let tolerance = 2e-2;
-        prop_assert!((uu - d(&|t| gp::value_gradient(&c, u + t, v).1)).abs() < tolerance);
-        prop_assert!((uv - d(&|t| gp::value_gradient(&c, u + t, v).2)).abs() < tolerance);
-        prop_assert!((uv - d(&|t| gp::value_gradient(&c, u, v + t).1)).abs() < tolerance);
-        prop_assert!((vv - d(&|t| gp::value_gradient(&c, u, v + t).2)).abs() < tolerance);
+        prop_assert!((uu - d(&|t| spline::value_gradient(&c, u + t, v).1)).abs() < tolerance);
+        prop_assert!((uv - d(&|t| spline::value_gradient(&c, u + t, v).2)).abs() < tolerance);
+        prop_assert!((uv - d(&|t| spline::value_gradient(&c, u, v + t).1)).abs() < tolerance);
+        prop_assert!((vv - d(&|t| spline::value_gradient(&c, u, v + t).2)).abs() < tolerance);
     }
 
     /// The vector kernels against plain sums over the splines of the eigenfunctions.
@@ -56,15 +61,15 @@ proptest! {
         let seen: Vec<Observation> = (0..n)
             .map(|_| Observation { at: [random(), random()], height: random(), weight: random().abs(), count: 0.5 })
             .collect();
-        let mut data = Normal::default();
+        let mut data = NormalEquations::default();
         // In two goes: sums go on.
         data.observe(&BASIS, &seen[..n / 2]);
         data.observe(&BASIS, &seen[n / 2..]);
         prop_assert_eq!(data.count, 0.5 * n as f64);
         let splines: Vec<[f32; COEFFS]> = (0..MODES)
-            .map(|m| gp::spline_coefficients(&BASIS, &std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)))))
+            .map(|m| basis::spline_coefficients(&BASIS, &std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)))))
             .collect();
-        let column = |k: usize, o: &Observation| if k < MODES { gp::value(&splines[k], o.at[0], o.at[1]) } else { o.height };
+        let column = |k: usize, o: &Observation| if k < MODES { spline::value(&splines[k], o.at[0], o.at[1]) } else { o.height };
         for i in 0..=MODES {
             for j in i..=MODES {
                 let sum: f64 = seen.iter().map(|o| o.weight * column(i, o) * column(j, o)).sum();
@@ -85,10 +90,10 @@ fn only_the_affine_functions_are_free() {
     for m in 0..3 {
         let mut one = [0.0; MODES];
         one[m] = 1.0;
-        let c = gp::spline_coefficients(&BASIS, &one);
+        let c = basis::spline_coefficients(&BASIS, &one);
         for (u, v) in [(0.0, 0.0), (0.6, 0.3), (-0.5, 0.7), (0.1, -0.9)] {
-            let (uu, uv, vv) = gp::hessian(&c, u, v);
-            let (h, hu, hv) = gp::value_gradient(&c, u, v);
+            let (uu, uv, vv) = spline::hessian(&c, u, v);
+            let (h, hu, hv) = spline::value_gradient(&c, u, v);
             assert!(
                 uu.abs().max(uv.abs()).max(vv.abs()) < 1e-3 * (h.abs() + hu.abs() + hv.abs()),
                 "{m}: {uu} {uv} {vv}"
@@ -99,7 +104,7 @@ fn only_the_affine_functions_are_free() {
 
 /// Fits heights over the disk; `noise` is told to the fit as what to expect.
 fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (Solution, [f32; COEFFS]) {
-    let mut data = Normal::default();
+    let mut data = NormalEquations::default();
     let seen: Vec<Observation> = at
         .iter()
         .zip(heights)
@@ -107,7 +112,7 @@ fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (
         .collect();
     data.observe(&BASIS, &seen);
     let fit = gp::fit(&BASIS, &data, (noise, strength), None, &mut Work::default()).unwrap();
-    let coeffs = gp::spline_coefficients(&BASIS, &fit.weights);
+    let coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
     (fit, coeffs)
 }
 
@@ -131,7 +136,7 @@ fn a_plane_is_reproduced_however_tilted() {
         let (_, coeffs) = fit_heights(&at, &z, 0.01, 40.0);
         let size = c.abs() + a.abs() + b.abs();
         for p in &at {
-            let e = gp::value(&coeffs, p[0], p[1]) - (c + a * p[0] + b * p[1]);
+            let e = spline::value(&coeffs, p[0], p[1]) - (c + a * p[0] + b * p[1]);
             assert!(e.abs() <= 1e-6 * size, "{e} at {p:?}");
         }
     }
@@ -151,7 +156,7 @@ fn the_noise_of_a_smooth_patch_is_recovered() {
             let ratio = fit.sigma / noise;
             assert!((0.75..1.25).contains(&ratio), "noise {noise}, seed {seed}: {ratio}");
             ratios += ratio / 8.0;
-            let error = rms(at.iter().map(|p| gp::value(&coeffs, p[0], p[1]) - height(p)));
+            let error = rms(at.iter().map(|p| spline::value(&coeffs, p[0], p[1]) - height(p)));
             assert!(error < 0.8 * noise, "noise {noise}, seed {seed}: error {error}");
         }
         assert!((0.88..1.12).contains(&ratios), "noise {noise}: {ratios} on average");
@@ -162,7 +167,7 @@ fn the_noise_of_a_smooth_patch_is_recovered() {
 fn the_weights_of_a_fit_count() {
     // Half of the points are nonsense of no weight.
     let at = disk(200, 3);
-    let mut data = Normal::default();
+    let mut data = NormalEquations::default();
     let seen: Vec<Observation> = at
         .iter()
         .enumerate()
@@ -174,8 +179,8 @@ fn the_weights_of_a_fit_count() {
     data.observe(&BASIS, &seen);
     assert_eq!(data.count, 100.0);
     let fit = gp::fit(&BASIS, &data, (0.01, 40.0), None, &mut Work::default()).unwrap();
-    let c = gp::spline_coefficients(&BASIS, &fit.weights);
-    assert!((gp::value(&c, 0.5, 0.5) - 0.1).abs() < 1e-6);
+    let c = basis::spline_coefficients(&BASIS, &fit.weights);
+    assert!((spline::value(&c, 0.5, 0.5) - 0.1).abs() < 1e-6);
     data.clear();
     assert!(data.count == 0.0 && data.matrix.iter().all(|x| *x == 0.0));
 }
@@ -325,7 +330,7 @@ fn foot_points_are_the_nearest_points() {
     for _ in 0..40 {
         let (a, b) = (1.4 * (rng.uniform() - 0.5), 1.4 * (rng.uniform() - 0.5));
         // Off the surface by up to a tenth of the domain.
-        let q = Local { u: a, v: b, z: gp::value(&chart.coeffs, a, b) + 0.2 * (rng.uniform() - 0.5) };
+        let q = Local { u: a, v: b, z: spline::value(&chart.coeffs, a, b) + 0.2 * (rng.uniform() - 0.5) };
         let at = chart.lift(q.u, q.v, q.z);
         let (u, v) = chart.foot(q);
         let found = (chart.point(u, v) - at).norm();
@@ -366,7 +371,7 @@ fn two_sheets_in_one_patch_give_two_charts_and_one_sheet_one() {
     }
     let pair = fit_chart(&points, &p, 2.0 * noise);
     assert_eq!(pair.len(), 2);
-    let mut heights = [0, 1].map(|k| gp::value(&pair[k].coeffs, 0.0, 0.0));
+    let mut heights = [0, 1].map(|k| spline::value(&pair[k].coeffs, 0.0, 0.0));
     heights.sort_by(f64::total_cmp);
     assert!((heights[0] + 0.04).abs() < 0.01 && (heights[1] - 0.04).abs() < 0.01, "{heights:?}");
 }
@@ -391,7 +396,7 @@ fn a_mask_is_full_inside_and_empty_beyond_the_edge_of_the_data() {
 fn affine_splines_are_affine() {
     let c = affine(1.0, 0.5, -0.25);
     for (u, v) in [(0.0, 0.0), (0.9, -0.3), (-1.0, 1.0), (0.333, 0.777)] {
-        let (h, hu, hv) = gp::value_gradient(&c, u, v);
+        let (h, hu, hv) = spline::value_gradient(&c, u, v);
         assert!(
             (h - (1.0 + 0.5 * u - 0.25 * v)).abs() < 1e-6
                 && (hu - 0.5).abs() < 1e-5

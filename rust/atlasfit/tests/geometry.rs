@@ -1,8 +1,8 @@
 //! Claims about the numerical tools that all stages share: searches against brute force, factorisations against their definition.
 
 use atlasfit::Vec3;
-use atlasfit::geometry::dense::{LANES, cholesky, cholesky_solve, eigen3, eliminate};
-use atlasfit::geometry::neighbours::{Neighbour, Neighbours};
+use atlasfit::numeric::dense::{LANES, cholesky, cholesky_solve, eigen3, eliminate};
+use atlasfit::spatial::neighbours::{Neighbour, Neighbours};
 use atlasfit::{Error, Run};
 use proptest::prelude::*;
 
@@ -77,7 +77,7 @@ proptest! {
 
     #[test]
     fn a_cholesky_factor_solves_its_system(n in 1usize..24, seed in any::<u64>()) {
-        let mut rng = atlasfit::rng::Rng::new(seed);
+        let mut rng = atlasfit::numeric::rng::Rng::new(seed);
         let b: Vec<f64> = (0..n * n).map(|_| rng.normal()).collect();
         // BᵀB + I is positive definite.
         let full: Vec<f64> = (0..n * n)
@@ -114,7 +114,7 @@ proptest! {
     fn elimination_factors_the_pivots_and_leaves_the_rest(n in 1usize..40, seed in any::<u64>()) {
         let width = n.next_multiple_of(LANES);
         let pivots = seed as usize % (n + 1);
-        let mut rng = atlasfit::rng::Rng::new(seed);
+        let mut rng = atlasfit::numeric::rng::Rng::new(seed);
         let b: Vec<f64> = (0..n * n).map(|_| rng.normal()).collect();
         let full = |i: usize, j: usize| {
             (0..n).map(|k| b[k * n + i] * b[k * n + j]).sum::<f64>() + f64::from(u8::from(i == j))

@@ -3,7 +3,7 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
-use atlasfit::rng::Rng;
+use atlasfit::numeric::rng::Rng;
 use atlasfit::{DenoiseOptions, Denoised, Error, Result, Run, denoise};
 use proptest::prelude::*;
 use shapes::{cloud, norm, off_sphere, plain, rms, run, sphere, sub, topology};
@@ -73,7 +73,7 @@ proptest! {
     ) {
         let factor = 10f64.powi(size);
         let points: Vec<Vec3> = scene(&parts, seed).iter().map(|p| p.map(|x| x * factor)).collect();
-        sound_or_typed(&points, &DenoiseOptions { uv, ..DenoiseOptions::default() });
+        sound_or_typed(&points, &DenoiseOptions::default().with_uv(uv));
     }
 }
 
@@ -85,7 +85,7 @@ fn vertices_that_nearly_meet_and_holes_filled_in_pieces_leave_it_sound() {
         (&[(2, 198), (0, 310), (5, 334)], 11461005189233368407),
     ];
     for (parts, seed) in scenes {
-        sound_or_typed(&scene(parts, seed), &DenoiseOptions { uv: false, ..DenoiseOptions::default() });
+        sound_or_typed(&scene(parts, seed), &DenoiseOptions::default().with_uv(false));
     }
 }
 
@@ -138,7 +138,7 @@ fn noise_larger_than_the_scan_is_refused_and_far_too_little_is_remarked_on() {
     let truth = sphere(2000, 5);
     let points = truth.noisy(0.8, 5);
     let with = |noise: f64| -> Result<Denoised> {
-        let options = DenoiseOptions { noise: Some(noise), ..plain() };
+        let options = plain().with_noise(Some(noise));
         denoise(&cloud(&points), &options, &mut Run::default())
     };
     for noise in [0.9, 100.0, 1e300] {
@@ -152,10 +152,10 @@ fn noise_larger_than_the_scan_is_refused_and_far_too_little_is_remarked_on() {
 fn options_are_refused_before_any_work() {
     let none = cloud(&[]);
     for options in [
-        DenoiseOptions { texture_size: 0, ..plain() },
-        DenoiseOptions { texture_size: 1 << 20, ..plain() },
-        DenoiseOptions { detail: f64::NAN, ..plain() },
-        DenoiseOptions { fill_holes: -1.0, ..plain() },
+        plain().with_texture_size(0),
+        plain().with_texture_size(1 << 20),
+        plain().with_detail(f64::NAN),
+        plain().with_fill_holes(-1.0),
     ] {
         assert!(matches!(denoise(&none, &options, &mut Run::default()), Err(Error::InvalidArgument { .. })));
     }
@@ -164,7 +164,7 @@ fn options_are_refused_before_any_work() {
 #[test]
 fn too_much_detail_for_the_memory_limit_is_refused_soon() {
     let points = sphere(4000, 6).noisy(0.2, 6);
-    let options = DenoiseOptions { detail: 10.0, ..plain() };
+    let options = plain().with_detail(10.0);
     let mut run = Run { memory_limit_bytes: Some(60_000_000), ..Run::default() };
     let started = std::time::Instant::now();
     match denoise(&cloud(&points), &options, &mut run) {
@@ -183,7 +183,7 @@ fn a_small_part_stays_whatever_the_detail() {
     let size = spacing / small.spacing;
     points.extend(small.points.iter().map(|p| [3.0 + size * p[0], size * p[1], size * p[2]]));
     for detail in [0.5, 1.0] {
-        let options = DenoiseOptions { detail, ..plain() };
+        let options = plain().with_detail(detail);
         let out = denoise(&cloud(&points), &options, &mut Run::default()).unwrap();
         assert_eq!(out.report.parts, 2, "detail {detail}");
     }

@@ -129,7 +129,7 @@ fn an_open_sheet_faces_up() {
 #[test]
 fn a_hole_is_filled_on_request() {
     let points = square(3000, 0.0, 0.3, 6).noisy(0.2, 6);
-    let options = DenoiseOptions { fill_holes: 2.4, ..plain() };
+    let options = plain().with_fill_holes(2.4);
     let out = denoise(&cloud(&points), &options, &mut Run::default()).unwrap();
     let t = topology(&out.surface);
     assert_eq!((t.parts, t.boundary_loops, t.euler), (1, 1, 1), "{t:?}");
@@ -217,9 +217,8 @@ fn uvs_lie_in_the_page_without_flips_or_overlaps() {
 #[test]
 fn finer_detail_means_smaller_voxels_on_the_same_surface() {
     let points = sphere(1500, 11).noisy(0.3, 11);
-    let at = |detail: f64| {
-        denoise(&cloud(&points), &DenoiseOptions { detail, ..plain() }, &mut Run::default()).unwrap()
-    };
+    let at =
+        |detail: f64| denoise(&cloud(&points), &plain().with_detail(detail), &mut Run::default()).unwrap();
     let (coarse, fine) = (at(0.7), at(1.6));
     assert!((coarse.report.voxel * 0.7 - fine.report.voxel * 1.6).abs() < 1e-9);
     assert!(fine.surface.triangles.len() > 3 * coarse.surface.triangles.len());

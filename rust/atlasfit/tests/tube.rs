@@ -3,7 +3,7 @@
 use atlasfit::atlas::Tube;
 use atlasfit::atlas::tube::{HARMONICS, MASK_NODES};
 use atlasfit::geometry::PointCloud;
-use atlasfit::rng::Rng;
+use atlasfit::numeric::rng::Rng;
 use atlasfit::{DenoiseOptions, Run, Vec3, denoise};
 
 /// A bent tube with a radius that varies both ways.

@@ -6,10 +6,10 @@ use crate::number::{count, json as number, seconds, short, stages_json};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake};
-use atlasfit::denoise::{self, Report};
-use atlasfit::prior::explicit::{Network, NetworkOptions, Recipe};
-use atlasfit::prior::level_set::LevelSetOptions;
+use atlasfit::pipeline::{self, Report};
 use atlasfit_io::{SaveCloud, SaveMesh, Saved, Texture, save_cloud, save_mesh};
+use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit_net::level_set::LevelSetOptions;
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -87,19 +87,19 @@ enum TrainingRecipe {
 }
 
 impl Args {
-    fn prior(&self) -> denoise::Prior {
+    fn prior(&self) -> atlasfit_net::Prior {
         let recipe = match self.recipe {
             TrainingRecipe::Fast => Recipe::Fast,
             TrainingRecipe::Paper => Recipe::Paper,
         };
         let network = |network| {
-            denoise::Prior::Network(NetworkOptions { network, recipe, ..NetworkOptions::default() })
+            atlasfit_net::Prior::Network(NetworkOptions { network, recipe, ..NetworkOptions::default() })
         };
         match self.prior {
-            Prior::Gp => denoise::Prior::Gp,
+            Prior::Gp => atlasfit_net::Prior::Gp,
             Prior::Mlp => network(Network::Dense),
             Prior::Conv => network(Network::Conv),
-            Prior::LevelSet => denoise::Prior::LevelSet(LevelSetOptions::default()),
+            Prior::LevelSet => atlasfit_net::Prior::LevelSet(LevelSetOptions::default()),
         }
     }
 }
@@ -156,22 +156,20 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         None if args.bake => texture_size(loaded.cloud.len()),
         None => DenoiseOptions::default().texture_size,
     };
-    let options = DenoiseOptions {
-        noise: args.noise.0,
-        detail: args.detail,
-        charts: args.charts.0,
-        prior: args.prior(),
-        fill_holes: args.fill_holes,
-        texture_size,
-        outliers: match args.outliers {
-            Outliers::Keep => denoise::Outliers::Keep,
-            Outliers::Drop => denoise::Outliers::Drop,
-        },
-        uv: !args.no_uv && args.output.is_some(),
-    };
+    let options = DenoiseOptions::default()
+        .with_noise(args.noise.0)
+        .with_detail(args.detail)
+        .with_charts(args.charts.0)
+        .with_fill_holes(args.fill_holes)
+        .with_texture_size(texture_size)
+        .with_outliers(match args.outliers {
+            Outliers::Keep => pipeline::Outliers::Keep,
+            Outliers::Drop => pipeline::Outliers::Drop,
+        })
+        .with_uv(!args.no_uv && args.output.is_some());
     let mut outcome = {
         let mut run = console.start(&args.run);
-        atlasfit::denoise(&loaded.cloud, &options, &mut run)?
+        pipeline::denoise_guided(&loaded.cloud, &options, args.prior().guide(), &mut run)?
     };
     console.check()?;
     let mut saved: Vec<Saved> = Vec::new();

@@ -7,11 +7,11 @@ use crate::console::{Console, RunArgs};
 use crate::files;
 use crate::number::{count, json as number, short};
 use anyhow::Result;
-use atlasfit::geometry::sort::sort;
-use atlasfit::geometry::vec3;
 use atlasfit::geometry::{ScalarKind, TriMesh};
 use atlasfit::measure::{Topology, topology};
-use atlasfit::scan::{self, MIN_POINTS};
+use atlasfit::numeric::sort::sort;
+use atlasfit::numeric::vec3;
+use atlasfit::pipeline::prepare::{self, MIN_POINTS};
 use atlasfit::{Context, Error};
 use atlasfit_io::Format;
 use serde_json::{Value, json};
@@ -71,7 +71,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     let n = mesh.positions.len();
     ctx.reserve(BYTES_PER_POINT * n as u64 + BYTES_PER_FACE * mesh.triangles.len() as u64)?;
-    let found = scan::distinct(vec3::of(&mesh.positions), ctx)?;
+    let found = prepare::distinct(vec3::of(&mesh.positions), ctx)?;
     let mut out = Facts { not_finite: found.not_finite, duplicates: found.duplicates, ..Facts::default() };
     if !mesh.triangles.is_empty() {
         let place = |v: u32| match found.of_input[v as usize] {
@@ -90,17 +90,17 @@ fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     out.extent = Some(found.points.iter().fold([first.0; 2], |[lo, hi], p| {
         [[0, 1, 2].map(|k| lo[k].min(p[k])), [0, 1, 2].map(|k| hi[k].max(p[k]))]
     }));
-    let scan = match scan::analyse(found, None, ctx) {
+    let scan = match prepare::prepare(found, None, ctx) {
         Ok(scan) => scan,
         // What is no surface still has the facts above.
         Err(Error::Degenerate { .. }) => return Ok(out),
         Err(e) => return Err(e),
     };
-    out.spacing = Some(scan.median_spacing * scan.scale);
-    out.noise = Some(scan.noise * scan.scale);
+    out.spacing = Some(scan.sampling.median * scan.frame.scale);
+    out.noise = Some(scan.noise.sigma * scan.frame.scale);
     if mesh.triangles.is_empty() {
-        let (parts, alone) = scan::parts(&scan, ctx)?;
-        out.groups = Some((parts, alone + scan.stray));
+        let (parts, alone) = prepare::parts(&scan, ctx)?;
+        out.groups = Some((parts, alone + scan.input.stray));
     }
     Ok(out)
 }

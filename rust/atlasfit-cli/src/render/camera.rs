@@ -3,7 +3,7 @@
 //! In: a view (a name or two angles), the box of what is shown, the picture's size. Out: an orthographic projection to
 //! pixels and depth. Orthographic, because people compare results by laying pictures over each other.
 
-use atlasfit::geometry::vec3::Vec3;
+use atlasfit::numeric::vec3::Vec3;
 use std::str::FromStr;
 
 /// The share of the picture that is left free on every side.

@@ -9,9 +9,10 @@ mod color;
 
 use atlasfit::bake::Image;
 use atlasfit::geometry::TriMesh;
-use atlasfit::geometry::vec3::{self, Vec3};
 use atlasfit::measure::charts;
-use atlasfit::measure::connect::{Edges, weld};
+use atlasfit::numeric::vec3::{self, Vec3};
+use atlasfit::spatial::edges::Edges;
+use atlasfit::spatial::weld::weld;
 use atlasfit::{Context, Error, Result};
 use camera::{Camera, Up, View};
 use canvas::{Canvas, NOTHING, OVER, Primitive, Weights};

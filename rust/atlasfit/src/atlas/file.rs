@@ -24,8 +24,8 @@ use crate::atlas::query::Atlas;
 use crate::atlas::tube::{HARMONICS, MASK_NODES};
 use crate::atlas::{Chart, Map, Monge, Tube};
 use crate::error::{Error, Result};
-use crate::geometry::vec3::Vec3;
-use crate::prior::gp;
+use crate::numeric::spline;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::HashMap;
@@ -38,7 +38,7 @@ const CHART: usize = 3;
 const SHEET: usize = 14;
 const SHEET_MASK: usize = mask::SIDE * mask::SIDE;
 const TUBE: usize = 22;
-const TUBE_RADIUS: usize = gp::SIDE * HARMONICS;
+const TUBE_RADIUS: usize = spline::SIDE * HARMONICS;
 /// Lengths in the normalised frame are about 1; those of a scan's farthest strays are far below this.
 const LARGEST: f64 = 1e6;
 /// Lengths in the user's frame: far enough from overflow that squares are finite.
@@ -101,7 +101,7 @@ pub fn to_bytes(atlas: &Atlas) -> Result<Vec<u8>> {
         ("kind", Dtype::U8, vec![n], &kind),
         ("chart", Dtype::F64, vec![n, CHART], &chart),
         ("sheet.base", Dtype::F64, vec![s, SHEET], &sheet_base),
-        ("sheet.coeffs", Dtype::F32, vec![s, gp::COEFFS], &sheet_coeffs),
+        ("sheet.coeffs", Dtype::F32, vec![s, spline::COEFFS], &sheet_coeffs),
         ("sheet.mask", Dtype::U8, vec![s, SHEET_MASK], &sheet_mask),
         ("tube.base", Dtype::F64, vec![t, TUBE], &tube_base),
         ("tube.radius", Dtype::F32, vec![t, TUBE_RADIUS], &tube_radius),
@@ -150,7 +150,7 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
     let (kind, n) = tensor("kind", Dtype::U8, 1)?;
     let (chart, rows) = tensor("chart", Dtype::F64, CHART)?;
     let (sheet_base, s) = tensor("sheet.base", Dtype::F64, SHEET)?;
-    let (sheet_coeffs, s1) = tensor("sheet.coeffs", Dtype::F32, gp::COEFFS)?;
+    let (sheet_coeffs, s1) = tensor("sheet.coeffs", Dtype::F32, spline::COEFFS)?;
     let (sheet_mask, s2) = tensor("sheet.mask", Dtype::U8, SHEET_MASK)?;
     let (tube_base, t) = tensor("tube.base", Dtype::F64, TUBE)?;
     let (tube_radius, t1) = tensor("tube.radius", Dtype::F32, TUBE_RADIUS)?;
@@ -202,7 +202,7 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
             }
             let flat: [f32; TUBE_RADIUS] =
                 singles(tube_radius, tube).ok_or_else(|| unsound("a coefficient is out of range"))?;
-            let mut radius = Box::new([[0f32; HARMONICS]; gp::SIDE]);
+            let mut radius = Box::new([[0f32; HARMONICS]; spline::SIDE]);
             radius.as_flattened_mut().copy_from_slice(&flat);
             let mask = Box::new(row_u8(tube_mask, tube));
             tube += 1;

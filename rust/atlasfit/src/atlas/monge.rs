@@ -2,8 +2,8 @@
 //!
 //! A base plane (centre and orthonormal axes), an elliptic domain in it, and a height over the unit disk held as a cubic spline.
 
-use crate::geometry::vec3::Vec3;
-use crate::prior::gp::{self, COEFFS};
+use crate::numeric::spline::{self, COEFFS};
+use crate::numeric::vec3::Vec3;
 
 use super::mask::Mask;
 use super::{Foot, View};
@@ -59,7 +59,7 @@ impl Monge {
     /// The chart's map at (u, v).
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> Vec3 {
-        self.lift(u, v, gp::value(&self.coeffs, u, v))
+        self.lift(u, v, spline::value(&self.coeffs, u, v))
     }
     /// Unit normal for height slopes `hu`, `hv` with respect to domain coordinates; on the side of the third axis.
     #[inline]
@@ -73,7 +73,7 @@ impl Monge {
     #[inline]
     #[must_use]
     pub fn height_normal(&self, u: f64, v: f64) -> (f64, f64, Vec3) {
-        let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
+        let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
         let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
         let c = 1.0 / (1.0 + a * a + b * b).sqrt();
         let n = self.axes[2] + (self.axes[0] * -a + self.axes[1] * -b);
@@ -85,7 +85,7 @@ impl Monge {
     pub fn foot(&self, p: Local) -> (f64, f64) {
         let (mut u, mut v) = (p.u, p.v);
         for _ in 0..2 {
-            let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
+            let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
             let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
             // Residuals along the base axes and along the normal; metric I + grad gradᵀ, inverted in closed form.
             let (du, dv, dz) = ((p.u - u) * self.radii[0], (p.v - v) * self.radii[1], p.z - h);
@@ -112,8 +112,8 @@ impl Monge {
     /// Sum of the principal curvatures at (u, v), positive where the surface bends towards the third axis.
     #[must_use]
     pub fn curvature_sum(&self, u: f64, v: f64) -> f64 {
-        let (_, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
-        let (uu, uv, vv) = gp::hessian(&self.coeffs, u, v);
+        let (_, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
+        let (uu, uv, vv) = spline::hessian(&self.coeffs, u, v);
         let (ru, rv) = (self.radii[0], self.radii[1]);
         let (a, b) = (hu / ru, hv / rv);
         let (xx, xy, yy) = (uu / (ru * ru), uv / (ru * rv), vv / (rv * rv));
@@ -146,7 +146,7 @@ impl Monge {
     #[must_use]
     pub fn at(&self, uv: [f64; 2]) -> Foot {
         let [u, v] = uv;
-        let (h, hu, hv) = gp::value_gradient(&self.coeffs, u, v);
+        let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
         Foot { position: self.lift(u, v, h), normal: self.normal_of(hu, hv), taper: Self::taper(u, v), uv }
     }
     /// Weight in the blend at `p`, without looking for the nearest point.
@@ -159,7 +159,7 @@ impl Monge {
     #[must_use]
     pub fn normal_over(&self, p: Vec3) -> Vec3 {
         let l = self.local(p);
-        let (_, hu, hv) = gp::value_gradient(&self.coeffs, l.u, l.v);
+        let (_, hu, hv) = spline::value_gradient(&self.coeffs, l.u, l.v);
         self.normal_of(hu, hv)
     }
     /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the plane.

@@ -6,10 +6,10 @@
 
 use crate::atlas::{Chart, Foot};
 use crate::error::{Error, Result};
-use crate::geometry::vec3::Vec3;
-use crate::measure::bvh::{Aabb, Bvh};
-use crate::partition::grow::{TUKEY, tukey};
+use crate::numeric::robust::{TUKEY, tukey};
+use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
+use crate::spatial::bvh::{Aabb, Bvh};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 

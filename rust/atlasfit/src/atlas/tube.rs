@@ -4,8 +4,8 @@
 //! arc, the radius a cubic spline along it times a few harmonics around it.
 
 use super::{Foot, View};
-use crate::geometry::vec3::Vec3;
-use crate::prior::gp::{SIDE, locate, spline, spline_d1};
+use crate::numeric::spline::{SIDE, locate, spline, spline_d1};
+use crate::numeric::vec3::Vec3;
 
 /// Harmonics of the radius: the constant, and cosine and sine up to order 4. A square rod keeps its corners to a thirtieth of its width.
 pub const HARMONICS: usize = 9;

@@ -5,14 +5,14 @@
 //! both directions added) beside its floor (truth against truth), F-score, agreement of normals. Lengths are in the
 //! unit of the input.
 
-use super::bvh::{Aabb, Bvh};
 use super::locate::{Foot, Locator};
 use super::sample::{Sample, area_vector, uniform};
 use super::topology::{Topology, topology};
 use crate::error::{Error, Result};
-use crate::geometry::vec3::{self, Vec3};
 use crate::geometry::{PointCloud, TriMesh};
+use crate::numeric::vec3::{self, Vec3};
 use crate::run::{Context, Stage};
+use crate::spatial::bvh::{Aabb, Bvh};
 use rayon::prelude::*;
 
 /// The F-score's distance as a share of the longest side of the truth's bounding box, where no distance is given.

@@ -4,11 +4,11 @@
 //! on a triangle is by Voronoi regions (Ericson 2004, "Real-Time Collision Detection", 5.1.5), with a fall-back to the
 //! three sides where the triangle has no area.
 
-use super::bvh::{Aabb, Bvh};
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::Vec3;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::bvh::{Aabb, Bvh};
 use rayon::prelude::*;
 
 /// Queries per task: a few milliseconds of work between two looks at the cancel flag.

@@ -3,8 +3,6 @@
 //! In: meshes and points in the user's unit. Out: plain numbers; nothing is changed. Random sampling follows the
 //! run's seed and gives the same numbers for any thread count.
 
-pub mod bvh;
-pub mod connect;
 pub mod distance;
 pub mod locate;
 pub mod sample;

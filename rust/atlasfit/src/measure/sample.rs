@@ -4,8 +4,8 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::Vec3;
-use crate::rng::Rng;
+use crate::numeric::rng::Rng;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 

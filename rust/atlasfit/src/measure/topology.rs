@@ -4,12 +4,14 @@
 //! vertices are split along UV seams is judged as the surface that it shows. Faces that name a place twice are
 //! counted and set aside. Out: counts.
 
-use super::bvh::Aabb;
-use super::connect::{Edges, Sets, weld};
 use crate::error::Result;
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::{self, Vec3};
+use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
+use crate::spatial::bvh::Aabb;
+use crate::spatial::edges::Edges;
+use crate::spatial::sets::Sets;
+use crate::spatial::weld::weld;
 
 /// Vertices nearer than this share of the bounding box's longest side are one: far above the rounding of f64 in
 /// any frame, far below the detail of any scan.

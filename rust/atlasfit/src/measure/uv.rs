@@ -4,13 +4,15 @@
 //! Sources: Sander, Snyder, Gortler, Hoppe 2001, "Texture mapping progressive meshes" (stretch norms);
 //! singular values of the map from surface to texture after one global scale.
 
-use super::bvh::{Aabb, Bvh};
-use super::connect::{Edges, Sets, weld};
 use super::sample::area;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::{self, Vec3};
+use crate::numeric::vec3::{self, Vec3};
 use crate::run::{Context, Stage};
+use crate::spatial::bvh::{Aabb, Bvh};
+use crate::spatial::edges::Edges;
+use crate::spatial::sets::Sets;
+use crate::spatial::weld::weld;
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
 use std::ops::ControlFlow;

@@ -6,34 +6,13 @@
 //! shortened across strong curvature: along a tube a patch is long, around it short.
 
 use crate::atlas::Monge;
-use crate::geometry::dense::{LANES, cholesky, cholesky_solve, principal};
-use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::Vec3;
-use crate::project::Projected;
+use crate::atlas::Patch;
+use crate::atlas::ProjectedPoint;
+use crate::numeric::dense::{LANES, cholesky, cholesky_solve, principal};
+use crate::numeric::robust::TUKEY;
+use crate::numeric::vec3::Vec3;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
 use pulp::{Arch, Scalar, Simd, WithSimd};
-
-/// A patch before it is fitted.
-#[derive(Debug, Clone)]
-pub struct Patch {
-    /// Centre.
-    pub center: Vec3,
-    /// Base axes and normal.
-    pub axes: [Vec3; 3],
-    /// Half axes of the domain.
-    pub radii: [f64; 2],
-    /// The quadric over the base plane: heights at (u, v) in the unit disk are q . (1, u, v, u^2, uv, v^2).
-    pub quadric: [f64; 6],
-    /// Points that follow the quadric, with domain coordinates inside the unit disk (and a little beyond).
-    pub members: Vec<u32>,
-    /// Standard deviation of the points about the quadric, its six degrees of freedom taken into account.
-    pub residual: f64,
-    /// Point spacing about the seed.
-    pub spacing: f64,
-    /// Noise that the patch was grown with, standard deviation.
-    pub sigma: f64,
-    /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
-    pub sound: bool,
-}
 
 /// What growing needs to know of the scan.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +24,7 @@ pub struct GrowParams<'a> {
     /// No patch grows beyond this radius.
     pub max_radius: f64,
     /// Where an earlier fit saw the points: a patch takes none that it saw on the other side of a wall or a gap.
-    pub seen: Option<&'a [Projected]>,
+    pub seen: Option<&'a [ProjectedPoint]>,
 }
 
 /// Points that face each other are of different sheets if this many standard deviations of the noise, at least, lie between them.
@@ -55,7 +34,7 @@ const BETWEEN: f64 = 1.0;
 /// where a surface that starts at `a` would come by it if `b` were only turned the wrong way. (The chord of an arc is perpendicular to the sum of
 /// its ends' normals.)
 #[must_use]
-pub fn across(a: (Vec3, Vec3), b: &Projected, sigma: f64) -> bool {
+pub fn across(a: (Vec3, Vec3), b: &ProjectedPoint, sigma: f64) -> bool {
     let ((place, normal), facing) = (a, b.normal);
     b.chart != u32::MAX
         && facing.dot(normal) < 0.0
@@ -72,24 +51,12 @@ const CURVED: f64 = 0.35;
 const MAX_LENGTHEN: f64 = 2.5;
 /// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
 const GROWTH: f64 = 1.3;
-/// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 % efficiency for Gaussian
-/// noise, less would tell near sheets apart better but waste data).
-pub const TUKEY: f64 = 4.0;
 /// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a few thousand tell as much.
 const MAX_FOUND: usize = 4096;
 /// Fewer points than this carry no quadric.
 pub const MIN_MEMBERS: usize = 7;
 /// Points a little outside the domain still take part in the fit, so that a chart's rim is not extrapolated.
 pub const RIM: f64 = 1.1;
-
-/// Tukey's biweight of a residual.
-#[inline]
-#[must_use]
-pub fn tukey(residual: f64, limit: f64) -> f64 {
-    let t = residual / limit;
-    let t = 1.0 - t * t;
-    if t > 0.0 { t * t } else { 0.0 }
-}
 
 #[inline]
 fn quad(q: &[f64; 6], u: f64, v: f64) -> f64 {
@@ -469,6 +436,7 @@ pub fn explains(residual: f64, small: f64, sigma: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::robust::tukey;
     use proptest::prelude::*;
 
     proptest! {

@@ -7,16 +7,18 @@
 pub mod grow;
 pub mod tubes;
 
-use crate::analyse::Analysis;
+use crate::atlas::FittedChart;
 use crate::atlas::Map;
+use crate::atlas::Patch;
+use crate::atlas::ProjectedPoint;
 use crate::error::Result;
-use crate::fit::Fitted;
-use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::Vec3;
-use crate::project::{self, Projected};
-use crate::rng::{GOLDEN, Rng};
+use crate::numeric::rng::shuffled;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use grow::{GrowParams, MIN_MEMBERS, Patch, Scratch, across, explains, grow};
+use crate::spatial::neighbours::{Neighbour, Neighbours};
+use crate::spatial::spacing::Sampling;
+use crate::spatial::spacing::WIDEST;
+use grow::{GrowParams, MIN_MEMBERS, Scratch, across, grow};
 use rayon::prelude::*;
 
 /// A point counts as covered by a patch when it lies within this share of the domain: there the blend weight of the patch is
@@ -67,84 +69,6 @@ impl PatchSize {
 /// The default patch size.
 pub const PATCH_SIZE: PatchSize = PatchSize { spacings: 6.0, sigmas: 7.0 };
 
-/// Seeds at which a guess of the noise is tried. The share that is found has an error of three percent.
-const TRIALS: usize = 250;
-/// Half of the patches can be grown at about this share of the true noise: the first value where noise is below the point spacing, the second where
-/// it is as large (seen on surfaces flat and finely detailed, thin and thick).
-const HALF_SOUND: (f64, f64) = (0.92, 0.72);
-/// Steps between guesses.
-const GUESS_STEP: f64 = 1.35;
-
-/// Checks a first estimate of the noise by growing patches with it, and mends it where the local estimate was misled by
-/// sheets that lie close together or by noise as large as the neighbourhoods: with too small a noise few patches explain their points, with
-/// the right one most do.
-///
-/// # Errors
-/// Cancelled or out of time.
-pub fn check_noise(
-    points: &[Vec3],
-    tree: &Neighbours,
-    spacing: &[f32],
-    median_spacing: f64,
-    estimate: f64,
-    ctx: &Context<'_>,
-) -> Result<f64> {
-    let step = points.len().div_ceil(TRIALS).max(1);
-    let sound = |sigma: f64| -> Result<f64> {
-        let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
-        let params = |i: usize| {
-            let spacing = f64::from(spacing[i]);
-            GrowParams { sigma, spacing, max_radius: PATCH_SIZE.reach(spacing, sigma), seen: None }
-        };
-        let explained = |p: &Patch| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
-        let grown = grow_all(points, tree, &seeds, params, |_| (), ctx)?;
-        let (yes, all) =
-            grown.iter().flatten().fold((0u32, 0u32), |(y, a), p| (y + u32::from(explained(p)), a + 1));
-        Ok(if all == 0 { 0.0 } else { f64::from(yes) / f64::from(all) })
-    };
-    // Patches follow a tenth of the spacing whatever the noise: below that the test says nothing.
-    let floor = 0.12 * median_spacing;
-    if !(floor > 0.0 && estimate >= floor) {
-        return Ok(estimate);
-    }
-    let half = |below: (f64, f64), above: (f64, f64)| {
-        // Linear in log sigma between two guesses.
-        let t = ((0.5 - below.1) / (above.1 - below.1).max(1e-9)).clamp(0.0, 1.0);
-        below.0 * (above.0 / below.0).powf(t)
-    };
-    let mut at = (estimate, sound(estimate)?);
-    let crossing = if at.1 < 0.5 {
-        loop {
-            let next = at.0 * GUESS_STEP;
-            // No scan's noise exceeds a tenth of its size.
-            if next > 0.1 {
-                break at.0;
-            }
-            let found = (next, sound(next)?);
-            if found.1 >= 0.5 {
-                break half(at, found);
-            }
-            at = found;
-        }
-    } else {
-        loop {
-            let next = at.0 / GUESS_STEP;
-            if next < floor {
-                return Ok(estimate);
-            }
-            let found = (next, sound(next)?);
-            if found.1 < 0.5 {
-                break half(found, at);
-            }
-            at = found;
-        }
-    };
-    let blur = ((crossing / median_spacing - 0.4) / 0.6).clamp(0.0, 1.0);
-    let tested = crossing / (HALF_SOUND.0 + (HALF_SOUND.1 - HALF_SOUND.0) * blur);
-    // The local estimate is the finer instrument where the two agree.
-    Ok(if (0.7..1.35).contains(&(estimate / tested)) { estimate } else { tested })
-}
-
 /// What patches are cut from.
 #[derive(Clone, Copy)]
 pub struct Cut<'a> {
@@ -152,8 +76,10 @@ pub struct Cut<'a> {
     pub points: &'a [Vec3],
     /// Their search tree.
     pub tree: &'a Neighbours,
-    /// Their spacing and noise.
-    pub analysis: &'a Analysis,
+    /// How densely they lie.
+    pub sampling: &'a Sampling,
+    /// Their noise, standard deviation along the normal.
+    pub sigma: f64,
     /// How large patches should be.
     pub size: PatchSize,
 }
@@ -162,19 +88,19 @@ impl Cut<'_> {
     /// The radius that a patch about a point may have.
     fn reach(&self, point: usize, sigma: f64) -> f64 {
         // Where points stand farther apart than this there is no surface to show, only strays.
-        let widest = project::WIDEST * self.analysis.median_spacing;
-        self.size.reach(f64::from(self.analysis.spacing[point]).min(widest), sigma)
+        let widest = WIDEST * self.sampling.median;
+        self.size.reach(f64::from(self.sampling.spacing[point]).min(widest), sigma)
     }
     /// Grows a patch from each of the points `seeds`.
     fn grow(
         &self,
         seeds: &[usize],
         sigma: f64,
-        seen: Option<&[Projected]>,
+        seen: Option<&[ProjectedPoint]>,
         ctx: &Context<'_>,
     ) -> Result<Vec<Option<Patch>>> {
         let params = |i: usize| {
-            let spacing = f64::from(self.analysis.spacing[i]);
+            let spacing = f64::from(self.sampling.spacing[i]);
             GrowParams { sigma, spacing, max_radius: self.reach(i, sigma), seen }
         };
         grow_all(self.points, self.tree, seeds, params, |grown| ctx.advance(grown), ctx)
@@ -182,7 +108,7 @@ impl Cut<'_> {
 }
 
 /// Grows a patch from each of the points `seeds`, each with `params` of its own, in parallel, and tells how many have grown.
-fn grow_all<'a>(
+pub(crate) fn grow_all<'a>(
     points: &[Vec3],
     tree: &Neighbours,
     seeds: &[usize],
@@ -218,7 +144,7 @@ pub fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Pat
     let seeds: Vec<usize> = order.filter(|&i| !done[i]).take(SAMPLE).collect();
     // Grown here, fitted by the caller.
     ctx.stage(crate::run::Stage::Partition, 2 * seeds.len());
-    let grown = cut.grow(&seeds, cut.analysis.sigma, None, ctx)?;
+    let grown = cut.grow(&seeds, cut.sigma, None, ctx)?;
     let sound: Vec<Patch> = grown.into_iter().flatten().filter(|p| p.sound).collect();
     ctx.advance(seeds.len() - sound.len());
     Ok(sound)
@@ -232,12 +158,11 @@ pub fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Pat
 pub fn partition(
     cut: &Cut<'_>,
     done: &[bool],
-    seen: Option<&[Projected]>,
+    seen: Option<&[ProjectedPoint]>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
-    let Cut { points, tree, analysis, .. } = *cut;
+    let Cut { points, tree, sampling, sigma, .. } = *cut;
     let n = points.len();
-    let sigma = analysis.sigma;
     let sound = |p: &Option<Patch>| p.as_ref().is_some_and(|p| p.sound);
     let mut loud: Option<Loud> = None;
     let order = shuffled(n, ctx.seed);
@@ -283,7 +208,7 @@ pub fn partition(
             ctx.check()?;
             level *= LOUDER;
             left.retain(|&k| {
-                let spacing = f64::from(analysis.spacing[seeds[k]]).max(analysis.median_spacing);
+                let spacing = f64::from(sampling.spacing[seeds[k]]).max(sampling.median);
                 level <= LOUDEST * spacing
             });
             let again = cut.grow(&left.iter().map(|&k| seeds[k]).collect::<Vec<_>>(), level, seen, ctx)?;
@@ -327,23 +252,23 @@ pub fn partition(
 /// Cancelled or out of time.
 pub fn keep(
     cut: &Cut<'_>,
-    fitted: &mut Vec<Fitted>,
+    fitted: &mut Vec<FittedChart>,
     done: &[bool],
-    seen: &[Projected],
+    seen: &[ProjectedPoint],
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<bool>>> {
-    let Cut { points, tree, analysis, .. } = *cut;
-    let stays = |f: &Fitted, found: &mut Vec<Neighbour>| {
+    let Cut { points, tree, sampling: _, sigma, .. } = *cut;
+    let stays = |f: &FittedChart, found: &mut Vec<Neighbour>| {
         let Map::Monge(map) = &f.chart.map else { return true };
         let center = map.at([0.0; 2]);
         tree.nearest(center.position, 1, found);
-        let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, analysis.sigma));
+        let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, sigma));
         tree.within(center.position, grow::RIM * reach, found);
         let at = (center.position, center.normal * f.chart.sign);
-        let disturbing = DISTURBING.0 * analysis.sigma + DISTURBING.1 * reach;
+        let disturbing = DISTURBING.0 * sigma + DISTURBING.1 * reach;
         !found.iter().any(|n| {
             let other = &seen[n.index as usize];
-            (other.position - at.0).dot(at.1).abs() < disturbing && across(at, other, analysis.sigma)
+            (other.position - at.0).dot(at.1).abs() < disturbing && across(at, other, sigma)
         })
     };
     let stays = fitted
@@ -393,15 +318,4 @@ impl Loud {
         self.tree.nearest(p, LOUD.1, &mut near);
         near.iter().filter(|n| !self.sound[n.index as usize]).count() >= LOUD.0
     }
-}
-
-/// The numbers 0..n in a random order that depends on the seed only (Fisher and Yates).
-fn shuffled(n: usize, seed: u64) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..n as u32).collect();
-    let mut rng = Rng::new(seed ^ GOLDEN);
-    for i in (1..n).rev() {
-        let j = rng.below(i + 1);
-        order.swap(i, j);
-    }
-    order
 }

@@ -4,19 +4,21 @@
 //! the noise. A patch that must stay flatter than its own radius holds few points on a thin tube, and noise as large as the radius leaves no surface to
 //! grow a patch on; a tube's axis and radius are averaged over all points around it (paper, section 3: contours as 1-manifolds).
 
-use super::shuffled;
-use crate::analyse::{Analysis, median};
+use super::Cut;
+use crate::atlas::FittedChart;
 use crate::atlas::tube::{HARMONICS, MASK_NODES, Tube, harmonics};
 use crate::atlas::{Chart, Map, Monge};
 use crate::error::Result;
-use crate::fit::Fitted;
-use crate::geometry::dense::{cholesky, cholesky_solve, principal};
-use crate::geometry::neighbours::{Neighbour, Neighbours};
-use crate::geometry::vec3::Vec3;
-use crate::partition::grow::{TUKEY, tukey};
+use crate::numeric::dense::{cholesky, cholesky_solve, principal};
+use crate::numeric::rng::shuffled;
+use crate::numeric::robust::{TUKEY, tukey};
+use crate::numeric::special::{bessel_scaled, mean_cosine};
+use crate::numeric::spline::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
+use crate::numeric::stats::median;
+use crate::numeric::vec3::Vec3;
 use crate::prior::evidence::{Problem, Work};
-use crate::prior::gp::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
 use crate::run::Context;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -70,7 +72,7 @@ const BINS: usize = 10;
 /// What was found.
 pub struct Tubes {
     /// The charts.
-    pub fitted: Vec<Fitted>,
+    pub fitted: Vec<FittedChart>,
     /// Points that need no other chart.
     pub covered: Vec<bool>,
     /// The noise, where the tubes hold most of the scan.
@@ -90,13 +92,8 @@ struct Raw {
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn find(
-    points: &[Vec3],
-    tree: &Neighbours,
-    analysis: &Analysis,
-    known: bool,
-    ctx: &Context<'_>,
-) -> Result<Tubes> {
+pub fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tubes> {
+    let Cut { points, tree, sampling, sigma: given, .. } = *cut;
     let n = points.len();
     let order = shuffled(n, ctx.seed);
     let coarse: Vec<Vec3> =
@@ -105,7 +102,7 @@ pub fn find(
     let mut covered = vec![false; n];
     let mut looked = vec![false; n];
     let mut raws: Vec<Raw> = Vec::new();
-    let unit = |i: usize| f64::from(analysis.spacing[i]).max(0.8 * analysis.sigma);
+    let unit = |i: usize| f64::from(sampling.spacing[i]).max(0.8 * given);
     // A tube about a point, if there is one.
     let look = |i: usize, found: &mut Vec<Neighbour>| {
         let unit = unit(i);
@@ -119,7 +116,8 @@ pub fn find(
             if spread[1] > ELONGATED * spread[2] || spread[0] < ROUND * spread[1] {
                 return None;
             }
-            grow(points, tree, analysis, mean, along, scale * unit, spread, found)
+            let near = Neighbourhood { mean, along, radius: scale * unit, spread };
+            grow(cut, &near, found)
         })
     };
     let mut found = Vec::new();
@@ -157,7 +155,7 @@ pub fn find(
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
     let most = share > MOST && !known;
-    let sigma = if most { pooled_noise(&raws, points) } else { analysis.sigma };
+    let sigma = if most { pooled_noise(&raws, points) } else { given };
     let mut fits = fit_all(&raws, points, tree, sigma, ctx)?;
     let mut found = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
     if most {
@@ -170,7 +168,7 @@ pub fn find(
             fits = fit_all(&raws, points, tree, sigma, ctx)?;
         }
     }
-    let noise = found.sigma.unwrap_or(analysis.sigma);
+    let noise = found.sigma.unwrap_or(given);
     for fit in fits.into_iter().flatten() {
         if fit.fitted.chart.sigma > NOISY * noise {
             continue;
@@ -194,18 +192,22 @@ fn open_ends(raw: &Raw, points: &[Vec3]) -> [bool; 2] {
     [bins[0] * 5 < typical, bins[BINS - 1] * 5 < typical]
 }
 
-/// Grows a tube from a neighbourhood of radius `radius` about `mean`.
-#[expect(clippy::too_many_arguments, reason = "one call, all of it state of the search")]
-fn grow(
-    points: &[Vec3],
-    tree: &Neighbours,
-    analysis: &Analysis,
+/// A neighbourhood that looks like a tube.
+struct Neighbourhood {
+    /// Mean of its points.
     mean: Vec3,
+    /// Direction of its greatest variance.
     along: Vec3,
+    /// Its radius.
     radius: f64,
+    /// Principal variances, ascending.
     spread: [f64; 3],
-    found: &mut Vec<Neighbour>,
-) -> Option<Raw> {
+}
+
+/// Grows a tube from a neighbourhood.
+fn grow(cut: &Cut<'_>, near: &Neighbourhood, found: &mut Vec<Neighbour>) -> Option<Raw> {
+    let &Neighbourhood { mean, along, radius, spread } = near;
+    let points = cut.points;
     let mut tube = Tube {
         center: mean,
         axes: frame(along),
@@ -220,7 +222,7 @@ fn grow(
     loop {
         // Fit the axis twice, turning the frame to it.
         let ball = tube.half_length * 1.15 + 1.6 * reach;
-        tree.within(tube.center, ball, found);
+        cut.tree.within(tube.center, ball, found);
         for _ in 0..3 {
             let seen: Vec<[f64; 4]> = found
                 .iter()
@@ -239,9 +241,9 @@ fn grow(
             tube.axis = fit_axis(&seen)?;
             turn(&mut tube);
             let middle = median(&mut seen.iter().map(|s| s[3]).collect::<Vec<_>>());
-            reach = (WITHIN * middle).min(1.4 * middle + 5.0 * analysis.sigma);
+            reach = (WITHIN * middle).min(1.4 * middle + 5.0 * cut.sigma);
         }
-        let Some(raw) = accept(points, analysis, found, &tube, reach) else { break };
+        let Some(raw) = accept(cut, found, &tube, reach) else { break };
         let rms = raw.tube.mean_radius;
         let bent = [-1.0, 1.0].iter().any(|&s| slope(&tube, s) > MAX_SLOPE);
         if bent && best.is_some() {
@@ -314,7 +316,8 @@ fn turn(tube: &mut Tube) {
 }
 
 /// The tube as it stands, if the points about it are a tube.
-fn accept(points: &[Vec3], analysis: &Analysis, found: &[Neighbour], tube: &Tube, reach: f64) -> Option<Raw> {
+fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option<Raw> {
+    let Cut { points, sampling, .. } = *cut;
     let (mut inside, mut outside, mut sums) = ([0usize; BINS], [0usize; BINS], [0.0; BINS]);
     let (mut first, mut second, mut square) = ([0.0; 2], [0.0; 2], 0.0);
     let mut members = Vec::new();
@@ -335,7 +338,7 @@ fn accept(points: &[Vec3], analysis: &Analysis, found: &[Neighbour], tube: &Tube
             second[1] += 2.0 * s * c;
             square += l.d * l.d;
             members.push(f.index);
-            spacings.push(f64::from(analysis.spacing[f.index as usize]));
+            spacings.push(f64::from(sampling.spacing[f.index as usize]));
         } else if l.d <= 1.5 * reach {
             outside[bin] += 1;
         }
@@ -361,74 +364,6 @@ fn accept(points: &[Vec3], analysis: &Analysis, found: &[Neighbour], tube: &Tube
     }
     members.sort_unstable();
     Some(Raw { tube: Tube { mean_radius: rms, ..tube.clone() }, members, mean, spacing })
-}
-
-/// Ratio of the modified Bessel functions I1 / I0: the mean cosine of an angle known with concentration `k`
-/// (Abramowitz and Stegun 9.8).
-fn mean_cosine(k: f64) -> f64 {
-    let (l0, l1) = bessel_scaled(k);
-    l1 / l0
-}
-
-/// exp(-k) I0(k) and exp(-k) I1(k) (Abramowitz and Stegun 9.8.1 to 9.8.4, errors below 2e-7).
-fn bessel_scaled(k: f64) -> (f64, f64) {
-    let horner = |c: &[f64], x: f64| c.iter().rev().fold(0.0, |a, b| a * x + b);
-    if k < 3.75 {
-        let t = (k / 3.75) * (k / 3.75);
-        let e = (-k).exp();
-        (
-            e * horner(
-                &[1.0, 3.515_622_9, 3.089_942_4, 1.206_749_2, 0.265_973_2, 0.036_076_8, 0.004_581_3],
-                t,
-            ),
-            e * k
-                * horner(
-                    &[
-                        0.5,
-                        0.878_905_94,
-                        0.514_988_69,
-                        0.150_849_34,
-                        0.026_587_33,
-                        0.003_015_32,
-                        0.000_324_11,
-                    ],
-                    t,
-                ),
-        )
-    } else {
-        let t = 3.75 / k;
-        let root = 1.0 / k.sqrt();
-        (
-            root * horner(
-                &[
-                    0.398_942_28,
-                    0.013_285_92,
-                    0.002_253_19,
-                    -0.001_575_65,
-                    0.009_162_81,
-                    -0.020_577_06,
-                    0.026_355_37,
-                    -0.016_476_33,
-                    0.003_923_77,
-                ],
-                t,
-            ),
-            root * horner(
-                &[
-                    0.398_942_28,
-                    -0.039_880_24,
-                    -0.003_620_18,
-                    0.001_638_01,
-                    -0.010_315_55,
-                    0.022_829_67,
-                    -0.028_953_12,
-                    0.017_876_54,
-                    -0.004_200_59,
-                ],
-                t,
-            ),
-        )
-    }
 }
 
 /// Radius of a circle whose noisy points have these distances from the centre: maximum of the Rice likelihood for known noise.
@@ -498,7 +433,7 @@ fn pooled_noise(raws: &[Raw], points: &[Vec3]) -> f64 {
 
 /// A fitted tube.
 struct Fit {
-    fitted: Fitted,
+    fitted: FittedChart,
     /// Points that need no other chart.
     covered: Vec<u32>,
     /// Noise over radius.
@@ -599,7 +534,7 @@ fn fit(raw: &Raw, points: &[Vec3], tree: &Neighbours, sigma: f64) -> Option<Fit>
     }
     let support = weights.iter().sum();
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
-    (!members.is_empty()).then_some(Fit { fitted: Fitted { chart, members }, covered, ratio })
+    (!members.is_empty()).then_some(Fit { fitted: FittedChart { chart, members }, covered, ratio })
 }
 
 /// Whether a part of the circumference lacks its share of the points: a channel or a strip, not a tube.
@@ -744,7 +679,7 @@ mod tests {
 
     #[test]
     fn the_radius_is_found_in_noise_as_large_as_itself() {
-        let mut rng = crate::rng::Rng::new(3);
+        let mut rng = crate::numeric::rng::Rng::new(3);
         let distances: Vec<f64> = (0..20_000)
             .map(|_| {
                 let (x, y) = (1.0 + rng.normal(), rng.normal());

@@ -4,7 +4,7 @@
 //! the data support best. Eliminating the unknowns leaves the penalised sum of squares in that column's own entry, so that one
 //! factorisation is all that a value of the smoothness costs.
 
-use crate::geometry::dense::{LANES, eliminate};
+use crate::numeric::dense::{LANES, eliminate};
 
 /// Step of the search, natural logarithm: a factor 8, below which the likelihood of a hundred points cannot tell two values apart.
 const STEP: f64 = 2.1;

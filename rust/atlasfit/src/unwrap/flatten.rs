@@ -7,7 +7,7 @@
 use super::chart::Chart;
 use super::solver::{Factor, Graph};
 use super::surface::Surface;
-use crate::geometry::vec3::Vec3;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 
 /// Cotangent weights are kept inside this range, so that needles neither vanish nor rule.

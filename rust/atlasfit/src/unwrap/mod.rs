@@ -25,7 +25,7 @@ mod surface;
 
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::Vec3;
+use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
 use chart::Chart;
 use pack::Packing;

@@ -6,8 +6,8 @@
 
 use super::surface::{Cells, NONE, Surface};
 use crate::error::Result;
-use crate::geometry::sort::sort_by;
-use crate::geometry::vec3::Vec3;
+use crate::numeric::sort::sort_by;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 use std::cmp::Ordering;

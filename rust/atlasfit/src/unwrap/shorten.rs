@@ -8,7 +8,7 @@ use super::pack::{EXPECTED_FILL, bounds, hull, rotated, upright};
 use super::surface::{NONE, Surface};
 use super::{beyond, cut};
 use crate::error::Result;
-use crate::geometry::sort::sort_by;
+use crate::numeric::sort::sort_by;
 use crate::run::Context;
 use rustc_hash::FxHashMap;
 

@@ -7,7 +7,7 @@
 use super::UnwrapOptions;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
-use crate::geometry::vec3::Vec3;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use std::sync::Arc;
 

@@ -3,7 +3,7 @@
 
 use atlasfit::geometry::{PointCloud, TriMesh};
 use atlasfit::measure::Topology;
-use atlasfit::rng::Rng;
+use atlasfit::numeric::rng::Rng;
 use atlasfit::{DenoiseOptions, Denoised, Result, Run, denoise};
 use std::f64::consts::{PI, TAU};
 
@@ -115,7 +115,7 @@ pub fn cloud(points: &[Vec3]) -> PointCloud {
 
 /// The defaults without UVs, which most claims do not need.
 pub fn plain() -> DenoiseOptions {
-    DenoiseOptions { uv: false, ..DenoiseOptions::default() }
+    DenoiseOptions::default().with_uv(false)
 }
 
 pub fn run(points: &[Vec3]) -> Result<Denoised> {

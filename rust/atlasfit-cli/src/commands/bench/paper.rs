@@ -11,15 +11,16 @@ use crate::files;
 use crate::render::camera::View;
 use crate::render::{Mode, Style, chart_color, render};
 use anyhow::{Context as _, Result, bail};
-use atlasfit::geometry::vec3::{self, Vec3};
 use atlasfit::geometry::{PointCloud, TriMesh};
-use atlasfit::loss::{Chamfer, Sample};
 use atlasfit::measure::{self, sample};
-use atlasfit::prior::explicit::{self, Dim, Network, NetworkAtlas, NetworkOptions, Recipe, Trainer};
-use atlasfit::prior::level_set::{self, LevelSetOptions};
-use atlasfit::prior::{net, trim};
-use atlasfit::rng::Rng;
-use atlasfit::{Context, DenoiseOptions, analyse};
+use atlasfit::numeric::rng::Rng;
+use atlasfit::numeric::vec3::{self, Vec3};
+use atlasfit::spatial::spacing::{Sampling, spacing};
+use atlasfit::{Context, DenoiseOptions};
+use atlasfit_net::explicit::{self, Dim, Network, NetworkAtlas, NetworkOptions, Recipe, Trainer};
+use atlasfit_net::level_set::{self, LevelSetOptions};
+use atlasfit_net::loss::{Chamfer, Sample};
+use atlasfit_net::{net, trim};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -353,7 +354,7 @@ impl Bench<'_> {
             return Ok(());
         }
         let cloud = PointCloud::from_positions(vec3::plain(shape.scan.clone()));
-        let how = DenoiseOptions { uv: false, ..DenoiseOptions::default() };
+        let how = DenoiseOptions::default().with_uv(false);
         let started = Instant::now();
         let outcome = atlasfit::denoise(&cloud, &how, &mut console.start_silent(&args.run));
         let seconds = started.elapsed().as_secs_f64();
@@ -698,8 +699,8 @@ fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'_>) 
 
 /// The mesh where the scan supports it.
 fn trimmed(mesh: &TriMesh, scan: &[Vec3], ctx: &Context<'_>) -> Result<TriMesh> {
-    let tree = atlasfit::geometry::neighbours::Neighbours::build(scan, ctx)?;
-    let spacing = analyse::median_spacing(&analyse::spacing(scan, &tree, ctx)?);
+    let tree = atlasfit::spatial::neighbours::Neighbours::build(scan, ctx)?;
+    let spacing = Sampling::new(spacing(scan, &tree, ctx)?).median;
     Ok(trim(mesh, scan, TRIM * spacing, ctx)?)
 }
 

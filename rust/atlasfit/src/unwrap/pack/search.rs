@@ -9,7 +9,7 @@ use super::strip::Strip;
 use super::tighten::tighten;
 use super::{EXPECTED_FILL, Goal, Place, largest_first};
 use crate::error::Result;
-use crate::rng::Rng;
+use crate::numeric::rng::Rng;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use rayon::prelude::*;

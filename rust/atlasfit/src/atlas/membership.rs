@@ -1,0 +1,17 @@
+//! Which charts each point of a scan belongs to.
+
+/// The chart memberships of every point, as compressed rows.
+pub struct Membership {
+    /// Row starts, one more than there are points.
+    pub start: Vec<u32>,
+    /// Chart and robust weight.
+    pub entries: Vec<(u32, f32)>,
+}
+
+impl Membership {
+    /// The charts of a point, with their robust weights.
+    #[must_use]
+    pub fn of(&self, point: usize) -> &[(u32, f32)] {
+        &self.entries[self.start[point] as usize..self.start[point + 1] as usize]
+    }
+}

@@ -1,0 +1,106 @@
+//! What a scan says about itself: point spacing, noise.
+//!
+//! In: normalised points and their search tree. Out: spacing per point and in the median, the standard deviation of the
+//! noise along the surface normal. No truth, no normals needed.
+
+use crate::error::Result;
+use crate::numeric::dense::{cholesky, cholesky_solve, principal};
+use crate::numeric::stats::median;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
+use rayon::prelude::*;
+
+/// Points at which the noise is estimated. The median of this many has an error of a few percent.
+const NOISE_SAMPLES: usize = 1500;
+/// Neighbourhood sizes tried (points), each with the ratio of the median residual to the true noise on a plane (simulated: the median of
+/// a chi distribution with few degrees of freedom lies below its mean).
+const NOISE_SCALES: [(usize, f64); 7] =
+    [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)];
+/// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the square roots of the two
+/// smaller principal variances). On pure noise the ratio of a neighbourhood tends to 0.7 to 0.8.
+const FLAT: f64 = 0.6;
+
+/// Ratio of residual to noise on a plane at a given flatness: the principal direction with least variance turns away from the
+/// normal as the neighbourhood becomes a blob (fitted to simulated planes; 1 below a flatness of 0.3).
+fn flatness_bias(flatness: f64) -> f64 {
+    1.0 - 1.9 * (flatness - 0.3).max(0.0).powi(2)
+}
+
+/// Noise along the normal: residual of local quadrics, at the smallest neighbourhood that shows a surface.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f64> {
+    let step = points.len().div_ceil(NOISE_SAMPLES).max(1);
+    let samples: Vec<usize> = (0..points.len()).step_by(step).collect();
+    let per_point: Vec<Vec<(f64, f64)>> = samples
+        .par_iter()
+        .map(|&i| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            tree.nearest(points[i], NOISE_SCALES[NOISE_SCALES.len() - 1].0, &mut found);
+            Ok(NOISE_SCALES
+                .iter()
+                .filter(|(k, _)| *k <= found.len())
+                .map(|&(k, _)| quadric_residual(points, &found[..k]))
+                .collect())
+        })
+        .collect::<Result<_>>()?;
+    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once the blob's bias
+    // is taken out, so the least reading is the best. Where no size shows a surface, the flattest is taken.
+    let (mut least, mut flattest) = (f64::INFINITY, (f64::INFINITY, 0.0));
+    for (scale, &(_, chi)) in NOISE_SCALES.iter().enumerate() {
+        let at: Vec<(f64, f64)> = per_point.iter().filter_map(|p| p.get(scale).copied()).collect();
+        if at.is_empty() || at.len() * 2 < samples.len() {
+            break;
+        }
+        let flatness = median(&mut at.iter().map(|a| a.0).collect::<Vec<_>>());
+        let residual = median(&mut at.iter().map(|a| a.1).collect::<Vec<_>>()) / chi;
+        if flatness < FLAT {
+            least = least.min(residual / flatness_bias(flatness));
+        }
+        if flatness < flattest.0 {
+            flattest = (flatness, residual);
+        }
+    }
+    Ok(if least.is_finite() { least } else { flattest.1 })
+}
+
+/// Flatness and residual standard deviation of the quadric through a neighbourhood.
+fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
+    let n = found.len() as f64;
+    let near = found.iter().map(|f| (points[f.index as usize], 1.0));
+    let Some((mean, values, vectors)) = principal(near) else { return (0.0, 0.0) };
+    if values[1] <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let normal = vectors[0];
+    let e1 = normal.tangents().0;
+    let e2 = normal.cross(e1);
+    let unit = values[2].sqrt();
+    let (mut a, mut b, mut zz) = ([0.0; 36], [0.0; 6], 0.0);
+    for f in found {
+        let d = points[f.index as usize] - mean;
+        let (u, v, z) = (d.dot(e1) / unit, d.dot(e2) / unit, d.dot(normal));
+        let row = [1.0, u, v, u * u, u * v, v * v];
+        for i in 0..6 {
+            for j in i..6 {
+                a[i * 6 + j] += row[i] * row[j];
+            }
+            b[i] += row[i] * z;
+        }
+        zz += z * z;
+    }
+    for i in 0..6 {
+        a[i * 7] += 1e-9 * n;
+    }
+    let flatness = (values[0].max(0.0) / values[1]).sqrt();
+    if !cholesky(&mut a, 6) {
+        return (flatness, (values[0].max(0.0)).sqrt());
+    }
+    let rhs = b;
+    cholesky_solve(&a, 6, &mut b);
+    let explained: f64 = rhs.iter().zip(b).map(|(x, y)| x * y).sum();
+    (flatness, ((zz - explained).max(0.0) / (n - 6.0)).sqrt())
+}

@@ -1,0 +1,57 @@
+//! The noise of a scan and where it is known from.
+
+/// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is smaller than that
+/// between the points is not known anyway, and patches that had to explain a clean scan's every crease to the last digit
+/// would shrink to nothing there.
+const FLOOR: f64 = 0.05;
+/// Noise of at least this share of the point spacing is assumed where a scan has none: the rounding of its coordinates.
+const ROUNDING: f64 = 1e-7;
+/// Point spacing that is assumed at least (share of the scan's size), so that the two shares above are never zero.
+const LEAST_SPACING: f64 = 1e-9;
+
+/// Where the noise is known from, the least informed source first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum NoiseSource {
+    /// Residuals of local quadrics.
+    Quadrics,
+    /// Patches grown with the quadrics' estimate.
+    Patches,
+    /// Thin tubes that hold most of the scan.
+    Tubes,
+    /// Charts fitted to a sample of patches.
+    Charts,
+    /// The user.
+    Given,
+}
+
+/// The noise of a scan: standard deviation along the surface normal, in the unit of its points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseModel {
+    /// What the source says.
+    pub sigma: f64,
+    /// Charts are fitted with at least this much.
+    pub floor: f64,
+    /// The least that a scan is said to have.
+    pub rounding: f64,
+    /// Where `sigma` is known from.
+    pub source: NoiseSource,
+}
+
+impl NoiseModel {
+    /// Noise `sigma` known from `source`, among points with this median spacing.
+    #[must_use]
+    pub fn new(sigma: f64, source: NoiseSource, median_spacing: f64) -> Self {
+        let spacing = median_spacing.max(LEAST_SPACING);
+        Self { sigma, floor: FLOOR * spacing, rounding: ROUNDING * spacing, source }
+    }
+    /// Whether the user gave the noise: then it is not questioned.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.source == NoiseSource::Given
+    }
+    /// What charts are cut and fitted with.
+    #[must_use]
+    pub fn for_charts(&self) -> f64 {
+        self.sigma.max(self.floor)
+    }
+}

@@ -1,0 +1,14 @@
+//! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust weights, special
+//! functions, order statistics, random numbers, sorting.
+
+pub mod dense;
+pub mod rng;
+pub mod robust;
+pub mod sort;
+pub mod special;
+pub mod spline;
+pub mod stats;
+pub mod vec3;
+
+pub use rng::Rng;
+pub use vec3::Vec3;

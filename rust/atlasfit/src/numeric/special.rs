@@ -1,0 +1,71 @@
+//! Special functions that Rust's library does not have.
+
+/// Ratio of the modified Bessel functions I1 / I0: the mean cosine of an angle known with concentration `k`
+/// (Abramowitz and Stegun 9.8).
+#[must_use]
+pub fn mean_cosine(k: f64) -> f64 {
+    let (l0, l1) = bessel_scaled(k);
+    l1 / l0
+}
+
+/// exp(-k) I0(k) and exp(-k) I1(k) (Abramowitz and Stegun 9.8.1 to 9.8.4, errors below 2e-7).
+#[must_use]
+pub fn bessel_scaled(k: f64) -> (f64, f64) {
+    let horner = |c: &[f64], x: f64| c.iter().rev().fold(0.0, |a, b| a * x + b);
+    if k < 3.75 {
+        let t = (k / 3.75) * (k / 3.75);
+        let e = (-k).exp();
+        (
+            e * horner(
+                &[1.0, 3.515_622_9, 3.089_942_4, 1.206_749_2, 0.265_973_2, 0.036_076_8, 0.004_581_3],
+                t,
+            ),
+            e * k
+                * horner(
+                    &[
+                        0.5,
+                        0.878_905_94,
+                        0.514_988_69,
+                        0.150_849_34,
+                        0.026_587_33,
+                        0.003_015_32,
+                        0.000_324_11,
+                    ],
+                    t,
+                ),
+        )
+    } else {
+        let t = 3.75 / k;
+        let root = 1.0 / k.sqrt();
+        (
+            root * horner(
+                &[
+                    0.398_942_28,
+                    0.013_285_92,
+                    0.002_253_19,
+                    -0.001_575_65,
+                    0.009_162_81,
+                    -0.020_577_06,
+                    0.026_355_37,
+                    -0.016_476_33,
+                    0.003_923_77,
+                ],
+                t,
+            ),
+            root * horner(
+                &[
+                    0.398_942_28,
+                    -0.039_880_24,
+                    -0.003_620_18,
+                    0.001_638_01,
+                    -0.010_315_55,
+                    0.022_829_67,
+                    -0.028_953_12,
+                    0.017_876_54,
+                    -0.004_200_59,
+                ],
+                t,
+            ),
+        )
+    }
+}

@@ -1,0 +1,104 @@
+//! Uniform cubic B-splines on [-1, 1] and their tensor products on the square.
+//!
+//! In: coefficients, a place of the domain. Out: value, gradient, second derivatives. All charts use the same number of
+//! intervals.
+
+/// Spline intervals across the chart's domain [-1, 1]. Eight intervals resolve a quarter of the chart's radius, about the
+/// point spacing when a chart holds a hundred points.
+pub const INTERVALS: usize = 8;
+/// Cubic B-spline coefficients along one axis.
+pub const SIDE: usize = INTERVALS + 3;
+/// Coefficients of one chart.
+pub const COEFFS: usize = SIDE * SIDE;
+/// Values (or derivatives) of the four cubic B-splines that live on one interval, at t in [0, 1].
+#[inline]
+pub(crate) fn spline(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        s * s * s / 6.0,
+        (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0,
+        (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
+        t3 / 6.0,
+    ]
+}
+#[inline]
+pub(crate) fn spline_d1(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (-3.0 * t * t + 2.0 * t + 1.0) / 2.0, t * t / 2.0]
+}
+#[inline]
+pub(crate) fn spline_d2(t: f64) -> [f64; 4] {
+    [1.0 - t, 3.0 * t - 2.0, 1.0 - 3.0 * t, t]
+}
+/// Interval and offset of coordinate `x` in [-1, 1]; clamped outside.
+#[inline]
+pub(crate) fn locate(x: f64) -> (usize, f64) {
+    let g = ((x + 1.0) * (INTERVALS as f64 * 0.5)).clamp(0.0, INTERVALS as f64 * (1.0 - 1e-12));
+    let i = g as usize;
+    (i, g - i as f64)
+}
+
+/// Height at (u, v) in the domain [-1, 1]^2.
+#[inline]
+#[must_use]
+pub fn value(coeffs: &[f32; COEFFS], u: f64, v: f64) -> f64 {
+    let ((i, s), (j, t)) = (locate(u), locate(v));
+    let (a, b) = (spline(s), spline(t));
+    let mut sum = 0.0;
+    for (k, ak) in a.iter().enumerate() {
+        let row = &coeffs[(i + k) * SIDE + j..(i + k) * SIDE + j + 4];
+        sum += ak
+            * (b[0] * f64::from(row[0])
+                + b[1] * f64::from(row[1])
+                + b[2] * f64::from(row[2])
+                + b[3] * f64::from(row[3]));
+    }
+    sum
+}
+
+/// Height and its two derivatives at (u, v) in the domain [-1, 1]^2.
+#[inline]
+#[must_use]
+pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64) {
+    let ((i, s), (j, t)) = (locate(u), locate(v));
+    let (a, b, da, db) = (spline(s), spline(t), spline_d1(s), spline_d1(t));
+    let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
+    for k in 0..4 {
+        let row = &coeffs[(i + k) * SIDE + j..(i + k) * SIDE + j + 4];
+        let r = [f64::from(row[0]), f64::from(row[1]), f64::from(row[2]), f64::from(row[3])];
+        let p = b[0] * r[0] + b[1] * r[1] + b[2] * r[2] + b[3] * r[3];
+        h += a[k] * p;
+        hu += da[k] * p;
+        hv += a[k] * (db[0] * r[0] + db[1] * r[1] + db[2] * r[2] + db[3] * r[3]);
+    }
+    let scale = INTERVALS as f64 * 0.5;
+    (h, hu * scale, hv * scale)
+}
+
+/// Second derivatives (uu, uv, vv) of the height at (u, v) in the domain.
+#[must_use]
+pub fn hessian(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64) {
+    let ((i, s), (j, t)) = (locate(u), locate(v));
+    let (a, b, da, db) = (spline(s), spline(t), spline_d1(s), spline_d1(t));
+    let (dda, ddb) = (spline_d2(s), spline_d2(t));
+    let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+    for k in 0..4 {
+        for l in 0..4 {
+            let c = f64::from(coeffs[(i + k) * SIDE + j + l]);
+            uu += dda[k] * b[l] * c;
+            uv += da[k] * db[l] * c;
+            vv += a[k] * ddb[l] * c;
+        }
+    }
+    let scale = (INTERVALS as f64 * 0.5).powi(2);
+    (uu * scale, uv * scale, vv * scale)
+}
+
+/// Gauss-Legendre nodes and weights on [0, 1], 4 points: exact for products of cubics.
+pub(crate) const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_727),
+    (0.330_009_478_207_571_9, 0.326_072_577_431_273),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_727),
+];

@@ -1,0 +1,112 @@
+//! Colours and attributes of the scan on the surface.
+//!
+//! In: the scan as it was given, the denoised points, the surface. Out: a mesh that carries the scan's columns.
+
+use super::surface::Built;
+use crate::atlas::ProjectedPoint;
+use crate::error::Result;
+use crate::geometry::{Attribute, PointCloud, TriMesh};
+use crate::numeric::vec3::{self, Vec3};
+use crate::run::Context;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
+use rayon::prelude::*;
+
+/// Points that an attribute of a vertex is averaged over.
+const TRANSFER_K: usize = 4;
+
+/// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes the surface.
+pub(super) fn mesh(cloud: &PointCloud, built: &mut Built, ctx: &Context<'_>) -> Result<TriMesh> {
+    ctx.check()?;
+    let surface = std::mem::take(&mut built.surface);
+    let mut mesh = TriMesh::new(vec3::plain(surface.positions), surface.triangles);
+    mesh.normals = Some(surface.normals.iter().map(|n| n.to_f32()).collect());
+    let sources = first_inputs(&built.input.of_input, built.projected.len());
+    transfer(cloud, &built.projected, &sources, &mut mesh, ctx)?;
+    Ok(mesh)
+}
+
+/// For each distinct point the first input point at its place.
+fn first_inputs(of_input: &[u32], points: usize) -> Vec<u32> {
+    let mut first = vec![u32::MAX; points];
+    for (input, &p) in of_input.iter().enumerate().rev() {
+        if p != u32::MAX {
+            first[p as usize] = input as u32;
+        }
+    }
+    first
+}
+
+/// Carries colours and attributes from the denoised points to the mesh's vertices: averages over the nearest points by inverse squared
+/// distance; whole numbers are labels and come from the nearest point alone.
+fn transfer(
+    cloud: &PointCloud,
+    projected: &[ProjectedPoint],
+    sources: &[u32],
+    mesh: &mut TriMesh,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    if cloud.colors.is_none() && cloud.attributes.is_empty() {
+        return Ok(());
+    }
+    let (at, from): (Vec<Vec3>, Vec<u32>) = projected
+        .iter()
+        .zip(sources)
+        .filter(|(p, _)| p.chart != u32::MAX)
+        .map(|(p, &s)| (p.position, s))
+        .unzip();
+    let tree = Neighbours::build(&at, ctx)?;
+    let weights: Vec<[(u32, f32); TRANSFER_K]> = mesh
+        .positions
+        .par_chunks(1024)
+        .map(|chunk| {
+            ctx.check()?;
+            let mut found: Vec<Neighbour> = Vec::new();
+            Ok(chunk
+                .iter()
+                .map(|p| {
+                    tree.nearest(Vec3(*p), TRANSFER_K, &mut found);
+                    let soft = found.first().map_or(0.0, |f| f.dist2) * 0.1 + 1e-18;
+                    let total: f64 = found.iter().map(|f| 1.0 / (f.dist2 + soft)).sum();
+                    let mut w = [(u32::MAX, 0f32); TRANSFER_K];
+                    for (w, f) in w.iter_mut().zip(&found) {
+                        *w = (from[f.index as usize], (1.0 / (f.dist2 + soft) / total) as f32);
+                    }
+                    w
+                })
+                .collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    debug_assert!(weights.iter().all(|w| w[0].0 != u32::MAX));
+    let blend = |w: &[(u32, f32); TRANSFER_K], value: &dyn Fn(usize) -> f64| {
+        w.iter().filter(|w| w.0 != u32::MAX).map(|&(i, w)| f64::from(w) * value(i as usize)).sum::<f64>()
+    };
+    if let Some(colors) = &cloud.colors {
+        mesh.colors = Some(
+            weights
+                .iter()
+                .map(|w| [0, 1, 2, 3].map(|k| blend(w, &|i| f64::from(colors[i][k])) as f32))
+                .collect(),
+        );
+    }
+    mesh.attributes = cloud
+        .attributes
+        .iter()
+        .map(|a| Attribute {
+            values: weights
+                .iter()
+                .flat_map(|w| {
+                    (0..a.width).map(move |k| {
+                        if a.kind.is_integer() {
+                            a.values[w[0].0 as usize * a.width + k]
+                        } else {
+                            blend(w, &|i| a.values[i * a.width + k])
+                        }
+                    })
+                })
+                .collect(),
+            ..a.clone()
+        })
+        .collect();
+    Ok(())
+}

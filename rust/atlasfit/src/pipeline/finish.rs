@@ -1,0 +1,173 @@
+//! The end of the main job: UVs, the way back to the user's frame, the report.
+//!
+//! In: what was built, the mesh with the scan's attributes. Out: [`Denoised`].
+
+use super::BYTES_PER_POINT;
+use super::options::{DenoiseOptions, Outliers};
+use super::prepare::InputMap;
+use super::report::{Denoised, Report};
+use super::surface::Built;
+use crate::atlas::ProjectedPoint;
+use crate::error::Result;
+use crate::geometry::{Attribute, PointCloud, TriMesh};
+use crate::measure;
+use crate::noise::NoiseModel;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::unwrap::{self, UnwrapOptions};
+
+/// Memory for one triangle while UVs are laid out. Bytes; measured as for points.
+const BYTES_PER_TRIANGLE: u64 = 250;
+/// UV charts of the denoised surface may stretch this much at the 95th percentile.
+const UV_STRETCH: f64 = 1.25;
+
+/// The noise that the report tells: of the scan as the charts know it; after a guide, which leaves little of it, as it was
+/// before.
+pub(super) fn reported_noise(scan: NoiseModel, charts: NoiseModel, guided: bool) -> f64 {
+    let before = scan.sigma.max(charts.rounding);
+    match charts.for_charts() {
+        _ if guided => before,
+        sigma if sigma > charts.floor => sigma,
+        _ => before.min(charts.floor),
+    }
+}
+
+/// Lays out UVs if they are wanted, and gives everything back in the user's frame.
+pub(super) fn finish(
+    cloud: &PointCloud,
+    built: Built,
+    mut mesh: TriMesh,
+    noise: f64,
+    options: &DenoiseOptions,
+    ctx: &Context<'_>,
+) -> Result<Denoised> {
+    let Built { charts, projected, frame, input, .. } = built;
+    let uv_charts = if options.uv { lay_out(&mut mesh, projected.len(), options, ctx)? } else { 0 };
+    let topology = measure::topology(&mesh, ctx)?;
+    for p in &mut mesh.positions {
+        *p = frame.to_user(Vec3(*p)).0;
+    }
+    ctx.check()?;
+    let mut moved = move_points(cloud, &input, &projected, |p| frame.to_user(p));
+    let outliers = moved.outlier.iter().filter(|o| **o).count();
+    if options.outliers == Outliers::Drop {
+        moved.drop_outliers();
+    }
+    let report = Report {
+        points: cloud.len(),
+        not_finite: input.not_finite,
+        duplicates: input.duplicates,
+        outliers,
+        spacing: built.median_spacing * frame.scale,
+        noise: noise * frame.scale,
+        charts: charts.len(),
+        one_sided: built.one_sided,
+        voxel: built.voxel * frame.scale,
+        parts: topology.parts,
+        filled_holes: built.filled_holes,
+        boundary_loops: topology.boundary_loops,
+        boundary_edges: topology.boundary_edges,
+        uv_charts,
+        warnings: input.warnings,
+        seconds: ctx.stage_seconds(),
+    };
+    Ok(Denoised {
+        points: moved.points,
+        point_source: moved.source,
+        point_chart: moved.chart,
+        surface: mesh,
+        charts,
+        origin: frame.origin,
+        scale: frame.scale,
+        report,
+    })
+}
+
+/// Lays out the mesh's UVs; returns how many charts they have. `points` are still in memory.
+fn lay_out(mesh: &mut TriMesh, points: usize, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
+    let (own, faces) = (BYTES_PER_POINT / 3 * points as u64, mesh.triangles.len() as u64);
+    ctx.reserve(own + BYTES_PER_TRIANGLE * faces)?;
+    let how = UnwrapOptions {
+        max_stretch: UV_STRETCH,
+        page_size: [options.texture_size; 2],
+        ..UnwrapOptions::default()
+    };
+    let layout = unwrap::unwrap(mesh, &how, ctx)?;
+    mesh.corner_uv = Some(layout.corner_uv);
+    mesh.face_chart = Some(layout.face_chart);
+    Ok(layout.charts)
+}
+
+/// The user's points, moved: in input order.
+struct Moved {
+    points: PointCloud,
+    /// The input point that each came from.
+    source: Vec<u32>,
+    /// The chart that weighs most at each; `u32::MAX` for none.
+    chart: Vec<u32>,
+    /// Whether the input point is finite and on no chart.
+    outlier: Vec<bool>,
+}
+
+/// Moves the points of `cloud` to where the charts say the surface is, `to_user` from the normalised frame. Outliers and
+/// points that are not finite stay where they are.
+fn move_points(
+    cloud: &PointCloud,
+    input: &InputMap,
+    projected: &[ProjectedPoint],
+    to_user: impl Fn(Vec3) -> Vec3,
+) -> Moved {
+    let n = cloud.len();
+    let mut points = cloud.clone();
+    let mut normals = vec![[0f32; 3]; n];
+    let (mut chart, mut outlier) = (vec![u32::MAX; n], vec![false; n]);
+    for (i, &p) in input.of_input.iter().enumerate() {
+        if !cloud.positions[i].iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        match projected.get(p as usize) {
+            Some(q) if q.chart != u32::MAX => {
+                points.positions[i] = to_user(q.position).0;
+                normals[i] = q.normal.to_f32();
+                chart[i] = q.chart;
+            }
+            _ => {
+                outlier[i] = true;
+                if let Some(n) = &cloud.normals {
+                    normals[i] = n[i];
+                }
+            }
+        }
+    }
+    points.normals = Some(normals);
+    Moved { points, source: (0..n as u32).collect(), chart, outlier }
+}
+
+impl Moved {
+    fn drop_outliers(&mut self) {
+        self.source.retain(|&i| !self.outlier[i as usize]);
+        self.chart = self.source.iter().map(|&i| self.chart[i as usize]).collect();
+        self.points = pick(&self.points, &self.source);
+    }
+}
+
+/// The points of `cloud` at `at`, with all their columns.
+fn pick(cloud: &PointCloud, at: &[u32]) -> PointCloud {
+    let take = |i: &u32| *i as usize;
+    PointCloud {
+        positions: at.iter().map(|i| cloud.positions[take(i)]).collect(),
+        normals: cloud.normals.as_ref().map(|n| at.iter().map(|i| n[take(i)]).collect()),
+        colors: cloud.colors.as_ref().map(|c| at.iter().map(|i| c[take(i)]).collect()),
+        attributes: cloud
+            .attributes
+            .iter()
+            .map(|a| Attribute {
+                values: at
+                    .iter()
+                    .flat_map(|i| a.values[take(i) * a.width..(take(i) + 1) * a.width].iter().copied())
+                    .collect(),
+                ..a.clone()
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,104 @@
+//! What can be asked of the main job, and the checks of what it is given.
+
+use crate::error::{Error, Result};
+use crate::geometry::PointCloud;
+use crate::setters::setters;
+
+/// What to do with points that no chart claims.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Outliers {
+    /// They stay where they were among the denoised points.
+    #[default]
+    Keep,
+    /// They are left out of the denoised points.
+    Drop,
+}
+
+/// How to denoise. The defaults suit an ordinary scan.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct DenoiseOptions {
+    /// Standard deviation of the noise in the scan's unit; `None` estimates it.
+    pub noise: Option<f64>,
+    /// Fineness of the surface: 1 = what the data supports, 0.5 = voxels twice as large. 0.1 to 10.
+    pub detail: f64,
+    /// Number of charts to aim for; `None` = as many as the shape needs.
+    pub charts: Option<usize>,
+    /// Holes with a boundary shorter than this are filled, in the scan's unit; 0 fills only gaps of the sampling.
+    pub fill_holes: f64,
+    /// Side of the texture page in texels, for the padding between UV charts.
+    pub texture_size: u32,
+    /// What to do with outliers.
+    pub outliers: Outliers,
+    /// Whether to lay out UVs.
+    pub uv: bool,
+}
+
+setters! {
+    DenoiseOptions {
+        with_noise: noise: Option<f64>,
+        with_detail: detail: f64,
+        with_charts: charts: Option<usize>,
+        with_fill_holes: fill_holes: f64,
+        with_texture_size: texture_size: u32,
+        with_outliers: outliers: Outliers,
+        with_uv: uv: bool,
+    }
+}
+
+impl Default for DenoiseOptions {
+    fn default() -> Self {
+        Self {
+            noise: None,
+            detail: 1.0,
+            charts: None,
+            fill_holes: 0.0,
+            texture_size: 1024,
+            outliers: Outliers::Keep,
+            uv: true,
+        }
+    }
+}
+
+/// Every column has an entry per point.
+pub(super) fn check_columns(cloud: &PointCloud) -> Result<()> {
+    let n = cloud.len();
+    let normals = cloud.normals.iter().map(|c| ("normals".to_string(), c.len(), n));
+    let colors = cloud.colors.iter().map(|c| ("colors".to_string(), c.len(), n));
+    let others =
+        cloud.attributes.iter().map(|a| (format!("attribute \"{}\"", a.name), a.values.len(), n * a.width));
+    match normals.chain(colors).chain(others).find(|(_, have, want)| have != want) {
+        Some((name, have, want)) => Err(Error::invalid(
+            format!("{name}: {have} values for {n} points"),
+            format!("Give {want} values, or leave the column out"),
+        )),
+        None => Ok(()),
+    }
+}
+
+pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
+    if let Some(noise) = o.noise
+        && !(noise > 0.0 && noise.is_finite())
+    {
+        return Err(Error::invalid(
+            format!("noise is {noise}"),
+            "Give a positive length, or none to estimate it",
+        ));
+    }
+    if !(0.1..=10.0).contains(&o.detail) {
+        return Err(Error::invalid(
+            format!("detail is {}", o.detail),
+            "Give 0.1 to 10; 1 is what the data supports",
+        ));
+    }
+    if o.charts == Some(0) {
+        return Err(Error::invalid("charts is 0", "Give at least 1, or none to choose from the data"));
+    }
+    if !(o.fill_holes >= 0.0 && o.fill_holes.is_finite()) {
+        return Err(Error::invalid(format!("fill_holes is {}", o.fill_holes), "Give a length, 0 or more"));
+    }
+    if !(16..=65536).contains(&o.texture_size) {
+        return Err(Error::invalid(format!("texture_size is {}", o.texture_size), "Give 16 to 65536 texels"));
+    }
+    Ok(())
+}

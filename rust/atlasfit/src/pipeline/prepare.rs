@@ -1,0 +1,344 @@
+//! A scan looked at for the first time: what is in it, and the frame in which everything else works.
+//!
+//! In: positions in the user's unit. Out: the distinct finite points that are not stray, moved to the origin and scaled to size 1, with search
+//! tree, spacing and noise; and how many points were left out, for which reason.
+
+use crate::error::{Error, Result};
+use crate::noise::{NoiseModel, NoiseSource, check, estimate};
+use crate::numeric::dense::principal;
+use crate::numeric::sort::sort_by;
+use crate::numeric::stats::median;
+use crate::numeric::vec3::Vec3;
+use crate::run::{Context, Stage};
+use crate::spatial::neighbours::Neighbours;
+use crate::spatial::sets::Sets;
+use crate::spatial::spacing::{Sampling, WIDEST, spacing};
+use rayon::prelude::*;
+
+/// The least number of distinct points that make a surface.
+pub const MIN_POINTS: usize = 12;
+/// Scans smaller or larger than this, in any unit, cannot be computed with.
+const SIZE: (f64, f64) = (1e-280, 1e280);
+/// Share of the points beyond each side of the frame: one stray point far away must not squeeze the rest into rounding noise.
+const BEYOND: f64 = 0.005;
+/// Points farther than this many of the scan's sizes are stray.
+const FAR: f64 = 1e6;
+/// Points whose neighbours are this many times farther than their neighbours' neighbours are stray.
+const STRAY: f64 = 4.0;
+/// Spacing, as a share of the scan's size, that rounding alone could make.
+const LEAST_SPACING: f64 = 1e-12;
+/// Noise beyond this share of the scan's size leaves no shape.
+const MOST_NOISE: f64 = 0.25;
+/// Points hang together when they are nearer than this many spacings.
+const LINK: f64 = 5.0;
+/// Neighbours that a point may hang together with.
+const LINKS: usize = 8;
+/// Fewer points that hang together are no part of a scan.
+const PART: usize = 10;
+
+/// Positions of which each is named once.
+#[derive(Debug, Clone)]
+pub struct Distinct {
+    /// The distinct finite positions, in the order of their first appearance.
+    pub points: Vec<Vec3>,
+    /// For each given position its place among `points`; `u32::MAX` where it is not finite.
+    pub of_input: Vec<u32>,
+    /// Positions with a coordinate that is not finite.
+    pub not_finite: usize,
+    /// Positions that repeat an earlier one.
+    pub duplicates: usize,
+}
+
+/// Joins equal positions and leaves out those that are not finite.
+///
+/// # Errors
+/// Cancelled or out of time; [`Error::InvalidArgument`] above 2^32 - 2 positions.
+pub fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<Distinct> {
+    let n = given.len();
+    if n >= u32::MAX as usize {
+        return Err(Error::invalid(format!("{n} points"), "Give fewer points"));
+    }
+    // Sorting by bits is exact and fast.
+    let mut order: Vec<u32> =
+        (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
+    let bits = |i: u32| given[i as usize].0.map(|x| (x + 0.0).to_bits());
+    sort_by(&mut order, |&a, &b| (bits(a), a).cmp(&(bits(b), b)), ctx)?;
+    let mut first = vec![u32::MAX; n];
+    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
+        for &i in group {
+            first[i as usize] = group[0];
+        }
+    }
+    let finite = order.len();
+    drop(order);
+    ctx.check()?;
+    let mut of_input = first;
+    let mut points = Vec::new();
+    for i in 0..n {
+        let f = of_input[i];
+        if f == i as u32 {
+            of_input[i] = points.len() as u32;
+            points.push(given[i]);
+        } else if f != u32::MAX {
+            // The first of equal positions has the least index, so it has its place already.
+            of_input[i] = of_input[f as usize];
+        }
+    }
+    Ok(Distinct { not_finite: n - finite, duplicates: finite - points.len(), points, of_input })
+}
+
+/// A scan ready to work on. Lengths are in the normalised frame: the scan's longest side is 1.
+pub struct Scan {
+    /// The points.
+    pub points: Vec<Vec3>,
+    /// Search tree over the points.
+    pub tree: Neighbours,
+    /// How densely they lie.
+    pub sampling: Sampling,
+    /// How noisy they are.
+    pub noise: NoiseModel,
+    /// The frame in the user's.
+    pub frame: Frame,
+    /// Where the given positions went.
+    pub input: InputMap,
+}
+
+/// The normalised frame in the user's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Origin, in the user's frame.
+    pub origin: Vec3,
+    /// Length of the unit, in the user's.
+    pub scale: f64,
+}
+
+impl Frame {
+    /// A place of the normalised frame in the user's.
+    #[must_use]
+    pub fn to_user(&self, p: Vec3) -> Vec3 {
+        p * self.scale + self.origin
+    }
+}
+
+/// Where the given positions went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputMap {
+    /// For each given position its point; `u32::MAX` where it is not finite or stray.
+    pub of_input: Vec<u32>,
+    /// Positions with a coordinate that is not finite.
+    pub not_finite: usize,
+    /// Positions that repeat an earlier one.
+    pub duplicates: usize,
+    /// Distinct points that stand alone.
+    pub stray: usize,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Prepares a scan. `given_noise`, in the user's unit, replaces the estimate.
+///
+/// # Errors
+/// [`Error::EmptyInput`] without a finite point; [`Error::Degenerate`] where the points are no surface: too few, all in one
+/// place or on a line, beyond what numbers can hold; [`Error::InvalidArgument`] for noise as large as the scan; cancelled or
+/// out of time.
+pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Scan> {
+    let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
+    check_any(&points, of_input.len(), not_finite)?;
+    let frame = frame(&points, of_input.len() - not_finite, ctx)?;
+    if let Some(noise) = given_noise
+        && noise > MOST_NOISE * frame.scale
+    {
+        return Err(Error::invalid(
+            format!("noise is {noise}, but the scan is only {} long", frame.scale),
+            "Give the noise in the scan's unit, or none to estimate it",
+        ));
+    }
+    points.par_iter_mut().for_each(|p| *p = (*p - frame.origin).map(|x| x / frame.scale));
+    ctx.stage(Stage::Analyse, 2 * points.len());
+    ctx.check()?;
+    let all = points.len();
+    let far: Vec<bool> = points.iter().map(|p| !p.iter().all(|x| x.abs() < FAR)).collect();
+    if far.contains(&true) {
+        keep(&mut points, &mut of_input, &far);
+    }
+    check_surface(&points)?;
+    // Stray points are taken out once; the rest is then a scan of its own.
+    let mut tree = Neighbours::build(&points, ctx)?;
+    let mut spacing = spacing(&points, &tree, ctx)?;
+    let lonely = stray(&points, &tree, &spacing, ctx)?;
+    if lonely.contains(&true) {
+        drop(tree);
+        keep(&mut points, &mut of_input, &lonely);
+        let mut alone = lonely.iter();
+        spacing.retain(|_| !alone.next().unwrap_or(&false));
+        check_surface(&points)?;
+        tree = Neighbours::build(&points, ctx)?;
+    }
+    let sampling = Sampling::new(spacing);
+    if sampling.median < LEAST_SPACING {
+        return Err(Error::degenerate(
+            "most points all but coincide beside the scan's extent",
+            "Cut away what lies far off, or give points that lie on a surface",
+        ));
+    }
+    let mut warnings = Vec::new();
+    let local = estimate::noise(&points, &tree, ctx)?;
+    let noise = match given_noise {
+        None => check::by_patches(&points, &tree, &sampling, local, ctx)?,
+        Some(given) => {
+            warnings.extend(too_little_noise(given, local, &sampling, frame.scale));
+            NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
+        }
+    };
+    let stray = all - points.len();
+    let input = InputMap { of_input, not_finite, duplicates, stray, warnings };
+    Ok(Scan { points, tree, sampling, noise, frame, input })
+}
+
+/// Fails where no position is finite.
+fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
+    if given == 0 {
+        return Err(Error::empty(
+            "the scan has no points",
+            "Give a file with at least a few hundred points on a surface",
+        ));
+    }
+    if points.is_empty() {
+        return Err(Error::empty(
+            format!("none of the {not_finite} points has finite coordinates"),
+            "Check the file's columns and units",
+        ));
+    }
+    Ok(())
+}
+
+/// What to tell a user whose `given` noise (in the user's unit) is far below what the scan shows.
+fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> Option<String> {
+    // Below a tenth of the spacing noise makes no difference.
+    let matters = local > 0.1 * sampling.median;
+    (matters && given / scale < NOISE_TOLD * local.min(sampling.median)).then(|| {
+        format!(
+            "the noise given is {:.3e}, but the scan shows about {:.3e}: the surface will follow the noise",
+            given,
+            local * scale
+        )
+    })
+}
+
+/// A given noise below this share of what the scan shows is worth a warning.
+const NOISE_TOLD: f64 = 0.25;
+
+/// Origin and size of the frame.
+fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
+    let beyond = (points.len() as f64 * BEYOND) as usize;
+    let range = |axis: usize| -> Result<(f64, f64)> {
+        ctx.check()?;
+        let mut v: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        let low = *v.select_nth_unstable_by(beyond, f64::total_cmp).1;
+        let high = *v.select_nth_unstable_by(points.len() - 1 - beyond, f64::total_cmp).1;
+        Ok((low, high))
+    };
+    let range = [range(0)?, range(1)?, range(2)?];
+    let origin = Vec3(range.map(|(a, b)| a * 0.5 + b * 0.5));
+    let scale = range.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
+    if scale == 0.0 {
+        return Err(Error::degenerate(
+            format!("all {count} points lie in one place"),
+            "Give points that lie on a surface",
+        ));
+    }
+    let largest = origin.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if !(SIZE.0..SIZE.1).contains(&scale) || largest > SIZE.1 {
+        return Err(Error::degenerate(
+            format!(
+                "the points are {scale:e} apart, {largest:e} from the origin: beyond what can be computed with"
+            ),
+            "Give them in another unit",
+        ));
+    }
+    Ok(Frame { origin, scale })
+}
+
+/// Leaves out the points marked in `out`.
+fn keep(points: &mut Vec<Vec3>, of_input: &mut [u32], out: &[bool]) {
+    let mut place = vec![u32::MAX; points.len()];
+    let mut n = 0;
+    for i in 0..points.len() {
+        if !out[i] {
+            points[n] = points[i];
+            place[i] = n as u32;
+            n += 1;
+        }
+    }
+    points.truncate(n);
+    for p in of_input {
+        *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
+    }
+}
+
+/// Fails on points that span no surface: too few, or all on a line.
+///
+/// # Errors
+/// [`Error::Degenerate`].
+pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
+    let degenerate = |what: String| {
+        Err(Error::degenerate(what, "Give points that lie on a surface, a few hundred at least"))
+    };
+    if points.len() < MIN_POINTS {
+        return degenerate(format!("only {} distinct points", points.len()));
+    }
+    let spread = principal(points.iter().map(|&p| (p, 1.0)));
+    if spread.is_none_or(|(_, values, _)| values[1] <= 1e-14 * values[2]) {
+        return degenerate("the points lie on a line".into());
+    }
+    Ok(())
+}
+
+/// Points that are much lonelier than the points around them.
+fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<bool>> {
+    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan too.
+    let mut all = spacing.to_vec();
+    let at = all.len() * 9 / 10;
+    let lonely = WIDEST * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
+    points
+        .par_chunks(1024)
+        .enumerate()
+        .map(|(c, chunk)| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            let lone = |(k, p): (usize, &Vec3)| {
+                let own = f64::from(spacing[c * 1024 + k]);
+                tree.nearest(*p, 9, &mut found);
+                let mut around: Vec<f64> =
+                    found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize])).collect();
+                own > lonely || own > STRAY * median(&mut around)
+            };
+            Ok(chunk.iter().enumerate().map(lone).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()
+        .map(|v| v.concat())
+}
+
+/// How many parts hang together, and how many points are in none.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn parts(scan: &Scan, ctx: &Context<'_>) -> Result<(usize, usize)> {
+    let n = scan.points.len();
+    let link2 = (LINK * scan.sampling.median).powi(2);
+    let mut sets = Sets::new(n);
+    let mut found = Vec::new();
+    for (i, p) in scan.points.iter().enumerate() {
+        if i % 256 == 0 {
+            ctx.check()?;
+        }
+        scan.tree.nearest(*p, LINKS + 1, &mut found);
+        for f in found.iter().take_while(|f| f.dist2 <= link2) {
+            sets.join(i as u32, f.index);
+        }
+    }
+    let mut size = vec![0usize; n];
+    (0..n as u32).for_each(|i| size[sets.find(i) as usize] += 1);
+    let none = size.iter().filter(|&&s| s < PART).sum();
+    Ok((size.iter().filter(|&&s| s >= PART).count(), none))
+}

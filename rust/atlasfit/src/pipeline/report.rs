@@ -1,0 +1,67 @@
+//! What the main job gives back.
+
+use crate::atlas::Chart;
+use crate::geometry::{PointCloud, TriMesh};
+use crate::numeric::vec3::Vec3;
+use crate::run::Stage;
+
+/// What was found and done.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Report {
+    /// Points given.
+    pub points: usize,
+    /// Points with a coordinate that is not finite; they are left out.
+    pub not_finite: usize,
+    /// Points that repeat the position of an earlier one; they move with it.
+    pub duplicates: usize,
+    /// Points set aside because no chart claims them.
+    pub outliers: usize,
+    /// Median distance between neighbouring points, in the scan's unit.
+    pub spacing: f64,
+    /// Noise (standard deviation along the normal), in the scan's unit; estimated or as given.
+    pub noise: f64,
+    /// Charts fitted.
+    pub charts: usize,
+    /// Whether some part of the surface is one-sided.
+    pub one_sided: bool,
+    /// Side of the voxels that the surface was contoured with, in the scan's unit.
+    pub voxel: f64,
+    /// Connected parts of the surface.
+    pub parts: usize,
+    /// Holes that were filled.
+    pub filled_holes: usize,
+    /// Boundary loops of the surface.
+    pub boundary_loops: usize,
+    /// Edges on the boundary.
+    pub boundary_edges: usize,
+    /// UV charts.
+    pub uv_charts: usize,
+    /// What the user should know, in words.
+    pub warnings: Vec<String>,
+    /// Seconds per stage.
+    pub seconds: Vec<(Stage, f64)>,
+}
+
+/// A denoised scan.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Denoised {
+    /// Denoised points with normals and the scan's own attributes, in input order (points that are not finite stay as they were; outliers
+    /// too unless they are dropped).
+    pub points: PointCloud,
+    /// For each denoised point, the input point it came from.
+    pub point_source: Vec<u32>,
+    /// For each denoised point, the chart that weighs most there; `u32::MAX` for points on no chart: outliers, and those that are not finite.
+    pub point_chart: Vec<u32>,
+    /// The stitched surface, with normals, UVs and the scan's attributes.
+    pub surface: TriMesh,
+    /// The charts, in the normalised frame.
+    pub charts: Vec<Chart>,
+    /// Origin of the normalised frame in the scan's.
+    pub origin: Vec3,
+    /// Length of the normalised frame's unit in the scan's.
+    pub scale: f64,
+    /// What was found and done.
+    pub report: Report,
+}

@@ -1,0 +1,61 @@
+//! Which points lie on which sheet: charts oriented, points projected, and charts near another sheet fitted anew.
+//!
+//! In: the first atlas. Out: an oriented atlas, each point of the scan on it. These rounds stand above partition, fit,
+//! orient and blend, as they need all four.
+
+use super::fit_atlas::{FirstAtlas, cut};
+use super::prepare::Scan;
+use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation};
+use crate::blend::{membership, project};
+use crate::error::Result;
+use crate::run::{Context, Stage};
+use crate::{fit, orient, partition};
+
+/// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs to which. The
+/// second time brings a third of what the first brings, a third one a third of that.
+const ROUNDS: usize = 2;
+
+/// Charts that know of each other, and the points on them.
+pub(super) struct OrientedAtlas {
+    /// The charts, with their signs.
+    pub fitted: Vec<FittedChart>,
+    /// Which charts each point belongs to.
+    pub members: Membership,
+    /// How overlapping charts face each other.
+    pub relations: Vec<Relation>,
+    /// Pairs that the signs contradict, where the surface is one-sided.
+    pub conflicts: Vec<Pair>,
+    /// The points on the blended charts.
+    pub projected: Vec<ProjectedPoint>,
+}
+
+/// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their own side only.
+pub(super) fn separate(scan: &Scan, first: FirstAtlas, ctx: &Context<'_>) -> Result<OrientedAtlas> {
+    let FirstAtlas { fitted, on_tubes, size } = first;
+    let cut = cut(scan, size);
+    let mut atlas = oriented(scan, fitted, ctx)?;
+    for _ in 0..ROUNDS {
+        let known = &atlas.projected;
+        let Some(covered) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
+        let patches = partition::partition(&cut, &covered, Some(known), ctx)?;
+        ctx.stage(Stage::Fit, patches.len());
+        let mut fitted = atlas.fitted;
+        fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
+        atlas = oriented(scan, fitted, ctx)?;
+    }
+    Ok(atlas)
+}
+
+/// Turns the charts so that they agree, and projects the points onto them.
+fn oriented(scan: &Scan, mut fitted: Vec<FittedChart>, ctx: &Context<'_>) -> Result<OrientedAtlas> {
+    let (points, spacing) = (&scan.points, scan.sampling.median);
+    let members = membership::of_points(points.len(), &fitted, ctx)?;
+    let relations = orient::relations(points, &fitted, &members, spacing, ctx)?;
+    let opposing = orient::opposing_sheets(&fitted, spacing, ctx)?;
+    let signs = orient::orient(fitted.len(), &relations, &opposing, ctx)?;
+    for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
+        f.chart.sign = *sign;
+    }
+    let projected = project::project_members(points, &fitted, &members, ctx)?;
+    Ok(OrientedAtlas { fitted, members, relations, conflicts: signs.conflicts, projected })
+}

@@ -1,0 +1,148 @@
+//! The surface of an oriented atlas.
+//!
+//! In: the atlas and its points. Out: one triangle mesh in the normalised frame, charts and points turned to the side that
+//! it faces.
+
+use super::options::DenoiseOptions;
+use super::prepare::{Frame, InputMap, Scan};
+use super::sheets::OrientedAtlas;
+use crate::atlas::{Chart, ProjectedPoint};
+use crate::blend::sites;
+use crate::contour::{clean, field, holes, surface::Surface};
+use crate::error::{Error, Result};
+use crate::orient;
+use crate::run::{Context, Stage};
+use crate::spatial::spacing::{Sampling, WIDEST};
+
+/// Voxels are this share of the point spacing: finer ones follow the surface no better, coarser ones begin to cost
+/// completeness; triangles are then about four times as many as the points.
+const VOXEL: f64 = 0.75;
+/// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels of its size
+/// would be many times as many as the points.
+const VOXEL_SPREAD: f64 = 0.2;
+/// A point alone covers a disk as wide as this many spacings.
+const ALONE: f64 = 4.2;
+/// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave
+/// gaps about four spacings wide.
+const GAP: f64 = 16.0;
+/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch of each other.
+const SLIT: f64 = 3.0;
+/// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the usual size.
+const SPECK: f64 = 180.0;
+/// Whatever the voxels, fewer triangles are a speck.
+const LEAST_SPECK: f64 = 8.0;
+/// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a few strays make one
+/// of any size.
+const UNSUPPORTED: f64 = 12.0;
+
+/// What was built. Lengths are in the normalised frame.
+pub(super) struct Built {
+    /// The surface.
+    pub surface: Surface,
+    /// The charts, facing as the surface does.
+    pub charts: Vec<Chart>,
+    /// The scan's points on the charts, facing as the surface does.
+    pub projected: Vec<ProjectedPoint>,
+    /// Median spacing of the scan's points.
+    pub median_spacing: f64,
+    /// Side of the voxels.
+    pub voxel: f64,
+    /// Holes that were filled.
+    pub filled_holes: usize,
+    /// Whether some part of the surface is one-sided.
+    pub one_sided: bool,
+    /// The frame in the user's.
+    pub frame: Frame,
+    /// Where the user's points went.
+    pub input: InputMap,
+}
+
+/// Builds the surface.
+pub(super) fn build(
+    scan: Scan,
+    atlas: OrientedAtlas,
+    options: &DenoiseOptions,
+    ctx: &Context<'_>,
+) -> Result<Built> {
+    let Scan { points, tree, sampling, frame, input, .. } = scan;
+    let OrientedAtlas { fitted, members, relations, conflicts, mut projected } = atlas;
+    let median = sampling.median;
+    ctx.stage(Stage::Project, 2);
+    let voxel = voxel(&sampling) / options.detail;
+    // What lies so far away that its voxels have no name is set aside.
+    for p in projected.iter_mut().filter(|p| !field::within_range(p.position, voxel)) {
+        p.chart = u32::MAX;
+    }
+    ctx.advance(1);
+    let sites = sites::of_points(&points, &projected, &fitted, &members, &sampling, ctx)?;
+    ctx.advance(1);
+
+    // Contouring needs the most memory: what is done with goes first.
+    drop(tree);
+    drop(members);
+    let speck = (SPECK * (VOXEL * median / voxel).powi(2)).max(LEAST_SPECK) as usize;
+    let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
+    let contour = field::contour(&charts, sites, &relations, &conflicts, voxel, ctx)?;
+    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), speck, ctx)?;
+    clean::remove_unsupported(&mut surface, &points_of_charts(&projected, charts.len()), UNSUPPORTED, ctx)?;
+    let longest = (GAP * median).max(options.fill_holes / frame.scale);
+    let (filled_holes, touched) = holes::fill(&mut surface, longest, SLIT * median, ctx)?;
+    clean::smooth(&mut surface, touched, ctx)?;
+    if surface.triangles.is_empty() {
+        return Err(Error::degenerate(
+            "the charts make no connected surface",
+            "Give a denser scan, set the noise by hand, or lower the detail",
+        ));
+    }
+    ctx.check()?;
+    let side = agreement(&surface, &charts);
+    let turned = orient::face(&mut charts, &relations, &side);
+    for p in &mut projected {
+        if turned.get(p.chart as usize).is_some_and(|t| *t) {
+            p.normal = -p.normal;
+        }
+    }
+    let one_sided = !conflicts.is_empty();
+    Ok(Built {
+        surface,
+        charts,
+        projected,
+        median_spacing: median,
+        voxel,
+        filled_holes,
+        one_sided,
+        frame,
+        input,
+    })
+}
+
+/// Side of the voxels for a detail of 1.
+fn voxel(sampling: &Sampling) -> f64 {
+    let widest = ALONE * WIDEST * sampling.median;
+    let squares = sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
+    let spread = (squares.sum::<f64>() / sampling.spacing.len() as f64).sqrt();
+    (VOXEL * sampling.median).max(VOXEL_SPREAD * spread)
+}
+
+/// How many points each chart weighs most at.
+fn points_of_charts(projected: &[ProjectedPoint], charts: usize) -> Vec<u32> {
+    let mut own = vec![0u32; charts];
+    for p in projected {
+        if let Some(n) = own.get_mut(p.chart as usize) {
+            *n += 1;
+        }
+    }
+    own
+}
+
+/// For each chart how much of the surface agrees with its normal, less how much does not: the surface knows which side is
+/// out.
+fn agreement(surface: &Surface, charts: &[Chart]) -> Vec<f64> {
+    let mut side = vec![0.0; charts.len()];
+    for ((&p, &n), &c) in surface.positions.iter().zip(&surface.normals).zip(&surface.chart) {
+        if let Some(chart) = charts.get(c as usize) {
+            side[c as usize] += chart.sign * n.dot(chart.normal_over(p));
+        }
+    }
+    side
+}

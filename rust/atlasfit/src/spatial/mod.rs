@@ -1,0 +1,10 @@
+//! Finding things in space and along meshes: nearest neighbours, boxes, disjoint sets, edges, welding, point spacing.
+
+pub mod bvh;
+pub mod edges;
+pub mod neighbours;
+pub mod sets;
+pub mod spacing;
+pub mod weld;
+
+pub use neighbours::{Neighbour, Neighbours};

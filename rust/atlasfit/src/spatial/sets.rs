@@ -1,0 +1,69 @@
+//! Disjoint sets, plain and signed. The same for any order of unions.
+
+/// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of unions.
+#[derive(Debug, Clone)]
+pub struct Sets(Vec<u32>);
+
+impl Sets {
+    /// n sets of one member each.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self((0..n as u32).collect())
+    }
+    /// The root of a member's set.
+    pub fn find(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            let up = self.0[self.0[i as usize] as usize];
+            self.0[i as usize] = up;
+            i = up;
+        }
+        i
+    }
+    /// Makes one set of two members' sets.
+    pub fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+    /// Number of sets among the members that `of` names.
+    pub fn count(&mut self, of: impl Iterator<Item = u32>) -> usize {
+        let mut roots: Vec<u32> = of.map(|i| self.find(i)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        roots.len()
+    }
+}
+
+/// Disjoint sets whose members are alike or opposite: each knows how it stands to its set's root, the smallest member.
+#[derive(Debug, Clone)]
+pub struct SignedSets(Vec<(u32, bool)>);
+
+impl SignedSets {
+    /// n sets of one member each.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self((0..n as u32).map(|i| (i, false)).collect())
+    }
+    /// The root of a member's set, and whether the member is its opposite.
+    pub fn find(&mut self, i: u32) -> (u32, bool) {
+        let (mut root, mut opposite) = (i, false);
+        while self.0[root as usize].0 != root {
+            opposite ^= self.0[root as usize].1;
+            root = self.0[root as usize].0;
+        }
+        // The way is shortened for the next search.
+        let (mut at, mut rest) = (i, opposite);
+        while at != root {
+            let (up, step) = std::mem::replace(&mut self.0[at as usize], (root, rest));
+            rest ^= step;
+            at = up;
+        }
+        (root, opposite)
+    }
+    /// Makes one set of two members' sets, in which the two are opposite or alike; nothing where they are in one already.
+    pub fn join(&mut self, a: u32, b: u32, opposite: bool) {
+        let ((ra, oa), (rb, ob)) = (self.find(a), self.find(b));
+        if ra != rb {
+            self.0[ra.max(rb) as usize] = (ra.min(rb), oa ^ ob ^ opposite);
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Positions that are the same place.
+
+use crate::error::Result;
+use crate::numeric::sort::sort;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+
+/// For each position the smallest index of those at the same place: equal after rounding to multiples of
+/// `tolerance`, or exactly equal where that is 0. Positions that are not finite stay alone.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn weld(positions: &[Vec3], tolerance: f64, ctx: &Context<'_>) -> Result<Vec<u32>> {
+    let key = |p: &Vec3| {
+        // Adding 0 makes one zero of the two that f64 has.
+        p.0.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
+    };
+    ctx.check()?;
+    let mut order: Vec<([u64; 3], u32)> = positions
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| p.iter().all(|x| x.is_finite()))
+        .map(|(i, p)| (key(p), i as u32))
+        .collect();
+    sort(&mut order, ctx)?;
+    let mut to: Vec<u32> = (0..positions.len() as u32).collect();
+    for same in order.chunk_by(|a, b| a.0 == b.0) {
+        for (_, i) in same {
+            to[*i as usize] = same[0].1;
+        }
+    }
+    ctx.check()?;
+    Ok(to)
+}
