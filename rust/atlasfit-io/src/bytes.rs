@@ -2,9 +2,9 @@
 
 use atlasfit::geometry::ScalarKind;
 
-/// `n` zeros for a column whose bytes are known to be in the file. Several threads touch the pages of a large one: the first
-/// touch of its memory costs more than all else that reading rows does.
-pub fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
+/// `n` zeros for a column whose bytes are known to be in the file. Several threads touch the pages of a large one:
+/// the first touch of its memory costs more than all else that reading rows does.
+pub(crate) fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
     /// Smaller columns take less time than starting threads.
     const LARGE: usize = 4 << 20;
     /// More threads wait for each other in the system.
@@ -26,7 +26,7 @@ pub fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
 }
 
 /// Bytes of a number.
-pub const fn size(kind: ScalarKind) -> usize {
+pub(crate) const fn size(kind: ScalarKind) -> usize {
     match kind {
         ScalarKind::U8 | ScalarKind::I8 => 1,
         ScalarKind::U16 | ScalarKind::I16 => 2,
@@ -35,29 +35,31 @@ pub const fn size(kind: ScalarKind) -> usize {
     }
 }
 
-/// Calls `put(i, value)` for the number at `offset` of each row.
-#[inline]
-pub fn column(
-    data: &[u8],
-    stride: usize,
-    offset: usize,
-    kind: ScalarKind,
-    big: bool,
-    mut put: impl FnMut(usize, f64),
-) {
-    columns::<1>(data, stride, offset, kind, big, |i, [value]| put(i, value));
+/// Where the numbers of a column stand in rows of bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct ColumnLayout {
+    /// Bytes from one row to the next.
+    pub stride: usize,
+    /// Where the number starts in its row, in bytes.
+    pub offset: usize,
+    pub kind: ScalarKind,
+    pub big_endian: bool,
 }
 
-/// Calls `put(i, values)` for the `C` numbers that stand one behind the other at `offset` of each row.
+/// Calls `put(i, value)` for the number of each row.
 #[inline]
-pub fn columns<const C: usize>(
+pub(crate) fn column(data: &[u8], layout: ColumnLayout, mut put: impl FnMut(usize, f64)) {
+    columns::<1>(data, layout, |i, [value]| put(i, value));
+}
+
+/// Calls `put(i, values)` for `C` numbers of each row, which stand one behind the other from the offset on.
+#[inline]
+pub(crate) fn columns<const C: usize>(
     data: &[u8],
-    stride: usize,
-    offset: usize,
-    kind: ScalarKind,
-    big: bool,
+    layout: ColumnLayout,
     mut put: impl FnMut(usize, [f64; C]),
 ) {
+    let ColumnLayout { stride, offset, kind, big_endian } = layout;
     macro_rules! each {
         ($t:ty) => {{
             const N: usize = size_of::<$t>();
@@ -65,7 +67,7 @@ pub fn columns<const C: usize>(
                 if let Some(bytes) = row.get(offset..offset + N * C) {
                     let (numbers, _) = bytes.as_chunks::<N>();
                     let value = |c: usize| {
-                        f64::from(if big {
+                        f64::from(if big_endian {
                             <$t>::from_be_bytes(numbers[c])
                         } else {
                             <$t>::from_le_bytes(numbers[c])
@@ -90,8 +92,9 @@ pub fn columns<const C: usize>(
 
 /// The number at the start of `bytes`, which are long enough.
 #[inline]
-pub fn scalar(bytes: &[u8], kind: ScalarKind, big: bool) -> f64 {
+pub(crate) fn scalar(bytes: &[u8], kind: ScalarKind, big_endian: bool) -> f64 {
+    let stride = size(kind);
     let mut value = 0.0;
-    column(&bytes[..size(kind)], size(kind), 0, kind, big, |_, v| value = v);
+    column(&bytes[..stride], ColumnLayout { stride, offset: 0, kind, big_endian }, |_, v| value = v);
     value
 }

@@ -1,10 +1,11 @@
 //! E57 (ASTM E2807), through the `e57` crate: all scans of a file, each moved by its pose, one after the other.
 //!
-//! Positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as `scan_id` where
-//! there are several. Points that a scan marks as invalid are left out and counted.
+//! Read: positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as `scan_id`
+//! where there are several. Points that a scan marks as invalid are left out and counted.
 
+use crate::content::Content;
 use crate::error::Result;
-use crate::load::{Content, Input};
+use crate::input::Input;
 
 /// Whether these bytes are an E57 file.
 pub(crate) fn is_e57(data: &[u8]) -> bool {
@@ -21,11 +22,11 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 
 #[cfg(feature = "e57")]
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
-    use crate::error::Place;
+    use crate::error::Location;
     match crate::foreign::guarded(|| scans(input)) {
         Some(result) => result,
         None => Err(input.malformed(
-            Place::Whole,
+            Location::Whole,
             "data that cannot be read",
             "the points that the file describes",
             "The file is damaged: get it again",
@@ -35,12 +36,12 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 
 #[cfg(feature = "e57")]
 fn scans(input: &mut Input<'_>) -> Result<Content> {
-    use crate::error::Place;
+    use crate::error::Location;
     use atlasfit::geometry::{Attribute, ScalarKind};
     use e57::{CartesianCoordinate, E57Reader};
     let damaged = |input: &Input<'_>, e: e57::Error| {
         input.malformed(
-            Place::Whole,
+            Location::Whole,
             e.to_string(),
             "an E57 file",
             "The file is cut off or damaged: get it again",
@@ -53,7 +54,7 @@ fn scans(input: &mut Input<'_>) -> Result<Content> {
     let announced = scans.iter().fold(0u64, |sum, s| sum.saturating_add(s.records));
     if announced / POINTS_PER_BYTE > input.data.len() as u64 {
         return Err(input.malformed(
-            Place::Whole,
+            Location::Whole,
             format!("{announced} points announced in {} bytes", input.data.len()),
             "a file that could hold them",
             "The file is damaged: get it again",

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-/// Where in a file.
+/// Where in a file something was met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// A line of a text file, counted from 1.
     Line(u64),
     /// A byte offset, counted from 0.
@@ -13,7 +13,7 @@ pub enum Place {
     Whole,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(n) => write!(f, "line {n}"),
@@ -43,7 +43,7 @@ pub enum Error {
         /// The file.
         file: String,
         /// Where.
-        at: Place,
+        at: Location,
         /// What stands there.
         found: String,
         /// What should stand there.
@@ -51,7 +51,7 @@ pub enum Error {
         /// What the caller can do.
         advice: String,
     },
-    /// The file may be sound, but this build does not read or write such files.
+    /// The file may be valid, but this build does not read or write such files.
     #[error("{file}: {what}. {advice}")]
     Unsupported {
         /// The file.
@@ -63,7 +63,8 @@ pub enum Error {
     },
     /// The data would not fit the memory limit.
     #[error(
-        "{file}: this needs about {needed_bytes} bytes of memory, more than the limit of {limit_bytes}. Raise the limit or give a smaller file"
+        "{file}: this needs about {needed_bytes} bytes of memory, more than the limit of {limit_bytes}. \
+         Raise the limit or give a smaller file"
     )]
     OutOfMemory {
         /// The file.

@@ -1,67 +1,46 @@
-//! Polygons in, triangles out: gathers the faces of a file in order, checks their indices once all vertices are
-//! known, and triangulates polygons so that they do not fold (ear clipping in the polygon's mean plane, Meisters
-//! 1975). A polygon of n corners always gives n - 2 triangles, so that collinear corners stay connected. The polygons
-//! themselves are kept beside the triangles, so that they can be written again.
+//! Polygons in, triangles out: gathers the faces of a file in order, and checks their indices once all vertices
+//! are known. A polygon of n corners always gives n - 2 triangles, so that collinear corners stay connected. The
+//! polygons themselves are kept beside the triangles, so that they can be written again.
 
-use crate::load::LoadReport;
-use atlasfit::Vec3;
+use crate::content::{FaceColumns, Polygons};
+use crate::report::LoadReport;
+use crate::triangulate::triangulate;
 
 /// Ear clipping is quadratic at worst: beyond this many tests in one file, polygons become plain fans.
 const MOST_TESTS: u64 = 1 << 26;
 
 /// An index that no vertex has.
-pub const NO_VERTEX: u32 = u32::MAX;
+pub(crate) const NO_VERTEX: u32 = u32::MAX;
 
-/// The faces of a file as polygons: what its triangles were cut from.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Polygons {
-    /// Corners per face, at least 3, in file order. A face of n corners is n - 2 of the triangles, in the same order.
-    pub sizes: Vec<u32>,
-    /// The corners of all faces, one face after the other.
-    pub corners: Vec<u32>,
-}
-
-impl Polygons {
-    /// The polygon that each triangle was cut from.
-    #[must_use]
-    pub fn of_triangles(&self) -> Vec<u32> {
-        (self.sizes.iter().zip(0u32..))
-            .flat_map(|(&n, i)| std::iter::repeat_n(i, n.saturating_sub(2) as usize))
-            .collect()
-    }
-}
-
-/// The columns of the faces read.
-pub struct Finished {
-    pub triangles: Vec<[u32; 3]>,
-    pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
-    pub chart: Option<Vec<u32>>,
-    /// `None` if all faces are triangles.
-    pub polygons: Option<Polygons>,
-}
-
+/// A face of more than three corners.
 struct Polygon {
+    /// Its first triangle.
     triangle: usize,
+    /// Its first corner in [`Faces::corners`].
     corner: usize,
+    /// How many corners it has.
     len: usize,
 }
 
 /// The faces read so far.
 #[derive(Default)]
-pub struct Faces {
+pub(crate) struct Faces {
+    /// Polygons stand here as fans until [`Faces::finish`].
     pub triangles: Vec<[u32; 3]>,
     uv: Vec<[[f32; 2]; 3]>,
     has_uv: bool,
     without_uv: u64,
+    /// UV chart per triangle; dropped unless there is one for each.
     pub chart: Vec<u32>,
     polygons: Vec<Polygon>,
+    /// The corners of all polygons, and their texture coordinates.
     corners: Vec<u32>,
     corner_uv: Vec<[f32; 2]>,
     too_small: u64,
 }
 
-/// A vertex index of a file as ours.
-pub fn index(value: i64) -> u32 {
+/// A vertex index of a file as ours; [`NO_VERTEX`] if it is negative or too large.
+pub(crate) fn index(value: i64) -> u32 {
     u32::try_from(value).unwrap_or(NO_VERTEX)
 }
 
@@ -104,7 +83,7 @@ impl Faces {
     }
 
     /// Triangulates the polygons over their positions, drops faces with wrong indices, and reports both.
-    pub fn finish(mut self, positions: &[[f64; 3]], report: &mut LoadReport) -> Finished {
+    pub fn finish(mut self, positions: &[[f64; 3]], report: &mut LoadReport) -> FaceColumns {
         let count = positions.len();
         let wrong = |v: u32| v as usize >= count;
         let mut wrong_faces = 0;
@@ -148,9 +127,9 @@ impl Faces {
         if self.has_uv {
             report.add("triangles without texture coordinates, set to 0", self.without_uv, None);
         }
-        let uv = self.has_uv.then_some(self.uv);
+        let corner_uv = self.has_uv.then_some(self.uv);
         let chart = (!self.chart.is_empty()).then_some(self.chart);
-        Finished { triangles: self.triangles, corner_uv: uv, chart, polygons }
+        FaceColumns { triangles: self.triangles, corner_uv, chart, polygons }
     }
 
     /// All faces as polygons, without those that hold a wrong triangle.
@@ -178,90 +157,11 @@ impl Faces {
     }
 }
 
+/// Keeps the values whose entry is true, and those beyond the last entry.
 fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
     let mut i = 0;
     values.retain(|_| {
         i += 1;
         keep.get(i - 1).copied().unwrap_or(true)
     });
-}
-
-/// Cuts a polygon into `corners.len() - 2` triangles of local corner numbers.
-fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
-    let n = corners.len();
-    let at = |i: usize| Vec3(positions[corners[i] as usize]);
-    out.clear();
-    // Newell's normal, relative to the first corner so that far-away coordinates do not cancel.
-    let mut normal = Vec3::ZERO;
-    for i in 1..n - 1 {
-        normal += (at(i) - at(0)).cross(at(i + 1) - at(0));
-    }
-    let largest = (0..3).max_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs())).unwrap_or(2);
-    let flat = |i: usize| {
-        let p = at(i) - at(0);
-        let (u, v) = (p[(largest + 1) % 3], p[(largest + 2) % 3]);
-        if normal[largest] < 0.0 { [v, u] } else { [u, v] }
-    };
-    let turn =
-        |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    if n == 4 {
-        // Both triangles of a diagonal must face as the polygon does; of two such diagonals the shorter.
-        let facing = |a, b, c| (at(b) - at(a)).cross(at(c) - at(a)).dot(normal) > 0.0;
-        let first = facing(0, 1, 2) && facing(0, 2, 3);
-        let second = facing(1, 2, 3) && facing(1, 3, 0);
-        let shorter = at(1).dist2(at(3)) < at(0).dist2(at(2)) * (1.0 - 1e-12);
-        let split: [[u32; 3]; 2] =
-            if second && (!first || shorter) { [[1, 2, 3], [1, 3, 0]] } else { [[0, 1, 2], [0, 2, 3]] };
-        out.extend(split);
-        return;
-    }
-    let points: Vec<[f64; 2]> = (0..n).map(flat).collect();
-    let reflex: Vec<usize> =
-        (0..n).filter(|&i| turn(points[(i + n - 1) % n], points[i], points[(i + 1) % n]) < 0.0).collect();
-    if reflex.is_empty() || *tests == 0 {
-        out.extend((1..n as u32 - 1).map(|i| [0, i, i + 1]));
-        return;
-    }
-    let mut next: Vec<usize> = (0..n).map(|i| (i + 1) % n).collect();
-    let mut previous: Vec<usize> = (0..n).map(|i| (i + n - 1) % n).collect();
-    let mut gone = vec![false; n];
-    let mut left = n;
-    let mut i = 0;
-    // Corners looked at since the last cut; a full round without an ear means a self-crossing or flat polygon.
-    let mut looked = 0;
-    while left > 3 {
-        let (a, c) = (previous[i], next[i]);
-        let area = turn(points[a], points[i], points[c]);
-        let forced = looked >= left || *tests == 0;
-        let ear = forced
-            || area > 0.0 && {
-                *tests = tests.saturating_sub(reflex.len() as u64);
-                !reflex.iter().any(|&r| {
-                    let p = points[r];
-                    !gone[r]
-                        && r != a
-                        && r != i
-                        && r != c
-                        && p != points[a]
-                        && p != points[i]
-                        && p != points[c]
-                        && turn(points[a], points[i], p) >= 0.0
-                        && turn(points[i], points[c], p) >= 0.0
-                        && turn(points[c], points[a], p) >= 0.0
-                })
-            };
-        if ear {
-            out.push([a as u32, i as u32, c as u32]);
-            next[a] = c;
-            previous[c] = a;
-            gone[i] = true;
-            left -= 1;
-            looked = 0;
-            i = c;
-        } else {
-            looked += 1;
-            i = c;
-        }
-    }
-    out.push([previous[i] as u32, i as u32, next[i] as u32]);
 }

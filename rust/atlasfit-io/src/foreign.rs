@@ -1,4 +1,5 @@
-//! Runs other crates' readers, which are not hardened against every damaged file: a panic there is a damaged file.
+//! Runs other crates' readers, which are not hardened against every damaged file: a panic there becomes the error
+//! of a damaged file.
 
 use std::cell::Cell;
 
@@ -6,8 +7,18 @@ thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread runs a third-party reader whose panics become errors. A program's panic hook should stay silent then: the error
-/// tells what happened.
+/// Whether this thread runs a third-party reader whose panics become errors. A program's panic hook should stay
+/// silent then: the error tells what happened.
+///
+/// ```
+/// let print = std::panic::take_hook();
+/// std::panic::set_hook(Box::new(move |panic| {
+///     if !atlasfit_io::panics_become_errors() {
+///         print(panic);
+///     }
+/// }));
+/// assert!(!atlasfit_io::panics_become_errors());
+/// ```
 #[must_use]
 pub fn panics_become_errors() -> bool {
     INSIDE.with(Cell::get)

@@ -1,4 +1,4 @@
-//! The formats, and how a file's format is found: from its first bytes; its name only breaks ties.
+//! The formats, and how a file's format is found: by its first bytes; its name only breaks ties.
 
 use crate::{e57, las, off, pcd, stl, text};
 use std::path::Path;

@@ -23,28 +23,43 @@
 //!
 //! One file (or folder) per format; [`Format`] names them all.
 
-mod bytes;
-mod e57;
+// Data: what comes in, what goes out.
+mod content;
 mod error;
+mod input;
+mod job;
+mod report;
+
+// Tools that the readers and writers share.
+mod bad_lines;
+mod bytes;
 mod faces;
 mod foreign;
-mod format;
+mod text;
+mod triangulate;
+mod weld;
+
+// The formats: each imports data and tools only.
+mod e57;
 mod gltf;
 mod las;
-mod load;
 mod obj;
 mod off;
 mod pcd;
 mod ply;
-mod save;
 mod stl;
-mod text;
-mod weld;
 mod xyz;
 
-pub use error::{Error, Place, Result};
-pub use faces::Polygons;
+// The doors, above the formats.
+mod format;
+mod load;
+mod save;
+
+pub use content::Polygons;
+pub use error::{Error, Location, Result};
 pub use foreign::panics_become_errors;
 pub use format::Format;
-pub use load::{LoadOptions, LoadReport, Loaded, Note, load, load_bytes, load_reader};
-pub use save::{SaveCloud, SaveMesh, Saved, Texture, save_cloud, save_mesh};
+pub use job::Texture;
+pub use load::{LoadOptions, Loaded, load, load_bytes, load_reader};
+pub use report::{LoadReport, Note};
+pub use save::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};

@@ -1,8 +1,10 @@
-//! Reading: finds the format, calls its reader, checks limits, gathers the report.
+//! Reading, the door: finds the format, calls its reader, checks what it gives, and hands out the report.
 
-use crate::error::{Error, Place, Result};
-use crate::faces::Polygons;
+use crate::content::{Content, Polygons};
+use crate::error::{Error, Location, Result};
 use crate::format::Format;
+use crate::input::Input;
+use crate::report::LoadReport;
 use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
 use atlasfit::geometry::{PointCloud, TriMesh};
 use std::io::{Read, Seek};
@@ -15,50 +17,12 @@ pub struct LoadOptions {
     pub max_memory_bytes: Option<u64>,
 }
 
-/// One kind of repair or loss, and how often it was met.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Note {
-    /// What was met and what was done about it, in words: "faces that name a missing vertex, left out".
-    pub what: String,
-    /// How many times.
-    pub count: u64,
-    /// The first of them, for example "line 12".
-    pub first: Option<String>,
-}
-
-impl std::fmt::Display for Note {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {}", self.count, self.what)?;
-        self.first.as_ref().map_or(Ok(()), |at| write!(f, " (first: {at})"))
-    }
-}
-
-/// What reading had to repair, leave out, or wants known.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct LoadReport {
-    /// In the order met; each `what` once.
-    pub notes: Vec<Note>,
-}
-
-impl LoadReport {
-    /// Counts `count` more of `what`. Nothing happens for a count of 0.
-    pub(crate) fn add(&mut self, what: impl Into<String>, count: u64, first: Option<String>) {
-        if count == 0 {
-            return;
-        }
-        let what = what.into();
-        match self.notes.iter_mut().find(|n| n.what == what) {
-            Some(note) => note.count += count,
-            None => self.notes.push(Note { what, count, first }),
-        }
-    }
-}
-
 /// A file's content.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Loaded {
-    /// The points (of a mesh: its vertices) in file order, with their attributes. Points that are not finite
-    /// are kept as they are and counted in the report: whoever works on the cloud drops them.
+    /// The points (of a mesh: its vertices) in file order and in the file's unit, with their attributes. Points
+    /// that are not finite are kept as they are and counted in the report: whoever works on the cloud drops them.
     pub cloud: PointCloud,
     /// Triangles; empty for a cloud.
     pub faces: Vec<[u32; 3]>,
@@ -68,8 +32,8 @@ pub struct Loaded {
     pub face_chart: Option<Vec<u32>>,
     /// The faces as the file has them, where some have more than three corners.
     pub polygons: Option<Polygons>,
-    /// The image file that colours the faces through `corner_uv`, as it is (PNG, JPEG); the first where there are
-    /// several. An image that cannot be read is none.
+    /// The bytes of the image file (PNG, JPEG) that colours the faces through `corner_uv`; the first where there are
+    /// several. `None` also where the image cannot be read.
     pub texture: Option<Vec<u8>>,
     /// The format found.
     pub format: Format,
@@ -93,132 +57,22 @@ impl Loaded {
     }
 }
 
-/// What a reader gives back.
-#[derive(Default)]
-pub(crate) struct Content {
-    pub cloud: PointCloud,
-    pub faces: Vec<[u32; 3]>,
-    pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
-    pub face_chart: Option<Vec<u32>>,
-    pub polygons: Option<Polygons>,
-    pub texture: Option<Vec<u8>>,
-}
-
-/// What a reader works on: the bytes, the memory limit, the report.
-pub(crate) struct Input<'a> {
-    /// The file's name for messages.
-    pub file: String,
-    /// Where the file lies, for formats that name others beside them.
-    pub path: &'a Path,
-    /// Its bytes; of a file that is read block by block, the first ones.
-    pub data: &'a [u8],
-    /// How many bytes the whole file has.
-    pub len: usize,
-    /// The report so far.
-    pub report: LoadReport,
-    /// What comes behind `data`.
-    rest: Option<&'a mut std::fs::File>,
-    limit: Option<u64>,
-    used: u64,
-}
-
-impl<'a> Input<'a> {
-    /// A file that this one names, from its own folder or below: a model has no business anywhere else.
-    pub fn beside(&mut self, name: &str) -> Option<Vec<u8>> {
-        let name = Path::new(name);
-        if !name
-            .components()
-            .all(|c| matches!(c, std::path::Component::Normal(_) | std::path::Component::CurDir))
-        {
-            return None;
-        }
-        let path = self.path.with_file_name("").join(name);
-        let about = std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file)?;
-        self.reserve(usize::try_from(about.len()).ok()?, 1).ok()?;
-        std::fs::read(path).ok()
-    }
-
-    fn new(path: &'a Path, data: &'a [u8], options: &LoadOptions) -> Self {
-        Input {
-            file: path.display().to_string(),
-            path,
-            data,
-            len: data.len(),
-            report: LoadReport::default(),
-            rest: None,
-            limit: options.max_memory_bytes,
-            used: 0,
-        }
-    }
-
-    /// Calls `each` with `block` bytes after `block` bytes of the `length` from byte `at` on, which the file has. May be called once.
-    pub fn blocks(
-        &mut self,
-        at: usize,
-        length: usize,
-        block: usize,
-        mut each: impl FnMut(&[u8]),
-    ) -> Result<()> {
-        let Some(rest) = self.rest.take() else {
-            self.data[at..at + length].chunks(block.max(1)).for_each(each);
-            return Ok(());
-        };
-        let mut here = &self.data[at..];
-        let mut buffer = vec![0; block.min(length)];
-        let mut left = length;
-        while left > 0 {
-            let block = &mut buffer[..block.min(left)];
-            let (now, later) = block.split_at_mut(block.len().min(here.len()));
-            now.copy_from_slice(&here[..now.len()]);
-            here = &here[now.len()..];
-            rest.read_exact(later).map_err(|source| Error::Io {
-                file: self.file.clone(),
-                action: "read it",
-                source,
-            })?;
-            left -= block.len();
-            each(block);
-        }
-        Ok(())
-    }
-
-    /// Accounts for `count` more things of `bytes` bytes each.
-    pub fn reserve(&mut self, count: usize, bytes: usize) -> Result<()> {
-        self.used = self.used.saturating_add((count as u64).saturating_mul(bytes as u64));
-        match self.limit {
-            Some(limit_bytes) if self.used > limit_bytes => {
-                Err(Error::OutOfMemory { file: self.file.clone(), needed_bytes: self.used, limit_bytes })
-            }
-            _ => Ok(()),
-        }
-    }
-    pub fn malformed(
-        &self,
-        at: Place,
-        found: impl Into<String>,
-        expected: impl Into<String>,
-        advice: impl Into<String>,
-    ) -> Error {
-        Error::Malformed {
-            file: self.file.clone(),
-            at,
-            found: found.into(),
-            expected: expected.into(),
-            advice: advice.into(),
-        }
-    }
-    pub fn unsupported(&self, what: impl Into<String>, advice: impl Into<String>) -> Error {
-        Error::Unsupported { file: self.file.clone(), what: what.into(), advice: advice.into() }
-    }
-}
-
 /// Reads a file.
+///
+/// ```no_run
+/// use atlasfit_io::{LoadOptions, load};
+/// # fn main() -> atlasfit_io::Result<()> {
+/// let loaded = load("scan.e57".as_ref(), &LoadOptions::default())?;
+/// println!("{} points of a {} file", loaded.cloud.len(), loaded.format.name());
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
 /// [`Error`]: unreadable, of no known format, broken beyond repair, or over the memory limit.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
     let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
-    let file = std::fs::File::open(path).map_err(io("open it"))?;
+    let mut file = std::fs::File::open(path).map_err(io("open it"))?;
     let about = file.metadata().map_err(io("open it"))?;
     if about.is_dir() {
         return Err(Error::Unsupported {
@@ -227,18 +81,17 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
             advice: "Give a file".into(),
         });
     }
-    let mut file = file;
     if about.is_file() && about.len() > HEAD as u64 {
         let mut head = vec![0; HEAD];
         file.read_exact(&mut head).map_err(io("read it"))?;
-        let mut input = Input { len: about.len() as usize, ..Input::new(path, &head, options) };
+        let input = Input::whole(path, &head, options.max_memory_bytes);
+        let input = input.with_rest(&mut file, about.len() as usize);
         if let Some(format) = format_of_rows(&input) {
-            input.rest = Some(&mut file);
             return read(input, format);
         }
         file.rewind().map_err(io("read it"))?;
     }
-    // These bytes exist: room for them (and one more, to see the end) spares copying as the buffer grows.
+    // These bytes exist: room for them (and one more, to notice the end) spares copying as the buffer grows.
     let data = read_all(path, file, about.len().saturating_add(1), options)?;
     load_bytes(path, &data, options)
 }
@@ -246,7 +99,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
 /// The first bytes of a file, which show whether the rest is rows that can be read block by block.
 const HEAD: usize = 1 << 16;
 
-/// The format of a file that is rows of bytes behind its header, which `input.data` holds whole.
+/// The format of a file that is rows of bytes behind its header, which `input.data` holds as a whole.
 fn format_of_rows(input: &Input<'_>) -> Option<Format> {
     let format = Format::detect(input.data, input.path)?;
     let rows = match format {
@@ -274,6 +127,16 @@ fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOpt
 
 /// Reads from a stream. `name` is used in messages, to break ties between formats, and to find files beside it.
 ///
+/// ```
+/// use atlasfit_io::{Format, LoadOptions, load_reader};
+/// # fn main() -> atlasfit_io::Result<()> {
+/// let stream = std::io::Cursor::new("0 0 0\n1 0 0.5\n");
+/// let loaded = load_reader("points.xyz".as_ref(), stream, &LoadOptions::default())?;
+/// assert_eq!((loaded.format, loaded.cloud.len()), (Format::Xyz, 2));
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// As [`load`].
 pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Result<Loaded> {
@@ -282,11 +145,23 @@ pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Res
 
 /// Reads from memory. `name` as in [`load_reader`].
 ///
+/// ```
+/// use atlasfit_io::{LoadOptions, load_bytes};
+/// # fn main() -> atlasfit_io::Result<()> {
+/// let off = b"OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 7\n";
+/// let loaded = load_bytes("two.off".as_ref(), off, &LoadOptions::default())?;
+/// assert_eq!(loaded.faces, [[0, 1, 2]]);
+/// let note = loaded.report.notes[0].to_string();
+/// assert_eq!(note, "1 faces that name a vertex that is not there, left out (first: triangle 1)");
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loaded> {
     let data = &*text::utf8(data);
-    let input = Input::new(name, data, options);
+    let input = Input::whole(name, data, options.max_memory_bytes);
     let format = if data.trim_ascii().is_empty() { None } else { Format::detect(data, name) };
     match format {
         Some(format) => read(input, format),
@@ -294,6 +169,7 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
     }
 }
 
+/// Reads the file with the reader of its format, and checks what that gives.
 fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
     input.reserve(input.data.len(), 1)?;
     let mut content = match format {
@@ -320,17 +196,16 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
         input.report.add(what, count as u64, Some(format!("point {first}")));
     }
     zero_wrong_numbers(&mut content, &mut input.report);
-    if content.faces.is_empty() {
-        content.corner_uv = None;
-        content.face_chart = None;
-    }
+    let Content { cloud, faces, texture } = content;
+    // Columns of faces mean nothing without faces.
+    let is_mesh = !faces.triangles.is_empty();
     Ok(Loaded {
-        cloud: content.cloud,
-        faces: content.faces,
-        corner_uv: content.corner_uv,
-        face_chart: content.face_chart,
-        polygons: content.polygons,
-        texture: content.texture,
+        cloud,
+        corner_uv: faces.corner_uv.filter(|_| is_mesh),
+        face_chart: faces.chart.filter(|_| is_mesh),
+        polygons: faces.polygons,
+        faces: faces.triangles,
+        texture,
         format,
         report: input.report,
     })
@@ -344,8 +219,8 @@ fn wrong_from<T: Copy>(values: &[T], right: impl Fn(T) -> bool) -> Option<usize>
     values[from..].iter().position(|&v| !right(v)).map(|i| from + i)
 }
 
-/// Normals, colours and texture coordinates that are not finite become 0 (of a normal: "unknown"), and are counted,
-/// so that they do not spread into what is computed from them.
+/// Normals, colours and texture coordinates that are not finite become 0 (of a normal: "unknown"), and are
+/// counted, so that they do not spread into what is computed from them.
 fn zero_wrong_numbers(content: &mut Content, report: &mut LoadReport) {
     fn zero<const N: usize>(rows: &mut [[f32; N]]) -> u64 {
         let Some(first) = wrong_from(rows.as_flattened(), |c| c.is_finite()) else { return 0 };
@@ -359,11 +234,12 @@ fn zero_wrong_numbers(content: &mut Content, report: &mut LoadReport) {
     if let Some(colors) = &mut content.cloud.colors {
         report.add("colours that are not finite, set to 0", zero(colors), None);
     }
-    if let Some(uv) = &mut content.corner_uv {
+    if let Some(uv) = &mut content.faces.corner_uv {
         report.add("texture coordinates that are not finite, set to 0", zero(uv.as_flattened_mut()), None);
     }
 }
 
+/// The error of a file whose format is not known.
 fn unknown(input: &Input<'_>) -> Error {
     let known = "PLY, OBJ, OFF, STL, XYZ or other columns of numbers, PCD, LAS, LAZ, E57, glTF";
     let found = match input.data {
@@ -373,7 +249,7 @@ fn unknown(input: &Input<'_>) -> Error {
         data => text::quote(&data[..data.len().min(24)]),
     };
     input.malformed(
-        Place::Byte(0),
+        Location::Byte(0),
         found,
         format!("the start of one of: {known}"),
         "Check that this is the right file",

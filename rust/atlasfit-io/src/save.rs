@@ -1,23 +1,15 @@
-//! Writing: beside the output first, then renamed, so that a run that fails never touches what was there.
+//! Writing, the door: checks the data, calls the format's writer. The file is written beside the output first,
+//! then renamed, so that a run that fails never touches what was there.
 
+use crate::content::Polygons;
 use crate::error::{Error, Result};
-use crate::faces::Polygons;
 use crate::format::Format;
+use crate::job::{Job, Texture, Written};
 use crate::{gltf, obj, off, ply, stl, xyz};
-use atlasfit::geometry::{Attribute, PointCloud, TriMesh};
+use atlasfit::geometry::{PointCloud, TriMesh};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-
-/// A texture for a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Texture<'a> {
-    /// The bytes of a PNG file. GLB holds them inside; for OBJ and PLY they go to a PNG file beside the output,
-    /// of the output's name.
-    Png(&'a [u8]),
-    /// The name of an image file that exists already, relative to the output's folder.
-    File(&'a str),
-}
 
 /// How to write a mesh.
 #[derive(Debug, Clone, Copy, Default)]
@@ -28,8 +20,8 @@ pub struct SaveMesh<'a> {
     pub ascii: bool,
     /// The texture.
     pub texture: Option<Texture<'a>>,
-    /// The polygons that the triangles were cut from: OBJ, PLY and OFF then get those. One whose UVs differ at a corner
-    /// between its triangles is written as its triangles.
+    /// The polygons that the triangles were cut from: OBJ, PLY and OFF then get those. One whose UVs differ at a
+    /// corner between its triangles is written as its triangles.
     pub polygons: Option<&'a Polygons>,
 }
 
@@ -44,6 +36,7 @@ pub struct SaveCloud {
 
 /// What was written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Saved {
     /// The files, the output itself first.
     pub files: Vec<PathBuf>,
@@ -51,142 +44,21 @@ pub struct Saved {
     pub lost: Vec<String>,
 }
 
-/// What every writer gets: a mesh, or a cloud as a mesh without faces.
-pub(crate) struct Job<'a> {
-    pub positions: &'a [[f64; 3]],
-    pub normals: Option<&'a [[f32; 3]]>,
-    pub colors: Option<&'a [[f32; 4]]>,
-    pub attributes: &'a [Attribute],
-    pub triangles: &'a [[u32; 3]],
-    pub corner_uv: Option<&'a [[[f32; 2]; 3]]>,
-    pub face_chart: Option<&'a [u32]>,
-    pub texture: Option<Texture<'a>>,
-    pub polygons: Option<&'a Polygons>,
-    pub ascii: bool,
-    /// The output's file name without folder and extension, and without what a URI or an MTL cannot hold.
-    pub stem: String,
-    /// The output's extension, lower case.
-    pub extension: String,
-}
-
-/// What a writer gives back besides the bytes.
-#[derive(Default)]
-pub(crate) struct Written {
-    pub lost: Vec<String>,
-    /// Other files, by name, that belong beside the output.
-    pub beside: Vec<(String, Vec<u8>)>,
-}
-
-/// A face as it is written.
-pub(crate) struct OutFace<'f> {
-    /// Its vertices.
-    pub corners: &'f [u32],
-    /// Texture coordinates per corner; empty where there are none.
-    pub uv: &'f [[f32; 2]],
-    /// Its first triangle.
-    pub triangle: usize,
-}
-
-impl Job<'_> {
-    /// Calls `each` with every face in order: polygons where they are known and their triangles agree on the UVs.
-    pub fn each_face(&self, mut each: impl FnMut(OutFace<'_>) -> std::io::Result<()>) -> std::io::Result<()> {
-        let uv_of = |t: usize| self.corner_uv.map_or(&[][..], |uv| &uv[t][..]);
-        let Some(polygons) = self.polygons else {
-            for (t, corners) in self.triangles.iter().enumerate() {
-                each(OutFace { corners, uv: uv_of(t), triangle: t })?;
-            }
-            return Ok(());
-        };
-        let (mut t, mut corner) = (0, 0);
-        let mut uv = Vec::new();
-        for &n in &polygons.sizes {
-            let corners = &polygons.corners[corner..corner + n as usize];
-            let triangles = t..t + n as usize - 2;
-            (t, corner) = (triangles.end, corner + n as usize);
-            if n == 3 || self.polygon_uv(corners, triangles.clone(), &mut uv) {
-                let uv = if n == 3 { uv_of(triangles.start) } else { &uv };
-                let corners = if n == 3 { &self.triangles[triangles.start] } else { corners };
-                each(OutFace { corners, uv, triangle: triangles.start })?;
-                continue;
-            }
-            for t in triangles {
-                each(OutFace { corners: &self.triangles[t], uv: uv_of(t), triangle: t })?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Gathers a polygon's UVs; false where its triangles do not agree on them, or on their chart.
-    fn polygon_uv(&self, corners: &[u32], triangles: std::ops::Range<usize>, uv: &mut Vec<[f32; 2]>) -> bool {
-        uv.clear();
-        if self.face_chart.is_some_and(|c| triangles.clone().any(|t| c[t] != c[triangles.start])) {
-            return false;
-        }
-        let Some(all) = self.corner_uv else { return true };
-        for &v in corners {
-            let mut found = triangles
-                .clone()
-                .flat_map(|t| (0..3).map(move |k| (t, k)))
-                .filter(|&(t, k)| self.triangles[t][k] == v)
-                .map(|(t, k)| all[t][k]);
-            let Some(first) = found.next() else { return false };
-            if found.any(|other| other != first) {
-                return false;
-            }
-            uv.push(first);
-        }
-        true
-    }
-
-    /// Number of faces that [`Self::each_face`] gives.
-    pub fn face_count(&self) -> usize {
-        let mut count = 0;
-        let _ = self.each_face(|_| {
-            count += 1;
-            Ok(())
-        });
-        count
-    }
-
-    /// Whether some position needs more than a 32-bit float.
-    pub fn needs_f64(&self) -> bool {
-        self.positions.iter().flatten().any(|&c| f64::from(c as f32) != c && !c.is_nan())
-    }
-    /// Whether some point is not opaque.
-    pub fn has_alpha(&self) -> bool {
-        self.colors.is_some_and(|c| c.iter().any(|c| c[3] != 1.0))
-    }
-    /// The image's file name, and the image itself if it must be written beside the output.
-    pub fn texture_file(&self, written: &mut Written) -> Option<String> {
-        match self.texture? {
-            Texture::File(name) => Some(name.to_owned()),
-            Texture::Png(bytes) => {
-                let name = format!("{}.png", self.stem);
-                written.beside.push((name.clone(), bytes.to_vec()));
-                Some(name)
-            }
-        }
-    }
-    /// The names of the attributes, for a message.
-    pub fn attribute_names(&self) -> String {
-        self.attributes.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", ")
-    }
-}
-
-/// Rounds a colour channel in [0, 1] to 8 bits.
-pub(crate) fn to_u8(v: f32) -> u8 {
-    (v * 255.0).round() as u8
-}
-
-/// Says if 8 bits per channel do not hold these colours.
-pub(crate) fn colors_lost(colors: Option<&[[f32; 4]]>, written: &mut Written) {
-    let exact = |v: f32| (f32::from(to_u8(v)) / 255.0 - v).abs() < 1e-6;
-    if colors.is_some_and(|c| c.iter().flatten().any(|&v| !exact(v))) {
-        written.lost.push("colours rounded to 8 bits".into());
-    }
-}
-
 /// Writes a point cloud.
+///
+/// ```
+/// use atlasfit::geometry::PointCloud;
+/// use atlasfit_io::{SaveCloud, save_cloud};
+/// # fn main() -> atlasfit_io::Result<()> {
+/// let cloud = PointCloud::from_positions(vec![[0.0; 3], [1.0, 0.5, 0.0]]);
+/// let path = std::env::temp_dir().join(format!("save-cloud-{}.ply", std::process::id()));
+/// let saved = save_cloud(&path, &cloud, &SaveCloud::default())?;
+/// assert_eq!(saved.files, [path.clone()]);
+/// assert!(saved.lost.is_empty(), "PLY holds everything");
+/// # std::fs::remove_file(path).expect("it was written");
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
 /// [`Error::Unsupported`] for an unknown extension, [`Error::Io`].
@@ -203,12 +75,27 @@ pub fn save_cloud(path: &Path, cloud: &PointCloud, options: &SaveCloud) -> Resul
         polygons: None,
         ascii: options.ascii,
         stem: stem(path),
-        extension: path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default(),
+        extension: extension(path),
     };
     save(path, options.format, &job)
 }
 
 /// Writes a mesh.
+///
+/// ```
+/// use atlasfit_io::{LoadOptions, SaveMesh, load, load_bytes, save_mesh};
+/// # fn main() -> atlasfit_io::Result<()> {
+/// let off = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+/// let mesh = load_bytes("one.off".as_ref(), off, &LoadOptions::default())?.into_mesh();
+/// let path = std::env::temp_dir().join(format!("save-mesh-{}.glb", std::process::id()));
+/// let saved = save_mesh(&path, &mesh, &SaveMesh::default())?;
+/// assert!(saved.lost.is_empty());
+/// let again = load(&path, &LoadOptions::default())?;
+/// assert_eq!(again.faces, mesh.triangles);
+/// # std::fs::remove_file(path).expect("it was written");
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
 /// As [`save_cloud`]; also [`Error::Unsupported`] when a column of the mesh has a wrong length or a triangle names
@@ -226,11 +113,17 @@ pub fn save_mesh(path: &Path, mesh: &TriMesh, options: &SaveMesh<'_>) -> Result<
         polygons: options.polygons,
         ascii: options.ascii,
         stem: stem(path),
-        extension: path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default(),
+        extension: extension(path),
     };
     save(path, options.format, &job)
 }
 
+/// The extension of a file name, lower case.
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// The file name without folder and extension; what a URI or an MTL cannot hold becomes an underscore.
 fn stem(path: &Path) -> String {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' };
@@ -266,9 +159,9 @@ fn save(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Saved> {
         write(format, job, &mut out).and_then(|w| out.flush().map(|()| w)).map_err(io("write beside it"))?;
     drop(out);
     let folder = path.parent().unwrap_or(Path::new(""));
-    for (name, bytes) in &written.beside {
-        let mut out = staged.create(&folder.join(name)).map_err(io("write beside it"))?;
-        out.write_all(bytes).and_then(|()| out.flush()).map_err(io("write beside it"))?;
+    for file in &written.beside {
+        let mut out = staged.create(&folder.join(&file.name)).map_err(io("write beside it"))?;
+        out.write_all(&file.bytes).and_then(|()| out.flush()).map_err(io("write beside it"))?;
     }
     let files = staged.commit().map_err(io("rename the finished file to it"))?;
     Ok(Saved { files, lost: written.lost })
@@ -286,6 +179,7 @@ fn write(format: Format, job: &Job<'_>, out: &mut impl Write) -> std::io::Result
     }
 }
 
+/// What is wrong with the data, in words: a column of a wrong length, or an index that is too large.
 fn check(job: &Job<'_>) -> std::result::Result<(), String> {
     let n = job.positions.len();
     let column = |name: &str, len: Option<usize>, expected: usize| match len {
@@ -316,10 +210,15 @@ fn check(job: &Job<'_>) -> std::result::Result<(), String> {
     }
 }
 
-/// Files written beside their final places. Dropped without [`Staged::commit`], they vanish.
+/// Files written under a hidden name beside their final one. Dropped without [`Staged::commit`], they vanish.
 #[derive(Default)]
 struct Staged {
-    files: Vec<(PathBuf, PathBuf)>,
+    files: Vec<StagedFile>,
+}
+
+struct StagedFile {
+    hidden: PathBuf,
+    target: PathBuf,
 }
 
 impl Staged {
@@ -329,10 +228,10 @@ impl Staged {
             let mut hidden = std::ffi::OsString::from(".");
             hidden.push(name);
             hidden.push(format!(".{}-{attempt}.part", std::process::id()));
-            let beside = path.with_file_name(hidden);
-            match File::create_new(&beside) {
+            let hidden = path.with_file_name(hidden);
+            match File::create_new(&hidden) {
                 Ok(file) => {
-                    self.files.push((beside, path.to_owned()));
+                    self.files.push(StagedFile { hidden, target: path.to_owned() });
                     return Ok(BufWriter::with_capacity(1 << 16, file));
                 }
                 Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
@@ -343,9 +242,9 @@ impl Staged {
     }
     /// Renames all, the output itself last: once it is there, all it needs is there.
     fn commit(mut self) -> std::io::Result<Vec<PathBuf>> {
-        let done: Vec<PathBuf> = self.files.iter().map(|f| f.1.clone()).collect();
-        while let Some((from, to)) = self.files.last() {
-            std::fs::rename(from, to)?;
+        let done: Vec<PathBuf> = self.files.iter().map(|f| f.target.clone()).collect();
+        while let Some(file) = self.files.last() {
+            std::fs::rename(&file.hidden, &file.target)?;
             self.files.pop();
         }
         Ok(done)
@@ -354,8 +253,8 @@ impl Staged {
 
 impl Drop for Staged {
     fn drop(&mut self) {
-        for (beside, _) in &self.files {
-            let _ = std::fs::remove_file(beside);
+        for file in &self.files {
+            let _ = std::fs::remove_file(&file.hidden);
         }
     }
 }

@@ -1,22 +1,25 @@
 //! STL, binary and ASCII (3D Systems 1989).
 //!
 //! Read: triangles, whose equal corners become one vertex (the format repeats every corner). Facet normals and the
-//! two attribute bytes are left out. Written: binary unless asked otherwise; positions become 32-bit floats.
+//! two bytes of attributes are left out. Written: binary unless asked otherwise; positions become 32-bit floats.
 
-use crate::error::{Place, Result};
+use crate::content::Content;
+use crate::error::{Location, Result};
 use crate::faces::Faces;
-use crate::load::{Content, Input};
-use crate::save::{Job, Written};
+use crate::input::Input;
+use crate::job::{Job, Written};
 use crate::text::{self, Lines};
 use crate::weld::{bits, weld};
 use atlasfit::Vec3;
 use atlasfit::geometry::PointCloud;
 use std::io::Write;
 
+/// Bytes in front of the first triangle: 80 of any text, then the count.
 const HEADER: usize = 84;
+/// Bytes of a triangle: a normal and three corners as 32-bit floats, and two bytes of attributes.
 const RECORD: usize = 50;
 
-/// Whether these bytes are an STL file. A file called so is believed more.
+/// Whether these bytes are an STL file. Less is asked of a file that its name calls so.
 pub(crate) fn is_stl(data: &[u8], called_so: bool) -> bool {
     if let Some(count) = binary_count(data)
         && HEADER as u64 + RECORD as u64 * u64::from(count) == data.len() as u64
@@ -34,6 +37,7 @@ fn is_ascii(data: &[u8]) -> bool {
     head.trim_ascii_start().starts_with(b"solid") && !head.contains(&0) && (has(b"facet") || has(b"endsolid"))
 }
 
+/// The number of triangles that a binary file announces.
 fn binary_count(data: &[u8]) -> Option<u32> {
     Some(u32::from_le_bytes(data.get(80..HEADER)?.try_into().ok()?))
 }
@@ -43,19 +47,20 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         .is_some_and(|n| HEADER as u64 + RECORD as u64 * u64::from(n) == input.data.len() as u64);
     let corners = if !whole && is_ascii(input.data) { ascii(input)? } else { binary(input)? };
     input.reserve(corners.len(), 60)?;
-    let (ids, first) = weld(corners.iter().map(|&p| bits(p)));
-    let positions: Vec<[f64; 3]> = first.iter().map(|&i| corners[i as usize]).collect();
+    let welded = weld(corners.iter().map(|&p| bits(p)));
+    let positions: Vec<[f64; 3]> = welded.first.iter().map(|&i| corners[i as usize]).collect();
     let joined = corners.len() - positions.len();
     input.report.add("repeated corners of triangles, joined where exactly equal", joined as u64, None);
     let mut faces = Faces::default();
-    for t in ids.chunks_exact(3) {
+    for t in welded.ids.chunks_exact(3) {
         faces.push(t, &[]);
     }
-    let faces = faces.finish(&positions, &mut input.report).triangles;
+    let faces = faces.finish(&positions, &mut input.report);
     let cloud = PointCloud::from_positions(positions);
     Ok(Content { cloud, faces, ..Content::default() })
 }
 
+/// The corners of a binary file's triangles.
 fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     let announced = binary_count(input.data).unwrap_or(0) as usize;
     let body = input.data.get(HEADER..).unwrap_or_default();
@@ -77,7 +82,7 @@ fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
         // Facet normals are unit vectors: bytes that were never STL do not look so.
         if read == 0 || 2 * implausible > read {
             return Err(input.malformed(
-                Place::Byte(80),
+                Location::Byte(80),
                 format!("{announced} triangles announced and {} bytes behind", body.len()),
                 format!("{RECORD} bytes for each triangle"),
                 "This is no STL file, or it is damaged: get it again",
@@ -100,6 +105,7 @@ fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     Ok(corners)
 }
 
+/// The corners of a text file's triangles.
 fn ascii(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     let mut corners = Vec::new();
     let mut facet: Vec<[f64; 3]> = Vec::new();
@@ -133,7 +139,7 @@ fn ascii(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     }
     if bad > 10 && bad > corners.len() as u64 / 20 {
         return Err(input.malformed(
-            Place::Line(1),
+            Location::Line(1),
             format!("{bad} corners that are not three numbers"),
             "lines such as \"vertex 0 0 1\"",
             "The file is damaged: get it again",

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// One line without its end.
 #[derive(Clone, Copy)]
-pub struct Line<'a> {
+pub(crate) struct Line<'a> {
     /// Its bytes.
     pub text: &'a [u8],
     /// Its number, from 1.
@@ -13,7 +13,7 @@ pub struct Line<'a> {
 
 /// Walks over the lines of a text.
 #[derive(Clone)]
-pub struct Lines<'a> {
+pub(crate) struct Lines<'a> {
     data: &'a [u8],
     at: usize,
     number: u64,
@@ -56,17 +56,17 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 /// The first line of a text.
-pub fn first_line(data: &[u8]) -> &[u8] {
+pub(crate) fn first_line(data: &[u8]) -> &[u8] {
     Lines::new(data).next().map_or(b"", |l| l.text)
 }
 
 /// The words of a line.
-pub fn tokens(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(crate) fn tokens(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(|b| b.is_ascii_whitespace()).filter(|t| !t.is_empty())
 }
 
 /// A number. Besides the usual forms: Fortran exponents (1.0D+00) and the NaN and infinity of C libraries.
-pub fn number(token: &[u8]) -> Option<f64> {
+pub(crate) fn number(token: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(token).ok()?;
     if let Ok(value) = text.parse::<f64>() {
         return Some(value);
@@ -94,7 +94,7 @@ fn unusual_number(text: &str) -> Option<f64> {
 }
 
 /// A number that may have a decimal comma. The flag says that it had one.
-pub fn number_or_comma(token: &[u8]) -> Option<(f64, bool)> {
+pub(crate) fn number_or_comma(token: &[u8]) -> Option<(f64, bool)> {
     number(token).map(|v| (v, false)).or_else(|| {
         let comma = token.iter().position(|&b| b == b',')?;
         let mut dotted = token.to_vec();
@@ -104,7 +104,7 @@ pub fn number_or_comma(token: &[u8]) -> Option<(f64, bool)> {
 }
 
 /// How many numbers a line begins with, whatever separates them.
-pub fn row_of_numbers(line: &[u8]) -> usize {
+pub(crate) fn row_of_numbers(line: &[u8]) -> usize {
     line.split(|&b| b.is_ascii_whitespace() || matches!(b, b',' | b';' | b'|'))
         .filter(|t| !t.is_empty())
         .take_while(|t| number(t).is_some())
@@ -112,7 +112,7 @@ pub fn row_of_numbers(line: &[u8]) -> usize {
 }
 
 /// Bytes as text for an error message, short and printable.
-pub fn quote(bytes: &[u8]) -> String {
+pub(crate) fn quote(bytes: &[u8]) -> String {
     const SHOWN: usize = 40;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(SHOWN)]);
     let dots = if bytes.len() > SHOWN { "..." } else { "" };
@@ -120,7 +120,7 @@ pub fn quote(bytes: &[u8]) -> String {
 }
 
 /// The text as UTF-8 bytes without a byte order mark; UTF-16 (which Windows programs write) is converted.
-pub fn utf8(data: &[u8]) -> Cow<'_, [u8]> {
+pub(crate) fn utf8(data: &[u8]) -> Cow<'_, [u8]> {
     let unit: fn([u8; 2]) -> u16 = match data {
         [0xEF, 0xBB, 0xBF, rest @ ..] => return Cow::Borrowed(rest),
         [0xFF, 0xFE, ..] => u16::from_le_bytes,
@@ -133,7 +133,7 @@ pub fn utf8(data: &[u8]) -> Cow<'_, [u8]> {
 }
 
 /// Whether the first line with words on it, comments aside, holds two or three counts and no more.
-pub fn starts_with_counts(data: &[u8]) -> bool {
+pub(crate) fn starts_with_counts(data: &[u8]) -> bool {
     let first =
         Lines::new(data).take(100).find(|l| tokens(l.text).next().is_some_and(|w| !w.starts_with(b"#")));
     first.is_some_and(|l| {

@@ -1,10 +1,11 @@
 //! Writes GLB.
 
-use super::to_linear;
-use crate::save::{Job, Texture, Written};
+use super::color::to_linear;
+use crate::job::{Job, Texture, Written};
 use std::fmt::Write as _;
-use std::io::{Result, Write};
+use std::io::{Error, Result, Write};
 
+/// Numbers of the format for types of components and uses of buffers.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
@@ -19,6 +20,7 @@ struct Buffer {
 }
 
 impl Buffer {
+    /// Makes a view of the bytes from `from` on; its number.
     fn view(&mut self, from: usize, target: Option<u32>) -> usize {
         let target = target.map_or(String::new(), |t| format!(",\"target\":{t}"));
         let length = self.bytes.len() - from;
@@ -28,21 +30,14 @@ impl Buffer {
         }
         self.views.len() - 1
     }
-    fn accessor(
-        &mut self,
-        from: usize,
-        target: u32,
-        component: u32,
-        count: usize,
-        kind: &str,
-        more: &str,
-    ) -> usize {
-        let view = self.view(from, Some(target));
-        self.accessors.push(format!(
-            "{{\"bufferView\":{view},\"componentType\":{component},\"count\":{count},\"type\":\"{kind}\"{more}}}"
-        ));
+
+    /// Describes a view; `description` is what the JSON says of it after its number. The number of the accessor.
+    fn accessor(&mut self, view: usize, description: &str) -> usize {
+        self.accessors.push(format!("{{\"bufferView\":{view},{description}}}"));
         self.accessors.len() - 1
     }
+
+    /// Adds rows of floats. `more` is put behind their description. The number of the accessor.
     fn floats<const N: usize>(&mut self, rows: impl Iterator<Item = [f32; N]>, more: &str) -> usize {
         let from = self.bytes.len();
         let mut count = 0;
@@ -51,7 +46,20 @@ impl Buffer {
             count += 1;
         }
         let kind = ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N];
-        self.accessor(from, ARRAY_BUFFER, FLOAT, count, kind, more)
+        let view = self.view(from, Some(ARRAY_BUFFER));
+        self.accessor(view, &format!("\"componentType\":{FLOAT},\"count\":{count},\"type\":\"{kind}\"{more}"))
+    }
+
+    /// Adds indices. The number of the accessor.
+    fn indices(&mut self, triangles: &[[u32; 3]]) -> usize {
+        let from = self.bytes.len();
+        triangles.iter().flatten().for_each(|v| self.bytes.extend_from_slice(&v.to_le_bytes()));
+        let view = self.view(from, Some(ELEMENT_ARRAY_BUFFER));
+        let count = 3 * triangles.len();
+        self.accessor(
+            view,
+            &format!("\"componentType\":{UNSIGNED_INT},\"count\":{count},\"type\":\"SCALAR\""),
+        )
     }
 }
 
@@ -72,104 +80,148 @@ fn quoted(text: &str) -> String {
     out
 }
 
-/// One output vertex per distinct (vertex, texture coordinate), by vertex number, so that readers which weld
-/// them again get the vertices in their old order. Gives the old vertex and uv of each, and the corners.
-#[expect(clippy::type_complexity, reason = "the two tables of a split")]
-fn split(job: &Job<'_>, uv: &[[[f32; 2]; 3]]) -> (Vec<(u32, [f32; 2])>, Vec<[u32; 3]>) {
-    let key = |t: usize, k: usize| (job.triangles[t][k], uv[t][k].map(f32::to_bits));
-    let mut keys: Vec<(u32, [u32; 2])> =
-        (0..job.triangles.len()).flat_map(|t| (0..3).map(move |k| key(t, k))).collect();
-    let mut used = vec![false; job.positions.len()];
-    job.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
-    keys.extend(used.iter().enumerate().filter(|u| !u.1).map(|(v, _)| (v as u32, [0; 2])));
-    keys.sort_unstable();
-    keys.dedup();
-    let id = |k: (u32, [u32; 2])| keys.partition_point(|&x| x < k) as u32;
-    let triangles = (0..job.triangles.len()).map(|t| [0, 1, 2].map(|k| id(key(t, k)))).collect();
-    (keys.into_iter().map(|(v, uv)| (v, uv.map(f32::from_bits))).collect(), triangles)
+/// A vertex as it is written.
+struct Vertex {
+    /// Its number in the mesh.
+    old: u32,
+    uv: [f32; 2],
 }
 
-pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
-    let mut written = Written::default();
-    if job.positions.is_empty() {
-        return Err(std::io::Error::other("glTF cannot hold an empty cloud"));
-    }
-    if job.face_chart.is_some() {
-        written.lost.push("chart numbers of the faces".into());
-    }
-    let mut buffer = Buffer::default();
-    let (vertices, triangles) = match job.corner_uv {
-        Some(uv) if !job.triangles.is_empty() => split(job, uv),
-        _ => ((0..job.positions.len() as u32).map(|v| (v, [0.0; 2])).collect(), job.triangles.to_vec()),
-    };
-    let finite = || job.positions.iter().filter(|p| p.iter().all(|c| c.is_finite()));
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for p in finite() {
-        for k in 0..3 {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
+/// The mesh with vertices split where texture coordinates differ between corners.
+struct Split {
+    vertices: Vec<Vertex>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Split {
+    fn of(job: &Job<'_>) -> Self {
+        match job.corner_uv {
+            Some(uv) if !job.triangles.is_empty() => Self::by_uv(job, uv),
+            _ => {
+                let vertex = |old| Vertex { old, uv: [0.0; 2] };
+                let vertices = (0..job.positions.len() as u32).map(vertex).collect();
+                Self { vertices, triangles: job.triangles.to_vec() }
+            }
         }
     }
+
+    /// One vertex per distinct pair of vertex and texture coordinate, ordered by vertex, so that readers which weld
+    /// them again get the vertices in their old order.
+    fn by_uv(job: &Job<'_>, uv: &[[[f32; 2]; 3]]) -> Self {
+        let key = |t: usize, k: usize| (job.triangles[t][k], uv[t][k].map(f32::to_bits));
+        let mut keys: Vec<(u32, [u32; 2])> =
+            (0..job.triangles.len()).flat_map(|t| (0..3).map(move |k| key(t, k))).collect();
+        let mut used = vec![false; job.positions.len()];
+        job.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+        keys.extend(used.iter().enumerate().filter(|u| !u.1).map(|(v, _)| (v as u32, [0; 2])));
+        keys.sort_unstable();
+        keys.dedup();
+        let id = |k: (u32, [u32; 2])| keys.partition_point(|&x| x < k) as u32;
+        let triangles = (0..job.triangles.len()).map(|t| [0, 1, 2].map(|k| id(key(t, k)))).collect();
+        let vertex = |(old, uv): (u32, [u32; 2])| Vertex { old, uv: uv.map(f32::from_bits) };
+        Self { vertices: keys.into_iter().map(vertex).collect(), triangles }
+    }
+}
+
+/// Smallest and largest of each coordinate; infinite without points.
+struct Bounds<T> {
+    low: [T; 3],
+    high: [T; 3],
+}
+
+/// What the positions are stored relative to, so that 32-bit floats hold their digits.
+fn centre(job: &Job<'_>) -> [f64; 3] {
+    let mut bounds = Bounds { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
+    for p in job.positions.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
+        for k in 0..3 {
+            bounds.low[k] = bounds.low[k].min(p[k]);
+            bounds.high[k] = bounds.high[k].max(p[k]);
+        }
+    }
+    let Bounds { low, high } = bounds;
     let extent = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
     let furthest = (0..3).map(|k| high[k].abs().max(low[k].abs())).fold(0.0, f64::max);
     // Shifted only where it pays: a float keeps 24 bits of the distance from the origin.
-    let centre = if job.needs_f64() && extent > 0.0 && furthest > 2.0 * extent {
+    if job.needs_f64() && extent > 0.0 && furthest > 2.0 * extent {
         [0, 1, 2].map(|k| ((low[k] + high[k]) / 2.0).round())
     } else {
         [0.0; 3]
-    };
-    let position = |v: u32| -> [f32; 3] {
-        let p = job.positions[v as usize];
-        [0, 1, 2].map(|k| (p[k] - centre[k]) as f32)
-    };
-    let error = (0..job.positions.len() as u32)
-        .flat_map(|v| {
-            [0, 1, 2].map(|k| (f64::from(position(v)[k]) + centre[k] - job.positions[v as usize][k]).abs())
-        })
+    }
+}
+
+/// The bounds of the positions as JSON, which the format asks for; empty where some are not finite.
+fn bounds_json(positions: impl Iterator<Item = [f32; 3]>) -> String {
+    let mut bounds = Bounds { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+    for p in positions {
+        for (k, c) in p.into_iter().enumerate() {
+            bounds.low[k] = bounds.low[k].min(c);
+            bounds.high[k] = bounds.high[k].max(c);
+        }
+    }
+    let Bounds { low, high } = bounds;
+    if low.iter().chain(&high).all(|c| c.is_finite()) {
+        format!(",\"min\":{low:?},\"max\":{high:?}")
+    } else {
+        String::new()
+    }
+}
+
+/// Says what the positions lose as 32-bit floats about `centre`.
+fn note_lost_positions(job: &Job<'_>, centre: [f64; 3], written: &mut Written) {
+    let error = job
+        .positions
+        .iter()
+        .flat_map(|p| [0, 1, 2].map(|k| (f64::from((p[k] - centre[k]) as f32) + centre[k] - p[k]).abs()))
         .fold(0.0, f64::max);
     if error > 0.0 {
         written.lost.push(format!("digits of the positions beyond 32-bit floats (errors up to {error:.1e})"));
     }
-    if finite().count() < job.positions.len() {
-        written
-            .lost
-            .push("validity: glTF forbids coordinates that are not finite, readers may refuse it".into());
+    if !job.positions.iter().flatten().all(|c| c.is_finite()) {
+        let what = "validity: glTF forbids coordinates that are not finite, readers may refuse it";
+        written.lost.push(what.into());
     }
-    let mut least = [f32::INFINITY; 3];
-    let mut most = [f32::NEG_INFINITY; 3];
-    for (v, _) in &vertices {
-        for (k, c) in position(*v).into_iter().enumerate() {
-            least[k] = least[k].min(c);
-            most[k] = most[k].max(c);
-        }
-    }
-    let bounds = if least.iter().chain(&most).all(|c| c.is_finite()) {
-        format!(",\"min\":{least:?},\"max\":{most:?}")
-    } else {
-        String::new()
+}
+
+/// A column of the vertices: its name in the format and its accessor.
+struct Column {
+    name: String,
+    accessor: usize,
+}
+
+/// Adds the columns of the vertices to the buffer.
+fn columns(
+    job: &Job<'_>,
+    vertices: &[Vertex],
+    centre: [f64; 3],
+    buffer: &mut Buffer,
+    written: &mut Written,
+) -> Vec<Column> {
+    let position = |v: &Vertex| -> [f32; 3] {
+        let p = job.positions[v.old as usize];
+        [0, 1, 2].map(|k| (p[k] - centre[k]) as f32)
     };
-    let mut names =
-        vec![("POSITION".to_owned(), buffer.floats(vertices.iter().map(|v| position(v.0)), &bounds))];
+    let bounds = bounds_json(vertices.iter().map(position));
+    let column = |name: &str, accessor: usize| Column { name: name.to_owned(), accessor };
+    let mut out = vec![column("POSITION", buffer.floats(vertices.iter().map(position), &bounds))];
     if let Some(normals) = job.normals {
-        names.push(("NORMAL".into(), buffer.floats(vertices.iter().map(|v| normals[v.0 as usize]), "")));
+        let rows = vertices.iter().map(|v| normals[v.old as usize]);
+        out.push(column("NORMAL", buffer.floats(rows, "")));
     }
     if let Some(colors) = job.colors {
         let linear = |c: [f32; 4]| [to_linear(c[0]), to_linear(c[1]), to_linear(c[2]), c[3]];
-        names.push((
-            "COLOR_0".into(),
-            buffer.floats(vertices.iter().map(|v| linear(colors[v.0 as usize])), ""),
-        ));
+        let rows = vertices.iter().map(|v| linear(colors[v.old as usize]));
+        out.push(column("COLOR_0", buffer.floats(rows, "")));
     }
     if job.corner_uv.is_some() && !job.triangles.is_empty() {
         // v is down in glTF.
-        names.push(("TEXCOORD_0".into(), buffer.floats(vertices.iter().map(|v| [v.1[0], 1.0 - v.1[1]]), "")));
+        let rows = vertices.iter().map(|v| [v.uv[0], 1.0 - v.uv[1]]);
+        out.push(column("TEXCOORD_0", buffer.floats(rows, "")));
     }
     for a in job.attributes {
         // Names of one's own begin with an underscore and are upper case.
         let clean: String = a.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let mut name = format!("_{}", clean.to_ascii_uppercase());
-        while names.iter().any(|n| n.0 == name) {
+        while out.iter().any(|n| n.name == name) {
             name.push('_');
         }
         if a.width > 4 {
@@ -180,25 +232,62 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
             written.lost.push(format!("digits of \"{}\" beyond a 32-bit float", a.name));
         }
         let row = |v: u32, k: usize| a.values[v as usize * a.width + k] as f32;
-        let rows = vertices.iter().map(|v| v.0);
+        let rows = vertices.iter().map(|v| v.old);
         let accessor = match a.width {
             1 => buffer.floats(rows.map(|v| [row(v, 0)]), ""),
             2 => buffer.floats(rows.map(|v| [row(v, 0), row(v, 1)]), ""),
             3 => buffer.floats(rows.map(|v| [row(v, 0), row(v, 1), row(v, 2)]), ""),
             _ => buffer.floats(rows.map(|v| [row(v, 0), row(v, 1), row(v, 2), row(v, 3)]), ""),
         };
-        names.push((name, accessor));
+        out.push(Column { name, accessor });
     }
-    let attributes: Vec<String> = names.iter().map(|(n, a)| format!("{}:{a}", quoted(n))).collect();
+    out
+}
+
+/// The material of a mesh as JSON, and in front of it the texture, whose bytes go to the buffer.
+fn material(job: &Job<'_>, buffer: &mut Buffer) -> String {
+    let mut json = String::new();
+    let mut base = "";
+    if let Some(texture) = job.texture {
+        let image = match texture {
+            Texture::Png(bytes) => {
+                let from = buffer.bytes.len();
+                buffer.bytes.extend_from_slice(bytes);
+                format!("{{\"bufferView\":{},\"mimeType\":\"image/png\"}}", buffer.view(from, None))
+            }
+            Texture::File(name) => format!("{{\"uri\":{}}}", quoted(name)),
+        };
+        let _ = write!(json, "\"images\":[{image}],\"textures\":[{{\"source\":0}}],");
+        base = "\"baseColorTexture\":{\"index\":0},";
+    }
+    let _ = write!(
+        json,
+        "\"materials\":[{{\"doubleSided\":true,\"pbrMetallicRoughness\":\
+         {{{base}\"metallicFactor\":0,\"roughnessFactor\":1}}}}],"
+    );
+    json
+}
+
+pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
+    let mut written = Written::default();
+    if job.positions.is_empty() {
+        return Err(Error::other("glTF cannot hold an empty cloud"));
+    }
+    if job.face_chart.is_some() {
+        written.lost.push("chart numbers of the faces".into());
+    }
+    let mut buffer = Buffer::default();
+    let Split { vertices, triangles } = Split::of(job);
+    let centre = centre(job);
+    note_lost_positions(job, centre, &mut written);
+    let columns = columns(job, &vertices, centre, &mut buffer, &mut written);
+    let attributes: Vec<String> =
+        columns.iter().map(|c| format!("{}:{}", quoted(&c.name), c.accessor)).collect();
     let mut primitive = format!("\"attributes\":{{{}}}", attributes.join(","));
     if triangles.is_empty() {
         primitive.push_str(",\"mode\":0");
     } else {
-        let from = buffer.bytes.len();
-        triangles.iter().flatten().for_each(|v| buffer.bytes.extend_from_slice(&v.to_le_bytes()));
-        let accessor =
-            buffer.accessor(from, ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, 3 * triangles.len(), "SCALAR", "");
-        let _ = write!(primitive, ",\"indices\":{accessor},\"material\":0");
+        let _ = write!(primitive, ",\"indices\":{},\"material\":0", buffer.indices(&triangles));
     }
     let mut json = String::from("{\"asset\":{\"version\":\"2.0\",\"generator\":\"atlasfit\"},\"scene\":0,");
     let _ = write!(json, "\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0");
@@ -207,23 +296,7 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     }
     let _ = write!(json, "}}],\"meshes\":[{{\"primitives\":[{{{primitive}}}]}}],");
     if !triangles.is_empty() {
-        let mut base = String::new();
-        if let Some(texture) = job.texture {
-            let image = match texture {
-                Texture::Png(bytes) => {
-                    let from = buffer.bytes.len();
-                    buffer.bytes.extend_from_slice(bytes);
-                    format!("{{\"bufferView\":{},\"mimeType\":\"image/png\"}}", buffer.view(from, None))
-                }
-                Texture::File(name) => format!("{{\"uri\":{}}}", quoted(name)),
-            };
-            let _ = write!(json, "\"images\":[{image}],\"textures\":[{{\"source\":0}}],");
-            base.push_str("\"baseColorTexture\":{\"index\":0},");
-        }
-        let _ = write!(
-            json,
-            "\"materials\":[{{\"doubleSided\":true,\"pbrMetallicRoughness\":{{{base}\"metallicFactor\":0,\"roughnessFactor\":1}}}}],"
-        );
+        json.push_str(&material(job, &mut buffer));
     }
     let _ = write!(
         json,
@@ -235,20 +308,23 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
-    let total = 12 + 8 + json.len() + 8 + buffer.bytes.len();
+    glb(json.as_bytes(), &buffer.bytes, out)?;
+    Ok(written)
+}
+
+/// Writes the two chunks of a GLB.
+fn glb(json: &[u8], binary: &[u8], out: &mut impl Write) -> Result<()> {
     let size = |n: usize| {
-        u32::try_from(n)
-            .map(u32::to_le_bytes)
-            .map_err(|_| std::io::Error::other("GLB files end at 4 GiB: write PLY"))
+        let size = u32::try_from(n).map_err(|_| Error::other("GLB files end at 4 GiB: write PLY"));
+        size.map(u32::to_le_bytes)
     };
     out.write_all(b"glTF")?;
     out.write_all(&2u32.to_le_bytes())?;
-    out.write_all(&size(total)?)?;
+    out.write_all(&size(12 + 8 + json.len() + 8 + binary.len())?)?;
     out.write_all(&size(json.len())?)?;
     out.write_all(b"JSON")?;
-    out.write_all(json.as_bytes())?;
-    out.write_all(&size(buffer.bytes.len())?)?;
+    out.write_all(json)?;
+    out.write_all(&size(binary.len())?)?;
     out.write_all(b"BIN\0")?;
-    out.write_all(&buffer.bytes)?;
-    Ok(written)
+    out.write_all(binary)
 }

@@ -1,6 +1,6 @@
 //! Writes OBJ, and the MTL that names its texture.
 
-use crate::save::{Job, Written};
+use crate::job::{FileBeside, Job, Written};
 use std::collections::HashMap;
 use std::io::{Result, Write};
 
@@ -16,14 +16,14 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         written.lost.push("chart numbers of the faces".into());
     }
     writeln!(out, "# written by atlasfit")?;
+    let material = &job.stem;
     if let Some(image) = job.texture_file(&mut written) {
-        let mtl = format!("{}.mtl", job.stem);
+        let mtl = format!("{material}.mtl");
         writeln!(out, "mtllib {mtl}")?;
         let text = format!(
-            "# written by atlasfit\nnewmtl {}\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nd 1\nillum 1\nmap_Kd {image}\n",
-            job.stem
+            "# written by atlasfit\nnewmtl {material}\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nd 1\nillum 1\nmap_Kd {image}\n"
         );
-        written.beside.push((mtl, text.into_bytes()));
+        written.beside.push(FileBeside { name: mtl, bytes: text.into_bytes() });
     }
     for (i, [x, y, z]) in job.positions.iter().enumerate() {
         match job.colors {
@@ -35,20 +35,20 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         writeln!(out, "vn {x} {y} {z}")?;
     }
     // Equal texture coordinates are written once, in the order of their first use.
-    let mut seen: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
     for uv in job.corner_uv.unwrap_or_default().as_flattened() {
-        let next = seen.len() as u32 + 1;
-        if *seen.entry(uv.map(f32::to_bits)).or_insert(next) == next {
+        let next = numbers.len() as u32 + 1;
+        if *numbers.entry(uv.map(f32::to_bits)).or_insert(next) == next {
             writeln!(out, "vt {} {}", uv[0], uv[1])?;
         }
     }
     if job.texture.is_some() {
-        writeln!(out, "usemtl {}", job.stem)?;
+        writeln!(out, "usemtl {material}")?;
     }
     job.each_face(|face| {
         write!(out, "f")?;
         for (k, v) in face.corners.iter().map(|&v| u64::from(v) + 1).enumerate() {
-            let vt = face.uv.get(k).and_then(|uv| seen.get(&uv.map(f32::to_bits)));
+            let vt = face.uv.get(k).and_then(|uv| numbers.get(&uv.map(f32::to_bits)));
             match (vt, job.normals.is_some()) {
                 (Some(vt), true) => write!(out, " {v}/{vt}/{v}")?,
                 (Some(vt), false) => write!(out, " {v}/{vt}")?,

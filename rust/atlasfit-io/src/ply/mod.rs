@@ -5,8 +5,12 @@
 //! grids and other elements are passed over (their points are the vertices). Written: the same, binary unless
 //! asked otherwise, positions as `float` where that loses nothing and `double` where it would.
 
+mod body;
+mod columns;
+mod faces;
 mod header;
 mod read;
+mod vertices;
 mod write;
 
 pub(crate) use read::{is_rows, read};

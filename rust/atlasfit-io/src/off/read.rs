@@ -1,12 +1,10 @@
-//! OFF with its prefixes for texture coordinates, colours and normals (Geomview): OFF, COFF, NOFF, STOFF and
-//! their combinations, text only.
+//! Reads OFF.
 
-use crate::error::{Place, Result};
+use crate::content::Content;
+use crate::error::{Error, Location, Result};
 use crate::faces::{Faces, index};
-use crate::load::{Content, Input};
-use crate::save::{Job, Written};
+use crate::input::Input;
 use crate::text::{self, Line, Lines};
-use std::io::Write;
 
 /// More words on the first vertex's line than any vertex has: the file is not written in lines.
 const MOST_WORDS: usize = 12;
@@ -59,23 +57,27 @@ pub(crate) fn is_off(data: &[u8]) -> bool {
         .unwrap_or(false)
 }
 
+/// The words of a line, without its comment.
 fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     text::tokens(line.split(|&b| b == b'#').next().unwrap_or(b""))
 }
 
-/// Words one after the other, with the rest of a line skipped where rows are lines.
+/// Words one after the other; where rows are lines, what a row does not need of its line is passed over.
 struct Rows<'d> {
     lines: Lines<'d>,
-    /// The words of the running line that are still to come.
+    /// The words of the running line that are still to come, the last one first.
     rest: Vec<&'d [u8]>,
+    /// Whether every row has a line of its own.
     by_line: bool,
 }
 
 impl<'d> Rows<'d> {
+    /// The next line with words on it.
     fn line(&mut self) -> Option<Line<'d>> {
         self.lines.find(|l| words(l.text).next().is_some())
     }
-    /// The words of the next row: those of a line, or all up to `need` words however they are broken.
+
+    /// The next word, of whatever line.
     fn word(&mut self) -> Option<&'d [u8]> {
         while self.rest.is_empty() {
             let line = self.line()?;
@@ -84,6 +86,14 @@ impl<'d> Rows<'d> {
         }
         self.rest.pop()
     }
+
+    /// The next word as a count.
+    fn count(&mut self) -> std::result::Result<u64, &'d [u8]> {
+        let word = self.word().unwrap_or_default();
+        std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()).ok_or(word)
+    }
+
+    /// Passes over the rest of a line.
     fn end_row(&mut self) {
         if self.by_line {
             self.rest.clear();
@@ -93,6 +103,29 @@ impl<'d> Rows<'d> {
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let mut rows = Rows { lines: Lines::new(input.data), rest: Vec::new(), by_line: false };
+    let kind = read_keyword(input, &mut rows)?;
+    let mut counts = [0u64; 2];
+    for (count, expected) in counts.iter_mut().zip(["the number of vertices", "the number of faces"]) {
+        *count = rows.count().map_err(|word| {
+            input.malformed(
+                Location::Line(rows.lines.number()),
+                if word.is_empty() { "the end of the file".into() } else { text::quote(word) },
+                expected,
+                "The file is damaged: get it again",
+            )
+        })?;
+    }
+    let layout = layout(input, &mut rows, kind)?;
+    let mut vertices = vertices(input, &mut rows, counts[0], layout)?;
+    let faces = faces(input, &mut rows, counts[1], kind.texture.then_some(&vertices.texture))?;
+    let mut content = std::mem::take(&mut vertices.content);
+    content.faces = faces.finish(&content.cloud.positions, &mut input.report);
+    content.cloud.colors = vertices.colors_as_floats(layout);
+    Ok(content)
+}
+
+/// The keyword in front of the counts, which may be missing.
+fn read_keyword<'d>(input: &Input<'d>, rows: &mut Rows<'d>) -> Result<Keyword> {
     let first = rows.word().unwrap_or_default();
     let kind = match keyword(first) {
         Some((k, count)) => {
@@ -112,19 +145,32 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     if rows.rest.last().is_some_and(|w| w.eq_ignore_ascii_case(b"BINARY")) {
         return Err(input.unsupported("this is binary OFF", "Write it as text OFF or as PLY"));
     }
-    let mut counts = [0u64; 2];
-    for (k, count) in counts.iter_mut().enumerate() {
-        let word = rows.word().unwrap_or_default();
-        *count = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()).ok_or_else(|| {
-            input.malformed(
-                Place::Line(rows.lines.number()),
-                if word.is_empty() { "the end of the file".into() } else { text::quote(word) },
-                ["the number of vertices", "the number of faces"][k],
-                "The file is damaged: get it again",
-            )
-        })?;
+    Ok(kind)
+}
+
+/// How many words of a vertex stand where.
+#[derive(Clone, Copy)]
+struct Layout {
+    /// The position, and the normal if there is one: 3 or 6.
+    in_front: usize,
+    /// The colour, which some programs write without saying so.
+    between: usize,
+    /// The texture coordinates: 0 or 2.
+    behind: usize,
+}
+
+impl Layout {
+    fn has_color(self) -> bool {
+        self.between >= 3
     }
-    // The number of edges, which nobody uses and some leave out.
+    fn has_alpha(self) -> bool {
+        self.between >= 4
+    }
+}
+
+/// Passes over the number of edges, and finds the layout of the vertices and whether they are lines.
+fn layout<'d>(input: &Input<'d>, rows: &mut Rows<'d>, kind: Keyword) -> Result<Layout> {
+    // Nobody uses the number of edges, and some programs leave it out.
     let mut probe = Rows { lines: rows.lines.clone(), rest: rows.rest.clone(), by_line: false };
     if !rows.rest.is_empty() {
         rows.word();
@@ -135,7 +181,6 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     rows.by_line = first_line <= MOST_WORDS;
     let in_front = if kind.normal { 6 } else { 3 };
     let behind = if kind.texture { 2 } else { 0 };
-    // Words between: a colour, which some write without saying so.
     let between = if rows.by_line {
         first_line.saturating_sub(in_front + behind)
     } else if kind.color {
@@ -146,15 +191,22 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     } else {
         0
     };
-    let colored = between >= 3;
-    let n = vertices(input, &mut rows, counts[0], [in_front, between, behind])?;
-    let (mut content, colors, texture) = n;
+    Ok(Layout { in_front, between, behind })
+}
+
+/// Reads the faces. `texture` holds the texture coordinates of the vertices, if they have some.
+fn faces(
+    input: &mut Input<'_>,
+    rows: &mut Rows<'_>,
+    announced: u64,
+    texture: Option<&Vec<[f32; 2]>>,
+) -> Result<Faces> {
     let mut faces = Faces::default();
     let mut corners = Vec::new();
     let mut uv = Vec::new();
     let (mut bad, mut first_bad) = (0, None);
-    let mut done = counts[1];
-    for face in 0..counts[1] {
+    let mut done = announced;
+    for face in 0..announced {
         let Some(word) = rows.word() else {
             done = face;
             break;
@@ -178,44 +230,49 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         }
         input.reserve(corners.len(), 16)?;
         uv.clear();
-        if kind.texture {
+        if let Some(texture) = texture {
             uv.extend(corners.iter().map(|&v| texture.get(v as usize).copied().unwrap_or_default()));
         }
         faces.push(&corners, &uv);
     }
     input.report.add("faces that cannot be read, left out", bad, first_bad);
     let first = Some(format!("face {done}"));
-    let missing = counts[1] - done;
+    let missing = announced - done;
     input.report.add("faces announced by the header but not in the file (it is cut off)", missing, first);
-    if done == counts[1] {
-        let rest = rows.lines.filter(|l| words(l.text).next().is_some()).count();
+    if done == announced {
+        let rest = rows.lines.by_ref().filter(|l| words(l.text).next().is_some()).count();
         input.report.add("lines after the last announced face, left out", rest as u64, None);
     }
-    let faces = faces.finish(&content.cloud.positions, &mut input.report);
-    content.faces = faces.triangles;
-    content.corner_uv = faces.corner_uv;
-    content.polygons = faces.polygons;
-    if colored {
-        // Whole numbers are 0 to 255, fractions 0 to 1; the whole file tells which.
-        let scale = if colors.iter().flatten().any(|&c| c > 1.0) { 255.0 } else { 1.0 };
-        let opaque = between < 4;
-        let color = |c: &[f64; 4]| {
-            let [r, g, b, a] = c.map(|v| (v / scale) as f32);
-            [r, g, b, if opaque { 1.0 } else { a }]
-        };
-        content.cloud.colors = Some(colors.iter().map(color).collect());
-    }
-    Ok(content)
+    Ok(faces)
 }
 
-/// Reads the vertices: positions and normals into the content; raw colours; texture coordinates.
-#[expect(clippy::type_complexity, reason = "the content and the two columns that need a second look")]
-fn vertices(
-    input: &mut Input<'_>,
-    rows: &mut Rows<'_>,
-    count: u64,
-    [in_front, between, behind]: [usize; 3],
-) -> Result<(Content, Vec<[f64; 4]>, Vec<[f32; 2]>)> {
+/// The vertices read.
+struct Vertices {
+    /// Positions and normals.
+    content: Content,
+    /// The numbers of the colours as the file has them.
+    colors: Vec<[f64; 4]>,
+    texture: Vec<[f32; 2]>,
+}
+
+impl Vertices {
+    /// The colours in [0, 1]. Whole numbers are 0 to 255, fractions 0 to 1; the whole file tells which.
+    fn colors_as_floats(&self, layout: Layout) -> Option<Vec<[f32; 4]>> {
+        if !layout.has_color() {
+            return None;
+        }
+        let scale = if self.colors.iter().flatten().any(|&c| c > 1.0) { 255.0 } else { 1.0 };
+        let color = |c: &[f64; 4]| {
+            let [r, g, b, a] = c.map(|v| (v / scale) as f32);
+            [r, g, b, if layout.has_alpha() { a } else { 1.0 }]
+        };
+        Some(self.colors.iter().map(color).collect())
+    }
+}
+
+/// Reads the vertices.
+fn vertices(input: &mut Input<'_>, rows: &mut Rows<'_>, count: u64, layout: Layout) -> Result<Vertices> {
+    let Layout { in_front, between, behind } = layout;
     let mut content = Content::default();
     let (mut normals, mut colors, mut texture) = (Vec::new(), Vec::new(), Vec::new());
     let (mut bad, mut first_bad) = (0u64, None);
@@ -224,7 +281,7 @@ fn vertices(
     for vertex in 0..count {
         let Some(first) = rows.word() else {
             return Err(input.malformed(
-                Place::Line(rows.lines.number()),
+                Location::Line(rows.lines.number()),
                 format!("the end of the file after {vertex} vertices"),
                 format!("{count} vertices, as the file says in front"),
                 "The file is cut off: get it again",
@@ -253,60 +310,29 @@ fn vertices(
         if in_front == 6 {
             normals.push([v[3] as f32, v[4] as f32, v[5] as f32]);
         }
-        if between >= 3 {
+        if layout.has_color() {
             let c = in_front;
-            let alpha = if between >= 4 { v[c + 3] } else { 1.0 };
-            colors.push([v[c], v[c + 1], v[c + 2], alpha]);
+            colors.push([v[c], v[c + 1], v[c + 2], if layout.has_alpha() { v[c + 3] } else { 1.0 }]);
         }
         if behind == 2 {
             let t = in_front + between;
             texture.push([v[t] as f32, v[t + 1] as f32]);
         }
         if bad > 10 && bad > vertex / 20 {
-            return Err(input.malformed(
-                Place::Line(rows.lines.number()),
-                format!("{bad} vertices that are not {in_front} numbers"),
-                "lines such as \"0 0 1\"",
-                "The file is damaged: get it again",
-            ));
+            return Err(too_many_bad(input, rows, bad, in_front));
         }
     }
     input.report.add("vertices that cannot be read, kept as NaN", bad, first_bad);
     content.cloud.normals = (in_front == 6).then_some(normals);
-    Ok((content, colors, texture))
+    Ok(Vertices { content, colors, texture })
 }
 
-pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> std::io::Result<Written> {
-    let mut written = Written::default();
-    if !job.attributes.is_empty() {
-        written.lost.push(format!("attributes, which OFF cannot hold: {}", job.attribute_names()));
-    }
-    if job.corner_uv.is_some() {
-        written.lost.push("texture coordinates".into());
-    }
-    if job.face_chart.is_some() {
-        written.lost.push("chart numbers of the faces".into());
-    }
-    crate::save::colors_lost(job.colors, &mut written);
-    let color = if job.colors.is_some() { "C" } else { "" };
-    let normal = if job.normals.is_some() { "N" } else { "" };
-    writeln!(out, "{color}{normal}OFF\n{} {} 0", job.positions.len(), job.face_count())?;
-    for (i, [x, y, z]) in job.positions.iter().enumerate() {
-        write!(out, "{x} {y} {z}")?;
-        for c in job.normals.map(|n| n[i]).into_iter().flatten() {
-            write!(out, " {c}")?;
-        }
-        for c in job.colors.map(|c| c[i]).into_iter().flatten() {
-            write!(out, " {}", crate::save::to_u8(c))?;
-        }
-        writeln!(out)?;
-    }
-    job.each_face(|face| {
-        write!(out, "{}", face.corners.len())?;
-        for v in face.corners {
-            write!(out, " {v}")?;
-        }
-        writeln!(out)
-    })?;
-    Ok(written)
+/// The error of a file of which too many vertices cannot be read.
+fn too_many_bad(input: &Input<'_>, rows: &Rows<'_>, bad: u64, numbers: usize) -> Error {
+    input.malformed(
+        Location::Line(rows.lines.number()),
+        format!("{bad} vertices that are not {numbers} numbers"),
+        "lines such as \"0 0 1\"",
+        "The file is damaged: get it again",
+    )
 }
