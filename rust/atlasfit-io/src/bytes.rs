@@ -2,8 +2,8 @@
 
 use atlasfit::geometry::ScalarKind;
 
-/// `n` zeros for a column whose bytes are known to be in the file. Several threads touch the pages of a large one:
-/// the first touch of its memory costs more than all else that reading rows does.
+/// `n` zeros for a column whose bytes are known to be in the file. Several threads touch the pages of a large
+/// one: the first touch of its memory costs more than all else that reading rows does.
 pub(crate) fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
     /// Smaller columns take less time than starting threads.
     const LARGE: usize = 4 << 20;

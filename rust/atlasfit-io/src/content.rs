@@ -18,8 +18,8 @@ use atlasfit::geometry::PointCloud;
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Polygons {
-    /// Corners per face, at least 3, in file order. A face of n corners is n - 2 of the triangles, in the same
-    /// order.
+    /// Corners per face, at least 3, in file order. A face of n corners is n - 2 of the triangles, in the
+    /// same order.
     pub sizes: Vec<u32>,
     /// The corners of all faces, one face after the other: indices of vertices.
     pub corners: Vec<u32>,

@@ -1,7 +1,8 @@
-//! E57 (ASTM E2807), through the `e57` crate: all scans of a file, each moved by its pose, one after the other.
+//! E57 (ASTM E2807), through the `e57` crate: all scans of a file, each moved by its pose, one after the
+//! other.
 //!
-//! Read: positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as `scan_id`
-//! where there are several. Points that a scan marks as invalid are left out and counted.
+//! Read: positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as
+//! `scan_id` where there are several. Points that a scan marks as invalid are left out and counted.
 
 use crate::content::Content;
 use crate::error::Result;

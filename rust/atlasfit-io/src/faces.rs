@@ -1,6 +1,6 @@
-//! Polygons in, triangles out: gathers the faces of a file in order, and checks their indices once all vertices
-//! are known. A polygon of n corners always gives n - 2 triangles, so that collinear corners stay connected. The
-//! polygons themselves are kept beside the triangles, so that they can be written again.
+//! Polygons in, triangles out: gathers the faces of a file in order, and checks their indices once all
+//! vertices are known. A polygon of n corners always gives n - 2 triangles, so that collinear corners stay
+//! connected. The polygons themselves are kept beside the triangles, so that they can be written again.
 
 use crate::content::{FaceColumns, Polygons};
 use crate::report::LoadReport;

@@ -1,5 +1,5 @@
-//! Runs other crates' readers, which are not hardened against every damaged file: a panic there becomes the error
-//! of a damaged file.
+//! Runs other crates' readers, which are not hardened against every damaged file: a panic there becomes the
+//! error of a damaged file.
 
 use std::cell::Cell;
 
@@ -7,8 +7,8 @@ thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread runs a third-party reader whose panics become errors. A program's panic hook should stay
-/// silent then: the error tells what happened.
+/// Whether this thread runs a third-party reader whose panics become errors. A program's panic hook should
+/// stay silent then: the error tells what happened.
 ///
 /// ```
 /// let print = std::panic::take_hook();

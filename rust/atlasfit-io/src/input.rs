@@ -58,8 +58,8 @@ impl<'a> Input<'a> {
         std::fs::read(path).ok()
     }
 
-    /// Calls `each` with one block of `block` bytes after the other (the last may be shorter), for `length` bytes
-    /// from byte `at` on. The file must have them. May be called once.
+    /// Calls `each` with one block of `block` bytes after the other (the last may be shorter), for `length`
+    /// bytes from byte `at` on. The file must have them. May be called once.
     pub fn blocks(
         &mut self,
         at: usize,

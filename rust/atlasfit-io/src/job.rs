@@ -7,15 +7,15 @@ use atlasfit::geometry::Attribute;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Texture<'a> {
-    /// The bytes of a PNG file. GLB holds them inside; for OBJ and PLY they go to a PNG file beside the output,
-    /// of the output's name.
+    /// The bytes of a PNG file. GLB holds them inside; for OBJ and PLY they go to a PNG file beside the
+    /// output, of the output's name.
     Png(&'a [u8]),
     /// The name of an image file that exists already, relative to the output's folder.
     File(&'a str),
 }
 
-/// What a writer writes. Columns of vertices are as long as `positions`, columns of faces as long as `triangles`,
-/// and no index is too large: the door has checked that.
+/// What a writer writes. Columns of vertices are as long as `positions`, columns of faces as long as
+/// `triangles`, and no index is too large: the door has checked that.
 pub(crate) struct Job<'a> {
     pub positions: &'a [[f64; 3]],
     pub normals: Option<&'a [[f32; 3]]>,
@@ -77,7 +77,8 @@ pub(crate) struct Face<'f> {
 }
 
 impl Job<'_> {
-    /// Calls `each` with every face in order: polygons where they are known and their triangles agree on the UVs.
+    /// Calls `each` with every face in order: polygons where they are known and their triangles agree on the
+    /// UVs.
     pub fn each_face(&self, mut each: impl FnMut(Face<'_>) -> std::io::Result<()>) -> std::io::Result<()> {
         let uv_of = |t: usize| self.corner_uv.map_or(&[][..], |uv| &uv[t][..]);
         let Some(polygons) = self.polygons else {

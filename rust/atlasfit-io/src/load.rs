@@ -21,8 +21,9 @@ pub struct LoadOptions {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Loaded {
-    /// The points (of a mesh: its vertices) in file order and in the file's unit, with their attributes. Points
-    /// that are not finite are kept as they are and counted in the report: whoever works on the cloud drops them.
+    /// The points (of a mesh: its vertices) in file order and in the file's unit, with their attributes.
+    /// Points that are not finite are kept as they are and counted in the report: whoever works on the cloud
+    /// drops them.
     pub cloud: PointCloud,
     /// Triangles; empty for a cloud.
     pub faces: Vec<[u32; 3]>,
@@ -32,8 +33,8 @@ pub struct Loaded {
     pub face_chart: Option<Vec<u32>>,
     /// The faces as the file has them, where some have more than three corners.
     pub polygons: Option<Polygons>,
-    /// The bytes of the image file (PNG, JPEG) that colours the faces through `corner_uv`; the first where there are
-    /// several. `None` also where the image cannot be read.
+    /// The bytes of the image file (PNG, JPEG) that colours the faces through `corner_uv`; the first where
+    /// there are several. `None` also where the image cannot be read.
     pub texture: Option<Vec<u8>>,
     /// The format found.
     pub format: Format,
@@ -125,7 +126,8 @@ fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOpt
     Ok(data)
 }
 
-/// Reads from a stream. `name` is used in messages, to break ties between formats, and to find files beside it.
+/// Reads from a stream. `name` is used in messages, to break ties between formats, and to find files beside
+/// it.
 ///
 /// ```
 /// use atlasfit_io::{Format, LoadOptions, load_reader};

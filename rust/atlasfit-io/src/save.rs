@@ -1,5 +1,5 @@
-//! Writing, the door: checks the data, calls the format's writer. The file is written beside the output first,
-//! then renamed, so that a run that fails never touches what was there.
+//! Writing, the door: checks the data, calls the format's writer. The file is written beside the output
+//! first, then renamed, so that a run that fails never touches what was there.
 
 use crate::content::Polygons;
 use crate::error::{Error, Result};
@@ -20,8 +20,8 @@ pub struct SaveMesh<'a> {
     pub ascii: bool,
     /// The texture.
     pub texture: Option<Texture<'a>>,
-    /// The polygons that the triangles were cut from: OBJ, PLY and OFF then get those. One whose UVs differ at a
-    /// corner between its triangles is written as its triangles.
+    /// The polygons that the triangles were cut from: OBJ, PLY and OFF then get those. One whose UVs differ
+    /// at a corner between its triangles is written as its triangles.
     pub polygons: Option<&'a Polygons>,
 }
 
@@ -98,8 +98,8 @@ pub fn save_cloud(path: &Path, cloud: &PointCloud, options: &SaveCloud) -> Resul
 /// ```
 ///
 /// # Errors
-/// As [`save_cloud`]; also [`Error::Unsupported`] when a column of the mesh has a wrong length or a triangle names
-/// a missing vertex.
+/// As [`save_cloud`]; also [`Error::Unsupported`] when a column of the mesh has a wrong length or a triangle
+/// names a missing vertex.
 pub fn save_mesh(path: &Path, mesh: &TriMesh, options: &SaveMesh<'_>) -> Result<Saved> {
     let job = Job {
         positions: &mesh.positions,

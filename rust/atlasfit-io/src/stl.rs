@@ -1,7 +1,8 @@
 //! STL, binary and ASCII (3D Systems 1989).
 //!
-//! Read: triangles, whose equal corners become one vertex (the format repeats every corner). Facet normals and the
-//! two bytes of attributes are left out. Written: binary unless asked otherwise; positions become 32-bit floats.
+//! Read: triangles, whose equal corners become one vertex (the format repeats every corner). Facet normals
+//! and the two bytes of attributes are left out. Written: binary unless asked otherwise; positions become
+//! 32-bit floats.
 
 use crate::content::Content;
 use crate::error::{Location, Result};

@@ -2,9 +2,9 @@
 
 use atlasfit::Vec3;
 
-/// Cuts a polygon of n corners into n - 2 triangles, which go to `out` as corner numbers 0 to n - 1. `corners`
-/// holds indices into `positions`. `tests` is how many more tests of a point in a triangle may be made: where none
-/// are left, a polygon becomes a plain fan.
+/// Cuts a polygon of n corners into n - 2 triangles, which go to `out` as corner numbers 0 to n - 1.
+/// `corners` holds indices into `positions`. `tests` is how many more tests of a point in a triangle may be
+/// made: where none are left, a polygon becomes a plain fan.
 pub(crate) fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
     let n = corners.len();
     let at = |i: usize| Vec3(positions[corners[i] as usize]);
@@ -54,7 +54,8 @@ fn clip_ears(points: &[[f64; 2]], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
     let mut gone = vec![false; n];
     let mut left = n;
     let mut i = 0;
-    // Corners looked at since the last cut; a full round without an ear means a self-crossing or flat polygon.
+    // Corners looked at since the last cut; a full round without an ear means a self-crossing or flat
+    // polygon.
     let mut looked = 0;
     while left > 3 {
         let (a, c) = (previous[i], next[i]);

@@ -1,5 +1,6 @@
-//! No file breaks the readers: cut anywhere, with bytes changed, every file gives a valid result or an error. Runs over
-//! small files of every format made here, and over the zoo of difficult files where that lies beside the repository.
+//! No file breaks the readers: cut anywhere, with bytes changed, every file gives a valid result or an error.
+//! Runs over small files of every format made here, and over the zoo of difficult files where that lies
+//! beside the repository.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! One cloud in every format gives the same bytes after denoising: no format changes a coordinate, the order, or the count.
+//! One cloud in every format gives the same bytes after denoising: no format changes a coordinate, the order,
+//! or the count.
 
 mod common;
 

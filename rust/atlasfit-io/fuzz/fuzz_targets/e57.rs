@@ -1,4 +1,5 @@
-//! Any bytes called "a.e57", once as they are and once as whole pages with right checksums: else a checksum would stop nearly every change.
+//! Any bytes called "a.e57", once as they are and once as whole pages with right checksums: else a checksum
+//! would stop nearly every change.
 #![no_main]
 
 mod common;

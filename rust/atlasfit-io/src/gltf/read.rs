@@ -1,8 +1,8 @@
 //! Reads glTF and GLB: the scene's meshes and point sets, moved by their nodes (in f64), joined into one.
 //!
-//! Vertices that were split for texture coordinates or normals are joined again where their positions, colours and
-//! other attributes are exactly equal. The first material's colour image is kept; other materials, images, skins,
-//! morph targets and animations are left out.
+//! Vertices that were split for texture coordinates or normals are joined again where their positions,
+//! colours and other attributes are exactly equal. The first material's colour image is kept; other
+//! materials, images, skins, morph targets and animations are left out.
 
 use super::document::{Document, list, number};
 use super::matrix::{IDENTITY, Matrix, multiply, of_node};

@@ -42,8 +42,8 @@ impl Scene {
         }
     }
 
-    /// The scene as a cloud; or as a mesh, with the vertices joined that were split for their texture coordinates or
-    /// normals.
+    /// The scene as a cloud; or as a mesh, with the vertices joined that were split for their texture
+    /// coordinates or normals.
     pub fn finish(mut self, input: &mut Input<'_>) -> Result<Content> {
         let mut out = Content::default();
         input.report.add("lists of triangles with corners left over", self.skipped, None);

@@ -31,7 +31,8 @@ impl Buffer {
         self.views.len() - 1
     }
 
-    /// Describes a view; `description` is what the JSON says of it after its number. The number of the accessor.
+    /// Describes a view; `description` is what the JSON says of it after its number. The number of the
+    /// accessor.
     fn accessor(&mut self, view: usize, description: &str) -> usize {
         self.accessors.push(format!("{{\"bufferView\":{view},{description}}}"));
         self.accessors.len() - 1
@@ -105,8 +106,8 @@ impl Split {
         }
     }
 
-    /// One vertex per distinct pair of vertex and texture coordinate, ordered by vertex, so that readers which weld
-    /// them again get the vertices in their old order.
+    /// One vertex per distinct pair of vertex and texture coordinate, ordered by vertex, so that readers
+    /// which weld them again get the vertices in their old order.
     fn by_uv(job: &Job<'_>, uv: &[[[f32; 2]; 3]]) -> Self {
         let key = |t: usize, k: usize| (job.triangles[t][k], uv[t][k].map(f32::to_bits));
         let mut keys: Vec<(u32, [u32; 2])> =
@@ -133,9 +134,9 @@ struct Bounds<T> {
 fn centre(job: &Job<'_>) -> [f64; 3] {
     let mut bounds = Bounds { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
     for p in job.positions.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
-        for k in 0..3 {
-            bounds.low[k] = bounds.low[k].min(p[k]);
-            bounds.high[k] = bounds.high[k].max(p[k]);
+        for (k, &c) in p.iter().enumerate() {
+            bounds.low[k] = bounds.low[k].min(c);
+            bounds.high[k] = bounds.high[k].max(c);
         }
     }
     let Bounds { low, high } = bounds;

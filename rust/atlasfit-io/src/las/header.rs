@@ -23,7 +23,6 @@ pub(super) struct Header {
     pub scale: [f64; 3],
     pub offset: [f64; 3],
     /// The LASzip record.
-    #[cfg_attr(not(feature = "laz"), expect(dead_code, reason = "only LAZ needs it"))]
     pub laszip: Option<Vec<u8>>,
     /// What the file says of the bytes behind the standard record.
     extra: Vec<Field>,

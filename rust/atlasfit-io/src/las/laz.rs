@@ -1,5 +1,5 @@
-//! Unpacks LAZ through the `laz` crate, which is not hardened against damaged files: the sizes that it would allocate
-//! by are checked first, and its panics become errors.
+//! Unpacks LAZ through the `laz` crate, which is not hardened against damaged files: the sizes that it would
+//! allocate by are checked first, and its panics become errors.
 
 use super::header::{Fixed, Header};
 use super::points::{BLOCK, Points};

@@ -9,7 +9,8 @@ use crate::text::{self, Line, Lines};
 use atlasfit::Vec3;
 use std::borrow::Cow;
 
-/// Unreadable lines per readable vertex or face (one in so many) before the file is refused; ten may always be.
+/// Unreadable lines per readable vertex or face (one in so many) before the file is refused; ten may always
+/// be.
 const BAD_LINES: u64 = 20;
 
 /// A corner of a face that names a normal.
@@ -242,8 +243,8 @@ impl Reader {
                 input.unsupported(format!("{n} vertices, and indices have 32 bits"), "Split the file")
             );
         }
-        let mut content = Content::default();
-        content.faces = std::mem::take(&mut self.faces).finish(&self.positions, &mut input.report);
+        let faces = std::mem::take(&mut self.faces).finish(&self.positions, &mut input.report);
+        let mut content = Content { faces, ..Content::default() };
         if self.colored > 0 {
             content.cloud.colors = Some(self.take_colors(input));
         }

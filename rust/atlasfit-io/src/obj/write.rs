@@ -21,7 +21,8 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         let mtl = format!("{material}.mtl");
         writeln!(out, "mtllib {mtl}")?;
         let text = format!(
-            "# written by atlasfit\nnewmtl {material}\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nd 1\nillum 1\nmap_Kd {image}\n"
+            "# written by atlasfit\nnewmtl {material}\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nd 1\nillum 1\n\
+             map_Kd {image}\n"
         );
         written.beside.push(FileBeside { name: mtl, bytes: text.into_bytes() });
     }

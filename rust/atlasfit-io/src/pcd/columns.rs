@@ -90,7 +90,8 @@ pub(super) fn unpack(bytes: [u8; 4], alpha: bool) -> [f32; 4] {
 }
 
 impl Columns {
-    /// Takes all fields of a block of points, row after row of `row` bytes; `first` is the number of the first.
+    /// Takes all fields of a block of points, row after row of `row` bytes; `first` is the number of the
+    /// first.
     pub fn take_rows(&mut self, first: usize, rows: &[u8], row: usize) {
         let Self { slots, content } = self;
         let mut rest = slots.as_slice();

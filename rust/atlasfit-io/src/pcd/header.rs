@@ -98,7 +98,7 @@ pub(super) fn read(input: &Input<'_>) -> Result<Header> {
     let mut raw = Raw::default();
     let mut lines = Lines::new(input.data);
     let mut data = None;
-    while let Some(line) = lines.next() {
+    for line in lines.by_ref() {
         let mut words = text::tokens(line.text);
         let Some(key) = words.next() else { continue };
         let words: Vec<String> = words.map(|w| String::from_utf8_lossy(w).into_owned()).collect();

@@ -81,8 +81,8 @@ fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Content> {
             "The file is cut off: get it again",
         )
     };
-    // A number takes two bytes with what separates it; up to half of the rows' bytes may be missing where rows are
-    // damaged.
+    // A number takes two bytes with what separates it; up to half of the rows' bytes may be missing where
+    // rows are damaged.
     let possible = (input.data.len().saturating_sub(header.end) / numbers.max(1)) as u64;
     if possible < header.points {
         return Err(cut_off(input, header.lines, possible));

@@ -57,8 +57,8 @@ impl<'i, 'd> Body<'i, 'd> {
             format!("the end of the file after at most {whole} rows of the element \"{}\"", element.name),
             format!("{} rows, as the header says", element.count),
             format!(
-                "The file is cut off, or its header is wrong: get it again, or correct the count if the {unit} \
-                 are all there"
+                "The file is cut off, or its header is wrong: get it again, or correct the count if the \
+                 {unit} are all there"
             ),
         )
     }
@@ -73,8 +73,8 @@ impl<'i, 'd> Body<'i, 'd> {
         }
     }
 
-    /// Reads one property of a binary row. A scalar is returned; of a list the length is returned, and its entries
-    /// go to `self.list`.
+    /// Reads one property of a binary row. A scalar is returned; of a list the length is returned, and its
+    /// entries go to `self.list`.
     pub fn take(&mut self, list: Option<ScalarKind>, kind: ScalarKind) -> Option<f64> {
         let big_endian = self.big_endian();
         let rest = self.input.data.get(self.at..)?;

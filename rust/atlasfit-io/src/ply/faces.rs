@@ -134,7 +134,8 @@ pub(super) fn read(body: &mut Body<'_, '_>, element: &Element, faces: &mut Faces
     Ok(())
 }
 
-/// Whether the rows are only a list of 32-bit indices with a count of one byte: so are those of nearly every file.
+/// Whether the rows are only a list of 32-bit indices with a count of one byte: so are those of nearly every
+/// file.
 fn is_common(element: &Element) -> bool {
     let [p] = element.properties.as_slice() else { return false };
     p.list == Some(ScalarKind::U8) && matches!(p.kind, ScalarKind::I32 | ScalarKind::U32)

@@ -42,8 +42,8 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     Ok(Content { texture, ..columns.finish(input, faces)? })
 }
 
-/// Whether the file is rows of points behind the header and nothing else that is used: then it can be read block by
-/// block.
+/// Whether the file is rows of points behind the header and nothing else that is used: then it can be read
+/// block by block.
 pub(crate) fn is_rows(input: &Input<'_>) -> bool {
     header::read(input).is_ok_and(|h| {
         h.encoding != Encoding::Ascii

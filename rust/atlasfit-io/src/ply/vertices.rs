@@ -12,7 +12,8 @@ use crate::text;
 /// dispatch on types.
 const BLOCK: usize = 2048;
 
-/// In an ASCII file, one in so many vertex rows may be unreadable before the file is refused; ten may always be.
+/// In an ASCII file, one in so many vertex rows may be unreadable before the file is refused; ten may always
+/// be.
 const BAD_ROWS: u64 = 100;
 
 /// Reads the vertices. Where the file has no faces, texture coordinates are attributes like others.
@@ -132,7 +133,8 @@ struct Part {
     three: bool,
 }
 
-/// Which parts a row consists of. Three properties of one type that stand together, as nearly always, are one.
+/// Which parts a row consists of. Three properties of one type that stand together, as nearly always, are
+/// one.
 fn parts(element: &Element, targets: &[Target], stride: usize, big_endian: bool) -> Vec<Part> {
     let properties = &element.properties;
     let together = |i: usize, target: fn(usize) -> Target| {
@@ -151,8 +153,8 @@ fn parts(element: &Element, targets: &[Target], stride: usize, big_endian: bool)
     out
 }
 
-/// Takes one part of a block of rows, of which `first` is the first: dispatches on the target outside of the loop
-/// over rows.
+/// Takes one part of a block of rows, of which `first` is the first: dispatches on the target outside of the
+/// loop over rows.
 fn take_part(columns: &mut Columns, part: &Part, first: usize, rows: &[u8]) {
     let Part { layout, three, .. } = *part;
     match part.target {

@@ -169,7 +169,8 @@ fn drop_ragged(input: &mut Input<'_>, table: &mut Table, has_header: bool) {
     table.truncate(kept);
 }
 
-/// What 1 is in the colour columns: whole numbers are bytes (or 16 bits when larger), fractions are in [0, 1].
+/// What 1 is in the colour columns: whole numbers are bytes (or 16 bits when larger), fractions are in [0,
+/// 1].
 fn color_scale(table: &Table, columns: &[usize]) -> f64 {
     let largest = columns.iter().flat_map(|&c| table.column(c)).fold(0.0, f64::max);
     let integer = columns.iter().all(|&c| table.column(c).all(|v| v.fract() == 0.0));
