@@ -1620,8 +1620,8 @@ atlasfit_status atlasfit_measure_points(const atlasfit_points *points,
                                         size_t capacity);
 
 /**
- * The number of handles that were made and not freed, of all kinds: 0 at the end of a program that frees what it makes. Handles are kept in a
- * table, so that a leak checker alone does not see one that was forgotten.
+ * The number of handles of all kinds that were made and not freed: 0 at the end of a program that frees what it makes.
+ * Handles are kept in a table, so a leak checker does not see one that was forgotten.
  */
 ATLASFIT_API
 size_t atlasfit_live_handles(void);

@@ -7,6 +7,7 @@
 mod scene;
 
 use atlasfit_capi::denoise::*;
+use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::ATLASFIT_OK;
 use atlasfit_capi::unwrap::*;

@@ -1,7 +1,8 @@
 //! A fitted atlas: what it holds, projection onto it, evaluation of its charts.
 
-use crate::handle::{self, Handle, Object};
-use crate::input::{self, atlasfit_points};
+use crate::arrays;
+use crate::handle::{self, Handle};
+use crate::points::{self, atlasfit_points};
 use crate::run::{atlasfit_run, brief_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{
@@ -17,14 +18,8 @@ use std::sync::Arc;
 pub struct atlasfit_atlas(());
 
 impl Handle for atlasfit_atlas {
-    type Target = Arc<Atlas>;
+    type Target = Atlas;
     const NAME: &str = "atlas";
-    fn of(object: Object) -> Option<Arc<Atlas>> {
-        match object {
-            Object::Atlas(atlas) => Some(atlas),
-            _ => None,
-        }
-    }
 }
 
 /// Frees an atlas; NULL is allowed.
@@ -143,7 +138,7 @@ pub unsafe extern "C" fn atlasfit_atlas_project(
         let a = handle::get(atlas)?;
         let out = sized::read(out)?;
         let mut run = core_run(run)?;
-        let queries = input::cloud_positions(points)?;
+        let queries = points::cloud_positions(points)?;
         if out.capacity < queries.len() {
             return Err(Failure::new(
                 ATLASFIT_BUFFER_TOO_SMALL,
@@ -218,7 +213,7 @@ pub unsafe extern "C" fn atlasfit_atlas_eval(
                 format!("capacity is {capacity}, but there are {count} places"),
             ));
         }
-        let uv = input::packed(uv.cast::<[f64; 2]>(), count, "uv")?;
+        let uv = arrays::packed(uv.cast::<[f64; 2]>(), count, "uv")?;
         if let Some(i) = uv.iter().position(|uv| !uv.iter().all(|x| x.abs() <= 1.0)) {
             return Err(Failure::invalid(format!(
                 "uv of place {i} is {:?}. Give coordinates from -1 to 1",
@@ -256,7 +251,7 @@ pub unsafe extern "C" fn atlasfit_atlas_save(
         if bytes.is_null() {
             return Ok(());
         }
-        input::copy_out(&all, bytes, capacity, "bytes")
+        arrays::copy_out(&all, bytes, capacity, "bytes")
     })
 }
 
@@ -282,7 +277,7 @@ pub unsafe extern "C" fn atlasfit_atlas_load(
         // SAFETY: the caller gives `size` bytes.
         let bytes = std::slice::from_raw_parts(bytes, size);
         let atlas = brief_run().execute(|ctx| file::from_bytes(bytes, ctx))?;
-        handle::give(Object::Atlas(Arc::new(atlas)), out);
+        handle::give(Arc::new(atlas), out);
         Ok(())
     })
 }

@@ -1,6 +1,8 @@
 //! Colours into a texture.
 
-use crate::input::{self, atlasfit_mesh, atlasfit_points, copy_out};
+use crate::arrays::copy_out;
+use crate::mesh::{self, atlasfit_mesh};
+use crate::points::{self, atlasfit_points};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{
@@ -81,7 +83,7 @@ pub unsafe extern "C" fn atlasfit_bake(
             ));
         }
         let mut run = core_run(run)?;
-        let input::Mesh { mut mesh, face_page, .. } = input::mesh(mesh)?;
+        let mesh::Mesh { mut mesh, face_page, .. } = mesh::mesh(mesh)?;
         let page_of = |i: usize| face_page.as_ref().map_or(0, |p| p[i]);
         let here: Vec<usize> = (0..mesh.triangles.len()).filter(|&i| page_of(i) == o.page).collect();
         if here.is_empty() && !mesh.triangles.is_empty() {
@@ -94,7 +96,7 @@ pub unsafe extern "C" fn atlasfit_bake(
         if let Some(uv) = &mut mesh.corner_uv {
             *uv = here.iter().map(|&i| uv[i]).collect();
         }
-        let cloud = if points.is_null() { None } else { Some(input::colored(points)?) };
+        let cloud = if points.is_null() { None } else { Some(points::colored(points)?) };
         let colors = cloud.as_ref().map_or(Colors::Vertices, Colors::Points);
         let how = BakeOptions { size: [o.width, o.height], dilation: o.padding };
         let image = run.execute(|ctx| bake(&mesh, colors, &how, ctx))?;

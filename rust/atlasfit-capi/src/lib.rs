@@ -1,24 +1,34 @@
 //! The C ABI of atlasfit: what `include/atlasfit.h` declares.
 //!
-//! In: pointers from C. Out: statuses, and numbers copied to the caller's buffers. Each entry point checks its arguments,
-//! calls one function of the core and copies out; there is no algorithm here. Conventions are at the head of the header
-//! (`conventions.rs`), the page for its readers is `docs/c-api.md`.
+//! In: pointers from C. Out: statuses, and numbers copied to the caller's buffers. Each entry point checks its
+//! arguments, calls one function of the core and copies out; there is no algorithm here. Conventions are at the head of
+//! the header (`cbindgen.toml`), the page for its readers is `docs/c-api.md`.
 //!
-//! The pieces: `status` (status codes, the thread's last error, the guard around every entry), `handle` (opaque handles),
-//! `sized` (structs that grow), `input` (borrowed arrays to the core's plain data), `run`, and one file per capability:
-//! `denoise`, `atlas`, `unwrap`, `bake`, `measure`.
+//! Each file imports only files that stand above it in this list:
+//!
+//! - `status`: status codes, the thread's last error, the guard around every entry point;
+//! - `sized`: structs that grow; `handle`: opaque handles; `arrays`: arrays in and out;
+//! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives; `split`: one vertex
+//!   per corner's UV;
+//! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `unwrap`, `bake`, `measure`.
 
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
 
-// In the order of the header.
+// cbindgen writes the header in the order of these lines.
 pub mod status;
 
 pub mod run;
 
-pub mod input;
+pub mod arrays;
+
+pub mod points;
+
+pub mod mesh;
 
 pub mod denoise;
+
+pub mod result;
 
 pub mod atlas;
 
@@ -28,6 +38,7 @@ pub mod bake;
 
 pub mod measure;
 
-// What they share; nothing of it is in the header but `atlasfit_live_handles`.
+// Shared by the others; of these only `atlasfit_live_handles` is in the header.
 pub mod handle;
 pub mod sized;
+mod split;

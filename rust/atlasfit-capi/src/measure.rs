@@ -1,6 +1,8 @@
 //! Measuring: topology, quality of UVs, distances. Works on any mesh, not only this library's.
 
-use crate::input::{self, atlasfit_mesh, atlasfit_points};
+use crate::arrays::copy_out;
+use crate::mesh::{self, atlasfit_mesh};
+use crate::points::{self, atlasfit_points};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
@@ -90,7 +92,7 @@ pub unsafe extern "C" fn atlasfit_measure_topology(
     guard("atlasfit_measure_topology", || unsafe {
         sized::checked_target(out)?;
         let mut run = core_run(run)?;
-        let mesh = input::mesh(mesh)?.mesh;
+        let mesh = mesh::mesh(mesh)?.mesh;
         let t = run.execute(|ctx| measure::topology(&mesh, ctx))?;
         sized::write(out, topology(&t))
     })
@@ -162,7 +164,7 @@ pub unsafe extern "C" fn atlasfit_measure_uv(
     guard("atlasfit_measure_uv", || unsafe {
         sized::checked_target(out)?;
         let mut run = core_run(run)?;
-        let input::Mesh { mesh, face_page, page_size, .. } = input::mesh(mesh)?;
+        let mesh::Mesh { mesh, face_page, page_size, .. } = mesh::mesh(mesh)?;
         let pages = Pages { of_face: face_page.as_deref(), size: page_size };
         checked_room(face_stretch, capacity, mesh.triangles.len())?;
         let each_face = !face_stretch.is_null();
@@ -190,7 +192,7 @@ pub unsafe extern "C" fn atlasfit_measure_uv(
             finite: u32::from(q.finite),
         };
         if let Some(stretch) = stretch {
-            input::copy_out(&stretch, face_stretch, capacity, "face stretch")?;
+            copy_out(&stretch, face_stretch, capacity, "face stretch")?;
         }
         sized::write(out, value)
     })
@@ -336,7 +338,7 @@ pub unsafe extern "C" fn atlasfit_measure_surface(
         sized::checked_target(out)?;
         let options = sized::read_or_default(options)?.core();
         let mut run = core_run(run)?;
-        let (mesh, truth) = (input::mesh(mesh)?.mesh, input::mesh(truth)?.mesh);
+        let (mesh, truth) = (mesh::mesh(mesh)?.mesh, mesh::mesh(truth)?.mesh);
         let d = run.execute(|ctx| measure::surface(&mesh, &truth, &options, ctx))?;
         let value = atlasfit_distance {
             accuracy: d.accuracy.into(),
@@ -376,8 +378,8 @@ pub unsafe extern "C" fn atlasfit_measure_points(
         sized::checked_target(out)?;
         let options = sized::read_or_default(options)?.core();
         let mut run = core_run(run)?;
-        let cloud = atlasfit::geometry::PointCloud::from_positions(input::cloud_positions(points)?);
-        let truth = input::mesh(truth)?.mesh;
+        let cloud = atlasfit::geometry::PointCloud::from_positions(points::cloud_positions(points)?);
+        let truth = mesh::mesh(truth)?.mesh;
         checked_room(point_distance, capacity, cloud.len())?;
         let (d, each) = run.execute(|ctx| measure::points_each(&cloud, &truth, &options, ctx))?;
         let value = atlasfit_distance {
@@ -388,7 +390,7 @@ pub unsafe extern "C" fn atlasfit_measure_points(
             ..atlasfit_distance::defaults()
         };
         if !point_distance.is_null() {
-            input::copy_out(&each, point_distance, capacity, "point distances")?;
+            copy_out(&each, point_distance, capacity, "point distances")?;
         }
         sized::write(out, value)
     })

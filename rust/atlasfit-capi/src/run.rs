@@ -1,10 +1,11 @@
 //! How long work is run: seed, threads, limits, progress, cancel.
 
-use crate::handle::{self, Handle, Object};
+use crate::handle::{self, Handle};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::{CancelToken, Run, Stage};
 use std::ffi::{c_char, c_void};
+use std::sync::Arc;
 
 /// A token that cancels runs from another thread. Any number of runs may hold it; once asked, it stays asked.
 pub struct atlasfit_cancel(());
@@ -12,12 +13,6 @@ pub struct atlasfit_cancel(());
 impl Handle for atlasfit_cancel {
     type Target = CancelToken;
     const NAME: &str = "cancel token";
-    fn of(object: Object) -> Option<CancelToken> {
-        match object {
-            Object::Cancel(token) => Some(token),
-            _ => None,
-        }
-    }
 }
 
 /// Makes a cancel token. Free it with atlasfit_cancel_free().
@@ -27,7 +22,7 @@ impl Handle for atlasfit_cancel {
 pub unsafe extern "C" fn atlasfit_cancel_new(out: *mut *mut atlasfit_cancel) -> atlasfit_status {
     guard("atlasfit_cancel_new", || {
         handle::checked_out(out)?;
-        handle::give(Object::Cancel(CancelToken::new()), out);
+        handle::give(Arc::new(CancelToken::new()), out);
         Ok(())
     })
 }
@@ -121,14 +116,14 @@ pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>>
             r.threads
         )));
     }
-    crate::input::zero(r.reserved)?;
+    sized::zero(r.reserved)?;
     if !(r.time_limit_s >= 0.0 && r.time_limit_s.is_finite()) {
         return Err(Failure::invalid(format!(
             "time_limit_s is {}. Give a finite number of seconds, or 0 for no limit",
             r.time_limit_s
         )));
     }
-    let cancel = if r.cancel.is_null() { None } else { Some(handle::get(r.cancel)?) };
+    let cancel = if r.cancel.is_null() { None } else { Some(CancelToken::clone(&*handle::get(r.cancel)?)) };
     Ok(Run {
         seed: r.seed,
         threads: r.threads as usize,

@@ -100,3 +100,21 @@ pub(crate) unsafe fn read<T: Sized>(from: *const T) -> Outcome<T> {
 pub(crate) unsafe fn read_or_default<T: Sized>(from: *const T) -> Outcome<T> {
     if from.is_null() { Ok(T::defaults()) } else { unsafe { read(from) } }
 }
+
+/// A field that later versions may give a meaning.
+pub(crate) fn zero(reserved: u32) -> Outcome {
+    if reserved != 0 {
+        return Err(Failure::invalid(format!(
+            "reserved is {reserved}, not 0. Fill the struct with its _init"
+        )));
+    }
+    Ok(())
+}
+
+/// A yes or no.
+pub(crate) fn flag(value: u32, name: &str) -> Outcome<bool> {
+    match value {
+        0 | 1 => Ok(value == 1),
+        other => Err(Failure::invalid(format!("{name} is {other}. Give 0 or 1"))),
+    }
+}

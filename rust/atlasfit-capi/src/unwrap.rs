@@ -1,13 +1,14 @@
 //! UVs for a mesh of the caller's.
 
-use crate::handle::{self, Handle, Object};
-use crate::input::{self, atlasfit_mesh, copy_out};
+use crate::arrays::copy_out;
+use crate::handle::{self, Handle};
+use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
-use crate::status::{Failure, Outcome, atlasfit_status, guard};
+use crate::split::Split;
+use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
+use atlasfit::measure;
 use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
-use atlasfit::{Context, measure};
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -88,8 +89,8 @@ impl atlasfit_unwrap_options {
                 )));
             }
         };
-        let keep_uv_seams = input::flag(self.keep_uv_seams, "keep_uv_seams")?;
-        input::zero(self.reserved)?;
+        let keep_uv_seams = sized::flag(self.keep_uv_seams, "keep_uv_seams")?;
+        sized::zero(self.reserved)?;
         Ok(UnwrapOptions {
             max_stretch: self.max_stretch,
             max_charts: (self.max_charts > 0).then_some(self.max_charts as usize),
@@ -128,73 +129,9 @@ pub(crate) struct Layout {
     seconds: f64,
 }
 
-/// The mesh with one vertex per corner's vertex and UV: what graphics cards draw.
-struct Split {
-    indices: Vec<[u32; 3]>,
-    source: Vec<u32>,
-    uv: Vec<[f32; 2]>,
-}
-
-/// UVs of a vertex that are looked through one after the other; more are looked up.
-const CHAIN: usize = 8;
-/// No vertex.
-const NONE: u32 = u32::MAX;
-
-impl Split {
-    /// Vertices are numbered in the order of their first corners.
-    fn new(
-        vertices: usize,
-        triangles: &[[u32; 3]],
-        corner_uv: &[[[f32; 2]; 3]],
-        ctx: &Context<'_>,
-    ) -> Result<Self, atlasfit::Error> {
-        let mut out =
-            Self { indices: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
-        // The new vertices of each vertex: the last one, and for each new one the one before it.
-        let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
-        let mut more: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
-        for (f, (triangle, corners)) in triangles.iter().zip(corner_uv).enumerate() {
-            ctx.check_at(f)?;
-            let mut index = [0; 3];
-            for ((&v, uv), index) in triangle.iter().zip(corners).zip(&mut index) {
-                let bits = uv.map(f32::to_bits);
-                let mut at = last[v as usize];
-                let mut seen = 0;
-                while at != NONE && seen < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
-                    at = before[at as usize];
-                    seen += 1;
-                }
-                if seen == CHAIN {
-                    at = more.get(&(v, bits)).copied().unwrap_or(NONE);
-                }
-                if at == NONE {
-                    at = out.source.len() as u32;
-                    out.source.push(v);
-                    out.uv.push(*uv);
-                    if seen == CHAIN {
-                        more.insert((v, bits), at);
-                        before.push(NONE);
-                    } else {
-                        before.push(std::mem::replace(&mut last[v as usize], at));
-                    }
-                }
-                *index = at;
-            }
-            out.indices.push(index);
-        }
-        Ok(out)
-    }
-}
-
 impl Handle for atlasfit_uv {
-    type Target = Arc<Layout>;
+    type Target = Layout;
     const NAME: &str = "UV layout";
-    fn of(object: Object) -> Option<Arc<Layout>> {
-        match object {
-            Object::Uv(layout) => Some(layout),
-            _ => None,
-        }
-    }
 }
 
 /// Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
@@ -218,7 +155,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         handle::checked_out(out)?;
         let options = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
-        let input::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = input::mesh(mesh)?;
+        let mesh::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = mesh::mesh(mesh)?;
         let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
         let start = Instant::now();
         let (mut layout, after) = run.execute(|ctx| {
@@ -230,7 +167,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
             Ok((Layout { layout, split, coverage, seconds: 0.0 }, end.elapsed()))
         })?;
         layout.seconds = start.elapsed().saturating_sub(after).as_secs_f64();
-        handle::give(Object::Uv(Arc::new(layout)), out);
+        handle::give(Arc::new(layout), out);
         Ok(())
     })
 }
@@ -394,7 +331,7 @@ pub unsafe extern "C" fn atlasfit_uv_split(
         }
         if index_capacity < 3 * s.indices.len() || vertex_capacity < s.source.len() {
             return Err(Failure::new(
-                crate::status::ATLASFIT_BUFFER_TOO_SMALL,
+                ATLASFIT_BUFFER_TOO_SMALL,
                 format!(
                     "the capacities are {index_capacity} indices and {vertex_capacity} vertices, but there are {} and {}",
                     3 * s.indices.len(),
@@ -406,40 +343,4 @@ pub unsafe extern "C" fn atlasfit_uv_split(
         copy_out(&s.source, sources, vertex_capacity, "sources")?;
         copy_out(s.uv.as_flattened(), vertex_uv, vertex_capacity.saturating_mul(2), "vertex UVs")
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use atlasfit::Run;
-    use std::collections::HashSet;
-
-    #[test]
-    fn the_split_form_has_one_vertex_per_vertex_and_uv_however_many_meet() {
-        // A fan round vertex 0: seven of eight triangles have a UV of their own there.
-        let triangles: Vec<[u32; 3]> = (0..40).map(|i| [0, 1 + i, 2 + i]).collect();
-        let at = |i: u32, v: u32| {
-            [if i.is_multiple_of(8) { 0.0 } else { f32::from(i as u16) }, f32::from(v as u16)]
-        };
-        let corner_uv: Vec<[[f32; 2]; 3]> = triangles
-            .iter()
-            .map(|t| [at(t[1] - 1, 0), [0.5, f32::from(t[1] as u16)], [0.5, f32::from(t[2] as u16)]])
-            .collect();
-        let split = Run::default()
-            .execute(|ctx| Split::new(42, &triangles, &corner_uv, ctx))
-            .expect("nothing cancels");
-        let corners = || triangles.iter().flatten().zip(corner_uv.iter().flatten());
-        for ((&v, uv), &i) in corners().zip(split.indices.iter().flatten()) {
-            assert_eq!((split.source[i as usize], &split.uv[i as usize]), (v, uv));
-        }
-        let distinct: HashSet<(u32, [u32; 2])> =
-            corners().map(|(&v, uv)| (v, uv.map(f32::to_bits))).collect();
-        assert_eq!(split.source.len(), distinct.len());
-        // In the order of their first corners.
-        let mut met = 0;
-        for &i in split.indices.iter().flatten() {
-            assert!(i <= met);
-            met = met.max(i + 1);
-        }
-    }
 }

@@ -3,12 +3,15 @@
 
 mod scene;
 
+use atlasfit_capi::arrays::*;
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::handle::*;
-use atlasfit_capi::input::*;
 use atlasfit_capi::measure::*;
+use atlasfit_capi::mesh::*;
+use atlasfit_capi::points::*;
+use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;

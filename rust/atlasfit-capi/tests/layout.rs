@@ -3,8 +3,10 @@
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
-use atlasfit_capi::input::*;
 use atlasfit_capi::measure::*;
+use atlasfit_capi::mesh::*;
+use atlasfit_capi::points::*;
+use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::unwrap::*;
 use std::fmt::Write as _;

@@ -4,7 +4,9 @@
 mod common;
 
 use atlasfit_capi::atlas::*;
-use atlasfit_capi::input::*;
+use atlasfit_capi::arrays::*;
+use atlasfit_capi::mesh::*;
+use atlasfit_capi::points::*;
 use common::*;
 use std::ptr::null_mut;
 

@@ -4,7 +4,10 @@
 mod common;
 
 use atlasfit_capi::denoise::*;
-use atlasfit_capi::input::*;
+use atlasfit_capi::result::*;
+use atlasfit_capi::arrays::*;
+use atlasfit_capi::mesh::*;
+use atlasfit_capi::points::*;
 use common::*;
 use std::ptr::null_mut;
 

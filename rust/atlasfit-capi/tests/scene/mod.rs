@@ -2,9 +2,12 @@
 
 #![allow(dead_code)]
 
+use atlasfit_capi::arrays::*;
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::denoise::*;
-use atlasfit_capi::input::*;
+use atlasfit_capi::mesh::*;
+use atlasfit_capi::points::*;
+use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;

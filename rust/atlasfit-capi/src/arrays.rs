@@ -1,0 +1,170 @@
+//! Arrays of the caller: copied in from any stride and alignment, results copied out.
+//!
+//! In: a pointer, a count, a stride, a scalar type. Out: a vector of the core's numbers, or a status that says what
+//! is wrong with them.
+
+use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_NOT_AVAILABLE, Failure, Outcome};
+use std::ffi::c_void;
+
+/// 32-bit float.
+pub const ATLASFIT_F32: u32 = 0;
+/// 64-bit float.
+pub const ATLASFIT_F64: u32 = 1;
+/// Unsigned 8-bit integer.
+pub const ATLASFIT_U8: u32 = 2;
+/// Signed 8-bit integer.
+pub const ATLASFIT_I8: u32 = 3;
+/// Unsigned 16-bit integer.
+pub const ATLASFIT_U16: u32 = 4;
+/// Signed 16-bit integer.
+pub const ATLASFIT_I16: u32 = 5;
+/// Unsigned 32-bit integer.
+pub const ATLASFIT_U32: u32 = 6;
+/// Signed 32-bit integer.
+pub const ATLASFIT_I32: u32 = 7;
+
+/// Indices are 32 bits, and the largest means "none".
+pub(crate) const MOST: usize = u32::MAX as usize - 1;
+
+pub(crate) fn checked_count(count: usize, most: usize, of: &str) -> Outcome {
+    if count > most {
+        return Err(Failure::invalid(format!("{count} {of}. At most {most} are possible")));
+    }
+    Ok(())
+}
+
+/// A vector with room for `count` elements, or a failure instead of an abort.
+pub(crate) fn room<T>(count: usize) -> Outcome<Vec<T>> {
+    let mut v = Vec::new();
+    v.try_reserve_exact(count).map_err(|_| Failure::memory(count.saturating_mul(size_of::<T>())))?;
+    Ok(v)
+}
+
+/// Copies `count` elements of `bytes` bytes each, `stride` bytes apart, through `convert`. Elements need no alignment.
+pub(crate) unsafe fn strided<T>(
+    base: *const c_void,
+    count: usize,
+    stride: usize,
+    bytes: usize,
+    name: &str,
+    mut convert: impl FnMut(*const u8) -> T,
+) -> Outcome<Vec<T>> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    if base.is_null() {
+        return Err(Failure::invalid(format!("{name} is NULL but there should be {count}")));
+    }
+    let step = if stride == 0 { bytes } else { stride };
+    if step < bytes {
+        return Err(Failure::invalid(format!(
+            "the stride of {name} is {stride} bytes, less than one element of {bytes}. Give 0 where elements are tightly packed"
+        )));
+    }
+    let extent = (count - 1).checked_mul(step).and_then(|x| x.checked_add(bytes));
+    if extent.is_none_or(|x| isize::try_from(x).is_err() || base.addr().checked_add(x).is_none()) {
+        return Err(Failure::invalid(format!(
+            "{count} {name}, {step} bytes apart, do not fit into memory. Check count and stride"
+        )));
+    }
+    let mut out = room(count)?;
+    // SAFETY: the caller's array reaches from base over `extent` bytes.
+    out.extend((0..count).map(|i| convert(unsafe { base.cast::<u8>().add(i * step) })));
+    Ok(out)
+}
+
+/// Copies packed elements.
+pub(crate) unsafe fn packed<T: Copy>(base: *const T, count: usize, name: &str) -> Outcome<Vec<T>> {
+    // SAFETY: `strided` hands out places with size_of::<T>() bytes.
+    unsafe { strided(base.cast(), count, 0, size_of::<T>(), name, |p| p.cast::<T>().read_unaligned()) }
+}
+
+pub(crate) unsafe fn positions(
+    base: *const c_void,
+    count: usize,
+    stride: usize,
+    scalar: u32,
+) -> Outcome<Vec<[f64; 3]>> {
+    // SAFETY: as `packed`.
+    match scalar {
+        ATLASFIT_F32 => unsafe {
+            strided(base, count, stride, 12, "positions", |p| {
+                p.cast::<[f32; 3]>().read_unaligned().map(f64::from)
+            })
+        },
+        ATLASFIT_F64 => unsafe {
+            strided(base, count, stride, 24, "positions", |p| p.cast::<[f64; 3]>().read_unaligned())
+        },
+        other => Err(Failure::invalid(format!(
+            "scalar of the positions is {other}. Give ATLASFIT_F32 or ATLASFIT_F64"
+        ))),
+    }
+}
+
+/// Colours as the caller has them; none for NULL.
+pub(crate) struct Colors {
+    pub base: *const c_void,
+    pub count: usize,
+    pub stride: usize,
+    pub scalar: u32,
+    pub width: u32,
+}
+
+pub(crate) unsafe fn colors(c: Colors) -> Outcome<Option<Vec<[f32; 4]>>> {
+    if c.base.is_null() {
+        return Ok(None);
+    }
+    let width = c.width as usize;
+    if !(3..=4).contains(&width) {
+        return Err(Failure::invalid(format!("color_width is {width}. Give 3 or 4")));
+    }
+    let size = match c.scalar {
+        ATLASFIT_F32 => 4,
+        ATLASFIT_U8 => 1,
+        other => {
+            return Err(Failure::invalid(format!(
+                "color_scalar is {other}. Give ATLASFIT_F32 or ATLASFIT_U8"
+            )));
+        }
+    };
+    // SAFETY: each place has width * size bytes.
+    let all = unsafe {
+        strided(c.base, c.count, c.stride, width * size, "colors", |at| {
+            let mut color = [1f32; 4];
+            for (k, c) in color.iter_mut().enumerate().take(width) {
+                *c = match size {
+                    4 => at.cast::<f32>().add(k).read_unaligned(),
+                    _ => f32::from(*at.add(k)) / 255.0,
+                };
+            }
+            color
+        })
+    };
+    all.map(Some)
+}
+
+/// Copies a result to the caller's buffer of `capacity` elements.
+pub(crate) unsafe fn copy_out<T: Copy>(from: &[T], to: *mut T, capacity: usize, name: &str) -> Outcome {
+    if capacity < from.len() {
+        return Err(Failure::new(
+            ATLASFIT_BUFFER_TOO_SMALL,
+            format!("capacity is {capacity}, but there are {} values of {name}", from.len()),
+        ));
+    }
+    if from.is_empty() {
+        return Ok(());
+    }
+    if to.is_null() {
+        return Err(Failure::invalid(format!("the buffer for {name} is NULL")));
+    }
+    // SAFETY: the caller's buffer has room for `capacity` elements, and is no part of a result.
+    unsafe { std::ptr::copy_nonoverlapping(from.as_ptr().cast::<u8>(), to.cast::<u8>(), size_of_val(from)) };
+    Ok(())
+}
+
+/// Fails where a result was not asked for.
+pub(crate) fn available<'a, T>(column: &'a Option<Vec<T>>, name: &str) -> Outcome<&'a [T]> {
+    column
+        .as_deref()
+        .ok_or_else(|| Failure::new(ATLASFIT_NOT_AVAILABLE, format!("this result has no {name}")))
+}

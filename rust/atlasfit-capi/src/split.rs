@@ -1,0 +1,101 @@
+//! The split form of a mesh with UVs: one vertex per pair of vertex and UV.
+
+use atlasfit::Context;
+use std::collections::HashMap;
+
+/// The mesh with one vertex per corner's vertex and UV: what graphics cards draw.
+pub(crate) struct Split {
+    /// Three new vertices per triangle.
+    pub indices: Vec<[u32; 3]>,
+    /// The mesh's vertex that each new vertex came from.
+    pub source: Vec<u32>,
+    /// The UV of each new vertex.
+    pub uv: Vec<[f32; 2]>,
+}
+
+/// UVs of a vertex that are looked through one after the other; more are looked up.
+const CHAIN: usize = 8;
+/// No vertex.
+const NONE: u32 = u32::MAX;
+
+impl Split {
+    /// Vertices are numbered in the order of their first corners.
+    pub fn new(
+        vertices: usize,
+        triangles: &[[u32; 3]],
+        corner_uv: &[[[f32; 2]; 3]],
+        ctx: &Context<'_>,
+    ) -> Result<Self, atlasfit::Error> {
+        let mut out =
+            Self { indices: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
+        // The new vertices of each vertex: the last one, and for each new one the one before it.
+        let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
+        let mut more: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
+        for (f, (triangle, corners)) in triangles.iter().zip(corner_uv).enumerate() {
+            ctx.check_at(f)?;
+            let mut index = [0; 3];
+            for ((&v, uv), index) in triangle.iter().zip(corners).zip(&mut index) {
+                let bits = uv.map(f32::to_bits);
+                let mut at = last[v as usize];
+                let mut seen = 0;
+                while at != NONE && seen < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
+                    at = before[at as usize];
+                    seen += 1;
+                }
+                if seen == CHAIN {
+                    at = more.get(&(v, bits)).copied().unwrap_or(NONE);
+                }
+                if at == NONE {
+                    at = out.source.len() as u32;
+                    out.source.push(v);
+                    out.uv.push(*uv);
+                    if seen == CHAIN {
+                        more.insert((v, bits), at);
+                        before.push(NONE);
+                    } else {
+                        before.push(std::mem::replace(&mut last[v as usize], at));
+                    }
+                }
+                *index = at;
+            }
+            out.indices.push(index);
+        }
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use atlasfit::Run;
+    use std::collections::HashSet;
+
+    #[test]
+    fn the_split_form_has_one_vertex_per_vertex_and_uv_however_many_meet() {
+        // A fan round vertex 0: seven of eight triangles have a UV of their own there.
+        let triangles: Vec<[u32; 3]> = (0..40).map(|i| [0, 1 + i, 2 + i]).collect();
+        let at = |i: u32, v: u32| {
+            [if i.is_multiple_of(8) { 0.0 } else { f32::from(i as u16) }, f32::from(v as u16)]
+        };
+        let corner_uv: Vec<[[f32; 2]; 3]> = triangles
+            .iter()
+            .map(|t| [at(t[1] - 1, 0), [0.5, f32::from(t[1] as u16)], [0.5, f32::from(t[2] as u16)]])
+            .collect();
+        let split = Run::default()
+            .execute(|ctx| Split::new(42, &triangles, &corner_uv, ctx))
+            .expect("nothing cancels");
+        let corners = || triangles.iter().flatten().zip(corner_uv.iter().flatten());
+        for ((&v, uv), &i) in corners().zip(split.indices.iter().flatten()) {
+            assert_eq!((split.source[i as usize], &split.uv[i as usize]), (v, uv));
+        }
+        let distinct: HashSet<(u32, [u32; 2])> =
+            corners().map(|(&v, uv)| (v, uv.map(f32::to_bits))).collect();
+        assert_eq!(split.source.len(), distinct.len());
+        // In the order of their first corners.
+        let mut met = 0;
+        for &i in split.indices.iter().flatten() {
+            assert!(i <= met);
+            met = met.max(i + 1);
+        }
+    }
+}
