@@ -9,19 +9,24 @@
 
 /* Conventions
  *
- * Status    0 is success. After a failure atlasfit_last_error() gives this thread's text: what was wrong, where, what to do. A call that fails
- *           writes nothing, but NULL to a handle it was to make.
- * Handles   Each has one _free, which takes NULL. They are checked: one that was freed, or is of another kind, is a status and no crash. A handle
- *           given as const may be used by any number of threads at once; all results are immutable.
- * Structs   Each begins with struct_size. Fill those that go in with their _init, set struct_size of those that come out. Structs
- *           only grow, at the end: a program keeps working with newer libraries of the same major version (of the same minor one, while major is 0).
- * Memory    Inputs are borrowed for the call, outputs are copied to the caller's buffers; a capacity counts numbers (floats, indices) unless
- *           said otherwise. Strides are in bytes, 0 = tightly packed; nothing needs to be aligned. Strings are UTF-8.
- * Lengths   All in the caller's unit and frame. f64 positions keep survey coordinates.
- * Threads   Each long call has worker threads of its own, gone when it returns. Progress is called on the calling thread only.
- * Same in, same out: input, options, seed and version decide every byte, the number of threads does not.
- * Nothing unwinds out of the library: no panic, no exception. It prints nothing and reads no environment variable or file.
- * Never unload the library (dlclose). */
+ * Status    0 is success. After a failure atlasfit_last_error() gives this thread's text: what was wrong,
+ *           where, what to do. A call that fails writes nothing, but for NULL to a handle that it was to
+ *           make.
+ * Handles   Each kind has one _free, which takes NULL. Handles are checked: one that was freed, or is of
+ *           another kind, gives a status and no crash. A handle given as const may be used by any number of
+ *           threads at once; all results are immutable.
+ * Structs   Each begins with struct_size. Fill structs that go in with their _init; set struct_size of those
+ *           that come out. Structs only grow, at the end: a program keeps working with newer libraries of
+ *           the same major version (while major is 0: of the same minor version).
+ * Memory    Inputs are borrowed for the call, outputs are copied to the caller's buffers. A capacity counts
+ *           numbers (floats, indices) unless said otherwise. Strides are in bytes, 0 = tightly packed;
+ *           nothing needs to be aligned. Strings are UTF-8.
+ * Lengths   All are in the caller's unit and frame. f64 positions keep survey coordinates.
+ * Threads   Each long call has worker threads of its own, which end before it returns. Progress is called on
+ *           the calling thread only.
+ * Results   Input, options, seed and version decide every byte; the number of threads does not.
+ * Limits    Nothing unwinds out of the library: no panic, no exception. It prints nothing and reads no
+ *           environment variable or file. Never unload the library (dlclose). */
 
 /* Defined as ATLASFIT_STATIC when linking libatlasfit.a on Windows; nothing to define elsewhere. */
 #ifndef ATLASFIT_API
@@ -64,7 +69,8 @@
 #define ATLASFIT_INVALID_ARGUMENT 1
 
 /**
- * A struct_size fits no version of the struct that this library knows, or a newer header's field is set that it does not know.
+ * A struct_size fits no version of the struct that this library knows, or a field is set that only a newer
+ * library knows.
  */
 #define ATLASFIT_ABI_MISMATCH 2
 
@@ -74,7 +80,8 @@
 #define ATLASFIT_INDEX_OUT_OF_RANGE 3
 
 /**
- * A pointer is no live handle of the kind that is asked for (never was, freed already, or of another kind).
+ * A pointer is no live handle of the kind that is asked for: it never was one, was freed, or is of another
+ * kind.
  */
 #define ATLASFIT_INVALID_HANDLE 4
 
@@ -114,7 +121,7 @@
 #define ATLASFIT_DEGENERATE 11
 
 /**
- * Bytes that are no atlas file, a damaged one, or one of a newer version.
+ * The bytes are no atlas file, or a damaged one, or one of a newer version.
  */
 #define ATLASFIT_BAD_FILE 12
 
@@ -129,7 +136,7 @@
 #define ATLASFIT_INTERNAL 100
 
 /**
- * Stages that are numbered at the most: the length of atlasfit_report's stage_seconds.
+ * Length of stage_seconds in #atlasfit_report: no version numbers more stages.
  */
 #define ATLASFIT_STAGE_LIMIT 16
 
@@ -179,7 +186,8 @@
 #define ATLASFIT_PRIOR_GP 0
 
 /**
- * atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first: many times slower.
+ * atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first; many
+ * times slower.
  */
 #define ATLASFIT_PRIOR_MLP 1
 
@@ -194,38 +202,40 @@
 #define ATLASFIT_PRIOR_LEVEL_SET 3
 
 /**
- * atlasfit_denoise_options.recipe: from coarse to fine, learning rates that fall.
+ * atlasfit_denoise_options.recipe: training from coarse to fine, with falling learning rates.
  */
 #define ATLASFIT_RECIPE_FAST 0
 
 /**
- * atlasfit_denoise_options.recipe: as in the paper: all samples at every step.
+ * atlasfit_denoise_options.recipe: training as in the paper, with all samples at every step.
  */
 #define ATLASFIT_RECIPE_PAPER 1
 
 /**
- * atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
+ * atlasfit_denoise_options.outliers: outliers stay among the denoised points, where
+ * they were: there are as many points as were given, in the same order.
  */
 #define ATLASFIT_OUTLIERS_KEEP 0
 
 /**
- * atlasfit_denoise_options.outliers: they are left out of the denoised points.
+ * atlasfit_denoise_options.outliers: outliers are left out of the denoised points.
  */
 #define ATLASFIT_OUTLIERS_DROP 1
 
 /**
- * atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
+ * atlasfit_unwrap_options.packer: packs charts by their shapes: they lie in each other's bays and holes.
  */
 #define ATLASFIT_PACK_SHAPES 0
 
 /**
- * atlasfit_unwrap_options.packer: by their bounding boxes, in rows: fastest, and wastes most.
+ * atlasfit_unwrap_options.packer: packs charts by their bounding boxes, in rows: fastest, and wastes most.
  */
 #define ATLASFIT_PACK_BOXES 1
 
 /**
- * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along
- * the tube and v = angle / pi around it. Immutable: any number of threads may use one at once.
+ * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space.
+ * Most charts are sheets over the unit disk; charts of thin tubes have u along the tube and v = angle / pi
+ * around it. Immutable: any number of threads may use one at once.
  */
 typedef struct atlasfit_atlas atlasfit_atlas;
 
@@ -235,7 +245,8 @@ typedef struct atlasfit_atlas atlasfit_atlas;
 typedef struct atlasfit_cancel atlasfit_cancel;
 
 /**
- * What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads may read one at once.
+ * What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads
+ * may read one at once.
  */
 typedef struct atlasfit_result atlasfit_result;
 
@@ -245,15 +256,18 @@ typedef struct atlasfit_result atlasfit_result;
 typedef struct atlasfit_uv atlasfit_uv;
 
 /**
- * What a call came to: #ATLASFIT_OK or one of the failures below. New failures may be added; treat an unknown one as a failure.
+ * The outcome of a call: #ATLASFIT_OK or one of the failures below. New failures may be added: treat an
+ * unknown status as a failure.
  */
 typedef int32_t atlasfit_status;
 
 /**
- * Told how far a run is. Called on the thread that called into the library, at most 50 times a second. It must return (no longjmp, no C++ exception).
+ * A callback that is told how far a run is, on the thread that called into the library, at most 50 times a
+ * second. It must return: no longjmp, no C++ exception.
  *
  * @param user     The atlasfit_run's progress_user.
- * @param stage    The running stage; its name is atlasfit_stage_name(). Stages may come back and numbers may be added.
+ * @param stage    The running stage; atlasfit_stage_name() gives its name. A stage may come again, and later
+ *                 versions may add stages.
  * @param fraction Share of the stage that is done, in [0, 1].
  * @return 0 to cancel, anything else to go on.
  */
@@ -284,11 +298,12 @@ typedef struct {
    */
   double time_limit_s;
   /**
-   * Bytes that the run's own estimate of its need may not exceed (#ATLASFIT_OUT_OF_MEMORY); 0 = no limit. Default 0.
+   * Bytes of memory: a run whose own estimate is larger fails with #ATLASFIT_OUT_OF_MEMORY; 0 = no limit.
+   * Default 0.
    */
   uint64_t memory_limit_bytes;
   /**
-   * Told how far the run is; may be NULL. Default NULL.
+   * The callback that is told how far the run is; may be NULL. Default NULL.
    */
   atlasfit_progress_fn progress;
   /**
@@ -296,18 +311,19 @@ typedef struct {
    */
   void *progress_user;
   /**
-   * Cancels from another thread; may be NULL. Borrowed for the call. Default NULL.
+   * A token that cancels the run from another thread; may be NULL. Borrowed for the call. Default NULL.
    */
   const atlasfit_cancel *cancel;
 } atlasfit_run;
 
 /**
- * One number per point, or a few, that the surface is to carry: intensity, scan id. Numbers of an integer type are labels, copied from the
- * nearest point; floats are averaged.
+ * One or a few numbers per point that the surface is to carry: intensity or scan id, for example. Numbers of
+ * an integer type are labels, copied from the nearest point; floats are averaged.
  */
 typedef struct {
   /**
-   * sizeof(atlasfit_attribute); the same for all attributes of an array, whose elements are this far apart.
+   * sizeof(atlasfit_attribute), in bytes. All attributes of an array have the same: it is the distance
+   * between them.
    */
   size_t struct_size;
   /**
@@ -341,7 +357,8 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * Positions: x, y, z of each point, of type `scalar`, in any unit. Points that are not finite are left out and counted.
+   * Positions: x, y, z of each point, of type `scalar`, in any unit. Points that are not finite are left
+   * out and counted.
    */
   const void *positions;
   /**
@@ -361,8 +378,8 @@ typedef struct {
    */
   uint32_t color_width;
   /**
-   * Normals: 3 floats per point. They do not steer the fit, which finds normals and the outside by itself: points that end up on no
-   * chart keep theirs in the result. NULL = none. Default NULL.
+   * Normals: 3 floats per point. The fit does not use them: it finds normals and the outside by itself.
+   * Points that end up on no chart keep theirs in the result. NULL = none. Default NULL.
    */
   const float *normals;
   /**
@@ -392,7 +409,8 @@ typedef struct {
 } atlasfit_points;
 
 /**
- * A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there is.
+ * A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what
+ * there is.
  */
 typedef struct {
   /**
@@ -428,21 +446,23 @@ typedef struct {
    */
   size_t triangle_count;
   /**
-   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv(),
-   * atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
+   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none.
+   * Read by atlasfit_measure_uv(), atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
    */
   const float *corner_uv;
   /**
-   * A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
+   * A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by
+   * atlasfit_unwrap().
    */
   const uint32_t *face_group;
   /**
-   * The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
-   * atlasfit_unwrap().
+   * The polygon that each triangle was cut from; any numbers name polygons. Triangles of one polygon stay
+   * in one chart. NULL = each triangle is a polygon. Read by atlasfit_unwrap().
    */
   const uint32_t *face_polygon;
   /**
-   * Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
+   * Edges that must be seams, as pairs of vertex indices; a pair that is no edge is left out. NULL = none.
+   * Read by atlasfit_unwrap().
    */
   const uint32_t *seam_edges;
   /**
@@ -450,15 +470,17 @@ typedef struct {
    */
   size_t seam_edge_count;
   /**
-   * The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by atlasfit_measure_uv() and atlasfit_bake().
+   * The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by
+   * atlasfit_measure_uv() and atlasfit_bake().
    */
   const uint32_t *face_page;
   /**
-   * Width and height of a page, in texels or any other unit; 0 and 0 = square. Read by atlasfit_measure_uv().
+   * Width of a page, in texels or any other unit; 0, with a height of 0 = pages are square. Read by
+   * atlasfit_measure_uv().
    */
   uint32_t page_width;
   /**
-   * See page_width.
+   * Height of a page, in the unit of page_width.
    */
   uint32_t page_height;
   /**
@@ -480,7 +502,8 @@ typedef struct {
 } atlasfit_mesh;
 
 /**
- * How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults, which suit an ordinary scan.
+ * How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults,
+ * which suit an ordinary scan.
  */
 typedef struct {
   /**
@@ -492,11 +515,13 @@ typedef struct {
    */
   double noise;
   /**
-   * Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = voxels twice as large. Default 1.
+   * Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = voxels twice as large. Default
+   * 1.
    */
   double detail;
   /**
-   * Holes with a boundary shorter than this are filled, in the points' unit; 0 = only gaps of the sampling. Default 0.
+   * Holes whose boundary is shorter than this are filled, in the points' unit; 0 = only gaps of the
+   * sampling are. Default 0.
    */
   double fill_holes;
   /**
@@ -516,7 +541,8 @@ typedef struct {
    */
   uint32_t uv;
   /**
-   * Side of the texture page in texels, 16 to 65536, for the padding between UV charts. Default 1024.
+   * Side of the texture page in texels, 16 to 65536; the padding between UV charts is made for it. Default
+   * 1024.
    */
   uint32_t texture_size;
   /**
@@ -528,11 +554,13 @@ typedef struct {
    */
   uint32_t network_iterations;
   /**
-   * How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
+   * How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or
+   * #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
    */
   uint32_t recipe;
   /**
-   * #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
+   * #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch term, beside a Chamfer distance of
+   * weight 1; 0 or more. Default 1.
    */
   double network_stretch_weight;
   /**
@@ -652,17 +680,18 @@ typedef struct {
    */
   size_t charts;
   /**
-   * Origin of the frame that the charts are held in, in the scan's.
+   * Origin of the frame that the charts are held in, in the scan's frame.
    */
   double origin[3];
   /**
-   * Length of that frame's unit in the scan's: about the scan's longest side.
+   * Length of that frame's unit in the scan's unit: about the scan's longest side.
    */
   double unit;
 } atlasfit_atlas_info;
 
 /**
- * Where projection puts its results: arrays of the caller, each with room for `capacity` points, or NULL where not wanted.
+ * Where projection puts its results: arrays of the caller. Each has room for `capacity` points, or is NULL
+ * where it is not wanted.
  */
 typedef struct {
   /**
@@ -682,7 +711,8 @@ typedef struct {
    */
   float *normals;
   /**
-   * Nearest chart per point; UINT32_MAX for a point that is not finite (its position is given back, its other numbers are 0).
+   * Nearest chart per point. UINT32_MAX for a point that is not finite: its position is given back, its
+   * other numbers are 0.
    */
   uint32_t *charts;
   /**
@@ -704,12 +734,14 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
+   * Bound on the stretch of 95% of the area, more than 1. Stretch is max(s1, 1/s2), with s1 >= s2 the
+   * singular values of the map from surface to texture, at one texel density for all charts. A smaller
+   * bound gives more charts. Default 1.1.
    */
   double max_stretch;
   /**
-   * Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
-   * Default 0.
+   * Most charts: max_stretch is raised until they are enough. More are still made where the topology or
+   * the constraints need them. 0 = any number. Default 0.
    */
   uint32_t max_charts;
   /**
@@ -725,7 +757,8 @@ typedef struct {
    */
   uint32_t padding;
   /**
-   * Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+   * Most pages, up to 4096; 0 = one page or, where texels_per_unit is set, as many as that density needs.
+   * Default 0.
    */
   uint32_t pages;
   /**
@@ -733,7 +766,8 @@ typedef struct {
    */
   uint32_t packer;
   /**
-   * 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+   * 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default
+   * 0.
    */
   uint32_t keep_uv_seams;
   /**
@@ -741,11 +775,12 @@ typedef struct {
    */
   uint32_t reserved;
   /**
-   * Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
+   * Texels per unit of length on the surface; 0 = as many as fill the pages. Default 0.
    */
   double texels_per_unit;
   /**
-   * Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
+   * Edges whose triangles meet at an angle of more than this many degrees are seams, 0 to 180; 180 = none
+   * are for that reason. Default 180.
    */
   double hard_edge_angle;
 } atlasfit_unwrap_options;
@@ -775,7 +810,8 @@ typedef struct {
    */
   size_t split_vertices;
   /**
-   * Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
+   * Triangles of zero area or with repeated or non-finite vertices; they got small, valid
+   * UV triangles.
    */
   size_t degenerate_faces;
   /**
@@ -783,7 +819,7 @@ typedef struct {
    */
   size_t duplicate_faces;
   /**
-   * Edges cut because more than two triangles, or two of clashing orientation, meet there.
+   * Edges that were cut because more than two triangles, or two of opposite orientation, meet there.
    */
   size_t non_manifold_edges;
   /**
@@ -807,7 +843,7 @@ typedef struct {
    */
   double texels_per_unit;
   /**
-   * The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+   * The stretch bound that was kept: max_stretch, or more where max_charts needed it.
    */
   double stretch_bound;
   /**
@@ -819,7 +855,7 @@ typedef struct {
    */
   double coverage;
   /**
-   * Wall time of unwrapping, in seconds, without reading the mesh in and making the split form.
+   * Wall time of unwrapping, in seconds, without the copying of the mesh and the making of the split form.
    */
   double seconds;
 } atlasfit_uv_info;
@@ -841,18 +877,18 @@ typedef struct {
    */
   uint32_t height;
   /**
-   * Texels that colours spread beyond the borders of the charts, so that filtered look-ups find nothing foreign; what is left has the mean
-   * colour. Default 16.
+   * Texels by which colours spread beyond the borders of the charts, so that filtered look-ups find no
+   * foreign colour. Texels farther out have the mean colour. Default 16.
    */
   uint32_t padding;
   /**
-   * The page to bake: triangles of others (atlasfit_mesh.face_page) are left out. Default 0.
+   * The page to bake: triangles of other pages (atlasfit_mesh.face_page) are left out. Default 0.
    */
   uint32_t page;
 } atlasfit_bake_options;
 
 /**
- * How a mesh hangs together. Vertices in one place count as one.
+ * Connectivity of a mesh. Vertices in one place count as one.
  */
 typedef struct {
   /**
@@ -908,7 +944,8 @@ typedef struct {
    */
   int64_t euler;
   /**
-   * Handles, summed over the parts, with holes filled; -1 where an edge is not manifold or the surface is one-sided.
+   * Genus with holes filled, summed over the parts; -1 where an edge is not manifold or the surface is
+   * one-sided.
    */
   int64_t genus;
   /**
@@ -974,11 +1011,12 @@ typedef struct {
    */
   double conformal;
   /**
-   * Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side.
+   * Share of the covered texels that are covered more than once; 1024 x 1024 texels for all pages side by
+   * side.
    */
   double overlap;
   /**
-   * Texels covered / all texels.
+   * Share of all texels that are covered.
    */
   double coverage;
   /**
@@ -992,7 +1030,8 @@ typedef struct {
 } atlasfit_uv_quality;
 
 /**
- * How to measure distances. Fill it with atlasfit_distance_options_init(); a NULL pointer to one means the defaults.
+ * How to measure distances. Fill it with atlasfit_distance_options_init(); a NULL pointer to one means the
+ * defaults.
  */
 typedef struct {
   /**
@@ -1004,11 +1043,12 @@ typedef struct {
    */
   size_t samples;
   /**
-   * Samples of each surface for the Chamfer distance; its floor depends on it. Default 16,000.
+   * Samples of each surface for the Chamfer distance; chamfer_floor depends on it. Default 16,000.
    */
   size_t chamfer_samples;
   /**
-   * Distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side. Default 0.
+   * Distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side.
+   * Default 0.
    */
   double threshold;
 } atlasfit_distance_options;
@@ -1064,7 +1104,7 @@ typedef struct {
    */
   double chamfer;
   /**
-   * What two sets of samples of the truth give: no result can be expected to be below.
+   * Chamfer distance of two sets of samples of the truth: no result can be expected to be below.
    */
   double chamfer_floor;
   /**
@@ -1094,28 +1134,28 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * The library's version: major << 24 | minor << 16 | patch << 8. Compare with #ATLASFIT_VERSION: same major (and, while it is 0, same minor)
- * means that header and library agree.
+ * The library's version: major << 24 | minor << 16 | patch << 8. Header and library agree where it has the
+ * major version of #ATLASFIT_VERSION and, while that is 0, also its minor version.
  */
-ATLASFIT_API
-uint32_t atlasfit_version(void);
+ATLASFIT_API uint32_t atlasfit_version(void);
 
 /**
- * The name of a status, for logs: "invalid argument". Static text, never NULL; "unknown status" for a value that is none.
+ * The name of a status, for logs: "invalid argument" for example, or "unknown status" for a value that is
+ * none. Static text, never NULL.
  */
-ATLASFIT_API
-const char *atlasfit_status_name(atlasfit_status status);
+ATLASFIT_API const char *atlasfit_status_name(atlasfit_status status);
 
 /**
- * Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that succeeds leaves it as it is.
+ * Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that
+ * succeeds keeps the text as it is.
  *
- * At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8 characters. `buffer` may be NULL to ask for the length.
+ * At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8
+ * characters. To ask for the length only, give NULL as `buffer`.
  *
- * @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on this thread.
+ * @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on
+ *         this thread.
  */
-ATLASFIT_API
-size_t atlasfit_last_error(char *buffer,
-                           size_t capacity);
+ATLASFIT_API size_t atlasfit_last_error(char *buffer, size_t capacity);
 
 /**
  * Makes a cancel token. Free it with atlasfit_cancel_free().
@@ -1125,11 +1165,11 @@ size_t atlasfit_last_error(char *buffer,
 ATLASFIT_API atlasfit_status atlasfit_cancel_new(atlasfit_cancel **out);
 
 /**
- * Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no output. From any thread, but not from a signal
- * handler (set a flag there, and return 0 from the progress callback).
+ * Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no
+ * output. May be called from any thread, but not from a signal handler: set a flag there, and return 0 from
+ * the progress callback.
  */
-ATLASFIT_API
-atlasfit_status atlasfit_cancel_request(const atlasfit_cancel *token);
+ATLASFIT_API atlasfit_status atlasfit_cancel_request(const atlasfit_cancel *token);
 
 /**
  * Frees a token; NULL is allowed. Runs that hold it go on.
@@ -1145,10 +1185,10 @@ ATLASFIT_API atlasfit_status atlasfit_cancel_free(atlasfit_cancel *token);
 ATLASFIT_API atlasfit_status atlasfit_run_init(atlasfit_run *run, size_t struct_size);
 
 /**
- * A short name for a stage, lower case: "fitting charts". Static text, never NULL; "working" for a number that is no stage.
+ * A short name for a stage, in lower case: "fitting charts" for example, or "working" for a number that is
+ * no stage. Static text, never NULL.
  */
-ATLASFIT_API
-const char *atlasfit_stage_name(uint32_t stage);
+ATLASFIT_API const char *atlasfit_stage_name(uint32_t stage);
 
 /**
  * Fills an attribute with its defaults.
@@ -1191,8 +1231,9 @@ atlasfit_status atlasfit_denoise_options_init(atlasfit_denoise_options *options,
  * @param options How to denoise; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
- * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite point), #ATLASFIT_DEGENERATE
- *         (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
+ *         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
+ *         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_denoise(const atlasfit_points *points,
@@ -1213,7 +1254,8 @@ ATLASFIT_API atlasfit_status atlasfit_result_free(atlasfit_result *result);
 ATLASFIT_API atlasfit_status atlasfit_result_report(const atlasfit_result *result, atlasfit_report *report);
 
 /**
- * Copies the denoised positions: x, y, z per point, in input order. Outliers (where kept) and points that are not finite are where they were.
+ * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, and points that
+ * are not finite, are where they were.
  *
  * @param xyz      Room for `capacity` numbers.
  * @param capacity At least 3 * report.points.
@@ -1224,7 +1266,8 @@ atlasfit_status atlasfit_result_point_positions(const atlasfit_result *result,
                                                 size_t capacity);
 
 /**
- * Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal that was given, or zeros.
+ * Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal
+ * that was given, or zeros.
  *
  * @param normals  Room for `capacity` numbers.
  * @param capacity At least 3 * report.points.
@@ -1235,7 +1278,8 @@ atlasfit_status atlasfit_result_point_normals(const atlasfit_result *result,
                                               size_t capacity);
 
 /**
- * Copies, for each denoised point, the index of the given point that it was. Without dropped outliers these are 0, 1, 2, ...
+ * Copies, for each denoised point, the index of the given point that it came from: 0, 1, 2, ... unless
+ * outliers are dropped.
  *
  * @param sources  Room for `capacity` numbers.
  * @param capacity At least report.points.
@@ -1246,7 +1290,8 @@ atlasfit_status atlasfit_result_point_sources(const atlasfit_result *result,
                                               size_t capacity);
 
 /**
- * Copies, for each denoised point, the chart of the atlas that weighs most there; UINT32_MAX for a point on no chart: an outlier, or not finite.
+ * Copies, for each denoised point, the chart of the atlas that has the largest weight there; UINT32_MAX for
+ * a point on no chart, which is an outlier or not finite.
  *
  * @param charts   Room for `capacity` numbers.
  * @param capacity At least report.points.
@@ -1290,7 +1335,8 @@ atlasfit_status atlasfit_result_surface_triangles(const atlasfit_result *result,
                                                   size_t capacity);
 
 /**
- * Copies the surface's UVs: u, v in [0, 1], v up, for each corner of each triangle. #ATLASFIT_NOT_AVAILABLE without UVs.
+ * Copies the surface's UVs: u, v in [0, 1], v up, for each corner of each triangle. #ATLASFIT_NOT_AVAILABLE
+ * where the surface has none.
  *
  * @param corner_uv Room for `capacity` numbers.
  * @param capacity  At least 6 * report.triangles.
@@ -1301,7 +1347,8 @@ atlasfit_status atlasfit_result_surface_corner_uv(const atlasfit_result *result,
                                                   size_t capacity);
 
 /**
- * Copies the UV chart of each triangle, 0 to report.uv_charts - 1; UINT32_MAX where there is none. #ATLASFIT_NOT_AVAILABLE without UVs.
+ * Copies the UV chart of each triangle, 0 to report.uv_charts - 1, or UINT32_MAX for a triangle on no chart.
+ * #ATLASFIT_NOT_AVAILABLE where the surface has no UVs.
  *
  * @param face_charts Room for `capacity` numbers.
  * @param capacity    At least report.triangles.
@@ -1312,7 +1359,8 @@ atlasfit_status atlasfit_result_surface_face_charts(const atlasfit_result *resul
                                                     size_t capacity);
 
 /**
- * Copies the surface's colours: red, green, blue, alpha per vertex, 0 to 1. #ATLASFIT_NOT_AVAILABLE where the points had none.
+ * Copies the surface's colours: red, green, blue, alpha per vertex, 0 to 1. #ATLASFIT_NOT_AVAILABLE where
+ * the points had none.
  *
  * @param rgba     Room for `capacity` numbers.
  * @param capacity At least 4 * report.vertices.
@@ -1336,13 +1384,12 @@ atlasfit_status atlasfit_result_surface_attribute(const atlasfit_result *result,
                                                   size_t capacity);
 
 /**
- * The atlas that was fitted, as a handle of its own: it outlives the result, shares its memory, and is freed with atlasfit_atlas_free().
+ * Gives the atlas that was fitted, as a handle of its own. It outlives the result and shares its memory.
+ * Free it with atlasfit_atlas_free().
  *
  * @param out Where the atlas is put; NULL on failure.
  */
-ATLASFIT_API
-atlasfit_status atlasfit_result_atlas(const atlasfit_result *result,
-                                      atlasfit_atlas **out);
+ATLASFIT_API atlasfit_status atlasfit_result_atlas(const atlasfit_result *result, atlasfit_atlas **out);
 
 /**
  * Frees an atlas; NULL is allowed.
@@ -1365,8 +1412,9 @@ ATLASFIT_API atlasfit_status atlasfit_atlas_get_info(const atlasfit_atlas *atlas
 ATLASFIT_API atlasfit_status atlasfit_projection_init(atlasfit_projection *projection, size_t struct_size);
 
 /**
- * Moves each point to the nearest place on the atlas's surface, in order: denoising of points that the atlas was not fitted to, or of the
- * vertices of any mesh. Accurate for points nearer to the surface than it bends.
+ * Moves each point to the nearest place on the atlas's surface; results are in the order of the points. This
+ * denoises points that the atlas was not fitted to, or the vertices of any mesh. It is accurate for points
+ * whose distance to the surface is less than the surface's radius of curvature.
  *
  * @param atlas  The atlas.
  * @param points Points; only their positions are read.
@@ -1380,7 +1428,7 @@ atlasfit_status atlasfit_atlas_project(const atlasfit_atlas *atlas,
                                        const atlasfit_projection *out);
 
 /**
- * The places of chart coordinates. Returns at once: it takes well under a microsecond per place.
+ * Evaluates a chart: the places of chart coordinates. Takes well under a microsecond per place.
  *
  * @param atlas    The atlas.
  * @param chart    Index of the chart, 0 to info.charts - 1.
@@ -1388,7 +1436,8 @@ atlasfit_status atlasfit_atlas_project(const atlasfit_atlas *atlas,
  * @param count    Number of places.
  * @param xyz      x, y, z per place; NULL = not wanted.
  * @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
- * @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond, 0 outside the chart's domain; NULL = not wanted.
+ * @param inside   How far inside the surface each place is, from 0 (outside the chart's domain) to 1; one
+ *                 half at the surface's edge. NULL = not wanted.
  * @param capacity Places that each array has room for, at least `count`.
  */
 ATLASFIT_API
@@ -1402,7 +1451,8 @@ atlasfit_status atlasfit_atlas_eval(const atlasfit_atlas *atlas,
                                     size_t capacity);
 
 /**
- * Writes an atlas as bytes, for a file or the network: a safetensors file, the same bytes for the same atlas. About 1 KB per chart.
+ * Writes an atlas as the bytes of a safetensors file, about 1 KB per chart. The same atlas gives the same
+ * bytes.
  *
  * @param atlas    The atlas.
  * @param bytes    Room for `capacity` bytes; NULL to ask for the size.
@@ -1416,17 +1466,15 @@ atlasfit_status atlasfit_atlas_save(const atlasfit_atlas *atlas,
                                     size_t *size);
 
 /**
- * Reads an atlas from bytes that atlasfit_atlas_save() made. The bytes need not be trusted: whatever is no sound atlas is #ATLASFIT_BAD_FILE.
+ * Reads an atlas from bytes that atlasfit_atlas_save() made. The bytes need not be trusted: any that are not
+ * a valid atlas give #ATLASFIT_BAD_FILE.
  *
  * @param bytes The bytes, borrowed for the call.
  * @param size  Their number.
  * @param out   Where the atlas is put; NULL on failure. Free it with atlasfit_atlas_free().
  * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_BAD_FILE, #ATLASFIT_OUT_OF_MEMORY.
  */
-ATLASFIT_API
-atlasfit_status atlasfit_atlas_load(const uint8_t *bytes,
-                                    size_t size,
-                                    atlasfit_atlas **out);
+ATLASFIT_API atlasfit_status atlasfit_atlas_load(const uint8_t *bytes, size_t size, atlasfit_atlas **out);
 
 /**
  * Fills options with their defaults.
@@ -1439,16 +1487,19 @@ atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
                                              size_t struct_size);
 
 /**
- * Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
- * the order of its triangles. Charts so long that one would decide the size of the page are cut across, unless the options set max_charts, a density or
- * several pages.
+ * Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on
+ * pages of the size that the options say. The mesh keeps its vertices and the order of its triangles. A
+ * chart so long that it alone would decide the scale on the page is cut across, unless the options set
+ * max_charts, a density or several pages.
  *
- * @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
+ * @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
+ *                keep_uv_seams.
  * @param options How to unwrap; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
- * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex),
- *         #ATLASFIT_EMPTY_INPUT or #ATLASFIT_DEGENERATE (no area), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+ *         triangle names no vertex), #ATLASFIT_EMPTY_INPUT or #ATLASFIT_DEGENERATE (no area),
+ *         #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_unwrap(const atlasfit_mesh *mesh,
@@ -1499,13 +1550,15 @@ atlasfit_status atlasfit_uv_face_pages(const atlasfit_uv *uv,
                                        size_t capacity);
 
 /**
- * Copies the split form, one vertex per pair of vertex and UV: what graphics cards and glTF want.
+ * Copies the split form of the mesh, with one vertex per pair of vertex and UV: what graphics cards and glTF
+ * take.
  *
  * @param indices         Three new vertices per triangle, in the mesh's order.
  * @param index_capacity  Numbers that `indices` has room for, at least 3 * info.triangles.
  * @param sources         The mesh's vertex that each new vertex came from.
  * @param vertex_uv       u, v of each new vertex.
- * @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least info.split_vertices.
+ * @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least
+ *                        info.split_vertices.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
@@ -1524,18 +1577,20 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
 ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *options, size_t struct_size);
 
 /**
- * Draws colours into a texture for a mesh's UVs: those of its vertices, or of points that lie near it (a scan, which is often finer). Colours
- * are averaged as the numbers that they are; what of the UVs lies outside [0, 1] is left out.
+ * Draws colours into a texture for a mesh's UVs: the colours of its vertices, or those of points that lie
+ * near it, for example a scan, which is often finer. Colours are averaged as plain numbers, without gamma
+ * correction. Parts of the UVs outside [0, 1] are left out.
  *
  * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
- * @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours of the mesh's vertices.
+ * @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours
+ *                 of the mesh's vertices.
  * @param options  How to bake; NULL = the defaults.
  * @param run      How long work is run; NULL = the defaults.
  * @param rgba     Red, green, blue, alpha of each texel, 0 to 255; row after row, the top row (v = 1) first.
  * @param capacity Bytes that `rgba` has room for, at least 4 * options.width * options.height.
- * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex, or none is
- *         on the page), #ATLASFIT_EMPTY_INPUT (no UVs, no colours), #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
- *         #ATLASFIT_OUT_OF_MEMORY.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+ *         triangle names no vertex, or none is on the page), #ATLASFIT_EMPTY_INPUT (no UVs, no colours),
+ *         #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_bake(const atlasfit_mesh *mesh,
@@ -1558,13 +1613,15 @@ atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
                                           atlasfit_topology *out);
 
 /**
- * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
+ * Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whichever program made them.
  *
  * @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
  * @param run          How long work is run; NULL = the defaults.
  * @param out          Filled; its struct_size must be set.
- * @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.
- * @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is NULL.
+ * @param face_stretch Stretch max(s1, 1/s2) per triangle: infinite for one that has collapsed, 1 for one
+ *                     without area in space. NULL = not wanted.
+ * @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is
+ *                     NULL.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_measure_uv(const atlasfit_mesh *mesh,
@@ -1607,7 +1664,8 @@ atlasfit_status atlasfit_measure_surface(const atlasfit_mesh *mesh,
  * @param options        How to measure; NULL = the defaults.
  * @param run            How long work is run; NULL = the defaults.
  * @param out            Filled; its struct_size must be set.
- * @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL = not wanted.
+ * @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL =
+ *                       not wanted.
  * @param capacity       Numbers that `point_distance` has room for, at least points.count unless it is NULL.
  */
 ATLASFIT_API
@@ -1620,11 +1678,10 @@ atlasfit_status atlasfit_measure_points(const atlasfit_points *points,
                                         size_t capacity);
 
 /**
- * The number of handles of all kinds that were made and not freed: 0 at the end of a program that frees what it makes.
- * Handles are kept in a table, so a leak checker does not see one that was forgotten.
+ * The number of handles of all kinds that were made and not freed: 0 at the end of a program that frees what
+ * it makes. Handles are kept in a table, so a leak checker does not see one that was forgotten.
  */
-ATLASFIT_API
-size_t atlasfit_live_handles(void);
+ATLASFIT_API size_t atlasfit_live_handles(void);
 
 #ifdef __cplusplus
 }  // extern "C"

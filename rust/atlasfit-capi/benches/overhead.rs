@@ -1,5 +1,5 @@
-//! What the C ABI adds to the core's own time: the time of all calls, results copied out, less that of the core in the same run; the least of some
-//! runs each.
+//! What the C ABI adds to the core's own time: the time of all calls, results copied out, less that of the
+//! core in the same run; the least of some runs each.
 //!
 //! `cargo bench -p atlasfit-capi`. A measurement: what else the machine does counts too.
 

@@ -1,7 +1,7 @@
 //! Arrays of the caller: copied in from any stride and alignment, results copied out.
 //!
-//! In: a pointer, a count, a stride, a scalar type. Out: a vector of the core's numbers, or a status that says what
-//! is wrong with them.
+//! In: a pointer, a count, a stride, a scalar type. Out: a vector of the core's numbers, or a status that
+//! says what is wrong with them.
 
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_NOT_AVAILABLE, Failure, Outcome};
 use std::ffi::c_void;
@@ -23,7 +23,7 @@ pub const ATLASFIT_U32: u32 = 6;
 /// Signed 32-bit integer.
 pub const ATLASFIT_I32: u32 = 7;
 
-/// Indices are 32 bits, and the largest means "none".
+/// Points or vertices, at the most: indices are 32 bits, and the largest means "none".
 pub(crate) const MOST: usize = u32::MAX as usize - 1;
 
 pub(crate) fn checked_count(count: usize, most: usize, of: &str) -> Outcome {
@@ -40,7 +40,8 @@ pub(crate) fn room<T>(count: usize) -> Outcome<Vec<T>> {
     Ok(v)
 }
 
-/// Copies `count` elements of `bytes` bytes each, `stride` bytes apart, through `convert`. Elements need no alignment.
+/// Copies `count` elements of `bytes` bytes each, `stride` bytes apart, through `convert`. Elements need no
+/// alignment.
 pub(crate) unsafe fn strided<T>(
     base: *const c_void,
     count: usize,
@@ -58,7 +59,8 @@ pub(crate) unsafe fn strided<T>(
     let step = if stride == 0 { bytes } else { stride };
     if step < bytes {
         return Err(Failure::invalid(format!(
-            "the stride of {name} is {stride} bytes, less than one element of {bytes}. Give 0 where elements are tightly packed"
+            "the stride of {name} is {stride} bytes, less than one element of {bytes}. \
+             Give 0 where elements are tightly packed"
         )));
     }
     let extent = (count - 1).checked_mul(step).and_then(|x| x.checked_add(bytes));

@@ -13,8 +13,9 @@ use atlasfit::atlas::query::{Atlas, OnAtlas};
 use atlasfit::numeric::vec3::{self, Vec3};
 use std::sync::Arc;
 
-/// A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space. Most are sheets over the unit disk; thin tubes have u along
-/// the tube and v = angle / pi around it. Immutable: any number of threads may use one at once.
+/// A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space.
+/// Most charts are sheets over the unit disk; charts of thin tubes have u along the tube and v = angle / pi
+/// around it. Immutable: any number of threads may use one at once.
 pub struct atlasfit_atlas(());
 
 impl Handle for atlasfit_atlas {
@@ -36,9 +37,9 @@ pub struct atlasfit_atlas_info {
     pub struct_size: usize,
     /// Number of charts.
     pub charts: usize,
-    /// Origin of the frame that the charts are held in, in the scan's.
+    /// Origin of the frame that the charts are held in, in the scan's frame.
     pub origin: [f64; 3],
-    /// Length of that frame's unit in the scan's: about the scan's longest side.
+    /// Length of that frame's unit in the scan's unit: about the scan's longest side.
     pub unit: f64,
 }
 
@@ -71,7 +72,8 @@ pub unsafe extern "C" fn atlasfit_atlas_get_info(
     })
 }
 
-/// Where projection puts its results: arrays of the caller, each with room for `capacity` points, or NULL where not wanted.
+/// Where projection puts its results: arrays of the caller. Each has room for `capacity` points, or is NULL
+/// where it is not wanted.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_projection {
@@ -83,7 +85,8 @@ pub struct atlasfit_projection {
     pub positions: *mut f64,
     /// Unit normal per point, 3 numbers, in the atlas's orientation.
     pub normals: *mut f32,
-    /// Nearest chart per point; UINT32_MAX for a point that is not finite (its position is given back, its other numbers are 0).
+    /// Nearest chart per point. UINT32_MAX for a point that is not finite: its position is given back, its
+    /// other numbers are 0.
     pub charts: *mut u32,
     /// Coordinates in that chart, 2 numbers per point.
     pub chart_uv: *mut f32,
@@ -120,8 +123,9 @@ pub unsafe extern "C" fn atlasfit_projection_init(
     guard("atlasfit_projection_init", || unsafe { sized::init(projection, struct_size) })
 }
 
-/// Moves each point to the nearest place on the atlas's surface, in order: denoising of points that the atlas was not fitted to, or of the
-/// vertices of any mesh. Accurate for points nearer to the surface than it bends.
+/// Moves each point to the nearest place on the atlas's surface; results are in the order of the points. This
+/// denoises points that the atlas was not fitted to, or the vertices of any mesh. It is accurate for points
+/// whose distance to the surface is less than the surface's radius of curvature.
 ///
 /// @param atlas  The atlas.
 /// @param points Points; only their positions are read.
@@ -178,7 +182,7 @@ unsafe fn write<Number, Group>(to: *mut Number, values: impl Iterator<Item = Gro
     }
 }
 
-/// The places of chart coordinates. Returns at once: it takes well under a microsecond per place.
+/// Evaluates a chart: the places of chart coordinates. Takes well under a microsecond per place.
 ///
 /// @param atlas    The atlas.
 /// @param chart    Index of the chart, 0 to info.charts - 1.
@@ -186,7 +190,8 @@ unsafe fn write<Number, Group>(to: *mut Number, values: impl Iterator<Item = Gro
 /// @param count    Number of places.
 /// @param xyz      x, y, z per place; NULL = not wanted.
 /// @param normals  Unit normal per place, 3 numbers; NULL = not wanted.
-/// @param inside   In [0, 1] per place: one half at the edge of the surface, less beyond, 0 outside the chart's domain; NULL = not wanted.
+/// @param inside   How far inside the surface each place is, from 0 (outside the chart's domain) to 1; one
+///                 half at the surface's edge. NULL = not wanted.
 /// @param capacity Places that each array has room for, at least `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_atlas_eval(
@@ -228,7 +233,8 @@ pub unsafe extern "C" fn atlasfit_atlas_eval(
     })
 }
 
-/// Writes an atlas as bytes, for a file or the network: a safetensors file, the same bytes for the same atlas. About 1 KB per chart.
+/// Writes an atlas as the bytes of a safetensors file, about 1 KB per chart. The same atlas gives the same
+/// bytes.
 ///
 /// @param atlas    The atlas.
 /// @param bytes    Room for `capacity` bytes; NULL to ask for the size.
@@ -255,7 +261,8 @@ pub unsafe extern "C" fn atlasfit_atlas_save(
     })
 }
 
-/// Reads an atlas from bytes that atlasfit_atlas_save() made. The bytes need not be trusted: whatever is no sound atlas is #ATLASFIT_BAD_FILE.
+/// Reads an atlas from bytes that atlasfit_atlas_save() made. The bytes need not be trusted: any that are not
+/// a valid atlas give #ATLASFIT_BAD_FILE.
 ///
 /// @param bytes The bytes, borrowed for the call.
 /// @param size  Their number.

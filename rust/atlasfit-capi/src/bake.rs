@@ -20,10 +20,10 @@ pub struct atlasfit_bake_options {
     pub width: u32,
     /// Height of the texture in texels, 1 to 65536. Default 1024.
     pub height: u32,
-    /// Texels that colours spread beyond the borders of the charts, so that filtered look-ups find nothing foreign; what is left has the mean
-    /// colour. Default 16.
+    /// Texels by which colours spread beyond the borders of the charts, so that filtered look-ups find no
+    /// foreign colour. Texels farther out have the mean colour. Default 16.
     pub padding: u32,
-    /// The page to bake: triangles of others (atlasfit_mesh.face_page) are left out. Default 0.
+    /// The page to bake: triangles of other pages (atlasfit_mesh.face_page) are left out. Default 0.
     pub page: u32,
 }
 
@@ -49,18 +49,20 @@ pub unsafe extern "C" fn atlasfit_bake_options_init(
     guard("atlasfit_bake_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
-/// Draws colours into a texture for a mesh's UVs: those of its vertices, or of points that lie near it (a scan, which is often finer). Colours
-/// are averaged as the numbers that they are; what of the UVs lies outside [0, 1] is left out.
+/// Draws colours into a texture for a mesh's UVs: the colours of its vertices, or those of points that lie
+/// near it, for example a scan, which is often finer. Colours are averaged as plain numbers, without gamma
+/// correction. Parts of the UVs outside [0, 1] are left out.
 ///
 /// @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
-/// @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours of the mesh's vertices.
+/// @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours
+///                 of the mesh's vertices.
 /// @param options  How to bake; NULL = the defaults.
 /// @param run      How long work is run; NULL = the defaults.
 /// @param rgba     Red, green, blue, alpha of each texel, 0 to 255; row after row, the top row (v = 1) first.
 /// @param capacity Bytes that `rgba` has room for, at least 4 * options.width * options.height.
-/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex, or none is
-///         on the page), #ATLASFIT_EMPTY_INPUT (no UVs, no colours), #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
-///         #ATLASFIT_OUT_OF_MEMORY.
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+///         triangle names no vertex, or none is on the page), #ATLASFIT_EMPTY_INPUT (no UVs, no colours),
+///         #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_bake(
     mesh: *const atlasfit_mesh,

@@ -14,22 +14,25 @@ use std::sync::Arc;
 
 /// atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
 pub const ATLASFIT_PRIOR_GP: u32 = 0;
-/// atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first: many times slower.
+/// atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first; many
+/// times slower.
 pub const ATLASFIT_PRIOR_MLP: u32 = 1;
 /// atlasfit_denoise_options.prior: the paper's convolutional networks.
 pub const ATLASFIT_PRIOR_CONV: u32 = 2;
 /// atlasfit_denoise_options.prior: the paper's level set: closed surfaces only.
 pub const ATLASFIT_PRIOR_LEVEL_SET: u32 = 3;
-/// atlasfit_denoise_options.recipe: from coarse to fine, learning rates that fall.
+/// atlasfit_denoise_options.recipe: training from coarse to fine, with falling learning rates.
 pub const ATLASFIT_RECIPE_FAST: u32 = 0;
-/// atlasfit_denoise_options.recipe: as in the paper: all samples at every step.
+/// atlasfit_denoise_options.recipe: training as in the paper, with all samples at every step.
 pub const ATLASFIT_RECIPE_PAPER: u32 = 1;
-/// atlasfit_denoise_options.outliers: they stay where they were among the denoised points, which stay in input order.
+/// atlasfit_denoise_options.outliers: outliers stay among the denoised points, where
+/// they were: there are as many points as were given, in the same order.
 pub const ATLASFIT_OUTLIERS_KEEP: u32 = 0;
-/// atlasfit_denoise_options.outliers: they are left out of the denoised points.
+/// atlasfit_denoise_options.outliers: outliers are left out of the denoised points.
 pub const ATLASFIT_OUTLIERS_DROP: u32 = 1;
 
-/// How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults, which suit an ordinary scan.
+/// How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults,
+/// which suit an ordinary scan.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_denoise_options {
@@ -37,9 +40,11 @@ pub struct atlasfit_denoise_options {
     pub struct_size: usize,
     /// Standard deviation of the noise along the normal, in the points' unit; 0 = estimate it. Default 0.
     pub noise: f64,
-    /// Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = voxels twice as large. Default 1.
+    /// Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = voxels twice as large. Default
+    /// 1.
     pub detail: f64,
-    /// Holes with a boundary shorter than this are filled, in the points' unit; 0 = only gaps of the sampling. Default 0.
+    /// Holes whose boundary is shorter than this are filled, in the points' unit; 0 = only gaps of the
+    /// sampling are. Default 0.
     pub fill_holes: f64,
     /// Number of charts to aim for; 0 = as many as the shape needs. Default 0.
     pub charts: u32,
@@ -49,15 +54,18 @@ pub struct atlasfit_denoise_options {
     pub outliers: u32,
     /// Whether to lay out UVs: 0 = no, 1 = yes. Default 1.
     pub uv: u32,
-    /// Side of the texture page in texels, 16 to 65536, for the padding between UV charts. Default 1024.
+    /// Side of the texture page in texels, 16 to 65536; the padding between UV charts is made for it. Default
+    /// 1024.
     pub texture_size: u32,
     /// #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: number of charts that are trained, 1 or more. Default 8.
     pub network_charts: u32,
     /// With #ATLASFIT_RECIPE_PAPER: steps of training, at most. Default 1000.
     pub network_iterations: u32,
-    /// How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
+    /// How #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV are trained: #ATLASFIT_RECIPE_FAST or
+    /// #ATLASFIT_RECIPE_PAPER. Default #ATLASFIT_RECIPE_FAST.
     pub recipe: u32,
-    /// #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch against the Chamfer distance, 0 or more. Default 1.
+    /// #ATLASFIT_PRIOR_MLP and #ATLASFIT_PRIOR_CONV: weight of the stretch term, beside a Chamfer distance of
+    /// weight 1; 0 or more. Default 1.
     pub network_stretch_weight: f64,
     /// With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
     pub network_learning_rate: f64,
@@ -95,6 +103,7 @@ unsafe impl Sized for atlasfit_denoise_options {
 }
 
 impl atlasfit_denoise_options {
+    /// The core's options. Values that the C types cannot name are refused here, all others by the core.
     fn core(&self) -> Outcome<(DenoiseOptions, Prior)> {
         let unknown = |name: &str, value: u32, advice: &str| {
             Err(Failure::invalid(format!("{name} is {value}. Give {advice}")))
@@ -129,7 +138,7 @@ impl atlasfit_denoise_options {
         };
         let uv = sized::flag(self.uv, "uv")?;
         let options = DenoiseOptions::default()
-            // 0 asks for an estimate; whatever else is no positive length is refused by the core.
+            // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
             .with_detail(self.detail)
             .with_charts((self.charts > 0).then_some(self.charts as usize))
@@ -159,8 +168,9 @@ pub unsafe extern "C" fn atlasfit_denoise_options_init(
 /// @param options How to denoise; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
-/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite point), #ATLASFIT_DEGENERATE
-///         (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
+///         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
+///         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_denoise(
     points: *const atlasfit_points,

@@ -1,8 +1,9 @@
 //! Opaque handles.
 //!
-//! A handle is a number that looks like a pointer: a serial that is never used twice, looked up in a table of live
-//! objects. A handle that was freed, is of another kind or never was made is therefore found out without touching
-//! memory. Freeing one while another thread still works with it is harmless: the object goes when that call returns.
+//! A handle is a number that looks like a pointer: a serial that is never used twice, looked up in a table of
+//! live objects. A handle that was freed, is of another kind or never was made is therefore found out without
+//! touching memory. Freeing one while another thread still works with it is harmless: the object goes when
+//! that call returns.
 //!
 //! The table knows no kind of object: each [`Handle`] names the type that lies behind it.
 
@@ -74,8 +75,8 @@ pub(crate) fn free<H: Handle>(handle: *mut H) -> Outcome {
     removed.map(drop).ok_or_else(unknown::<H>)
 }
 
-/// The number of handles of all kinds that were made and not freed: 0 at the end of a program that frees what it makes.
-/// Handles are kept in a table, so a leak checker does not see one that was forgotten.
+/// The number of handles of all kinds that were made and not freed: 0 at the end of a program that frees what
+/// it makes. Handles are kept in a table, so a leak checker does not see one that was forgotten.
 #[unsafe(no_mangle)]
 pub extern "C" fn atlasfit_live_handles() -> usize {
     LIVE.read().unwrap_or_else(PoisonError::into_inner).len()

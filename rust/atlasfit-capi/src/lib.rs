@@ -1,16 +1,17 @@
 //! The C ABI of atlasfit: what `include/atlasfit.h` declares.
 //!
-//! In: pointers from C. Out: statuses, and numbers copied to the caller's buffers. Each entry point checks its
-//! arguments, calls one function of the core and copies out; there is no algorithm here. Conventions are at the head of
-//! the header (`cbindgen.toml`), the page for its readers is `docs/c-api.md`.
+//! In: pointers from C. Out: statuses, and numbers copied to the caller's buffers. Each entry point checks
+//! its arguments, calls one function of the core and copies out; there is no algorithm here. Conventions are
+//! at the head of the header (`cbindgen.toml`), the page for its readers is `docs/c-api.md`.
 //!
 //! Each file imports only files that stand above it in this list:
 //!
 //! - `status`: status codes, the thread's last error, the guard around every entry point;
 //! - `sized`: structs that grow; `handle`: opaque handles; `arrays`: arrays in and out;
-//! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives; `split`: one vertex
-//!   per corner's UV;
-//! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `unwrap`, `bake`, `measure`.
+//! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives; `split`: one
+//!   vertex per corner's UV;
+//! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `unwrap`, `bake`,
+//!   `measure`.
 
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]

@@ -9,7 +9,7 @@ use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status
 use atlasfit::measure::uv::Pages;
 use atlasfit::measure::{self, DistanceOptions, Distances};
 
-/// How a mesh hangs together. Vertices in one place count as one.
+/// Connectivity of a mesh. Vertices in one place count as one.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_topology {
@@ -39,7 +39,8 @@ pub struct atlasfit_topology {
     pub inconsistent_edges: usize,
     /// Vertices - edges + faces.
     pub euler: i64,
-    /// Handles, summed over the parts, with holes filled; -1 where an edge is not manifold or the surface is one-sided.
+    /// Genus with holes filled, summed over the parts; -1 where an edge is not manifold or the surface is
+    /// one-sided.
     pub genus: i64,
     /// 1 if the faces could be turned so that no edge is inconsistent, else 0.
     pub orientable: u32,
@@ -57,6 +58,7 @@ unsafe impl Sized for atlasfit_topology {
     }
 }
 
+/// The core's counts as the header's.
 fn topology(t: &measure::Topology) -> atlasfit_topology {
     atlasfit_topology {
         struct_size: size_of::<atlasfit_topology>(),
@@ -126,9 +128,10 @@ pub struct atlasfit_uv_quality {
     pub stretch_p95: f64,
     /// Mean by area of s1/s2: 1 = conformal.
     pub conformal: f64,
-    /// Texels covered twice or more / texels covered, at 1024 x 1024 texels for all pages side by side.
+    /// Share of the covered texels that are covered more than once; 1024 x 1024 texels for all pages side by
+    /// side.
     pub overlap: f64,
-    /// Texels covered / all texels.
+    /// Share of all texels that are covered.
     pub coverage: f64,
     /// 1 if all UVs lie on their pages, in [0, 1], else 0.
     pub inside: u32,
@@ -146,13 +149,15 @@ unsafe impl Sized for atlasfit_uv_quality {
     }
 }
 
-/// Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whoever made them.
+/// Measures the UVs of a mesh, atlasfit_mesh.corner_uv, whichever program made them.
 ///
 /// @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
 /// @param run          How long work is run; NULL = the defaults.
 /// @param out          Filled; its struct_size must be set.
-/// @param face_stretch Stretch max(s1, 1/s2) per triangle, infinite where it has collapsed, 1 where it has no area in space; NULL = not wanted.
-/// @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is NULL.
+/// @param face_stretch Stretch max(s1, 1/s2) per triangle: infinite for one that has collapsed, 1 for one
+///                     without area in space. NULL = not wanted.
+/// @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is
+///                     NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_measure_uv(
     mesh: *const atlasfit_mesh,
@@ -198,6 +203,7 @@ pub unsafe extern "C" fn atlasfit_measure_uv(
     })
 }
 
+/// Checks an optional buffer before the work.
 fn checked_room<T>(buffer: *mut T, capacity: usize, needed: usize) -> Outcome {
     if !buffer.is_null() && capacity < needed {
         return Err(Failure::new(
@@ -208,7 +214,8 @@ fn checked_room<T>(buffer: *mut T, capacity: usize, needed: usize) -> Outcome {
     Ok(())
 }
 
-/// How to measure distances. Fill it with atlasfit_distance_options_init(); a NULL pointer to one means the defaults.
+/// How to measure distances. Fill it with atlasfit_distance_options_init(); a NULL pointer to one means the
+/// defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_distance_options {
@@ -216,9 +223,10 @@ pub struct atlasfit_distance_options {
     pub struct_size: usize,
     /// Samples of each surface for accuracy and completeness. Default 60,000.
     pub samples: usize,
-    /// Samples of each surface for the Chamfer distance; its floor depends on it. Default 16,000.
+    /// Samples of each surface for the Chamfer distance; chamfer_floor depends on it. Default 16,000.
     pub chamfer_samples: usize,
-    /// Distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side. Default 0.
+    /// Distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side.
+    /// Default 0.
     pub threshold: f64,
 }
 
@@ -295,7 +303,7 @@ pub struct atlasfit_distance {
     pub completeness: atlasfit_distance_stats,
     /// Chamfer distance (Gadelha et al. 2020): squared length.
     pub chamfer: f64,
-    /// What two sets of samples of the truth give: no result can be expected to be below.
+    /// Chamfer distance of two sets of samples of the truth: no result can be expected to be below.
     pub chamfer_floor: f64,
     /// Harmonic mean of the shares of samples within the threshold, both ways, in [0, 1]; 0 for points.
     pub f_score: f64,
@@ -362,7 +370,8 @@ pub unsafe extern "C" fn atlasfit_measure_surface(
 /// @param options        How to measure; NULL = the defaults.
 /// @param run            How long work is run; NULL = the defaults.
 /// @param out            Filled; its struct_size must be set.
-/// @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL = not wanted.
+/// @param point_distance Distance to the surface per point, infinite for points that are not finite; NULL =
+///                       not wanted.
 /// @param capacity       Numbers that `point_distance` has room for, at least points.count unless it is NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_measure_points(

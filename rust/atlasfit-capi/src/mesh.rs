@@ -6,7 +6,8 @@ use crate::status::{Outcome, atlasfit_status, guard};
 use atlasfit::geometry::TriMesh;
 use std::ffi::c_void;
 
-/// A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there is.
+/// A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what
+/// there is.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_mesh {
@@ -26,23 +27,27 @@ pub struct atlasfit_mesh {
     pub triangles: *const u32,
     /// Number of triangles, below 2^32 / 3.
     pub triangle_count: usize,
-    /// Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none. Read by atlasfit_measure_uv(),
-    /// atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
+    /// Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none.
+    /// Read by atlasfit_measure_uv(), atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
     pub corner_uv: *const f32,
-    /// A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by atlasfit_unwrap().
-    pub face_group: *const u32,
-    /// The polygon that each triangle was cut from, any numbers: triangles of one polygon stay in one chart. NULL = all are triangles. Read by
+    /// A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by
     /// atlasfit_unwrap().
+    pub face_group: *const u32,
+    /// The polygon that each triangle was cut from; any numbers name polygons. Triangles of one polygon stay
+    /// in one chart. NULL = each triangle is a polygon. Read by atlasfit_unwrap().
     pub face_polygon: *const u32,
-    /// Edges that must be seams, as pairs of vertex indices; pairs that are no edge are left out. NULL = none. Read by atlasfit_unwrap().
+    /// Edges that must be seams, as pairs of vertex indices; a pair that is no edge is left out. NULL = none.
+    /// Read by atlasfit_unwrap().
     pub seam_edges: *const u32,
     /// Number of seam edges.
     pub seam_edge_count: usize,
-    /// The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by atlasfit_measure_uv() and atlasfit_bake().
+    /// The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by
+    /// atlasfit_measure_uv() and atlasfit_bake().
     pub face_page: *const u32,
-    /// Width and height of a page, in texels or any other unit; 0 and 0 = square. Read by atlasfit_measure_uv().
+    /// Width of a page, in texels or any other unit; 0, with a height of 0 = pages are square. Read by
+    /// atlasfit_measure_uv().
     pub page_width: u32,
-    /// See page_width.
+    /// Height of a page, in the unit of page_width.
     pub page_height: u32,
     /// Colours of the vertices. NULL = none. Read by atlasfit_bake().
     pub colors: *const c_void,
@@ -93,7 +98,7 @@ pub unsafe extern "C" fn atlasfit_mesh_init(mesh: *mut atlasfit_mesh, struct_siz
     guard("atlasfit_mesh_init", || unsafe { sized::init(mesh, struct_size) })
 }
 
-/// A mesh as the core's, and what the core's has no column for.
+/// A mesh as the core's, and the columns that the core's has no place for.
 pub(crate) struct Mesh {
     pub mesh: TriMesh,
     pub face_page: Option<Vec<u32>>,

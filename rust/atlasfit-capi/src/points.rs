@@ -9,12 +9,13 @@ use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
 use std::ffi::{c_char, c_void};
 
-/// One number per point, or a few, that the surface is to carry: intensity, scan id. Numbers of an integer type are labels, copied from the
-/// nearest point; floats are averaged.
+/// One or a few numbers per point that the surface is to carry: intensity or scan id, for example. Numbers of
+/// an integer type are labels, copied from the nearest point; floats are averaged.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_attribute {
-    /// sizeof(atlasfit_attribute); the same for all attributes of an array, whose elements are this far apart.
+    /// sizeof(atlasfit_attribute), in bytes. All attributes of an array have the same: it is the distance
+    /// between them.
     pub struct_size: usize,
     /// Name in UTF-8, for error texts; may be NULL.
     pub name: *const c_char,
@@ -50,7 +51,8 @@ unsafe impl Sized for atlasfit_attribute {
 pub struct atlasfit_points {
     /// sizeof(atlasfit_points).
     pub struct_size: usize,
-    /// Positions: x, y, z of each point, of type `scalar`, in any unit. Points that are not finite are left out and counted.
+    /// Positions: x, y, z of each point, of type `scalar`, in any unit. Points that are not finite are left
+    /// out and counted.
     pub positions: *const c_void,
     /// Number of points, below 2^32 - 1.
     pub count: usize,
@@ -60,8 +62,8 @@ pub struct atlasfit_points {
     pub scalar: u32,
     /// Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
     pub color_width: u32,
-    /// Normals: 3 floats per point. They do not steer the fit, which finds normals and the outside by itself: points that end up on no
-    /// chart keep theirs in the result. NULL = none. Default NULL.
+    /// Normals: 3 floats per point. The fit does not use them: it finds normals and the outside by itself.
+    /// Points that end up on no chart keep theirs in the result. NULL = none. Default NULL.
     pub normals: *const f32,
     /// Bytes from one normal to the next; 0 = tightly packed.
     pub normal_stride: usize,
@@ -124,11 +126,11 @@ pub unsafe extern "C" fn atlasfit_points_init(
     guard("atlasfit_points_init", || unsafe { sized::init(points, struct_size) })
 }
 
-/// Numbers per point of one attribute, at the most: a larger one is garbage.
+/// Numbers per point of one attribute, at the most: a larger number is garbage.
 const WIDEST: u32 = 64;
 /// Attributes, at the most.
 const MOST_ATTRIBUTES: u32 = 1024;
-/// Bytes of an attribute's name, at the most: a longer one is not terminated.
+/// Bytes of an attribute's name, at the most: a longer name is taken for one without its end.
 const LONGEST_NAME: usize = 4096;
 
 unsafe fn attribute(a: &atlasfit_attribute, index: usize, count: usize) -> Outcome<Attribute> {

@@ -1,4 +1,5 @@
-//! What denoising made: one handle, its report, getters that copy its arrays, the atlas as a handle of its own.
+//! What denoising made: one handle, its report, getters that copy its arrays, the atlas as a handle of its
+//! own.
 
 use crate::arrays::{available, copy_out};
 use crate::atlas::atlasfit_atlas;
@@ -10,7 +11,8 @@ use atlasfit::atlas::query::Atlas;
 use atlasfit::pipeline::Denoised;
 use std::sync::Arc;
 
-/// What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads may read one at once.
+/// What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads
+/// may read one at once.
 pub struct atlasfit_result(());
 
 /// What a result handle holds.
@@ -147,7 +149,8 @@ pub unsafe extern "C" fn atlasfit_result_report(
     })
 }
 
-/// Copies the denoised positions: x, y, z per point, in input order. Outliers (where kept) and points that are not finite are where they were.
+/// Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, and points that
+/// are not finite, are where they were.
 ///
 /// @param xyz      Room for `capacity` numbers.
 /// @param capacity At least 3 * report.points.
@@ -163,7 +166,8 @@ pub unsafe extern "C" fn atlasfit_result_point_positions(
     })
 }
 
-/// Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal that was given, or zeros.
+/// Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal
+/// that was given, or zeros.
 ///
 /// @param normals  Room for `capacity` numbers.
 /// @param capacity At least 3 * report.points.
@@ -180,7 +184,8 @@ pub unsafe extern "C" fn atlasfit_result_point_normals(
     })
 }
 
-/// Copies, for each denoised point, the index of the given point that it was. Without dropped outliers these are 0, 1, 2, ...
+/// Copies, for each denoised point, the index of the given point that it came from: 0, 1, 2, ... unless
+/// outliers are dropped.
 ///
 /// @param sources  Room for `capacity` numbers.
 /// @param capacity At least report.points.
@@ -196,7 +201,8 @@ pub unsafe extern "C" fn atlasfit_result_point_sources(
     })
 }
 
-/// Copies, for each denoised point, the chart of the atlas that weighs most there; UINT32_MAX for a point on no chart: an outlier, or not finite.
+/// Copies, for each denoised point, the chart of the atlas that has the largest weight there; UINT32_MAX for
+/// a point on no chart, which is an outlier or not finite.
 ///
 /// @param charts   Room for `capacity` numbers.
 /// @param capacity At least report.points.
@@ -261,7 +267,8 @@ pub unsafe extern "C" fn atlasfit_result_surface_triangles(
     })
 }
 
-/// Copies the surface's UVs: u, v in [0, 1], v up, for each corner of each triangle. #ATLASFIT_NOT_AVAILABLE without UVs.
+/// Copies the surface's UVs: u, v in [0, 1], v up, for each corner of each triangle. #ATLASFIT_NOT_AVAILABLE
+/// where the surface has none.
 ///
 /// @param corner_uv Room for `capacity` numbers.
 /// @param capacity  At least 6 * report.triangles.
@@ -278,7 +285,8 @@ pub unsafe extern "C" fn atlasfit_result_surface_corner_uv(
     })
 }
 
-/// Copies the UV chart of each triangle, 0 to report.uv_charts - 1; UINT32_MAX where there is none. #ATLASFIT_NOT_AVAILABLE without UVs.
+/// Copies the UV chart of each triangle, 0 to report.uv_charts - 1, or UINT32_MAX for a triangle on no chart.
+/// #ATLASFIT_NOT_AVAILABLE where the surface has no UVs.
 ///
 /// @param face_charts Room for `capacity` numbers.
 /// @param capacity    At least report.triangles.
@@ -295,7 +303,8 @@ pub unsafe extern "C" fn atlasfit_result_surface_face_charts(
     })
 }
 
-/// Copies the surface's colours: red, green, blue, alpha per vertex, 0 to 1. #ATLASFIT_NOT_AVAILABLE where the points had none.
+/// Copies the surface's colours: red, green, blue, alpha per vertex, 0 to 1. #ATLASFIT_NOT_AVAILABLE where
+/// the points had none.
 ///
 /// @param rgba     Room for `capacity` numbers.
 /// @param capacity At least 4 * report.vertices.
@@ -337,7 +346,8 @@ pub unsafe extern "C" fn atlasfit_result_surface_attribute(
     })
 }
 
-/// The atlas that was fitted, as a handle of its own: it outlives the result, shares its memory, and is freed with atlasfit_atlas_free().
+/// Gives the atlas that was fitted, as a handle of its own. It outlives the result and shares its memory.
+/// Free it with atlasfit_atlas_free().
 ///
 /// @param out Where the atlas is put; NULL on failure.
 #[unsafe(no_mangle)]

@@ -27,8 +27,9 @@ pub unsafe extern "C" fn atlasfit_cancel_new(out: *mut *mut atlasfit_cancel) -> 
     })
 }
 
-/// Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no output. From any thread, but not from a signal
-/// handler (set a flag there, and return 0 from the progress callback).
+/// Asks every run that holds the token to stop: it returns #ATLASFIT_CANCELLED within 100 ms and leaves no
+/// output. May be called from any thread, but not from a signal handler: set a flag there, and return 0 from
+/// the progress callback.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_cancel_request(token: *const atlasfit_cancel) -> atlasfit_status {
     guard("atlasfit_cancel_request", || {
@@ -43,10 +44,12 @@ pub unsafe extern "C" fn atlasfit_cancel_free(token: *mut atlasfit_cancel) -> at
     guard("atlasfit_cancel_free", || handle::free(token))
 }
 
-/// Told how far a run is. Called on the thread that called into the library, at most 50 times a second. It must return (no longjmp, no C++ exception).
+/// A callback that is told how far a run is, on the thread that called into the library, at most 50 times a
+/// second. It must return: no longjmp, no C++ exception.
 ///
 /// @param user     The atlasfit_run's progress_user.
-/// @param stage    The running stage; its name is atlasfit_stage_name(). Stages may come back and numbers may be added.
+/// @param stage    The running stage; atlasfit_stage_name() gives its name. A stage may come again, and later
+///                 versions may add stages.
 /// @param fraction Share of the stage that is done, in [0, 1].
 /// @return 0 to cancel, anything else to go on.
 pub type atlasfit_progress_fn =
@@ -66,13 +69,14 @@ pub struct atlasfit_run {
     pub reserved: u32,
     /// Seconds after which the run gives up with #ATLASFIT_TIMED_OUT; 0 = no limit. Default 0.
     pub time_limit_s: f64,
-    /// Bytes that the run's own estimate of its need may not exceed (#ATLASFIT_OUT_OF_MEMORY); 0 = no limit. Default 0.
+    /// Bytes of memory: a run whose own estimate is larger fails with #ATLASFIT_OUT_OF_MEMORY; 0 = no limit.
+    /// Default 0.
     pub memory_limit_bytes: u64,
-    /// Told how far the run is; may be NULL. Default NULL.
+    /// The callback that is told how far the run is; may be NULL. Default NULL.
     pub progress: atlasfit_progress_fn,
     /// Handed to the callback as it is. Default NULL.
     pub progress_user: *mut c_void,
-    /// Cancels from another thread; may be NULL. Borrowed for the call. Default NULL.
+    /// A token that cancels the run from another thread; may be NULL. Borrowed for the call. Default NULL.
     pub cancel: *const atlasfit_cancel,
 }
 
@@ -104,10 +108,10 @@ pub unsafe extern "C" fn atlasfit_run_init(run: *mut atlasfit_run, struct_size: 
     guard("atlasfit_run_init", || unsafe { sized::init(run, struct_size) })
 }
 
-/// More threads than any machine has cores: a number beyond is garbage.
+/// Worker threads, at the most: more than any machine has cores, so a larger number is garbage.
 const MOST_THREADS: u32 = 4096;
 
-/// The core's run. It calls the callback, so it must stay on this thread.
+/// The core's run. It calls the caller's callback, so it must stay on this thread.
 pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>> {
     let r = unsafe { sized::read_or_default(run) }?;
     if r.threads > MOST_THREADS {
@@ -137,15 +141,16 @@ pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>>
     })
 }
 
-/// A run for work of milliseconds that must not be cancelled.
+/// A run for work that takes milliseconds and is not cancelled.
 pub(crate) fn brief_run() -> Run<'static> {
     Run { threads: 1, ..Run::default() }
 }
 
-/// Stages that are numbered at the most: the length of atlasfit_report's stage_seconds.
+/// Length of stage_seconds in #atlasfit_report: no version numbers more stages.
 pub const ATLASFIT_STAGE_LIMIT: usize = 16;
 
-/// A short name for a stage, lower case: "fitting charts". Static text, never NULL; "working" for a number that is no stage.
+/// A short name for a stage, in lower case: "fitting charts" for example, or "working" for a number that is
+/// no stage. Static text, never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn atlasfit_stage_name(stage: u32) -> *const c_char {
     let name = match Stage::ALL.get(stage as usize) {

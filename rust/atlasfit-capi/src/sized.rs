@@ -1,14 +1,15 @@
-//! Structs that grow: each begins with `struct_size`, set by the caller to the `sizeof` of the header it was compiled with.
+//! Structs that grow, and checks that their fields share.
 //!
-//! An older, shorter struct gets defaults for what it lacks. A newer, longer one is accepted as long as what this library does not know
-//! is zero.
+//! Each struct begins with `struct_size`, which the caller sets to the `sizeof` of the header it was compiled
+//! with. An older, shorter struct gets defaults for the fields it lacks. A newer, longer one is accepted if
+//! the fields that this library does not know are zero.
 
 use crate::status::{ATLASFIT_ABI_MISMATCH, Failure, Outcome};
 
 /// A struct of the header.
 ///
-/// # Safety
-/// `repr(C)`, first field `struct_size: usize`, plain numbers and raw pointers only (any bytes are a valid value).
+/// # Safety `repr(C)`, first field `struct_size: usize`, plain numbers and raw pointers only (any bytes are a
+/// valid value).
 pub(crate) unsafe trait Sized: Copy {
     /// Its name in error texts.
     const NAME: &str;
@@ -18,7 +19,7 @@ pub(crate) unsafe trait Sized: Copy {
     fn defaults() -> Self;
 }
 
-/// No struct of any version is as large as this: larger sizes are garbage.
+/// Bytes of a struct, at the most: no version of any struct comes near, so a larger size is garbage.
 const LARGEST: usize = 4096;
 
 fn mismatch<T: Sized>(size: usize, advice: &str) -> Failure {
@@ -101,7 +102,7 @@ pub(crate) unsafe fn read_or_default<T: Sized>(from: *const T) -> Outcome<T> {
     if from.is_null() { Ok(T::defaults()) } else { unsafe { read(from) } }
 }
 
-/// A field that later versions may give a meaning.
+/// Checks a field that later versions may give a meaning.
 pub(crate) fn zero(reserved: u32) -> Outcome {
     if reserved != 0 {
         return Err(Failure::invalid(format!(
@@ -111,7 +112,7 @@ pub(crate) fn zero(reserved: u32) -> Outcome {
     Ok(())
 }
 
-/// A yes or no.
+/// A field that says yes or no.
 pub(crate) fn flag(value: u32, name: &str) -> Outcome<bool> {
     match value {
         0 | 1 => Ok(value == 1),

@@ -13,7 +13,7 @@ pub(crate) struct Split {
     pub uv: Vec<[f32; 2]>,
 }
 
-/// UVs of a vertex that are looked through one after the other; more are looked up.
+/// New vertices of one vertex that are searched one after the other; beyond them a map finds the UV.
 const CHAIN: usize = 8;
 /// No vertex.
 const NONE: u32 = u32::MAX;
@@ -28,7 +28,8 @@ impl Split {
     ) -> Result<Self, atlasfit::Error> {
         let mut out =
             Self { indices: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
-        // The new vertices of each vertex: the last one, and for each new one the one before it.
+        // The new vertices of each vertex as a linked list: the last one, and for each new one the one before
+        // it.
         let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
         let mut more: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
         for (f, (triangle, corners)) in triangles.iter().zip(corner_uv).enumerate() {
@@ -37,19 +38,19 @@ impl Split {
             for ((&v, uv), index) in triangle.iter().zip(corners).zip(&mut index) {
                 let bits = uv.map(f32::to_bits);
                 let mut at = last[v as usize];
-                let mut seen = 0;
-                while at != NONE && seen < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
+                let mut searched = 0;
+                while at != NONE && searched < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
                     at = before[at as usize];
-                    seen += 1;
+                    searched += 1;
                 }
-                if seen == CHAIN {
+                if searched == CHAIN {
                     at = more.get(&(v, bits)).copied().unwrap_or(NONE);
                 }
                 if at == NONE {
                     at = out.source.len() as u32;
                     out.source.push(v);
                     out.uv.push(*uv);
-                    if seen == CHAIN {
+                    if searched == CHAIN {
                         more.insert((v, bits), at);
                         before.push(NONE);
                     } else {

@@ -13,18 +13,21 @@ pub const ATLASFIT_VERSION_MINOR: u32 = 1;
 /// Patch version of this header.
 pub const ATLASFIT_VERSION_PATCH: u32 = 0;
 
-/// What a call came to: #ATLASFIT_OK or one of the failures below. New failures may be added; treat an unknown one as a failure.
+/// The outcome of a call: #ATLASFIT_OK or one of the failures below. New failures may be added: treat an
+/// unknown status as a failure.
 pub type atlasfit_status = i32;
 
 /// Done.
 pub const ATLASFIT_OK: i32 = 0;
 /// An argument or option is out of range, or a pointer that must be given is NULL.
 pub const ATLASFIT_INVALID_ARGUMENT: i32 = 1;
-/// A struct_size fits no version of the struct that this library knows, or a newer header's field is set that it does not know.
+/// A struct_size fits no version of the struct that this library knows, or a field is set that only a newer
+/// library knows.
 pub const ATLASFIT_ABI_MISMATCH: i32 = 2;
 /// A triangle or seam edge names a vertex that does not exist, or a chart index is too large.
 pub const ATLASFIT_INDEX_OUT_OF_RANGE: i32 = 3;
-/// A pointer is no live handle of the kind that is asked for (never was, freed already, or of another kind).
+/// A pointer is no live handle of the kind that is asked for: it never was one, was freed, or is of another
+/// kind.
 pub const ATLASFIT_INVALID_HANDLE: i32 = 4;
 /// Nothing usable was given.
 pub const ATLASFIT_EMPTY_INPUT: i32 = 5;
@@ -40,7 +43,7 @@ pub const ATLASFIT_DIVERGED: i32 = 9;
 pub const ATLASFIT_OUT_OF_MEMORY: i32 = 10;
 /// The input has no surface that could be fitted, or no area that could be measured or unwrapped.
 pub const ATLASFIT_DEGENERATE: i32 = 11;
-/// Bytes that are no atlas file, a damaged one, or one of a newer version.
+/// The bytes are no atlas file, or a damaged one, or one of a newer version.
 pub const ATLASFIT_BAD_FILE: i32 = 12;
 /// The result does not hold what is asked for (UVs of a run without UVs, for example).
 pub const ATLASFIT_NOT_AVAILABLE: i32 = 13;
@@ -107,8 +110,8 @@ fn panic_text(panic: Box<dyn Any + Send>) -> String {
     format!("internal error: {text}. Please report this with the input that caused it")
 }
 
-/// Runs the body of the entry point `entry`: a failure becomes the thread's last error and a status, a panic #ATLASFIT_INTERNAL. Nothing
-/// unwinds into the caller.
+/// Runs the body of the entry point `entry`. A failure becomes the thread's last error and a status, a panic
+/// becomes [`ATLASFIT_INTERNAL`]: nothing unwinds into the caller.
 pub(crate) fn guard(entry: &str, body: impl FnOnce() -> Outcome) -> i32 {
     match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => ATLASFIT_OK,
@@ -117,14 +120,15 @@ pub(crate) fn guard(entry: &str, body: impl FnOnce() -> Outcome) -> i32 {
     }
 }
 
-/// The library's version: major << 24 | minor << 16 | patch << 8. Compare with #ATLASFIT_VERSION: same major (and, while it is 0, same minor)
-/// means that header and library agree.
+/// The library's version: major << 24 | minor << 16 | patch << 8. Header and library agree where it has the
+/// major version of #ATLASFIT_VERSION and, while that is 0, also its minor version.
 #[unsafe(no_mangle)]
 pub extern "C" fn atlasfit_version() -> u32 {
     ATLASFIT_VERSION_MAJOR << 24 | ATLASFIT_VERSION_MINOR << 16 | ATLASFIT_VERSION_PATCH << 8
 }
 
-/// The name of a status, for logs: "invalid argument". Static text, never NULL; "unknown status" for a value that is none.
+/// The name of a status, for logs: "invalid argument" for example, or "unknown status" for a value that is
+/// none. Static text, never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn atlasfit_status_name(status: atlasfit_status) -> *const c_char {
     let name = match status {
@@ -148,11 +152,14 @@ pub extern "C" fn atlasfit_status_name(status: atlasfit_status) -> *const c_char
     name.as_ptr()
 }
 
-/// Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that succeeds leaves it as it is.
+/// Copies the text of this thread's last failed call: what was wrong, where, and what to do. A call that
+/// succeeds keeps the text as it is.
 ///
-/// At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8 characters. `buffer` may be NULL to ask for the length.
+/// At most `capacity` bytes are written, the last of them 0; a longer text is cut between two UTF-8
+/// characters. To ask for the length only, give NULL as `buffer`.
 ///
-/// @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on this thread.
+/// @return The length of the whole text in bytes, without the terminating 0; 0 where no call has failed on
+///         this thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_last_error(buffer: *mut c_char, capacity: usize) -> usize {
     let mut length = 0;

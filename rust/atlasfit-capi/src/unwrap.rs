@@ -12,9 +12,9 @@ use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// atlasfit_unwrap_options.packer: by their shapes: charts lie in each other's bays and holes.
+/// atlasfit_unwrap_options.packer: packs charts by their shapes: they lie in each other's bays and holes.
 pub const ATLASFIT_PACK_SHAPES: u32 = 0;
-/// atlasfit_unwrap_options.packer: by their bounding boxes, in rows: fastest, and wastes most.
+/// atlasfit_unwrap_options.packer: packs charts by their bounding boxes, in rows: fastest, and wastes most.
 pub const ATLASFIT_PACK_BOXES: u32 = 1;
 
 /// How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
@@ -23,10 +23,12 @@ pub const ATLASFIT_PACK_BOXES: u32 = 1;
 pub struct atlasfit_unwrap_options {
     /// sizeof(atlasfit_unwrap_options).
     pub struct_size: usize,
-    /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1. Smaller gives more charts. Default 1.1.
+    /// Bound on the stretch of 95% of the area, more than 1. Stretch is max(s1, 1/s2), with s1 >= s2 the
+    /// singular values of the map from surface to texture, at one texel density for all charts. A smaller
+    /// bound gives more charts. Default 1.1.
     pub max_stretch: f64,
-    /// Most charts: max_stretch is raised as far as that needs; more are still made where the topology or the constraints ask for them. 0 = any number.
-    /// Default 0.
+    /// Most charts: max_stretch is raised until they are enough. More are still made where the topology or
+    /// the constraints need them. 0 = any number. Default 0.
     pub max_charts: u32,
     /// Width of a page in texels, 16 to 65536. Default 1024.
     pub page_width: u32,
@@ -34,17 +36,20 @@ pub struct atlasfit_unwrap_options {
     pub page_height: u32,
     /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
     pub padding: u32,
-    /// Most pages, up to 4096; 0 = one page, or with texels_per_unit as many as that density needs. Default 0.
+    /// Most pages, up to 4096; 0 = one page or, where texels_per_unit is set, as many as that density needs.
+    /// Default 0.
     pub pages: u32,
     /// #ATLASFIT_PACK_SHAPES or #ATLASFIT_PACK_BOXES. Default #ATLASFIT_PACK_SHAPES.
     pub packer: u32,
-    /// 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default 0.
+    /// 1 if seams of the UVs that the mesh already has (atlasfit_mesh.corner_uv) stay seams, else 0. Default
+    /// 0.
     pub keep_uv_seams: u32,
     /// Must be 0.
     pub reserved: u32,
-    /// Texels per unit of length on the surface; 0 = what fills the pages. Default 0.
+    /// Texels per unit of length on the surface; 0 = as many as fill the pages. Default 0.
     pub texels_per_unit: f64,
-    /// Edges that are bent by more than this many degrees are seams, 0 to 180; 180 = none are for that reason. Default 180.
+    /// Edges whose triangles meet at an angle of more than this many degrees are seams, 0 to 180; 180 = none
+    /// are for that reason. Default 180.
     pub hard_edge_angle: f64,
 }
 
@@ -74,7 +79,7 @@ unsafe impl Sized for atlasfit_unwrap_options {
     }
 }
 
-/// No edge is bent by more: none is hard.
+/// Degrees: no two triangles of an edge meet at a larger angle, so none is hard.
 const STRAIGHT: f64 = 180.0;
 
 impl atlasfit_unwrap_options {
@@ -134,16 +139,19 @@ impl Handle for atlasfit_uv {
     const NAME: &str = "UV layout";
 }
 
-/// Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on square pages. The mesh keeps its vertices and
-/// the order of its triangles. Charts so long that one would decide the size of the page are cut across, unless the options set max_charts, a density or
-/// several pages.
+/// Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on
+/// pages of the size that the options say. The mesh keeps its vertices and the order of its triangles. A
+/// chart so long that it alone would decide the scale on the page is cut across, unless the options set
+/// max_charts, a density or several pages.
 ///
-/// @param mesh    The mesh; face_group, face_polygon and seam_edges are heeded, corner_uv with keep_uv_seams.
+/// @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
+///                keep_uv_seams.
 /// @param options How to unwrap; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
-/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a triangle names no vertex),
-///         #ATLASFIT_EMPTY_INPUT or #ATLASFIT_DEGENERATE (no area), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+///         triangle names no vertex), #ATLASFIT_EMPTY_INPUT or #ATLASFIT_DEGENERATE (no area),
+///         #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_unwrap(
     mesh: *const atlasfit_mesh,
@@ -192,11 +200,12 @@ pub struct atlasfit_uv_info {
     pub pages: usize,
     /// Vertices of the mesh in its split form.
     pub split_vertices: usize,
-    /// Triangles of zero area or with repeated or non-finite vertices; they got small valid UV triangles.
+    /// Triangles of zero area or with repeated or non-finite vertices; they got small, valid
+    /// UV triangles.
     pub degenerate_faces: usize,
     /// Triangles that repeat the corners of an earlier one; they got UVs of their own.
     pub duplicate_faces: usize,
-    /// Edges cut because more than two triangles, or two of clashing orientation, meet there.
+    /// Edges that were cut because more than two triangles, or two of opposite orientation, meet there.
     pub non_manifold_edges: usize,
     /// Charts that had to be cut further to stay free of flips and overlaps.
     pub repaired_charts: usize,
@@ -208,13 +217,13 @@ pub struct atlasfit_uv_info {
     pub height: u32,
     /// Texels per unit of length on the surface.
     pub texels_per_unit: f64,
-    /// The stretch bound that was held: max_stretch, or more where max_charts asked for it.
+    /// The stretch bound that was kept: max_stretch, or more where max_charts needed it.
     pub stretch_bound: f64,
     /// Share of the area stretched beyond the bound.
     pub over_stretched: f64,
     /// Share of the pages that lies under triangles.
     pub coverage: f64,
-    /// Wall time of unwrapping, in seconds, without reading the mesh in and making the split form.
+    /// Wall time of unwrapping, in seconds, without the copying of the mesh and the making of the split form.
     pub seconds: f64,
 }
 
@@ -308,13 +317,15 @@ pub unsafe extern "C" fn atlasfit_uv_face_pages(
     })
 }
 
-/// Copies the split form, one vertex per pair of vertex and UV: what graphics cards and glTF want.
+/// Copies the split form of the mesh, with one vertex per pair of vertex and UV: what graphics cards and glTF
+/// take.
 ///
 /// @param indices         Three new vertices per triangle, in the mesh's order.
 /// @param index_capacity  Numbers that `indices` has room for, at least 3 * info.triangles.
 /// @param sources         The mesh's vertex that each new vertex came from.
 /// @param vertex_uv       u, v of each new vertex.
-/// @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least info.split_vertices.
+/// @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least
+///                        info.split_vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_uv_split(
     uv: *const atlasfit_uv,
@@ -333,7 +344,8 @@ pub unsafe extern "C" fn atlasfit_uv_split(
             return Err(Failure::new(
                 ATLASFIT_BUFFER_TOO_SMALL,
                 format!(
-                    "the capacities are {index_capacity} indices and {vertex_capacity} vertices, but there are {} and {}",
+                    "the capacities are {index_capacity} indices and {vertex_capacity} vertices, \
+                     but there are {} and {}",
                     3 * s.indices.len(),
                     s.source.len()
                 ),

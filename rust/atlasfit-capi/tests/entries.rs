@@ -1,4 +1,5 @@
-//! Every function of the header, called with NULL, wrong sizes, absurd counts, wrong handles: a status and a text, never a crash.
+//! Every function of the header, called with NULL, wrong sizes, absurd counts, wrong handles: a status and a
+//! text, never a crash.
 #![expect(clippy::type_complexity, reason = "tables of calls")]
 
 mod scene;

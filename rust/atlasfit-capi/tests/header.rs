@@ -1,4 +1,5 @@
-//! include/atlasfit.h is what cbindgen writes from this crate. `ATLASFIT_BLESS=1 cargo test -p atlasfit-capi --test header` rewrites it.
+//! include/atlasfit.h is what cbindgen writes from this crate. `ATLASFIT_BLESS=1 cargo test -p atlasfit-capi
+//! --test header` rewrites it.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Structs lie in memory as C and C++ see them: sizes and offsets of Rust's are asserted by the C and the C++ compiler.
+//! Structs lie in memory as C and C++ see them: sizes and offsets of Rust's are asserted by the C and the C++
+//! compiler.
 
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
@@ -15,44 +16,73 @@ use std::process::Command;
 
 macro_rules! layouts {
     ($($name:ident { $($field:ident)* })*) => {
-        vec![$((stringify!($name), size_of::<$name>(), vec![$((stringify!($field), offset_of!($name, $field))),*])),*]
+        vec![$((
+            stringify!($name),
+            size_of::<$name>(),
+            vec![$((stringify!($field), offset_of!($name, $field))),*],
+        )),*]
     };
 }
 
 #[test]
 fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
     let all = layouts! {
-        atlasfit_run { struct_size seed threads reserved time_limit_s memory_limit_bytes progress progress_user cancel }
+        atlasfit_run {
+            struct_size seed threads reserved time_limit_s memory_limit_bytes progress progress_user cancel
+        }
         atlasfit_attribute { struct_size name values stride width scalar }
-        atlasfit_points { struct_size positions count stride scalar color_width normals normal_stride colors color_stride color_scalar
-            attribute_count attributes }
-        atlasfit_mesh { struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv face_group face_polygon
-            seam_edges seam_edge_count face_page page_width page_height colors color_stride color_scalar color_width }
-        atlasfit_denoise_options { struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
-            network_iterations recipe network_stretch_weight network_learning_rate }
-        atlasfit_report { struct_size points_given not_finite duplicates outliers points vertices triangles charts uv_charts parts
-            boundary_loops boundary_edges filled_holes attributes one_sided has_uv has_colors reserved spacing noise voxel stage_seconds }
+        atlasfit_points {
+            struct_size positions count stride scalar color_width normals normal_stride colors color_stride
+            color_scalar attribute_count attributes
+        }
+        atlasfit_mesh {
+            struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv
+            face_group face_polygon seam_edges seam_edge_count face_page page_width page_height colors
+            color_stride color_scalar color_width
+        }
+        atlasfit_denoise_options {
+            struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
+            network_iterations recipe network_stretch_weight network_learning_rate
+        }
+        atlasfit_report {
+            struct_size points_given not_finite duplicates outliers points vertices triangles charts
+            uv_charts parts boundary_loops boundary_edges filled_holes attributes one_sided has_uv
+            has_colors reserved spacing noise voxel stage_seconds
+        }
         atlasfit_atlas_info { struct_size charts origin unit }
         atlasfit_projection { struct_size capacity positions normals charts chart_uv distances }
-        atlasfit_unwrap_options { struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams reserved
-            texels_per_unit hard_edge_angle }
-        atlasfit_uv_info { struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces non_manifold_edges
-            repaired_charts split_polygons width height texels_per_unit stretch_bound over_stretched coverage seconds }
+        atlasfit_unwrap_options {
+            struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams
+            reserved texels_per_unit hard_edge_angle
+        }
+        atlasfit_uv_info {
+            struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces
+            non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
+            over_stretched coverage seconds
+        }
         atlasfit_bake_options { struct_size width height padding page }
-        atlasfit_topology { struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges boundary_loops
-            non_manifold_edges non_manifold_vertices inconsistent_edges euler genus orientable closed }
-        atlasfit_uv_quality { struct_size faces charts flips degenerate overlapping_faces seam stretch_l2 stretch_linf stretch_median
-            stretch_p95 conformal overlap coverage inside finite }
+        atlasfit_topology {
+            struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges
+            boundary_loops non_manifold_edges non_manifold_vertices inconsistent_edges euler genus
+            orientable closed
+        }
+        atlasfit_uv_quality {
+            struct_size faces charts flips degenerate overlapping_faces seam stretch_l2 stretch_linf
+            stretch_median stretch_p95 conformal overlap coverage inside finite
+        }
         atlasfit_distance_options { struct_size samples chamfer_samples threshold }
         atlasfit_distance_stats { rms mean median p95 p99 max }
-        atlasfit_distance { struct_size accuracy completeness chamfer chamfer_floor f_score threshold normal_consistency
-            normal_orientation not_finite }
+        atlasfit_distance {
+            struct_size accuracy completeness chamfer chamfer_floor f_score threshold normal_consistency
+            normal_orientation not_finite
+        }
     };
     let here = env!("CARGO_MANIFEST_DIR");
     let header = std::fs::read_to_string(format!("{here}/../../include/atlasfit.h"))
         .expect("the header lies in include/");
     let mut source = String::from(
-        "#include \"atlasfit.h\"\n#include \"atlasfit.h\"\n#ifdef __cplusplus\n#define _Static_assert static_assert\n#endif\n",
+        "#include \"atlasfit.h\"\n#include \"atlasfit.h\"\n\
+         #ifdef __cplusplus\n#define _Static_assert static_assert\n#endif\n",
     );
     for (name, size, fields) in &all {
         let _ = writeln!(source, "_Static_assert(sizeof({name}) == {size}, \"size\");");

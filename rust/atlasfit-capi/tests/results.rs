@@ -1,4 +1,5 @@
-//! What comes through the C ABI is what the core makes, whatever the caller's memory looks like and however many threads ask.
+//! What comes through the C ABI is what the core makes, whatever the caller's memory looks like and however
+//! many threads ask.
 #![expect(clippy::type_complexity, reason = "all that a projection gives")]
 
 mod scene;

@@ -3,8 +3,8 @@
 
 mod common;
 
-use atlasfit_capi::atlas::*;
 use atlasfit_capi::arrays::*;
+use atlasfit_capi::atlas::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use common::*;
@@ -20,7 +20,8 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| unsafe {
     let xyz = [0f32, 0.0, 0.0, 1.0, 2.0, 3.0, 1e30, -1e30, f32::NAN];
     let points = atlasfit_points { positions: xyz.as_ptr().cast(), count: 3, ..init(atlasfit_points_init) };
     let mut place = [0f64; 9];
-    let out = atlasfit_projection { capacity: 3, positions: place.as_mut_ptr(), ..init(atlasfit_projection_init) };
+    let out =
+        atlasfit_projection { capacity: 3, positions: place.as_mut_ptr(), ..init(atlasfit_projection_init) };
     fine(atlasfit_atlas_project(atlas, &points, &run(), &out));
     let mut size = 0;
     assert_eq!(atlasfit_atlas_save(atlas, null_mut(), 0, &mut size), 0);

@@ -14,7 +14,8 @@ pub fn run() -> atlasfit_run {
     atlasfit_run { threads: 1, time_limit_s: 20.0, ..init(atlasfit_run_init) }
 }
 
-/// Coordinates: bytes as they are for one point in eight, else small numbers, so that there is a shape to fit.
+/// Coordinates: bytes as they are for one point in eight, else small numbers, so that there is a shape to
+/// fit.
 #[allow(dead_code)]
 pub fn coordinates(bytes: &[u8], most: usize) -> Vec<f32> {
     let whole = bytes.chunks_exact(4).take(most);

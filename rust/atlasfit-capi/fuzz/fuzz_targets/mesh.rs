@@ -4,9 +4,9 @@
 mod common;
 
 use atlasfit_capi::arrays::*;
+use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
-use atlasfit_capi::measure::*;
 use atlasfit_capi::unwrap::*;
 use common::*;
 use std::ptr::null_mut;
@@ -19,8 +19,13 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
     }
     let xyz = coordinates(&rest[..split], 3 * vertices);
     // Indices of one byte: mostly in range.
-    let triangles: Vec<u32> = rest[split..].iter().take(900).map(|b| u32::from(*b) % (vertices as u32 + u32::from(a == 255)).max(1)).collect();
-    let corner_uv: Vec<f32> = triangles.iter().flat_map(|t| [*t as f32 / 7.0 % 1.0, *t as f32 / 16.0]).collect();
+    let triangles: Vec<u32> = rest[split..]
+        .iter()
+        .take(900)
+        .map(|b| u32::from(*b) % (vertices as u32 + u32::from(a == 255)).max(1))
+        .collect();
+    let corner_uv: Vec<f32> =
+        triangles.iter().flat_map(|t| [*t as f32 / 7.0 % 1.0, *t as f32 / 16.0]).collect();
     let mesh = atlasfit_mesh {
         positions: xyz.as_ptr().cast(),
         vertex_count: vertices,

@@ -3,11 +3,11 @@
 
 mod common;
 
-use atlasfit_capi::denoise::*;
-use atlasfit_capi::result::*;
 use atlasfit_capi::arrays::*;
+use atlasfit_capi::denoise::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
+use atlasfit_capi::result::*;
 use common::*;
 use std::ptr::null_mut;
 
@@ -22,7 +22,11 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
         fill_holes: if a & 8 == 0 { 0.0 } else { f64::from(b) },
         ..init(atlasfit_denoise_options_init)
     };
-    let points = atlasfit_points { positions: xyz.as_ptr().cast(), count: xyz.len() / 3, ..init(atlasfit_points_init) };
+    let points = atlasfit_points {
+        positions: xyz.as_ptr().cast(),
+        count: xyz.len() / 3,
+        ..init(atlasfit_points_init)
+    };
     let mut result = null_mut();
     unsafe {
         let status = atlasfit_denoise(&points, &options, &run(), &mut result);
