@@ -46,7 +46,7 @@ pub fn output_format(path: &Path) -> Result<Format> {
     }
 }
 
-/// Writes a file of a benchmark. Results of the other commands are written beside the output first, then renamed.
+/// Writes a file of a benchmark, in place: the other commands write beside the output first, then rename.
 pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     std::fs::write(path, content).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -1,7 +1,8 @@
-//! The `atlasfit` program: denoises scans, unwraps meshes, tells what files hold, converts them, measures results, draws pictures.
+//! The `atlasfit` program: denoises scans, unwraps meshes, tells what files hold, converts them, measures
+//! results, draws pictures.
 //!
-//! Results go to standard output (text, or one JSON object with `--json`), progress and warnings to standard error.
-//! Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
+//! Results go to standard output (text, or one JSON object with `--json`), progress and warnings to standard
+//! error. Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
 
 mod commands;
 mod console;

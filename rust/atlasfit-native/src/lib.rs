@@ -5,8 +5,8 @@ mod xatlas;
 
 use atlasfit::unwrap::PagePacker;
 
-/// xatlas as a packer for [`unwrap_with`](atlasfit::unwrap::unwrap_with), on square pages; `None` where it is not built
-/// in (feature `xatlas`).
+/// xatlas as a packer for [`unwrap_with`](atlasfit::unwrap::unwrap_with), on square pages; `None` where it is
+/// not built in (feature `xatlas`).
 #[must_use]
 pub fn xatlas() -> Option<&'static dyn PagePacker> {
     #[cfg(feature = "xatlas")]

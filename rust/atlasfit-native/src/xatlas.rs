@@ -1,14 +1,15 @@
 //! xatlas (Jonathan Young, MIT) as a packer: only its packing is used.
 //!
-//! In: flat charts in texels. Out: a spot for each.
+//! In: flat charts in texels. Out: a page and a place on it for each.
 //!
-//! What it does otherwise than asked for, and what is done about it:
-//! - It stretches every chart to whole texels, so a chart of its true size, put in the middle, comes up to half a texel
-//!   nearer its neighbours: the padding asked of it makes up for that.
-//! - Its quarter turns are mirrorings: they are off.
-//! - It leaves out faces without area; a chart that it would so tear is packed as its bounding box.
-//! - The crate's safe functions count vertices wrongly for flat charts and read a chart type that is not set there: the
-//!   bindings are used instead.
+//! Where xatlas does not do what is asked of it, and how that is handled:
+//! - It stretches every chart to whole texels. A chart of its true size, put in the middle of the stretched
+//!   one, comes up to half a texel nearer to its neighbours: a larger padding makes up for that.
+//! - Its quarter turns mirror the chart: they are off.
+//! - It leaves out faces without area. A chart that would fall apart without them is packed as its bounding
+//!   box.
+//! - The crate's safe functions count vertices wrongly for flat charts, and read a chart type that is not set
+//!   for them: the bindings are used instead.
 #![allow(unsafe_code)]
 
 use atlasfit::unwrap::{FlatChart, PagePacker, Pages, Spot};
@@ -18,10 +19,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 use xatlas_rs_v2::root::xatlas as ffi;
 
-/// xatlas takes faces of no more area than this for faces without area.
+/// xatlas takes faces of no more area than this for faces without area, in square texels.
 const NO_AREA: f32 = f32::EPSILON;
 
-/// The packer.
+/// xatlas as a packer.
 pub struct Xatlas;
 
 impl PagePacker for Xatlas {
@@ -40,19 +41,22 @@ impl PagePacker for Xatlas {
         }
         let mut input = Input::default();
         charts.iter().for_each(|c| input.push(c));
-        // The border stays free; between charts xatlas leaves twice its padding, of which stretching takes up to a texel.
+        // The border stays free. Between charts xatlas leaves twice its padding; stretching takes up to a
+        // texel of that.
         let inner = width - 2 * pages.padding;
         let padding = (pages.padding + 1).div_ceil(2);
         let longest = input.uv.iter().flatten().fold(0f32, |a, &x| a.max(x));
         if longest.ceil() > (inner - 1) as f32 {
             return Ok(None);
         }
-        let Some((atlases, packed)) = pack(&input, inner, padding, ctx)? else { return Ok(None) };
-        if atlases > pages.most {
+        let Some(Packed { pages: used, vertices }) = pack(&input, inner, padding, ctx)? else {
+            return Ok(None);
+        };
+        if used > pages.most {
             return Ok(None);
         }
         let spots = charts.iter().enumerate().map(|(c, chart)| {
-            let own = &packed[input.first[c] as usize..input.first[c + 1] as usize];
+            let own = &vertices[input.first[c] as usize..input.first[c + 1] as usize];
             let torn = || Error::Internal { what: format!("xatlas tore chart {c}") };
             let (atlas, id) = own.first().map(|v| (v.atlasIndex, v.chartIndex)).ok_or_else(torn)?;
             if atlas < 0 || own.iter().any(|v| (v.atlasIndex, v.chartIndex) != (atlas, id)) {
@@ -134,7 +138,7 @@ fn in_one_piece(uv: &[[f32; 2]], triangles: &[[u32; 3]]) -> bool {
     pieces == 1
 }
 
-/// Frees the atlas.
+/// An atlas of xatlas, freed when dropped.
 struct Atlas(*mut ffi::Atlas);
 
 impl Drop for Atlas {
@@ -151,13 +155,16 @@ unsafe extern "C" fn go_on(_: ffi::ProgressCategory, _: c_int, ctx: *mut c_void)
     catch_unwind(AssertUnwindSafe(|| ctx.check().is_ok())).unwrap_or(false)
 }
 
-/// The number of pages of `side` texels that xatlas fills, and every vertex in its place; `None` if nothing came back.
-fn pack(
-    input: &Input,
-    side: u32,
-    padding: u32,
-    ctx: &Context<'_>,
-) -> Result<Option<(u32, Vec<ffi::Vertex>)>, Error> {
+/// What xatlas gives back.
+struct Packed {
+    /// Number of pages.
+    pages: u32,
+    /// Every vertex in its place.
+    vertices: Vec<ffi::Vertex>,
+}
+
+/// Packs on pages of `side` texels; `None` if nothing came back.
+fn pack(input: &Input, side: u32, padding: u32, ctx: &Context<'_>) -> Result<Option<Packed>, Error> {
     let decl = ffi::UvMeshDecl {
         vertexUvData: input.uv.as_ptr().cast(),
         indexData: input.indices.as_ptr().cast(),
@@ -195,8 +202,8 @@ fn pack(
         rotateCharts: false,
     };
     static QUIET: Once = Once::new();
-    // SAFETY: the calls come in the order that xatlas.h asks for; `decl` points into `input`, which outlives them; the
-    // output is read while the atlas lives, and copied.
+    // SAFETY: the calls come in the order that xatlas.h asks for; `decl` points into `input`, which outlives
+    // them; the output is read while the atlas lives, and copied.
     unsafe {
         // It would print warnings to the standard output.
         QUIET.call_once(|| ffi::SetPrint(None, false));
@@ -217,6 +224,6 @@ fn pack(
         }
         let mesh = &*out.meshes;
         let vertices = std::slice::from_raw_parts(mesh.vertexArray, mesh.vertexCount as usize);
-        Ok(Some((out.atlasCount, vertices.to_vec())))
+        Ok(Some(Packed { pages: out.atlasCount, vertices: vertices.to_vec() }))
     }
 }

@@ -90,7 +90,8 @@ mod with {
         if crossing { 0.0 } else { least }
     }
 
-    /// No flips, no overlaps, and the padding free round every chart and at the border, to a hundredth of a texel.
+    /// No flips, no overlaps, and the padding free round every chart and at the border, to a hundredth of a
+    /// texel.
     fn check(mesh: &TriMesh, uv: &UvLayout, padding: u32) {
         assert_eq!(uv.corner_uv.len(), mesh.triangles.len());
         let size = [f64::from(uv.width), f64::from(uv.height)];

@@ -1,6 +1,7 @@
 //! `atlasfit info`: what a file holds, and what is odd about it.
 //!
-//! Spacing and noise are those that `denoise` would start from: of the distinct finite points, estimated by the core.
+//! Spacing and noise are those that `denoise` starts from: the core's estimates for the distinct finite
+//! points.
 
 use crate::commands::measure::{BYTES_PER_FACE, topology_json, topology_text};
 use crate::console::{Console, RunArgs};
@@ -38,12 +39,19 @@ struct Facts {
     extent: Option<[[f64; 3]; 2]>,
     spacing: Option<f64>,
     noise: Option<f64>,
-    /// Groups of a cloud's points, and the points that belong to none.
-    groups: Option<(usize, usize)>,
+    groups: Option<Groups>,
     topology: Option<Topology>,
 }
 
-/// Memory for one point: copies, tree, neighbours (measured, rounded up).
+/// How a cloud's points hang together.
+struct Groups {
+    /// Groups of points.
+    count: usize,
+    /// Points that belong to none.
+    stray: usize,
+}
+
+/// Bytes for one point: copies, tree, neighbours (measured, rounded up).
 const BYTES_PER_POINT: u64 = 250;
 
 /// Tells.
@@ -58,16 +66,19 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         "file": args.file, "format": format.name(), "bytes": bytes, "points": mesh.positions.len(),
         "faces": mesh.triangles.len(), "attributes": attributes(&mesh),
         "extent": facts.extent.map(|[min, max]| json!({ "min": min.map(number), "max": max.map(number) })),
-        "not_finite": facts.not_finite, "duplicates": facts.duplicates, "duplicate_faces": facts.duplicate_faces,
+        "not_finite": facts.not_finite, "duplicates": facts.duplicates,
+        "duplicate_faces": facts.duplicate_faces,
         "spacing": facts.spacing.map(number), "noise": facts.noise.map(number),
-        "parts": facts.topology.as_ref().map(|t| t.parts).or(facts.groups.map(|g| g.0)),
-        "stray": facts.groups.map(|g| g.1), "topology": facts.topology.as_ref().map(topology_json),
+        "parts": facts.topology.as_ref().map(|t| t.parts).or(facts.groups.as_ref().map(|g| g.count)),
+        "stray": facts.groups.as_ref().map(|g| g.stray),
+        "topology": facts.topology.as_ref().map(topology_json),
         "repairs": repairs, "warnings": warnings,
     });
     console.report(&text(args, format, bytes, &mesh, &facts, &warnings), &json);
     Ok(())
 }
 
+/// Looks at the points and faces.
 fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     let n = mesh.positions.len();
     ctx.reserve(BYTES_PER_POINT * n as u64 + BYTES_PER_FACE * mesh.triangles.len() as u64)?;
@@ -100,7 +111,7 @@ fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     out.noise = Some(scan.noise.sigma * scan.frame.scale);
     if mesh.triangles.is_empty() {
         let (parts, alone) = prepare::parts(&scan, ctx)?;
-        out.groups = Some((parts, alone + scan.input.stray));
+        out.groups = Some(Groups { count: parts, stray: alone + scan.input.stray });
     }
     Ok(out)
 }
@@ -235,12 +246,12 @@ fn text(
         let _ = writeln!(s, "spacing        {}", short(spacing));
         let _ = writeln!(s, "noise          {}", short(noise));
     }
-    if let Some((groups, stray)) = facts.groups {
+    if let Some(groups) = &facts.groups {
         let _ = writeln!(
             s,
             "parts          {}, {} stray points, {} duplicates",
-            count(groups),
-            count(stray),
+            count(groups.count),
+            count(groups.stray),
             count(facts.duplicates)
         );
     }

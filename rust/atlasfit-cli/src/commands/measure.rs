@@ -36,9 +36,11 @@ pub struct Args {
     run: RunArgs,
 }
 
-/// Memory for one face of a mesh while its topology or its UVs are measured: edges, fans, patches (measured, rounded up).
+/// Bytes for one face of a mesh while its topology or its UVs are measured: edges, fans, patches (measured,
+/// rounded up).
 pub const BYTES_PER_FACE: u64 = 150;
-/// Memory for one face of either mesh while distances are measured: the tree over them too (measured, rounded up).
+/// Bytes for one face of either mesh while distances are measured: the above, and the tree over the faces
+/// (measured, rounded up).
 const BYTES_PER_SEARCHED_FACE: u64 = 220;
 
 /// Measures.
@@ -139,7 +141,8 @@ pub fn surface_json(d: &SurfaceDistance) -> Value {
         "chamfer": number(d.chamfer), "chamfer_floor": number(d.chamfer_floor),
         "accuracy": distances_json(&d.accuracy), "completeness": distances_json(&d.completeness),
         "f_score": number(d.f_score), "threshold": number(d.threshold),
-        "normal_consistency": number(d.normal_consistency), "normal_orientation": number(d.normal_orientation),
+        "normal_consistency": number(d.normal_consistency),
+        "normal_orientation": number(d.normal_orientation),
     })
 }
 
@@ -181,7 +184,8 @@ pub fn topology_text(t: &Topology) -> String {
         writeln!(s, "boundary       {} edges in {} loops", count(t.boundary_edges), count(t.boundary_loops));
     let _ = writeln!(
         s,
-        "defects        {} non-manifold edges, {} non-manifold vertices, {} inconsistent edges, {} degenerate faces, {} unused vertices",
+        "defects        {} non-manifold edges, {} non-manifold vertices, {} inconsistent edges, \
+         {} degenerate faces, {} unused vertices",
         count(t.non_manifold_edges),
         count(t.non_manifold_vertices),
         count(t.inconsistent_edges),

@@ -45,7 +45,7 @@ pub struct Args {
     run: RunArgs,
 }
 
-/// The largest picture: its samples take 8 bytes each at 4 per pixel.
+/// Pixels along a side, at the most: a picture's samples take 8 bytes each at 4 per pixel.
 const LARGEST: usize = 8192;
 
 fn size(s: &str) -> Result<[usize; 2], String> {
@@ -62,8 +62,9 @@ fn diameter(s: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number of pixels from 0.1 to 200".into())
 }
 
-/// Memory for one face while it is drawn, and for one pixel of the picture (measured, rounded up).
+/// Bytes for one face while it is drawn (measured, rounded up).
 const BYTES_PER_FACE: usize = 200;
+/// Bytes for one pixel of the picture (measured, rounded up).
 const BYTES_PER_PIXEL: usize = 40;
 
 /// Draws.
@@ -101,7 +102,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     write_png(&args.output, &picture)?;
     let text = format!("{}: {}x{}\n", args.output.display(), picture.size[0], picture.size[1]);
     let json = json!({
-        "file": args.output, "width": picture.size[0], "height": picture.size[1], "not_shown": picture.not_shown,
+        "file": args.output, "width": picture.size[0], "height": picture.size[1],
+        "not_shown": picture.not_shown,
     });
     console.report(&text, &json);
     Ok(())

@@ -1,7 +1,8 @@
 //! Where the picture is taken from.
 //!
-//! In: a view (a name or two angles), the box of what is shown, the picture's size. Out: an orthographic projection to
-//! pixels and depth. Orthographic, because people compare results by laying pictures over each other.
+//! In: a view (a name or two angles), the box of what is shown, the picture's size. Out: an orthographic
+//! projection to pixels and depth. Orthographic, because people compare results by laying pictures over each
+//! other.
 
 use atlasfit::numeric::vec3::Vec3;
 use std::str::FromStr;

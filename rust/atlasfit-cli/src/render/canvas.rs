@@ -1,7 +1,7 @@
 //! A visibility buffer: which primitive is seen at each sample, and how far away it is.
 //!
-//! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample. The picture is cut into
-//! bands of rows; each thread fills its own bands, so that the result does not depend on the threads.
+//! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample. The picture is cut
+//! into bands of rows; each thread fills its own bands, so that the result does not depend on the threads.
 
 use rayon::prelude::*;
 
@@ -17,11 +17,10 @@ pub const NOTHING: u32 = u32::MAX;
 pub enum Primitive {
     /// A triangle.
     Triangle([[f32; 3]; 3]),
-    /// A line of a half width.
-    Line([[f32; 3]; 2], f32),
-    /// A disc of a radius, bulging towards the viewer so that neighbours meet half-way; the last number is
-    /// the depth of its bulge.
-    Disc([f32; 3], f32, f32),
+    /// A line between two ends.
+    Line { ends: [[f32; 3]; 2], half_width: f32 },
+    /// A disc that bulges towards the viewer by a depth, so that discs side by side meet half-way.
+    Disc { centre: [f32; 3], radius: f32, bulge: f32 },
 }
 
 /// What is seen at each sample.
@@ -65,6 +64,7 @@ impl Canvas {
 }
 
 impl Primitive {
+    /// The first and the last row that it may touch; not finite where it is not.
     fn rows(&self) -> (f32, f32) {
         match self {
             Self::Triangle(t) => {
@@ -72,11 +72,11 @@ impl Primitive {
                 let bad = t.iter().flatten().sum::<f32>() * 0.0;
                 (t[0][1].min(t[1][1]).min(t[2][1]) + bad, t[0][1].max(t[1][1]).max(t[2][1]) + bad)
             }
-            Self::Line([a, b], w) => {
+            Self::Line { ends: [a, b], half_width: w } => {
                 let bad = a.iter().chain(b).sum::<f32>() * 0.0;
                 (a[1].min(b[1]) - w + bad, a[1].max(b[1]) + w + bad)
             }
-            Self::Disc(c, r, _) => {
+            Self::Disc { centre: c, radius: r, .. } => {
                 let bad = c.iter().sum::<f32>() * 0.0;
                 (c[1] - r + bad, c[1] + r + bad)
             }
@@ -84,6 +84,7 @@ impl Primitive {
     }
 }
 
+/// One band of rows while it is drawn.
 struct Rows<'a> {
     first: usize,
     count: usize,
@@ -113,14 +114,14 @@ impl Rows<'_> {
     fn draw(&mut self, id: u32, primitive: &Primitive) {
         match primitive {
             Primitive::Triangle(t) => self.triangle(id, t),
-            Primitive::Line([a, b], w) => {
+            Primitive::Line { ends: [a, b], half_width } => {
                 let steps = ((b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil() as usize).clamp(1, 1 << 16);
                 for s in 0..=steps {
                     let t = s as f32 / steps as f32;
-                    self.disc(id, std::array::from_fn(|k| a[k] + t * (b[k] - a[k])), *w, 0.0);
+                    self.disc(id, std::array::from_fn(|k| a[k] + t * (b[k] - a[k])), *half_width, 0.0);
                 }
             }
-            Primitive::Disc(c, r, bulge) => self.disc(id, *c, *r, *bulge),
+            Primitive::Disc { centre, radius, bulge } => self.disc(id, *centre, *radius, *bulge),
         }
     }
 

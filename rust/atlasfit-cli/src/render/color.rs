@@ -13,7 +13,8 @@ pub fn scaled(a: Rgb, s: f32) -> Rgb {
     a.map(|x| x * s)
 }
 
-/// A colour for a chart: hues a golden angle apart, so that any few charts differ; grey where there is no chart.
+/// A colour for a chart: hues a golden angle apart, so that any few charts differ; grey where there is no
+/// chart.
 pub fn chart_color(chart: u32) -> Rgb {
     if chart == u32::MAX {
         return [0.6; 3];
@@ -26,3 +27,20 @@ pub fn chart_color(chart: u32) -> Rgb {
         value - value * saturation * x.min(4.0 - x).clamp(0.0, 1.0)
     })
 }
+
+/// Where nothing is.
+pub const BACKGROUND: Rgb = [1.0, 1.0, 1.0];
+/// Front of a face without a colour of its own.
+pub const FRONT: Rgb = [0.74, 0.77, 0.80];
+/// Back of a face.
+pub const BACK: Rgb = [0.93, 0.55, 0.25];
+/// Edges and seams.
+pub const LINE: Rgb = [0.15, 0.15, 0.2];
+/// Edges with one face.
+pub const BOUNDARY: Rgb = [0.90, 0.05, 0.05];
+/// Edges with more than two faces.
+pub const NON_MANIFOLD: Rgb = [0.90, 0.0, 0.90];
+/// Faces that are turned over in the UV layout.
+pub const FLIPPED: Rgb = [0.0, 0.0, 0.0];
+/// Places of the UV layout that more than one face covers.
+pub const OVERLAP: Rgb = [1.0, 0.0, 0.0];

@@ -1,9 +1,11 @@
 //! `atlasfit bench unwrap`: our layouts beside the peers', mesh by mesh, in one run.
 //!
-//! Peers run through `tests/peers/uv.py` on the same meshes right after ours; all layouts are measured here by the same
-//! code, and on request by an independent judge too. What counts is the median of the per-mesh ratios to a peer.
+//! Peers run through `tests/peers/uv.py` on the same meshes right after ours. All layouts are measured here
+//! by the same code and, on request, by an independent judge too. What counts is the median, over the meshes,
+//! of the ratios to a peer.
 
-use super::{STYLE, cancelled, median, python};
+use super::peers::python;
+use super::shared::{STYLE, cancelled, median};
 use crate::commands::render::write_png;
 use crate::console::{Console, RunArgs, Usage};
 use crate::files;
@@ -35,7 +37,12 @@ pub struct Args {
     #[arg(long, default_value_t = UnwrapOptions::default().max_stretch, value_name = "FACTOR")]
     max_stretch: f64,
     /// Runs per mesh and method; the median time counts
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(
+        long,
+        default_value_t = 1,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=100)
+    )]
     repeat: u32,
     /// Seconds that a peer has for one mesh
     #[arg(long, default_value_t = 600, value_name = "SECONDS")]
@@ -43,7 +50,8 @@ pub struct Args {
     /// Draw the layouts to this folder
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
-    /// Also have our layouts judged by uvmetrics.py in this folder, and tell where it disagrees with our measure
+    /// Also have our layouts judged by uvmetrics.py in this folder, and tell where it disagrees with our
+    /// measure
     #[arg(long, value_name = "DIR")]
     judge: Option<PathBuf>,
     /// Write the table as Markdown
@@ -269,18 +277,22 @@ fn layout(file: &str, triangles: usize) -> Result<Vec<[[f32; 2]; 3]>> {
 fn json_row(r: &Row) -> Value {
     let q = &r.quality;
     json!({
-        "mesh": r.mesh, "method": r.method, "seconds": r.seconds, "faces": q.faces, "charts": q.charts, "seam": q.seam,
-        "stretch_l2": q.stretch_l2, "stretch_p95": q.stretch_p95, "conformal": q.conformal, "coverage": q.coverage,
-        "flips": q.flips, "collapsed": q.degenerate, "overlapping_faces": q.overlapping_faces, "inside": q.inside,
+        "mesh": r.mesh, "method": r.method, "seconds": r.seconds, "faces": q.faces, "charts": q.charts,
+        "seam": q.seam, "stretch_l2": q.stretch_l2, "stretch_p95": q.stretch_p95, "conformal": q.conformal,
+        "coverage": q.coverage, "flips": q.flips, "collapsed": q.degenerate,
+        "overlapping_faces": q.overlapping_faces, "inside": q.inside,
     })
 }
 
-/// A line per mesh with the ratios to the first peer; medians of all methods; medians of the ratios to every peer.
+/// A line per mesh with the ratios to the first peer; medians of all methods; medians of the ratios to every
+/// peer.
 fn table(rows: &[Row], peers: &[String]) -> String {
     let mut out = String::new();
     let _ = writeln!(
         out,
-        "| mesh | faces | method | charts | seam | 95% | L2 | coverage | flips, overlapping, collapsed | s |\n|---|---|---|---|---|---|---|---|---|---|"
+        "| mesh | faces | method | charts | seam | 95% | L2 | coverage \
+         | flips, overlapping, collapsed | s |\n\
+         |---|---|---|---|---|---|---|---|---|---|"
     );
     for r in rows {
         let q = &r.quality;
@@ -304,7 +316,8 @@ fn table(rows: &[Row], peers: &[String]) -> String {
     let of = |method: &str| rows.iter().filter(|r| r.method == method).collect::<Vec<_>>();
     let _ = writeln!(
         out,
-        "\n| method | meshes | charts | seam | 95% | worst | coverage | seconds | with flips, overlaps, collapsed, outside |\n|---|---|---|---|---|---|---|---|---|"
+        "\n| method | meshes | charts | seam | 95% | worst | coverage | seconds \
+         | with flips, overlaps, collapsed, outside |\n|---|---|---|---|---|---|---|---|---|"
     );
     for method in std::iter::once("atlasfit").chain(peers.iter().map(String::as_str)) {
         let own = of(method);

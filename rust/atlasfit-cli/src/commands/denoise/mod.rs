@@ -1,17 +1,17 @@
 //! `atlasfit denoise`: points in; clean points, a stitched surface and chart UVs out.
 
+mod report;
+
 use crate::console::{Console, RunArgs, Usage};
 use crate::files;
-use crate::number::{count, json as number, seconds, short, stages_json};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake};
-use atlasfit::pipeline::{self, Report};
+use atlasfit::pipeline::{self, Denoised};
 use atlasfit_io::{SaveCloud, SaveMesh, Saved, Texture, save_cloud, save_mesh};
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
-use serde_json::json;
-use std::fmt::Write as _;
+use report::Done;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -30,13 +30,31 @@ pub struct Args {
     #[arg(long)]
     ascii: bool,
     /// Standard deviation of the scan's noise in its unit, or auto
-    #[arg(long, default_value = "auto", value_name = "auto|LENGTH", value_parser = auto_length, help_heading = "Fit")]
+    #[arg(
+        long,
+        default_value = "auto",
+        value_name = "auto|LENGTH",
+        value_parser = auto_length,
+        help_heading = "Fit"
+    )]
     noise: Auto<f64>,
     /// Fineness of the surface: 1 = what the data supports, 0.5 = half as fine
-    #[arg(long, default_value_t = DenoiseOptions::default().detail, value_name = "FACTOR", value_parser = positive, help_heading = "Fit")]
+    #[arg(
+        long,
+        default_value_t = DenoiseOptions::default().detail,
+        value_name = "FACTOR",
+        value_parser = positive,
+        help_heading = "Fit"
+    )]
     detail: f64,
     /// Number of charts, or auto
-    #[arg(long, default_value = "auto", value_name = "auto|N", value_parser = auto_count, help_heading = "Fit")]
+    #[arg(
+        long,
+        default_value = "auto",
+        value_name = "auto|N",
+        value_parser = auto_count,
+        help_heading = "Fit"
+    )]
     charts: Auto<usize>,
     /// What smooth means
     #[arg(long, value_enum, default_value = "gp", help_heading = "Fit")]
@@ -45,11 +63,22 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "fast", help_heading = "Fit")]
     recipe: TrainingRecipe,
     /// Fill holes whose boundary is shorter than this, in the scan's unit
-    #[arg(long, default_value_t = 0.0, value_name = "LENGTH", value_parser = not_negative, help_heading = "Fit")]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "LENGTH",
+        value_parser = not_negative,
+        help_heading = "Fit"
+    )]
     fill_holes: f64,
-    /// Side of the texture in texels, for the padding between UV charts and for --bake [default: 1024; with --bake about
-    /// four texels per point]
-    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(16..=65536), help_heading = "Fit")]
+    /// Side of the texture in texels, for the padding between UV charts and for --bake [default: 1024; with
+    /// --bake about four texels per point]
+    #[arg(
+        long,
+        value_name = "TEXELS",
+        value_parser = clap::value_parser!(u32).range(16..=65536),
+        help_heading = "Fit"
+    )]
     texture_size: Option<u32>,
     /// Write a texture with the scan's colours, which replaces the colours of the vertices
     #[arg(long, help_heading = "Fit", conflicts_with = "no_uv", requires = "output")]
@@ -151,12 +180,41 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     if args.bake && loaded.cloud.colors.is_none() {
         return Err(Usage(format!("{} has no colours to bake", args.scan.display())).into());
     }
+    let options = options(args, loaded.cloud.len());
+    let mut outcome = {
+        let mut run = console.start(&args.run);
+        pipeline::denoise_guided(&loaded.cloud, &options, args.prior().guide(), &mut run)?
+    };
+    console.check()?;
+    let saved = save(&mut outcome, options.texture_size, args, console)?;
+    for (file, lost) in saved.iter().flat_map(|s| s.lost.iter().map(|l| (&s.files[0], l))) {
+        console.note(format_args!("{}: {lost}", file.display()));
+    }
+    for warning in &outcome.report.warnings {
+        console.note(format_args!("{warning}"));
+    }
+    let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
+    let done = Done {
+        path: &args.scan,
+        report: &outcome.report,
+        surface: &outcome.surface,
+        noise_given: args.noise.0.is_some(),
+        uv: options.uv,
+        seconds: started.elapsed().as_secs_f64(),
+        files: &files,
+    };
+    console.report(&done.text(), &done.json());
+    Ok(())
+}
+
+/// The core's options for a scan of so many points.
+fn options(args: &Args, points: usize) -> DenoiseOptions {
     let texture_size = match args.texture_size {
         Some(size) => size,
-        None if args.bake => texture_size(loaded.cloud.len()),
+        None if args.bake => texture_size(points),
         None => DenoiseOptions::default().texture_size,
     };
-    let options = DenoiseOptions::default()
+    DenoiseOptions::default()
         .with_noise(args.noise.0)
         .with_detail(args.detail)
         .with_charts(args.charts.0)
@@ -166,13 +224,12 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
             Outliers::Keep => pipeline::Outliers::Keep,
             Outliers::Drop => pipeline::Outliers::Drop,
         })
-        .with_uv(!args.no_uv && args.output.is_some());
-    let mut outcome = {
-        let mut run = console.start(&args.run);
-        pipeline::denoise_guided(&loaded.cloud, &options, args.prior().guide(), &mut run)?
-    };
-    console.check()?;
-    let mut saved: Vec<Saved> = Vec::new();
+        .with_uv(!args.no_uv && args.output.is_some())
+}
+
+/// Writes the surface, with a texture where one is asked for, and the points.
+fn save(outcome: &mut Denoised, texture_size: u32, args: &Args, console: &Console) -> Result<Vec<Saved>> {
+    let mut saved = Vec::new();
     if let Some(path) = &args.output {
         let texture = if args.bake {
             let options = BakeOptions { size: [texture_size; 2], ..BakeOptions::default() };
@@ -192,49 +249,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         let how = SaveCloud { ascii: args.ascii, ..SaveCloud::default() };
         saved.push(save_cloud(path, &outcome.points, &how)?);
     }
-    for (file, lost) in saved.iter().flat_map(|s| s.lost.iter().map(|l| (&s.files[0], l))) {
-        console.note(format_args!("{}: {lost}", file.display()));
-    }
-
-    for warning in &outcome.report.warnings {
-        console.note(format_args!("{warning}"));
-    }
-
-    let all = started.elapsed().as_secs_f64();
-    let files: Vec<String> = saved.iter().flat_map(|s| &s.files).map(|f| f.display().to_string()).collect();
-    let (r, mesh) = (&outcome.report, &outcome.surface);
-    let mut text = report_text(r, args);
-    let _ = writeln!(
-        text,
-        "surface        {} vertices, {} faces, {} part{}{}",
-        count(mesh.positions.len()),
-        count(mesh.triangles.len()),
-        r.parts,
-        if r.parts == 1 { "" } else { "s" },
-        if r.one_sided { ", one-sided" } else { "" }
-    );
-    let _ = writeln!(
-        text,
-        "boundary       {} edges in {} loops",
-        count(r.boundary_edges),
-        count(r.boundary_loops)
-    );
-    if options.uv {
-        let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
-    }
-    let _ = writeln!(text, "seconds        {}", seconds(all, &r.seconds));
-    let _ = writeln!(text, "written        {}", files.join(", "));
-    let json = json!({
-        "scan": args.scan, "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
-        "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise), "charts": r.charts,
-        "voxel": number(r.voxel), "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts,
-        "one_sided": r.one_sided, "boundary_edges": r.boundary_edges, "boundary_loops": r.boundary_loops,
-        "uv_charts": r.uv_charts, "seconds": number(all),
-        "stages": stages_json(&r.seconds),
-        "files": files, "warnings": r.warnings,
-    });
-    console.report(&text, &json);
-    Ok(())
+    Ok(saved)
 }
 
 /// Side of a texture with about four texels per point, a power of two.
@@ -242,23 +257,4 @@ fn texture_size(points: usize) -> u32 {
     // Charts cover about 70 % of it.
     let side = (4.0 * points as f64 / 0.7).sqrt();
     (side as u32).next_power_of_two().clamp(512, 8192)
-}
-
-/// What was found in the scan.
-fn report_text(r: &Report, args: &Args) -> String {
-    let mut text = format!("scan           {} points in {}\n", count(r.points), args.scan.display());
-    if r.not_finite + r.duplicates > 0 {
-        let _ = writeln!(
-            text,
-            "repairs        {} points not finite and left out, {} duplicates",
-            count(r.not_finite),
-            count(r.duplicates)
-        );
-    }
-    let given = if args.noise.0.is_some() { " as given" } else { "" };
-    let _ = writeln!(text, "spacing        {}", short(r.spacing));
-    let _ = writeln!(text, "noise          {}{given}", short(r.noise));
-    let _ = writeln!(text, "outliers       {} points set aside", count(r.outliers));
-    let _ = writeln!(text, "charts         {}", count(r.charts));
-    text
 }

@@ -1,0 +1,86 @@
+//! What `denoise` tells, as text and as JSON.
+
+use crate::number::{count, json as number, seconds, short, stages_json};
+use atlasfit::geometry::TriMesh;
+use atlasfit::pipeline::Report;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// What was done.
+pub struct Done<'a> {
+    /// The file of the scan.
+    pub path: &'a Path,
+    pub report: &'a Report,
+    pub surface: &'a TriMesh,
+    /// Whether the noise was given, not estimated.
+    pub noise_given: bool,
+    /// Whether UVs were asked for.
+    pub uv: bool,
+    /// Seconds of everything, reading and writing too.
+    pub seconds: f64,
+    /// The files that were written.
+    pub files: &'a [String],
+}
+
+impl Done<'_> {
+    /// The report for people.
+    pub fn text(&self) -> String {
+        let (r, mesh) = (self.report, self.surface);
+        let mut text = self.scan_text();
+        let _ = writeln!(
+            text,
+            "surface        {} vertices, {} faces, {} part{}{}",
+            count(mesh.positions.len()),
+            count(mesh.triangles.len()),
+            r.parts,
+            if r.parts == 1 { "" } else { "s" },
+            if r.one_sided { ", one-sided" } else { "" }
+        );
+        let _ = writeln!(
+            text,
+            "boundary       {} edges in {} loops",
+            count(r.boundary_edges),
+            count(r.boundary_loops)
+        );
+        if self.uv {
+            let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
+        }
+        let _ = writeln!(text, "seconds        {}", seconds(self.seconds, &r.seconds));
+        let _ = writeln!(text, "written        {}", self.files.join(", "));
+        text
+    }
+
+    /// What was found in the scan.
+    fn scan_text(&self) -> String {
+        let r = self.report;
+        let mut text = format!("scan           {} points in {}\n", count(r.points), self.path.display());
+        if r.not_finite + r.duplicates > 0 {
+            let _ = writeln!(
+                text,
+                "repairs        {} points not finite and left out, {} duplicates",
+                count(r.not_finite),
+                count(r.duplicates)
+            );
+        }
+        let given = if self.noise_given { " as given" } else { "" };
+        let _ = writeln!(text, "spacing        {}", short(r.spacing));
+        let _ = writeln!(text, "noise          {}{given}", short(r.noise));
+        let _ = writeln!(text, "outliers       {} points set aside", count(r.outliers));
+        let _ = writeln!(text, "charts         {}", count(r.charts));
+        text
+    }
+
+    /// The report as JSON.
+    pub fn json(&self) -> Value {
+        let (r, mesh) = (self.report, self.surface);
+        json!({
+            "scan": self.path, "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
+            "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise),
+            "charts": r.charts, "voxel": number(r.voxel), "vertices": mesh.positions.len(),
+            "faces": mesh.triangles.len(), "parts": r.parts, "one_sided": r.one_sided, "boundary_edges": r.boundary_edges,
+            "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),
+            "stages": stages_json(&r.seconds), "files": self.files, "warnings": r.warnings,
+        })
+    }
+}

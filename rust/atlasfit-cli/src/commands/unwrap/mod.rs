@@ -1,0 +1,250 @@
+//! `atlasfit unwrap`: UVs for a mesh; its geometry and the order of its vertices and faces stay as they are.
+
+mod constraints;
+mod report;
+
+use crate::console::{Console, RunArgs, Usage};
+use crate::files;
+use anyhow::Result;
+use atlasfit::bake::{BakeOptions, Colors, bake};
+use atlasfit::geometry::TriMesh;
+use atlasfit::measure::UvQuality;
+use atlasfit::measure::uv::{Pages, uv_on};
+use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
+use atlasfit_io::{Format, Loaded, Polygons, SaveMesh, Saved, Texture, save_mesh};
+use report::Done;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Options of `unwrap`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The mesh
+    mesh: PathBuf,
+    /// The mesh to write, with its UVs; its extension decides the format
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Write text where the format has both text and binary
+    #[arg(long)]
+    ascii: bool,
+    /// Bound on the stretch of 95% of the area: 1.1 = lengths within about 10%. Larger gives fewer charts
+    #[arg(
+        long,
+        default_value_t = UnwrapOptions::default().max_stretch,
+        value_name = "FACTOR",
+        help_heading = "Charts"
+    )]
+    max_stretch: f64,
+    /// Most charts: the stretch bound is raised as far as that needs
+    #[arg(long, value_name = "N", help_heading = "Charts")]
+    max_charts: Option<usize>,
+    /// Keep the seams of the UVs that the mesh has
+    #[arg(long, help_heading = "Charts")]
+    keep_uv_seams: bool,
+    /// Cut where faces meet at more than this angle
+    #[arg(long, value_name = "DEGREES", help_heading = "Charts")]
+    hard_edges: Option<f64>,
+    /// Text file with one whole number per face of the mesh: no chart spans two
+    #[arg(long, value_name = "FILE", help_heading = "Charts")]
+    groups: Option<PathBuf>,
+    /// Text file with two vertex numbers per line, counted from 0: these edges become seams
+    #[arg(long, value_name = "FILE", help_heading = "Charts")]
+    seams: Option<PathBuf>,
+    /// Page size in texels
+    #[arg(long, default_value = "1024", value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
+    texture_size: [u32; 2],
+    /// Free texels between charts and at the border
+    #[arg(
+        long,
+        default_value_t = UnwrapOptions::default().padding_px,
+        value_name = "TEXELS",
+        help_heading = "Pages"
+    )]
+    padding: u32,
+    /// Texels per unit of length on the mesh; where it is not given, what fills the pages
+    #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
+    density: Option<f64>,
+    /// Most pages; with several, page p lies at u + p (UDIM tiles 1001, 1002, ...)
+    #[arg(long, value_name = "N", help_heading = "Pages")]
+    pages: Option<u32>,
+    /// How charts are put on the page
+    #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
+    packer: Packer,
+    /// Write a texture with the colours of the mesh's vertices, which it then replaces
+    #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]
+    bake: bool,
+    /// Write a texture with the colours of these points, which lie on the mesh
+    #[arg(long, value_name = "SCAN", help_heading = "Texture", conflicts_with = "pages")]
+    bake_from: Option<PathBuf>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// How charts are put on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Packer {
+    /// By their shapes, in each other's bays and holes
+    Shapes,
+    /// By their bounding boxes, in rows: fastest
+    Boxes,
+    /// By xatlas, on square pages, where the program was built with it
+    Xatlas,
+}
+
+/// The external packer, if one is asked for.
+fn external_packer(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
+    if packer != Packer::Xatlas {
+        return Ok(None);
+    }
+    let xatlas = atlasfit_native::xatlas().ok_or_else(|| {
+        Usage(
+            "this program was built without xatlas. Build it with \
+             `cargo build --release -p atlasfit-cli --features xatlas` \
+             (needs a C++ compiler and libclang), or use --packer shapes"
+                .into(),
+        )
+    })?;
+    Ok(Some(xatlas))
+}
+
+fn size(s: &str) -> Result<[u32; 2], String> {
+    let side = |t: &str| t.parse::<u32>().ok().filter(|n| (16..=65536).contains(n));
+    match s.split_once('x') {
+        None => side(s).map(|n| [n, n]),
+        Some((w, h)) => side(w).zip(side(h)).map(|(w, h)| [w, h]),
+    }
+    .ok_or_else(|| "give SIZE or WIDTHxHEIGHT in texels, each from 16 to 65536".into())
+}
+
+/// Unwraps.
+pub fn run(args: &Args, console: &Console) -> Result<()> {
+    let format = files::output_format(&args.output)?;
+    if !matches!(format, Format::Ply | Format::Obj | Format::Gltf) {
+        return Err(Usage(format!(
+            "{}: {} files hold no UVs. Use .ply, .obj or .glb",
+            args.output.display(),
+            format.name()
+        ))
+        .into());
+    }
+    let packer = external_packer(args.packer)?;
+    let started = Instant::now();
+    let mut loaded = load(args, console)?;
+    let polygons = loaded.polygons.take();
+    let mut mesh = loaded.into_mesh();
+    if args.bake && mesh.colors.is_none() {
+        return Err(Usage(format!(
+            "{} has no colours to bake. Give a coloured mesh, or a scan with --bake-from",
+            args.mesh.display()
+        ))
+        .into());
+    }
+    let options = options(args, &mesh, polygons.as_ref())?;
+    let (layout, stages) = console.start(&args.run).execute(|ctx| {
+        let layout = match packer {
+            Some(packer) => unwrap::unwrap_with(&mesh, &options, packer, ctx)?,
+            None => unwrap::unwrap(&mesh, &options, ctx)?,
+        };
+        Ok((layout, ctx.stage_seconds()))
+    })?;
+    let quality = lay_on(&mut mesh, &layout, args, console)?;
+    console.check()?;
+    let saved = save(&mut mesh, polygons.as_ref(), args, console)?;
+    report::notes(&layout, &options, console);
+    let files: Vec<String> = saved.files.iter().map(|f| f.display().to_string()).collect();
+    let done = Done {
+        path: &args.mesh,
+        vertices: mesh.positions.len(),
+        triangles: mesh.triangles.len(),
+        polygons: polygons.as_ref().map(|p| p.sizes.len()),
+        layout: &layout,
+        quality: &quality,
+        seconds: started.elapsed().as_secs_f64(),
+        stages: &stages,
+        files: &files,
+    };
+    console.report(&done.text(), &done.json());
+    Ok(())
+}
+
+/// Reads the mesh; points alone are refused.
+fn load(args: &Args, console: &Console) -> Result<Loaded> {
+    let loaded = files::load(&args.mesh, &args.run, console)?;
+    if loaded.faces.is_empty() {
+        return Err(Usage(format!(
+            "{} has no faces: only a mesh can be unwrapped. Make a surface of points with denoise",
+            args.mesh.display()
+        ))
+        .into());
+    }
+    Ok(loaded)
+}
+
+/// The core's options.
+fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<UnwrapOptions> {
+    let of_triangle = polygons.map(Polygons::of_triangles);
+    let groups = args.groups.as_deref().map(|p| constraints::groups(p, mesh, of_triangle.as_deref()));
+    Ok(UnwrapOptions {
+        max_stretch: args.max_stretch,
+        max_charts: args.max_charts,
+        page_size: args.texture_size,
+        padding_px: args.padding,
+        texels_per_unit: args.density,
+        // One mesh, one texture.
+        pages: if args.bake || args.bake_from.is_some() { Some(1) } else { args.pages },
+        packer: match args.packer {
+            Packer::Boxes => unwrap::Packer::Boxes,
+            Packer::Shapes | Packer::Xatlas => unwrap::Packer::Shapes,
+        },
+        face_group: groups.transpose()?,
+        seam_edges: args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?,
+        face_polygon: of_triangle,
+        keep_uv_seams: args.keep_uv_seams,
+        hard_edge_angle: args.hard_edges,
+    })
+}
+
+/// Gives the mesh its UVs, page p shifted to u + p, and measures them.
+fn lay_on(mesh: &mut TriMesh, layout: &UvLayout, args: &Args, console: &Console) -> Result<UvQuality> {
+    mesh.corner_uv = Some(layout.corner_uv.clone());
+    mesh.face_chart = Some(layout.face_chart.clone());
+    let pages =
+        Pages { of_face: Some(&layout.face_page), size: [layout.width, layout.height].map(f64::from) };
+    let quality = console.start_silent(&args.run).execute(|ctx| uv_on(mesh, &pages, ctx))?;
+    if layout.pages > 1 {
+        for (uv, &page) in mesh.corner_uv.iter_mut().flatten().zip(&layout.face_page) {
+            uv.iter_mut().for_each(|p| p[0] += page as f32);
+        }
+    }
+    Ok(quality)
+}
+
+/// Writes the mesh with its texture. What the format cannot hold is a note.
+fn save(mesh: &mut TriMesh, polygons: Option<&Polygons>, args: &Args, console: &Console) -> Result<Saved> {
+    let texture = baked(mesh, args, console)?;
+    let how = SaveMesh {
+        ascii: args.ascii,
+        polygons,
+        texture: texture.as_deref().map(Texture::Png),
+        ..SaveMesh::default()
+    };
+    let saved = save_mesh(&args.output, mesh, &how)?;
+    for lost in saved.lost.iter().filter(|l| !l.starts_with("chart numbers")) {
+        console.note(format_args!("{}: not kept: {lost}", args.output.display()));
+    }
+    Ok(saved)
+}
+
+/// The texture asked for, as a PNG file; the vertices' own colours are taken off then, or they would tint it.
+fn baked(mesh: &mut TriMesh, args: &Args, console: &Console) -> Result<Option<Vec<u8>>> {
+    let scan = args.bake_from.as_deref().map(|p| files::load(p, &args.run, console)).transpose()?;
+    let source = match &scan {
+        Some(scan) => Colors::Points(&scan.cloud),
+        None if args.bake => Colors::Vertices,
+        None => return Ok(None),
+    };
+    let options = BakeOptions { size: args.texture_size, ..BakeOptions::default() };
+    let image = console.start(&args.run).execute(|ctx| bake(mesh, source, &options, ctx))?;
+    mesh.colors = None;
+    files::png(&image).map(Some)
+}
