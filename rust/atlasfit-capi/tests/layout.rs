@@ -14,19 +14,26 @@ use std::fmt::Write as _;
 use std::mem::offset_of;
 use std::process::Command;
 
+/// A struct as Rust lays it out: its size, and the name and offset of each field.
+struct Struct {
+    name: &'static str,
+    size: usize,
+    fields: Vec<(&'static str, usize)>,
+}
+
 macro_rules! layouts {
     ($($name:ident { $($field:ident)* })*) => {
-        vec![$((
-            stringify!($name),
-            size_of::<$name>(),
-            vec![$((stringify!($field), offset_of!($name, $field))),*],
-        )),*]
+        vec![$(Struct {
+            name: stringify!($name),
+            size: size_of::<$name>(),
+            fields: vec![$((stringify!($field), offset_of!($name, $field))),*],
+        }),*]
     };
 }
 
-#[test]
-fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
-    let all = layouts! {
+/// The structs of the header, whole: a field that is missing here is found below.
+fn structs() -> Vec<Struct> {
+    layouts! {
         atlasfit_run {
             struct_size seed threads reserved time_limit_s memory_limit_bytes progress progress_user cancel
         }
@@ -76,7 +83,12 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
             struct_size accuracy completeness chamfer chamfer_floor f_score threshold normal_consistency
             normal_orientation not_finite
         }
-    };
+    }
+}
+
+#[test]
+fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
+    let all = structs();
     let here = env!("CARGO_MANIFEST_DIR");
     let header = std::fs::read_to_string(format!("{here}/../../include/atlasfit.h"))
         .expect("the header lies in include/");
@@ -84,7 +96,7 @@ fn sizes_and_offsets_agree_between_rust_c_and_cpp() {
         "#include \"atlasfit.h\"\n#include \"atlasfit.h\"\n\
          #ifdef __cplusplus\n#define _Static_assert static_assert\n#endif\n",
     );
-    for (name, size, fields) in &all {
+    for Struct { name, size, fields } in &all {
         let _ = writeln!(source, "_Static_assert(sizeof({name}) == {size}, \"size\");");
         for (field, offset) in fields {
             let _ = writeln!(source, "_Static_assert(offsetof({name}, {field}) == {offset}, \"{field}\");");

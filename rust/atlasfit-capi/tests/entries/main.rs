@@ -1,0 +1,46 @@
+//! Every function of the header, called with NULL, wrong sizes, absurd counts, wrong handles: a status and a text, never
+//! a crash.
+
+#[path = "../scene/mod.rs"]
+mod scene;
+
+mod atlas;
+mod baking;
+mod denoising;
+mod general;
+mod measuring;
+mod table;
+mod uvs;
+
+use scene::*;
+use table::Table;
+
+#[test]
+fn every_function_answers_hostile_arguments_with_a_status() {
+    let s = Scene::new(1500);
+    let mut t = Table::default();
+    for part in [
+        general::names,
+        general::structs_and_handles,
+        denoising::arguments,
+        denoising::columns,
+        denoising::getters,
+        atlas::questions,
+        atlas::bytes,
+        uvs::arguments,
+        uvs::getters,
+        measuring::meshes,
+        baking::arguments,
+        measuring::distances,
+    ] {
+        part(&mut t, &s);
+    }
+    let wrong: Vec<String> = (t.calls.iter().filter(|c| c.want != c.got))
+        .map(|c| format!("{}, {}: {} instead of {}", c.function, c.case, c.got, c.want))
+        .collect();
+    assert!(wrong.is_empty(), "{} of {} calls:\n{}", wrong.len(), t.calls.len(), wrong.join("\n"));
+    let mut called: Vec<String> = t.calls.iter().map(|c| c.function.to_owned()).collect();
+    called.sort();
+    called.dedup();
+    assert_eq!(called, declared(), "the table and the header's functions differ");
+}

@@ -1,0 +1,243 @@
+//! Denoising gives what the core gives, whatever the caller's memory looks like.
+
+use crate::scene::*;
+use crate::{ok, triples};
+use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
+use atlasfit::{DenoiseOptions, Run};
+use atlasfit_capi::arrays::*;
+use atlasfit_capi::denoise::*;
+use atlasfit_capi::points::*;
+use atlasfit_capi::result::*;
+use atlasfit_capi::run::*;
+use atlasfit_capi::status::*;
+use atlasfit_net::Prior;
+use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
+use atlasfit_net::level_set::LevelSetOptions;
+use std::ptr::{null, null_mut};
+
+#[test]
+fn defaults_are_the_core_s() {
+    let (xyz, d) = (scan(1500), DenoiseOptions::default());
+    let o: atlasfit_denoise_options = init(atlasfit_denoise_options_init);
+    assert_eq!((o.detail, o.fill_holes, o.texture_size), (d.detail, d.fill_holes, d.texture_size));
+    assert_eq!((o.noise, o.charts, o.uv), (0.0, 0, 1));
+    let (n, recipe) = (NetworkOptions::default(), [Recipe::Fast, Recipe::Paper][o.recipe as usize]);
+    assert_eq!(
+        (recipe, o.network_charts as usize, o.network_iterations as usize),
+        (n.recipe, n.charts, n.iterations)
+    );
+    assert_eq!((o.network_stretch_weight, o.network_learning_rate), (n.stretch_weight, n.learning_rate));
+    let cloud = PointCloud::from_positions(triples(&xyz));
+    let core = atlasfit::denoise(&cloud, &d, &mut Run::default()).expect("the core fits");
+    let s = Scene::new(1500);
+    let r = s.report;
+    assert_eq!(
+        (r.points, r.outliers, r.vertices),
+        (core.points.len(), core.report.outliers, core.surface.positions.len())
+    );
+    assert_eq!((r.spacing, r.noise, r.voxel), (core.report.spacing, core.report.noise, core.report.voxel));
+    let (mut p, mut v) = (vec![0f64; 3 * r.points], vec![0f64; 3 * r.vertices]);
+    let (mut t, mut uv) = (vec![0u32; 3 * r.triangles], vec![0f32; 6 * r.triangles]);
+    unsafe {
+        ok(atlasfit_result_point_positions(s.result, p.as_mut_ptr(), p.len()));
+        ok(atlasfit_result_surface_positions(s.result, v.as_mut_ptr(), v.len()));
+        ok(atlasfit_result_surface_triangles(s.result, t.as_mut_ptr(), t.len()));
+        ok(atlasfit_result_surface_corner_uv(s.result, uv.as_mut_ptr(), uv.len()));
+    }
+    assert_eq!(triples(&p), core.points.positions);
+    assert_eq!(triples(&v), core.surface.positions);
+    assert_eq!(t, core.surface.triangles.as_flattened());
+    assert_eq!(uv, core.surface.corner_uv.expect("UVs").as_flattened().as_flattened());
+}
+
+/// A scan as bytes: each point `stride` bytes after the last, `lead` bytes into the buffer.
+fn packed_as(xyz: &[f64], f32s: bool, stride: usize, lead: usize) -> Vec<u8> {
+    let mut bytes = vec![0xEE; lead + xyz.len() / 3 * stride];
+    for (i, p) in xyz.as_chunks::<3>().0.iter().enumerate() {
+        let at = lead + i * stride;
+        let place: Vec<u8> = if f32s {
+            p.iter().flat_map(|x| (*x as f32).to_ne_bytes()).collect()
+        } else {
+            p.iter().flat_map(|x| x.to_ne_bytes()).collect()
+        };
+        bytes[at..at + place.len()].copy_from_slice(&place);
+    }
+    bytes
+}
+
+/// Denoised positions and the surface's size.
+#[derive(PartialEq)]
+struct Denoised {
+    positions: Vec<f64>,
+    vertices: usize,
+    triangles: usize,
+}
+
+fn denoised(p: &atlasfit_points, threads: u32) -> Denoised {
+    let run = atlasfit_run { threads, ..init(atlasfit_run_init) };
+    let (mut result, mut report) = (null_mut(), output::<atlasfit_report>());
+    unsafe {
+        ok(atlasfit_denoise(p, null(), &run, &mut result));
+        ok(atlasfit_result_report(result, &mut report));
+        let mut xyz = vec![0f64; 3 * report.points];
+        ok(atlasfit_result_point_positions(result, xyz.as_mut_ptr(), xyz.len()));
+        ok(atlasfit_result_free(result));
+        Denoised { positions: xyz, vertices: report.vertices, triangles: report.triangles }
+    }
+}
+
+#[test]
+fn each_prior_gives_what_the_core_gives() {
+    let xyz = scan(300);
+    let cloud = PointCloud::from_positions(triples(&xyz));
+    // Two steps tell the priors apart.
+    let network = |network| {
+        Prior::Network(NetworkOptions {
+            network,
+            recipe: Recipe::Paper,
+            charts: 1,
+            iterations: 2,
+            ..NetworkOptions::default()
+        })
+    };
+    for (prior, core) in [
+        (ATLASFIT_PRIOR_MLP, network(Network::Dense)),
+        (ATLASFIT_PRIOR_CONV, network(Network::Conv)),
+        (ATLASFIT_PRIOR_LEVEL_SET, Prior::LevelSet(LevelSetOptions::default())),
+    ] {
+        let o = atlasfit_denoise_options {
+            prior,
+            recipe: ATLASFIT_RECIPE_PAPER,
+            network_charts: 1,
+            network_iterations: 2,
+            uv: 0,
+            ..init(atlasfit_denoise_options_init)
+        };
+        let options = DenoiseOptions::default().with_uv(false);
+        let expected =
+            atlasfit::pipeline::denoise_guided(&cloud, &options, core.guide(), &mut Run::default());
+        let mut result = null_mut();
+        let status = unsafe { atlasfit_denoise(&points(&xyz), &o, null(), &mut result) };
+        match expected {
+            Ok(core) => {
+                let mut p = vec![0f64; 3 * core.points.len()];
+                unsafe { ok(atlasfit_result_point_positions(result, p.as_mut_ptr(), p.len())) };
+                assert_eq!(triples(&p), core.points.positions, "prior {prior}");
+            }
+            Err(e) => {
+                assert!(status != ATLASFIT_OK && last_error().ends_with(&e.to_string()), "prior {prior}: {e}")
+            }
+        }
+        assert_eq!(unsafe { atlasfit_result_free(result) }, ATLASFIT_OK);
+    }
+}
+
+#[test]
+fn strides_alignment_scalar_type_and_threads_change_no_bit() {
+    // Rounded to f32 first, so that both types hold the same numbers.
+    let xyz: Vec<f64> = scan(1200).iter().map(|x| f64::from(*x as f32)).collect();
+    let plain = denoised(&points(&xyz), 1);
+    for (f32s, stride, lead, threads) in [(true, 12, 0, 2), (true, 29, 3, 5), (false, 40, 1, 3)] {
+        let bytes = packed_as(&xyz, f32s, stride, lead);
+        let p = atlasfit_points {
+            positions: bytes[lead..].as_ptr().cast(),
+            stride,
+            scalar: if f32s { ATLASFIT_F32 } else { ATLASFIT_F64 },
+            ..points(&xyz)
+        };
+        assert!(denoised(&p, threads) == plain, "f32 {f32s}, stride {stride}, {threads} threads");
+    }
+}
+
+/// The core's cloud with these colours (bytes), an intensity of half the index, and a label of a hundredth of it.
+fn core_cloud(xyz: &[f64], colors: &[u8]) -> PointCloud {
+    let n = xyz.len() / 3;
+    PointCloud {
+        colors: Some(
+            colors
+                .as_chunks::<3>()
+                .0
+                .iter()
+                .map(|c| [c[0], c[1], c[2], 255].map(|x| f32::from(x) / 255.0))
+                .collect(),
+        ),
+        attributes: vec![
+            Attribute {
+                name: "intensity".into(),
+                width: 1,
+                kind: ScalarKind::F32,
+                values: (0..n).map(|i| i as f64 * 0.5).collect(),
+            },
+            Attribute {
+                name: "label".into(),
+                width: 1,
+                kind: ScalarKind::U16,
+                values: (0..n).map(|i| (i / 100) as f64).collect(),
+            },
+        ],
+        ..PointCloud::from_positions(triples(xyz))
+    }
+}
+
+#[test]
+fn colors_and_attributes_reach_the_surface_as_through_the_core() {
+    let xyz = scan(1200);
+    let n = xyz.len() / 3;
+    let colors: Vec<u8> = (0..n).flat_map(|i| [(i % 256) as u8, 10, 200]).collect();
+    // Intensity and label side by side in one array of the caller's.
+    #[repr(C, packed)]
+    struct Row {
+        intensity: f32,
+        label: u16,
+    }
+    let rows: Vec<Row> = (0..n).map(|i| Row { intensity: i as f32 * 0.5, label: (i / 100) as u16 }).collect();
+    let base = init(atlasfit_attribute_init);
+    let stride = size_of::<Row>();
+    let attributes = [
+        atlasfit_attribute { name: c"intensity".as_ptr(), values: rows.as_ptr().cast(), stride, ..base },
+        atlasfit_attribute {
+            values: unsafe { rows.as_ptr().cast::<u8>().add(4).cast() },
+            stride,
+            scalar: ATLASFIT_U16,
+            ..base
+        },
+    ];
+    let p = atlasfit_points {
+        colors: colors.as_ptr().cast(),
+        color_scalar: ATLASFIT_U8,
+        color_width: 3,
+        attribute_count: 2,
+        attributes: attributes.as_ptr(),
+        ..points(&xyz)
+    };
+    let cloud = core_cloud(&xyz, &colors);
+    let o = atlasfit_denoise_options {
+        uv: 0,
+        outliers: ATLASFIT_OUTLIERS_DROP,
+        ..init(atlasfit_denoise_options_init)
+    };
+    let how = DenoiseOptions::default().with_uv(false).with_outliers(atlasfit::pipeline::Outliers::Drop);
+    let core = atlasfit::denoise(&cloud, &how, &mut Run::default()).expect("the core fits");
+    let (mut result, mut r) = (null_mut(), output::<atlasfit_report>());
+    unsafe {
+        ok(atlasfit_denoise(&p, &o, null(), &mut result));
+        ok(atlasfit_result_report(result, &mut r));
+        assert_eq!((r.attributes, r.has_colors, r.has_uv, r.uv_charts), (2, 1, 0, 0));
+        assert!(r.outliers >= 2 && r.points == n - r.outliers);
+        let mut rgba = vec![0f32; 4 * r.vertices];
+        ok(atlasfit_result_surface_colors(result, rgba.as_mut_ptr(), rgba.len()));
+        assert_eq!(rgba, core.surface.colors.expect("colours").as_flattened());
+        for k in 0..2 {
+            let mut values = vec![0f64; r.vertices];
+            ok(atlasfit_result_surface_attribute(result, k, values.as_mut_ptr(), values.len()));
+            assert_eq!(values, core.surface.attributes[k].values);
+        }
+        let (mut sources, mut charts) = (vec![0u32; r.points], vec![0u32; r.points]);
+        ok(atlasfit_result_point_sources(result, sources.as_mut_ptr(), sources.len()));
+        ok(atlasfit_result_point_charts(result, charts.as_mut_ptr(), charts.len()));
+        assert!(sources == core.point_source && charts == core.point_chart);
+        assert!(charts.iter().all(|c| (*c as usize) < r.charts));
+        assert_eq!(atlasfit_result_surface_corner_uv(result, null_mut(), 0), ATLASFIT_NOT_AVAILABLE);
+        ok(atlasfit_result_free(result));
+    }
+}

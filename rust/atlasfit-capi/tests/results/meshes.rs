@@ -1,0 +1,149 @@
+//! UVs, textures and measures of meshes are the core's.
+
+use crate::scene::*;
+use crate::{ok, triples};
+use atlasfit::Run;
+use atlasfit::bake::{BakeOptions, Colors, bake};
+use atlasfit::geometry::{PointCloud, TriMesh};
+use atlasfit_capi::arrays::*;
+use atlasfit_capi::bake::*;
+use atlasfit_capi::measure::*;
+use atlasfit_capi::mesh::*;
+use atlasfit_capi::points::*;
+use atlasfit_capi::unwrap::*;
+use std::ptr::{null, null_mut};
+
+#[test]
+fn the_split_form_is_the_mesh_with_its_corner_uvs() {
+    let s = Scene::new(1500);
+    let mut info = output::<atlasfit_uv_info>();
+    ok(unsafe { atlasfit_uv_get_info(s.uv, &mut info) });
+    let n = info.split_vertices;
+    let (mut i, mut v, mut uv, mut corner) =
+        (vec![0u32; 36], vec![0u32; n], vec![0f32; 2 * n], vec![0f32; 72]);
+    unsafe {
+        ok(atlasfit_uv_split(s.uv, i.as_mut_ptr(), 36, v.as_mut_ptr(), uv.as_mut_ptr(), n));
+        ok(atlasfit_uv_corners(s.uv, corner.as_mut_ptr(), 72));
+    }
+    for c in 0..36 {
+        let k = i[c] as usize;
+        assert_eq!(v[k], s.cube.1[c]);
+        assert_eq!(uv[2 * k..2 * k + 2], corner[2 * c..2 * c + 2]);
+    }
+    assert!((8..=36).contains(&n));
+}
+
+#[test]
+fn uvs_on_pages_that_are_not_square_measure_as_on_one_that_is() {
+    let cube = cube();
+    let options = atlasfit_unwrap_options {
+        page_width: 128,
+        page_height: 64,
+        texels_per_unit: 50.0,
+        ..init(atlasfit_unwrap_options_init)
+    };
+    let (mut uv, mut info, mut q) =
+        (null_mut(), output::<atlasfit_uv_info>(), output::<atlasfit_uv_quality>());
+    let (mut corners, mut pages) = (vec![0f32; 72], vec![0u32; 12]);
+    unsafe {
+        ok(atlasfit_unwrap(&mesh(&cube.0, &cube.1), &options, null(), &mut uv));
+        ok(atlasfit_uv_get_info(uv, &mut info));
+        ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), 72));
+        ok(atlasfit_uv_face_pages(uv, pages.as_mut_ptr(), 12));
+        ok(atlasfit_uv_free(uv));
+        let m = atlasfit_mesh {
+            corner_uv: corners.as_ptr(),
+            face_page: pages.as_ptr(),
+            page_width: 128,
+            page_height: 64,
+            ..mesh(&cube.0, &cube.1)
+        };
+        ok(atlasfit_measure_uv(&m, null(), &mut q, null_mut(), 0));
+    }
+    assert!(info.pages > 1 && q.charts == info.charts && q.overlapping_faces == 0 && q.inside == 1);
+    assert!((q.stretch_linf - 1.0).abs() < 1e-4, "the box is flattened without stretch: {}", q.stretch_linf);
+    assert!((q.coverage - info.coverage).abs() < 0.02, "{} {}", q.coverage, info.coverage);
+}
+
+/// A texture of 64 by 32 texels.
+fn baked(m: &atlasfit_mesh, p: *const atlasfit_points, page: u32) -> Vec<u8> {
+    let options = atlasfit_bake_options { width: 64, height: 32, page, ..init(atlasfit_bake_options_init) };
+    let mut rgba = vec![0u8; 4 * 64 * 32];
+    unsafe { ok(atlasfit_bake(m, p, &options, null(), rgba.as_mut_ptr(), rgba.len())) };
+    rgba
+}
+
+#[test]
+fn baked_texels_are_the_core_s_and_each_page_has_its_triangles() {
+    let s = Scene::new(1500);
+    let (bytes, mut uv) = ((0..24).map(|i| 10 * i).collect::<Vec<u8>>(), vec![0f32; 72]);
+    unsafe { ok(atlasfit_uv_corners(s.uv, uv.as_mut_ptr(), 72)) };
+    let m = atlasfit_mesh {
+        corner_uv: uv.as_ptr(),
+        colors: bytes.as_ptr().cast(),
+        color_scalar: ATLASFIT_U8,
+        color_width: 3,
+        ..s.mesh()
+    };
+    let colors: Vec<[f32; 4]> = bytes
+        .chunks(3)
+        .map(|c| [0, 1, 2, 3].map(|k| c.get(k).map_or(1.0, |&x| f32::from(x) / 255.0)))
+        .collect();
+    let corners: Vec<[[f32; 2]; 3]> =
+        uv.chunks(6).map(|c| [[c[0], c[1]], [c[2], c[3]], [c[4], c[5]]]).collect();
+    let mut core = TriMesh {
+        corner_uv: Some(corners.clone()),
+        colors: Some(colors.clone()),
+        ..TriMesh::new(
+            s.cube.0.chunks(3).map(|p| [0, 1, 2].map(|k| f64::from(p[k]))).collect(),
+            s.cube.1.as_chunks().0.to_vec(),
+        )
+    };
+    let options = BakeOptions { size: [64, 32], ..BakeOptions::default() };
+    let expected = |mesh: &TriMesh, colors: Colors<'_>| {
+        let image = Run::default().execute(|ctx| bake(mesh, colors, &options, ctx)).expect("the core bakes");
+        image.rgba.into_flattened()
+    };
+    assert_eq!(baked(&m, null(), 0), expected(&core, Colors::Vertices));
+    // The colours of a scan: here, the corners and the middle of the box.
+    let xyz: Vec<f64> = core.positions.iter().flatten().copied().chain([0.5; 3]).collect();
+    let paint: Vec<f32> = colors.iter().flatten().copied().chain([1.0; 4]).collect();
+    let scan = atlasfit_points { colors: paint.as_ptr().cast(), ..points(&xyz) };
+    let cloud = PointCloud {
+        colors: Some(paint.as_chunks().0.to_vec()),
+        ..PointCloud::from_positions(triples(&xyz))
+    };
+    assert_eq!(baked(&m, &scan, 0), expected(&core, Colors::Points(&cloud)));
+    let pages: Vec<u32> = (0..12).map(|i| i / 6).collect();
+    let paged = atlasfit_mesh { face_page: pages.as_ptr(), ..m };
+    core.triangles.drain(..6);
+    core.corner_uv = Some(corners[6..].to_vec());
+    assert_eq!(baked(&paged, null(), 1), expected(&core, Colors::Vertices));
+}
+
+#[test]
+fn measures_of_a_cube_are_those_of_a_cube() {
+    let s = Scene::new(1500);
+    let cube = s.mesh();
+    let (mut t, mut d, mut q) =
+        (output::<atlasfit_topology>(), output::<atlasfit_distance>(), output::<atlasfit_uv_quality>());
+    let mut corner = vec![0f32; 72];
+    let mut stretch = vec![0f32; 12];
+    unsafe {
+        ok(atlasfit_measure_topology(&cube, null(), &mut t));
+        ok(atlasfit_measure_surface(&cube, &cube, null(), null(), &mut d));
+        ok(atlasfit_uv_corners(s.uv, corner.as_mut_ptr(), 72));
+        let with_uv = atlasfit_mesh { corner_uv: corner.as_ptr(), ..cube };
+        ok(atlasfit_measure_uv(&with_uv, null(), &mut q, stretch.as_mut_ptr(), 12));
+    }
+    assert_eq!((t.vertices, t.edges, t.faces, t.euler, t.genus, t.closed), (8, 18, 12, 2, 0, 1));
+    assert!(d.accuracy.max < 1e-12 && d.f_score == 1.0 && d.normal_orientation > 0.99);
+    assert!(q.flips == 0 && q.overlapping_faces == 0 && q.inside == 1 && q.stretch_l2 < 1.01);
+    assert!(stretch.iter().all(|x| (0.99..1.01).contains(x)), "{stretch:?}");
+    let outside = [0.5, 0.5, 1.25, f64::NAN, 0.0, 0.0];
+    let mut each = [0f64; 2];
+    ok(unsafe {
+        atlasfit_measure_points(&points(&outside), &cube, null(), null(), &mut d, each.as_mut_ptr(), 2)
+    });
+    assert!((each[0] - 0.25).abs() < 1e-12 && each[1] == f64::INFINITY && d.not_finite == 1);
+}
