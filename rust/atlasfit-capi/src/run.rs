@@ -4,8 +4,8 @@ use crate::handle::{self, Handle};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::{CancelToken, Run, Stage};
-use std::ffi::{c_char, c_void};
-use std::sync::Arc;
+use std::ffi::{CString, c_char, c_void};
+use std::sync::{Arc, LazyLock};
 
 /// A token that cancels runs from another thread. Any number of runs may hold it; once asked, it stays asked.
 pub struct atlasfit_cancel(());
@@ -149,23 +149,15 @@ pub(crate) fn brief_run() -> Run<'static> {
 /// Length of stage_seconds in #atlasfit_report: no version numbers more stages.
 pub const ATLASFIT_STAGE_LIMIT: usize = 16;
 
+/// The core's names of the stages, by number.
+static STAGE_NAMES: LazyLock<Vec<CString>> = LazyLock::new(|| {
+    // No name holds a zero byte.
+    Stage::ALL.iter().map(|s| CString::new(s.name()).unwrap_or_default()).collect()
+});
+
 /// A short name for a stage, in lower case: "fitting charts" for example, or "working" for a number that is
 /// no stage. Static text, never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn atlasfit_stage_name(stage: u32) -> *const c_char {
-    let name = match Stage::ALL.get(stage as usize) {
-        Some(Stage::Prepare) => c"preparing",
-        Some(Stage::Analyse) => c"analysing the scan",
-        Some(Stage::Partition) => c"cutting charts",
-        Some(Stage::Fit) => c"fitting charts",
-        Some(Stage::Project) => c"projecting points",
-        Some(Stage::Surface) => c"stitching the surface",
-        Some(Stage::Segment) => c"cutting UV charts",
-        Some(Stage::Parametrize) => c"flattening UV charts",
-        Some(Stage::Pack) => c"packing UV charts",
-        Some(Stage::Measure) => c"measuring",
-        Some(Stage::Bake) => c"baking textures",
-        _ => c"working",
-    };
-    name.as_ptr()
+    STAGE_NAMES.get(stage as usize).map_or(c"working", CString::as_c_str).as_ptr()
 }
