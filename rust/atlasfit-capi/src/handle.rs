@@ -5,7 +5,7 @@
 //! touching memory. Freeing one while another thread still works with it is harmless: the object goes when
 //! that call returns.
 //!
-//! The table knows no kind of object: each [`Handle`] names the type that lies behind it.
+//! The table knows no kind of object: each `Handle` names the type that lies behind it.
 
 use crate::status::{ATLASFIT_INVALID_HANDLE, Failure, Outcome};
 use std::any::Any;
