@@ -3,9 +3,7 @@
 
 mod common;
 
-use atlasfit_capi::arrays::*;
 use atlasfit_capi::atlas::*;
-use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use common::*;
 use std::ptr::null_mut;

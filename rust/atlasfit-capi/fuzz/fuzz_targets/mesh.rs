@@ -3,10 +3,8 @@
 
 mod common;
 
-use atlasfit_capi::arrays::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
-use atlasfit_capi::points::*;
 use atlasfit_capi::unwrap::*;
 use common::*;
 use std::ptr::null_mut;

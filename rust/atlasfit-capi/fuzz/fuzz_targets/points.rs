@@ -3,9 +3,7 @@
 
 mod common;
 
-use atlasfit_capi::arrays::*;
 use atlasfit_capi::denoise::*;
-use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
 use common::*;
