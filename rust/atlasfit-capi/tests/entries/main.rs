@@ -1,5 +1,5 @@
-//! Every function of the header, called with NULL, wrong sizes, absurd counts, wrong handles: a status and a text, never
-//! a crash.
+//! Every function of the header, called with NULL, wrong sizes, absurd counts, wrong handles: a status and a
+//! text, never a crash.
 
 #[path = "../scene/mod.rs"]
 mod scene;

@@ -149,7 +149,8 @@ fn strides_alignment_scalar_type_and_threads_change_no_bit() {
     }
 }
 
-/// The core's cloud with these colours (bytes), an intensity of half the index, and a label of a hundredth of it.
+/// The core's cloud with these colours (bytes), an intensity of half the index, and a label of a hundredth of
+/// it.
 fn core_cloud(xyz: &[f64], colors: &[u8]) -> PointCloud {
     let n = xyz.len() / 3;
     PointCloud {

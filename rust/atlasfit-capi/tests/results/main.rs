@@ -1,5 +1,5 @@
-//! What comes through the C ABI is what the core makes, whatever the caller's memory looks like and however many threads
-//! ask.
+//! What comes through the C ABI is what the core makes, whatever the caller's memory looks like and however
+//! many threads ask.
 
 #[path = "../scene/mod.rs"]
 mod scene;
