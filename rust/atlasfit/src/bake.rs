@@ -1,8 +1,9 @@
 //! Bakes colours into a texture.
 //!
-//! In: a mesh with UVs, and colours of its vertices or of points near it. Out: an [`Image`] for those UVs. Every texel
-//! whose middle lies on a face gets the colour there, a texel that only holds a corner the corner's; the colours then spread
-//! beyond the borders of the charts, so that filtered look-ups find nothing foreign (dilation).
+//! In: a mesh with UVs, and colours of its vertices or of points near it. Out: an [`Image`] for those UVs.
+//! Every texel whose middle lies on a face gets the colour there, a texel that only holds a corner the
+//! corner's; the colours then spread beyond the borders of the charts, so that filtered look-ups find nothing
+//! foreign (dilation).
 
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
@@ -43,7 +44,8 @@ pub enum Colors<'a> {
 pub struct BakeOptions {
     /// Width and height in texels, each 1 to 65536. Default 1024 by 1024.
     pub size: [u32; 2],
-    /// How far the colours spread beyond the charts, in texels. Default 16; what is left is of the mean colour.
+    /// How far the colours spread beyond the charts, in texels. Default 16; what is left is of the mean
+    /// colour.
     pub dilation: u32,
 }
 
@@ -56,8 +58,8 @@ impl Default for BakeOptions {
 /// Bakes colours into a texture for the mesh's UVs; faces or parts outside [0, 1] are left out.
 ///
 /// # Errors
-/// [`Error::EmptyInput`] without UVs or colours; [`Error::InvalidArgument`] for a size out of range or columns of wrong
-/// length; [`Error::IndexOutOfRange`]; those of [`Context::check`] and [`Context::reserve`].
+/// [`Error::EmptyInput`] without UVs or colours; [`Error::InvalidArgument`] for a size out of range or
+/// columns of wrong length; [`Error::IndexOutOfRange`]; those of [`Context::check`] and [`Context::reserve`].
 pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Context<'_>) -> Result<Image> {
     let [width, height] = options.size.map(|s| s as usize);
     if options.size.iter().any(|s| !(1..=65536).contains(s)) {
@@ -146,7 +148,8 @@ fn barycentric(uv: &[[f32; 2]; 3], p: [f64; 2]) -> [f64; 3] {
     w.map(|w| w / sum)
 }
 
-/// The face at the middle of each texel, else one with a corner in the texel, so that what is thinner than a texel is seen too; of several, the last.
+/// The face at the middle of each texel, else one with a corner in the texel, so that what is thinner than a
+/// texel is seen too; of several, the last.
 fn owners(uv: &[[[f32; 2]; 3]], width: usize, height: usize, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let texels = |t: &[[f32; 2]; 3]| {
         t.map(|q| [f64::from(q[0]) * width as f64, (1.0 - f64::from(q[1])) * height as f64])
@@ -275,7 +278,8 @@ mod tests {
     use super::*;
     use crate::run::Run;
 
-    /// A unit square with a red, a green, a blue and a white corner, mapped to the lower left quarter of the page.
+    /// A unit square with a red, a green, a blue and a white corner, mapped to the lower left quarter of the
+    /// page.
     fn square() -> TriMesh {
         let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let triangles = vec![[0u32, 1, 2], [0, 2, 3]];

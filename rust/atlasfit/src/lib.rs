@@ -8,9 +8,9 @@
 //! Long work takes a [`Run`] (seed, threads, progress, cancel, time and memory limits). Nothing here
 //! prints, reads the environment or touches files.
 
-// The layers, in order: each imports only what stands above it. `unwrap`, `measure` and `bake` stand beside the steps of
-// denoising, on the layers up to `geometry`; `pipeline` calls all of them. A test reads the imports (tests/layers.rs).
-// Blank lines keep the order from being sorted.
+// The layers, in order: each imports only what stands above it. `unwrap`, `measure` and `bake` stand beside
+// the steps of denoising, on the layers up to `geometry`; `pipeline` calls all of them. A test reads the
+// imports (tests/layers.rs). Blank lines keep the order from being sorted.
 
 pub mod error;
 
@@ -24,19 +24,19 @@ pub mod geometry;
 
 pub mod atlas;
 
-pub mod prior;
+pub(crate) mod prior;
 
-pub mod partition;
+pub(crate) mod partition;
 
-pub mod fit;
+pub(crate) mod fit;
 
-pub mod noise;
+pub(crate) mod noise;
 
-pub mod orient;
+pub(crate) mod orient;
 
-pub mod blend;
+pub(crate) mod blend;
 
-pub mod contour;
+pub(crate) mod contour;
 
 pub mod measure;
 

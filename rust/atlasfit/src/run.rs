@@ -166,8 +166,8 @@ impl Context<'_> {
     pub fn advance(&self, steps: usize) {
         self.shared.done.fetch_add(steps as u64, Ordering::Relaxed);
     }
-    /// Fails when the run was cancelled or its time is up. Cheap (two atomic loads); call it at least every few
-    /// milliseconds of work.
+    /// Fails when the run was cancelled or its time is up. Cheap (two atomic loads); call it at least every
+    /// few milliseconds of work.
     ///
     /// # Errors
     /// [`Error::Cancelled`], [`Error::TimedOut`].
@@ -285,7 +285,8 @@ impl Run<'_> {
                     }
                 }
                 let _done = Done(&finished);
-                // A scoped pool: its threads have ended when the run returns, none is left behind in the caller's process.
+                // A scoped pool: its threads have ended when the run returns, none is left behind in the
+                // caller's process.
                 rayon::ThreadPoolBuilder::new()
                     .num_threads(threads)
                     .build_scoped(
@@ -343,7 +344,8 @@ impl Run<'_> {
     }
 }
 
-/// Watches the checks of a run: how long a worker goes without one, and what happens when the run ends at any of them.
+/// Watches the checks of a run: how long a worker goes without one, and what happens when the run ends at any
+/// of them.
 #[cfg(test)]
 pub(crate) mod watch {
     use super::*;
@@ -353,7 +355,8 @@ pub(crate) mod watch {
     use std::thread::ThreadId;
 
     pub(crate) type Place = (&'static str, u32);
-    /// When the last check was, when the last look at the time this thread has run for, what that was, and where the check was.
+    /// When the last check was, when the last look at the time this thread has run for, what that was, and
+    /// where the check was.
     type Last = (Instant, Instant, u64, Place);
     /// That time is looked at this often at the most: asking the system is slow.
     const LOOK: Duration = Duration::from_millis(3);
@@ -401,8 +404,8 @@ pub(crate) mod watch {
         }
     }
 
-    /// Nanoseconds that this thread has run for, where the system tells (the machine's other work does not count then); else those of
-    /// the clock.
+    /// Nanoseconds that this thread has run for, where the system tells (the machine's other work does not
+    /// count then); else those of the clock.
     fn busy() -> u64 {
         static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
         std::fs::read_to_string("/proc/thread-self/schedstat")

@@ -1,4 +1,5 @@
-//! Claims about a default run as a whole: accuracy, figures, repairs, errors, limits, and what a change of frame, order or threads changes.
+//! Claims about a default run as a whole: accuracy, figures, repairs, errors, limits, and what a change of
+//! frame, order or threads changes.
 
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
@@ -427,7 +428,8 @@ fn the_order_of_the_points_hardly_matters() {
     for (k, &i) in order.iter().enumerate() {
         back[i] = b.points.positions[k];
     }
-    // Seeds of charts follow the order of the points, so the charts are others: the two fits agree to within a third of the noise.
+    // Seeds of charts follow the order of the points, so the charts are others: the two fits agree to within
+    // a third of the noise.
     let apart = rms(a.points.positions.iter().zip(&back).map(|(p, q)| norm(sub(*p, *q))));
     assert!(apart < 0.33 * 0.4 * truth.spacing, "{}", apart / truth.spacing);
     assert!((a.report.noise / b.report.noise - 1.0).abs() < 0.1);

@@ -1,4 +1,5 @@
-//! Claims about the numerical tools that all stages share: searches against brute force, factorisations against their definition.
+//! Claims about the numerical tools that all stages share: searches against brute force, factorisations
+//! against their definition.
 
 use atlasfit::Vec3;
 use atlasfit::numeric::dense::{LANES, cholesky, cholesky_solve, eigen3, eliminate};
@@ -109,7 +110,8 @@ proptest! {
         prop_assert!((of_factor - log_det).abs() < 1e-8 * (1.0 + log_det.abs()));
     }
 
-    /// The kernel for vectors against the plain one, and the rest against what is left when the pivots are known.
+    /// The kernel for vectors against the plain one, and the rest against what is left when the pivots are
+    /// known.
     #[test]
     fn elimination_factors_the_pivots_and_leaves_the_rest(n in 1usize..40, seed in any::<u64>()) {
         let width = n.next_multiple_of(LANES);

@@ -1,4 +1,5 @@
-//! Claims about hard input: whatever the points are, a run ends in a sound result or in an error that says what to do.
+//! Claims about hard input: whatever the points are, a run ends in a sound result or in an error that says
+//! what to do.
 
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
@@ -40,7 +41,8 @@ fn uniform(rng: &mut Rng) -> Vec3 {
     [0, 1, 2].map(|_| 2.0 * rng.uniform() - 1.0)
 }
 
-/// A small scene of the given parts: 0 = plane, 1 = line, 2 = clump, 3 = equal points, 4 = sphere, 5 = uniform noise, 6 = not finite.
+/// A small scene of the given parts: 0 = plane, 1 = line, 2 = clump, 3 = equal points, 4 = sphere, 5 =
+/// uniform noise, 6 = not finite.
 fn scene(parts: &[(u8, u16)], seed: u64) -> Vec<Vec3> {
     let mut rng = Rng::new(seed);
     let mut out = Vec::new();

@@ -1,4 +1,5 @@
-//! Claims about the stitched surface of a default run: the right topology, in the right place, facing the right way.
+//! Claims about the stitched surface of a default run: the right topology, in the right place, facing the
+//! right way.
 
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
@@ -108,7 +109,8 @@ fn a_boundary_lies_at_the_end_of_the_data_and_has_no_steps_of_voxels() {
     // By how much the whole boundary is moved outwards, in point spacings.
     let moved = (area - (4.0 - 0.16 * PI)) / ((8.0 + 0.8 * PI) * truth.spacing);
     assert!(moved.abs() < 0.25, "{moved}");
-    // Edges of one triangle only, by where they begin; a staircase would turn by a right angle at every other vertex.
+    // Edges of one triangle only, by where they begin; a staircase would turn by a right angle at every other
+    // vertex.
     let edges: HashSet<(u32, u32)> =
         s.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
     let next: HashMap<u32, u32> = edges.iter().filter(|(a, b)| !edges.contains(&(*b, *a))).copied().collect();

@@ -60,7 +60,8 @@ impl Chart {
             Map::Tube(t) => t.normal_over(p),
         }
     }
-    /// The chart's point at domain coordinates: (u, v) over the unit disk of a patch; along a tube, and the angle over pi.
+    /// The chart's point at domain coordinates: (u, v) over the unit disk of a patch; along a tube, and the
+    /// angle over pi.
     #[must_use]
     pub fn at(&self, uv: [f64; 2]) -> Foot {
         match &self.map {
@@ -68,7 +69,8 @@ impl Chart {
             Map::Tube(t) => t.at(uv),
         }
     }
-    /// How far the data say that there is surface at domain coordinates: 0 to 1, one half at an edge, 0 beyond the domain.
+    /// How far the data say that there is surface at domain coordinates: 0 to 1, one half at an edge, 0
+    /// beyond the domain.
     #[must_use]
     pub fn mask_at(&self, uv: [f64; 2]) -> f64 {
         match &self.map {

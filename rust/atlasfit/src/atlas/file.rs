@@ -1,7 +1,8 @@
 //! An atlas as bytes, and back: a safetensors file, readable from any language.
 //!
-//! In: an [`Atlas`], or bytes from anywhere. Out: bytes that are the same for the same atlas, or a checked atlas. Bytes are not trusted:
-//! whatever does not make a sound atlas is [`Error::BadFile`], and nothing is allocated beyond a small multiple of what was given.
+//! In: an [`Atlas`], or bytes from anywhere. Out: bytes that are the same for the same atlas, or a checked
+//! atlas. Bytes are not trusted: whatever does not make a sound atlas is [`Error::BadFile`], and nothing is
+//! allocated beyond a small multiple of what was given.
 //!
 //! The tensors, for n charts of which s are sheets and t tubes, in the charts' order:
 //!

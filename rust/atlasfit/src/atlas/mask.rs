@@ -1,16 +1,18 @@
 //! The trim mask of a chart: which part of its domain carries surface.
 //!
-//! In: domain coordinates of the points that the chart explains, and the point spacing. Out: a value in [0, 1] anywhere on
-//! the domain, one half at the edge of the data. A place is inside when the points about it surround it: their centroid under a compact
-//! kernel stays near the centroid of the domain itself. At the straight edge of a half plane it is off by a known amount, in a gap between
-//! random samples it is not, so edges are found without mistaking gaps for holes.
+//! In: domain coordinates of the points that the chart explains, and the point spacing. Out: a value in [0,
+//! 1] anywhere on the domain, one half at the edge of the data. A place is inside when the points about it
+//! surround it: their centroid under a compact kernel stays near the centroid of the domain itself. At the
+//! straight edge of a half plane it is off by a known amount, in a gap between random samples it is not, so
+//! edges are found without mistaking gaps for holes.
 
 /// Nodes along one side of the mask's grid.
 pub const SIDE: usize = 9;
-/// Radius of the kernel in point spacings: about thirty points, so that chance moves their centroid by a third of what an
-/// edge does.
+/// Radius of the kernel in point spacings: about thirty points, so that chance moves their centroid by a
+/// third of what an edge does.
 const REACH: f64 = 3.0;
-/// Offset of the centroid at the edge of a half plane, in standard deviations of the kernel: 0.82 for a full disk, 0.87 for a narrow strip.
+/// Offset of the centroid at the edge of a half plane, in standard deviations of the kernel: 0.82 for a full
+/// disk, 0.87 for a narrow strip.
 const EDGE: f64 = 0.85;
 /// Half width of the soft transition, relative to [`EDGE`].
 const SOFT: f64 = 0.3;
@@ -43,8 +45,8 @@ impl Mask {
             / 255.0
     }
 
-    /// Builds the mask from the domain coordinates of the chart's points. `radii` are the domain's half axes and `spacing` the point spacing, in
-    /// the same unit.
+    /// Builds the mask from the domain coordinates of the chart's points. `radii` are the domain's half axes
+    /// and `spacing` the point spacing, in the same unit.
     #[must_use]
     pub fn build(points: &[[f64; 2]], radii: [f64; 2], spacing: f64) -> Self {
         let reach = (REACH * spacing).max(1e-12);
@@ -93,7 +95,8 @@ impl Mask {
                 }
                 let (mx, my) = (wx / w0, wy / w0);
                 let (dx, dy) = (nx / n0 - mx, ny / n0 - my);
-                // Kernel and grid are coarse against each other in narrow domains: no variance below that of one grid cell.
+                // Kernel and grid are coarse against each other in narrow domains: no variance below that of
+                // one grid cell.
                 let least = 1.0 / 12.0 * (2.0 / (SIDE - 1) as f64).powi(2);
                 let cxx = (wxx / w0 - mx * mx).max(least * a * a);
                 let cyy = (wyy / w0 - my * my).max(least * b * b);

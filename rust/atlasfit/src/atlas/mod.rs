@@ -1,8 +1,9 @@
 //! The atlas: overlapping charts, each a smooth map into space.
 //!
-//! Most charts are Monge patches: heights over a plane. Thin tubes, whose curvature would leave a patch too few points to average over, are charts of their
-//! own: an axis and a radius. Everything downstream sees a chart only through [`Chart::view`], [`Chart::nearest`] and [`Chart::weight`].
-//! Lengths are in the normalised frame (the scan's longest side is 1).
+//! Most charts are Monge patches: heights over a plane. Thin tubes, whose curvature would leave a patch too
+//! few points to average over, are charts of their own: an axis and a radius. Everything downstream sees a
+//! chart only through [`Chart::view`], [`Chart::nearest`] and [`Chart::weight`]. Lengths are in the
+//! normalised frame (the scan's longest side is 1).
 
 pub mod chart;
 pub mod file;

@@ -1,6 +1,7 @@
 //! A sheet of surface as a height over a plane.
 //!
-//! A base plane (centre and orthonormal axes), an elliptic domain in it, and a height over the unit disk held as a cubic spline.
+//! A base plane (centre and orthonormal axes), an elliptic domain in it, and a height over the unit disk held
+//! as a cubic spline.
 
 use crate::numeric::spline::{self, COEFFS};
 use crate::numeric::vec3::Vec3;
@@ -28,7 +29,7 @@ const OUTSIDE: f64 = 1.3;
 
 /// A point seen from a patch.
 #[derive(Debug, Clone, Copy)]
-pub struct Local {
+pub struct BaseCoordinates {
     /// Coordinates in the domain, the ellipse mapped to the unit disk.
     pub u: f64,
     /// Second coordinate.
@@ -41,9 +42,9 @@ impl Monge {
     /// The chart's coordinates of `p`.
     #[inline]
     #[must_use]
-    pub fn local(&self, p: Vec3) -> Local {
+    pub fn local(&self, p: Vec3) -> BaseCoordinates {
         let d = p - self.center;
-        Local {
+        BaseCoordinates {
             u: d.dot(self.axes[0]) / self.radii[0],
             v: d.dot(self.axes[1]) / self.radii[1],
             z: d.dot(self.axes[2]),
@@ -61,7 +62,8 @@ impl Monge {
     pub fn point(&self, u: f64, v: f64) -> Vec3 {
         self.lift(u, v, spline::value(&self.coeffs, u, v))
     }
-    /// Unit normal for height slopes `hu`, `hv` with respect to domain coordinates; on the side of the third axis.
+    /// Unit normal for height slopes `hu`, `hv` with respect to domain coordinates; on the side of the third
+    /// axis.
     #[inline]
     #[must_use]
     pub fn normal_of(&self, hu: f64, hv: f64) -> Vec3 {
@@ -79,15 +81,16 @@ impl Monge {
         let n = self.axes[2] + (self.axes[0] * -a + self.axes[1] * -b);
         (h, c, n * c)
     }
-    /// Foot point: the domain coordinates whose surface point is nearest to `p` (Gauss-Newton from the point's own
-    /// coordinates; two steps reach well below the noise on patches as flat as these).
+    /// Foot point: the domain coordinates whose surface point is nearest to `p` (Gauss-Newton from the
+    /// point's own coordinates; two steps reach well below the noise on patches as flat as these).
     #[must_use]
-    pub fn foot(&self, p: Local) -> (f64, f64) {
+    pub fn foot(&self, p: BaseCoordinates) -> (f64, f64) {
         let (mut u, mut v) = (p.u, p.v);
         for _ in 0..2 {
             let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
             let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
-            // Residuals along the base axes and along the normal; metric I + grad gradᵀ, inverted in closed form.
+            // Residuals along the base axes and along the normal; metric I + grad gradᵀ, inverted in closed
+            // form.
             let (du, dv, dz) = ((p.u - u) * self.radii[0], (p.v - v) * self.radii[1], p.z - h);
             let (ru, rv) = (du + a * dz, dv + b * dz);
             let det = 1.0 + a * a + b * b;
@@ -162,7 +165,8 @@ impl Monge {
         let (_, hu, hv) = spline::value_gradient(&self.coeffs, l.u, l.v);
         self.normal_of(hu, hv)
     }
-    /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the plane.
+    /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the
+    /// plane.
     #[must_use]
     pub fn frame(normal: Vec3, along: Vec3) -> [Vec3; 3] {
         let e1 = along - (normal * along.dot(normal));

@@ -22,5 +22,5 @@ pub struct Patch {
     /// Noise that the patch was grown with, standard deviation.
     pub sigma: f64,
     /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
-    pub sound: bool,
+    pub accepted: bool,
 }

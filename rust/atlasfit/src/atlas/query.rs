@@ -1,8 +1,9 @@
 //! Questions to a fitted atlas: the nearest point of its surface, the place of a chart's coordinates.
 //!
-//! In: the charts of a fit and the frame that they live in; points in the user's frame. Out: positions, unit normals, chart and chart coordinates.
-//! The surface is that of the blended charts (partition of unity, as in `project`), trimmed by their masks. What belongs to the other side
-//! of a thin sheet takes no part: it faces away.
+//! In: the charts of a fit and the frame that they live in; points in the user's frame. Out: positions, unit
+//! normals, chart and chart coordinates. The surface is that of the blended charts (partition of unity, as in
+//! `project`), trimmed by their masks. What belongs to the other side of a thin sheet takes no part: it faces
+//! away.
 
 use crate::atlas::{Chart, Foot};
 use crate::error::{Error, Result};
@@ -19,7 +20,8 @@ const BLOCK: usize = 256;
 const EDGE: f64 = 0.5;
 /// Steps from a place beyond the surface's edge towards the chart's centre, and halvings of the last one.
 const STEPS: (usize, usize) = (8, 6);
-/// Samples along one side of a chart's domain for its box, and the margin for what lies between them, relative to the chart's size.
+/// Samples along one side of a chart's domain for its box, and the margin for what lies between them,
+/// relative to the chart's size.
 const BOX: (usize, f64) = (9, 0.05);
 
 /// A fitted atlas.
@@ -99,8 +101,9 @@ impl Atlas {
         })
     }
 
-    /// The nearest point of the surface for each query, in order; `None` for queries that are not finite. Accurate for queries nearer to the surface
-    /// than it bends; farther away, where several places are about as near, one of them.
+    /// The nearest point of the surface for each query, in order; `None` for queries that are not finite.
+    /// Accurate for queries nearer to the surface than it bends; farther away, where several places are about
+    /// as near, one of them.
     ///
     /// # Errors
     /// Cancelled or out of time.

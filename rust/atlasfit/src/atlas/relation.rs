@@ -1,7 +1,7 @@
 //! How overlapping charts face each other.
 
-/// Two overlapping charts, `a` < `b`, and how much their normals agree over the points that they share: positive when they
-/// face the same way, its size the number of points that say so.
+/// Two overlapping charts, `a` < `b`, and how much their normals agree over the points that they share:
+/// positive when they face the same way, its size the number of points that say so.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relation {
     /// First chart.

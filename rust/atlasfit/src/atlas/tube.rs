@@ -1,13 +1,15 @@
 //! A thin tube as a chart: an axis and a radius about it.
 //!
-//! The paper's contour prior (section 3) fits curves to shapes like these; here the curve carries the surface about it. The axis is a cubic in its
-//! arc, the radius a cubic spline along it times a few harmonics around it.
+//! The paper's contour prior (section 3) fits curves to shapes like these; here the curve carries the surface
+//! about it. The axis is a cubic in its arc, the radius a cubic spline along it times a few harmonics around
+//! it.
 
 use super::{Foot, View};
 use crate::numeric::spline::{SIDE, locate, spline, spline_d1};
 use crate::numeric::vec3::Vec3;
 
-/// Harmonics of the radius: the constant, and cosine and sine up to order 4. A square rod keeps its corners to a thirtieth of its width.
+/// Harmonics of the radius: the constant, and cosine and sine up to order 4. A square rod keeps its corners
+/// to a thirtieth of its width.
 pub const HARMONICS: usize = 9;
 /// Nodes of the mask along the axis.
 pub const MASK_NODES: usize = 65;
@@ -37,7 +39,7 @@ pub struct Tube {
 
 /// A point in the tube's own coordinates.
 #[derive(Debug, Clone, Copy)]
-pub struct Local {
+pub struct TubeCoordinates {
     /// Domain coordinate of the axis's nearest point.
     pub s: f64,
     /// Angle about the axis.
@@ -128,7 +130,7 @@ impl Tube {
     }
     /// The tube's coordinates of `p`.
     #[must_use]
-    pub fn local(&self, p: Vec3) -> Local {
+    pub fn local(&self, p: Vec3) -> TubeCoordinates {
         let AxisFoot { s, d, foot, derivatives: [c1, c2], across } = self.foot(p);
         let speed2 = c1.dot(c1);
         let pace = speed2.sqrt() / (speed2 - across.dot(c2)).max(0.3 * speed2);
@@ -136,7 +138,7 @@ impl Tube {
         let [along, e2, e3] = self.section(self.turned(c1));
         let (y, z) = (across.dot(e2), across.dot(e3));
         let out = if d > 0.0 { across * (1.0 / d) } else { e2 };
-        Local { s, theta: z.atan2(y), d, foot, along, out, around: along.cross(out), pace }
+        TubeCoordinates { s, theta: z.atan2(y), d, foot, along, out, around: along.cross(out), pace }
     }
     /// Unit vectors along an axis with derivative `c1`, and the two across from which the angle counts.
     fn section(&self, c1: Vec3) -> [Vec3; 3] {
@@ -154,7 +156,7 @@ impl Tube {
         let d = self.radius_at(s, theta).0;
         let speed2 = c1.dot(c1);
         let pace = speed2.sqrt() / (speed2 - d * out.dot(c2)).max(0.3 * speed2);
-        let l = Local { s, theta, d, foot, along, out, around: along.cross(out), pace };
+        let l = TubeCoordinates { s, theta, d, foot, along, out, around: along.cross(out), pace };
         let (_, normal, r) = self.level(&l);
         Foot { position: (foot + out * r), normal, taper: Self::taper(s), uv }
     }
@@ -184,7 +186,7 @@ impl Tube {
         (r, rs * (SIDE - 3) as f64 * 0.5, rt)
     }
     /// Distance along the normal and the unit normal at a point with local coordinates `l`.
-    fn level(&self, l: &Local) -> (f64, Vec3, f64) {
+    fn level(&self, l: &TubeCoordinates) -> (f64, Vec3, f64) {
         let (r, rs, rt) = self.radius_at(l.s, l.theta);
         // Near the axis the angle means nothing.
         let turn = rt / l.d.max(0.3 * r);

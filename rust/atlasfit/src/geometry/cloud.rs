@@ -44,7 +44,8 @@ pub struct Attribute {
     pub values: Vec<f64>,
 }
 
-/// A point cloud. Positions are f64 in the user's unit and frame; every optional column has one entry per point.
+/// A point cloud. Positions are f64 in the user's unit and frame; every optional column has one entry per
+/// point.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointCloud {
     /// Positions.

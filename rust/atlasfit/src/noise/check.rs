@@ -14,15 +14,16 @@ use crate::spatial::spacing::Sampling;
 
 /// Seeds at which a guess of the noise is tried. The share that is found has an error of three percent.
 const TRIALS: usize = 250;
-/// Half of the patches can be grown at about this share of the true noise: the first value where noise is below the point spacing, the second where
-/// it is as large (seen on surfaces flat and finely detailed, thin and thick).
-const HALF_SOUND: (f64, f64) = (0.92, 0.72);
+/// Half of the patches can be grown at about this share of the true noise: the first value where noise is
+/// below the point spacing, the second where it is as large (seen on surfaces flat and finely detailed, thin
+/// and thick).
+const HALF_ACCEPTED: (f64, f64) = (0.92, 0.72);
 /// Steps between guesses.
 const GUESS_STEP: f64 = 1.35;
 
-/// Checks a first estimate of the noise by growing patches with it, and mends it where the local estimate was misled by
-/// sheets that lie close together or by noise as large as the neighbourhoods: with too small a noise few patches explain their points, with
-/// the right one most do.
+/// Checks a first estimate of the noise by growing patches with it, and mends it where the local estimate was
+/// misled by sheets that lie close together or by noise as large as the neighbourhoods: with too small a
+/// noise few patches explain their points, with the right one most do.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -36,13 +37,13 @@ pub fn by_patches(
     let model = |sigma, source| NoiseModel::new(sigma, source, sampling.median);
     let kept = model(estimate, NoiseSource::Quadrics);
     let step = points.len().div_ceil(TRIALS).max(1);
-    let sound = |sigma: f64| -> Result<f64> {
+    let share = |sigma: f64| -> Result<f64> {
         let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
         let params = |i: usize| {
             let spacing = f64::from(sampling.spacing[i]);
-            GrowParams { sigma, spacing, max_radius: PATCH_SIZE.reach(spacing, sigma), seen: None }
+            GrowParams { sigma, spacing, max_radius: PATCH_SIZE.reach(spacing, sigma), earlier: None }
         };
-        let explained = |p: &Patch| p.sound && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
+        let explained = |p: &Patch| p.accepted && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
         let grown = grow_all(points, tree, &seeds, params, |_| (), ctx)?;
         let (yes, all) =
             grown.iter().flatten().fold((0u32, 0u32), |(y, a), p| (y + u32::from(explained(p)), a + 1));
@@ -58,7 +59,7 @@ pub fn by_patches(
         let t = ((0.5 - below.1) / (above.1 - below.1).max(1e-9)).clamp(0.0, 1.0);
         below.0 * (above.0 / below.0).powf(t)
     };
-    let mut at = (estimate, sound(estimate)?);
+    let mut at = (estimate, share(estimate)?);
     let crossing = if at.1 < 0.5 {
         loop {
             let next = at.0 * GUESS_STEP;
@@ -66,7 +67,7 @@ pub fn by_patches(
             if next > 0.1 {
                 break at.0;
             }
-            let found = (next, sound(next)?);
+            let found = (next, share(next)?);
             if found.1 >= 0.5 {
                 break half(at, found);
             }
@@ -78,7 +79,7 @@ pub fn by_patches(
             if next < floor {
                 return Ok(kept);
             }
-            let found = (next, sound(next)?);
+            let found = (next, share(next)?);
             if found.1 < 0.5 {
                 break half(found, at);
             }
@@ -86,7 +87,7 @@ pub fn by_patches(
         }
     };
     let blur = ((crossing / sampling.median - 0.4) / 0.6).clamp(0.0, 1.0);
-    let tested = crossing / (HALF_SOUND.0 + (HALF_SOUND.1 - HALF_SOUND.0) * blur);
+    let tested = crossing / (HALF_ACCEPTED.0 + (HALF_ACCEPTED.1 - HALF_ACCEPTED.0) * blur);
     // The local estimate is the finer instrument where the two agree.
     Ok(if (0.7..1.35).contains(&(estimate / tested)) { kept } else { model(tested, NoiseSource::Patches) })
 }

@@ -1,7 +1,7 @@
 //! What a scan says about itself: point spacing, noise.
 //!
-//! In: normalised points and their search tree. Out: spacing per point and in the median, the standard deviation of the
-//! noise along the surface normal. No truth, no normals needed.
+//! In: normalised points and their search tree. Out: spacing per point and in the median, the standard
+//! deviation of the noise along the surface normal. No truth, no normals needed.
 
 use crate::error::Result;
 use crate::numeric::dense::{cholesky, cholesky_solve, principal};
@@ -13,16 +13,18 @@ use rayon::prelude::*;
 
 /// Points at which the noise is estimated. The median of this many has an error of a few percent.
 const NOISE_SAMPLES: usize = 1500;
-/// Neighbourhood sizes tried (points), each with the ratio of the median residual to the true noise on a plane (simulated: the median of
-/// a chi distribution with few degrees of freedom lies below its mean).
+/// Neighbourhood sizes tried (points), each with the ratio of the median residual to the true noise on a
+/// plane (simulated: the median of a chi distribution with few degrees of freedom lies below its mean).
 const NOISE_SCALES: [(usize, f64); 7] =
     [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)];
-/// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the square roots of the two
-/// smaller principal variances). On pure noise the ratio of a neighbourhood tends to 0.7 to 0.8.
+/// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the
+/// square roots of the two smaller principal variances). On pure noise the ratio of a neighbourhood tends to
+/// 0.7 to 0.8.
 const FLAT: f64 = 0.6;
 
-/// Ratio of residual to noise on a plane at a given flatness: the principal direction with least variance turns away from the
-/// normal as the neighbourhood becomes a blob (fitted to simulated planes; 1 below a flatness of 0.3).
+/// Ratio of residual to noise on a plane at a given flatness: the principal direction with least variance
+/// turns away from the normal as the neighbourhood becomes a blob (fitted to simulated planes; 1 below a
+/// flatness of 0.3).
 fn flatness_bias(flatness: f64) -> f64 {
     1.0 - 1.9 * (flatness - 0.3).max(0.0).powi(2)
 }
@@ -47,8 +49,9 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f6
                 .collect())
         })
         .collect::<Result<_>>()?;
-    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once the blob's bias
-    // is taken out, so the least reading is the best. Where no size shows a surface, the flattest is taken.
+    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once
+    // the blob's bias is taken out, so the least reading is the best. Where no size shows a surface, the
+    // flattest is taken.
     let (mut least, mut flattest) = (f64::INFINITY, (f64::INFINITY, 0.0));
     for (scale, &(_, chi)) in NOISE_SCALES.iter().enumerate() {
         let at: Vec<(f64, f64)> = per_point.iter().filter_map(|p| p.get(scale).copied()).collect();

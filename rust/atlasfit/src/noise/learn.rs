@@ -1,6 +1,7 @@
 //! The noise as a sample of fitted charts sees it.
 //!
-//! In: what patches are cut from, the noise so far. Out: the noise, lowered where charts clearly see less of it.
+//! In: what patches are cut from, the noise so far. Out: the noise, lowered where charts clearly see less of
+//! it.
 
 use super::{NoiseModel, NoiseSource};
 use crate::error::Result;
@@ -10,16 +11,16 @@ use crate::run::Context;
 
 /// Times the noise may be corrected by charts.
 const ROUNDS: usize = 3;
-/// The noise stands when the charts see at least this share of it: where it varies over the scan, the calmer charts always
-/// see less.
+/// The noise stands when the charts see at least this share of it: where it varies over the scan, the calmer
+/// charts always see less.
 const CONFIRMED: f64 = 0.9;
-/// The quantile of the charts' own noise that is taken: it sees the noise truly even where other charts hold two sheets
-/// unseen.
+/// The quantile of the charts' own noise that is taken: it sees the noise truly even where other charts hold
+/// two sheets unseen.
 const QUANTILE: f64 = 0.3;
 
-/// Lowers the scan's noise to what a sample of charts sees of it, not below its floor: they know it better than the first
-/// estimate, which two sheets close together or strong curvature can mislead upwards. `done` are the points that have their
-/// charts already.
+/// Lowers the scan's noise to what a sample of charts sees of it, not below its floor: they know it better
+/// than the first estimate, which two sheets close together or strong curvature can mislead upwards. `done`
+/// are the points that have their charts already.
 ///
 /// # Errors
 /// Cancelled or out of time.

@@ -1,8 +1,8 @@
 //! How noisy a scan is: the standard deviation of its points along the surface normal.
 //!
-//! Four looks, each better informed than the one before: local quadrics ([`estimate`]), patches grown with that estimate
-//! ([`check`]), thin tubes (the partition's, where they hold most of the scan), charts fitted to a sample of patches
-//! ([`learn`]). A [`NoiseModel`] says what is known and from where.
+//! Four looks, each better informed than the one before: local quadrics ([`estimate`]), patches grown with
+//! that estimate ([`check`]), thin tubes (the partition's, where they hold most of the scan), charts fitted
+//! to a sample of patches ([`learn`]). A [`NoiseModel`] says what is known and from where.
 
 pub mod check;
 pub mod estimate;

@@ -1,12 +1,14 @@
 //! The noise of a scan and where it is known from.
 
-/// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is smaller than that
-/// between the points is not known anyway, and patches that had to explain a clean scan's every crease to the last digit
-/// would shrink to nothing there.
+/// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is
+/// smaller than that between the points is not known anyway, and patches that had to explain a clean scan's
+/// every crease to the last digit would shrink to nothing there.
 const FLOOR: f64 = 0.05;
-/// Noise of at least this share of the point spacing is assumed where a scan has none: the rounding of its coordinates.
+/// Noise of at least this share of the point spacing is assumed where a scan has none: the rounding of its
+/// coordinates.
 const ROUNDING: f64 = 1e-7;
-/// Point spacing that is assumed at least (share of the scan's size), so that the two shares above are never zero.
+/// Point spacing that is assumed at least (share of the scan's size), so that the two shares above are never
+/// zero.
 const LEAST_SPACING: f64 = 1e-9;
 
 /// Where the noise is known from, the least informed source first.

@@ -5,8 +5,9 @@
 use super::vec3::Vec3;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-/// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is not positive: the matrix
-/// is not numerically positive definite and its content is then meaningless. For a handful of unknowns; [`eliminate`] is for dozens.
+/// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is
+/// not positive: the matrix is not numerically positive definite and its content is then meaningless. For a
+/// handful of unknowns; [`eliminate`] is for dozens.
 #[must_use]
 pub fn cholesky(a: &mut [f64], n: usize) -> bool {
     for p in 0..n {
@@ -32,14 +33,17 @@ pub fn cholesky(a: &mut [f64], n: usize) -> bool {
 
 /// Pivots that [`eliminate`] takes at a time: what fits into the registers of any 64-bit processor.
 const ROWS: usize = 4;
-/// Numbers in the widest vector that the kernels here and of the fits are run with; rows and columns are filled up to a multiple of it.
+/// Numbers in the widest vector that the kernels here and of the fits are run with; rows and columns are
+/// filled up to a multiple of it.
 pub const LANES: usize = 4;
 
-/// Eliminates the first `pivots` rows of the symmetric `a` (`width` x `width`, upper triangle, `width` a multiple of [`LANES`]) from those below: they become
-/// rows of the factor U, and the rest what they leave of it (the Schur complement). False if a pivot is not positive.
+/// Eliminates the first `pivots` rows of the symmetric `a` (`width` x `width`, upper triangle, `width` a
+/// multiple of [`LANES`]) from those below: they become rows of the factor U, and the rest what they leave of
+/// it (the Schur complement). False if a pivot is not positive.
 ///
-/// Right-looking by rows, [`ROWS`] pivots at a time: every inner loop runs along a row and has no carried sum, and an entry is loaded and stored once for
-/// several pivots. Vectors are chosen at run time and whole: the entries of a row just left of its diagonal change too.
+/// Right-looking by rows, [`ROWS`] pivots at a time: every inner loop runs along a row and has no carried
+/// sum, and an entry is loaded and stored once for several pivots. Vectors are chosen at run time and whole:
+/// the entries of a row just left of its diagonal change too.
 #[must_use]
 pub fn eliminate(a: &mut [f64], width: usize, pivots: usize) -> bool {
     assert!(width.is_multiple_of(LANES) && a.len() == width * width && pivots <= width);

@@ -1,5 +1,5 @@
-//! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust weights, special
-//! functions, order statistics, random numbers, sorting.
+//! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust
+//! weights, special functions, order statistics, random numbers, sorting.
 
 pub mod dense;
 pub mod rng;

@@ -1,7 +1,7 @@
 //! Robust weights: how much a residual counts when some of the data belong to something else.
 
-/// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 % efficiency for Gaussian
-/// noise, less would tell near sheets apart better but waste data).
+/// Redescending weights reach zero at this many standard deviations (Tukey's biweight; 4.7 gives 95 %
+/// efficiency for Gaussian noise, less would tell near sheets apart better but waste data).
 pub const TUKEY: f64 = 4.0;
 
 /// Tukey's biweight of a residual.

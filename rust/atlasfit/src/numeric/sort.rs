@@ -1,4 +1,5 @@
-//! Sorting and splitting of long lists in a run: in place, on all threads, and never long without a look at the run.
+//! Sorting and splitting of long lists in a run: in place, on all threads, and never long without a look at
+//! the run.
 //!
 //! The order is the comparison's alone, so the result does not depend on the number of threads.
 

@@ -69,3 +69,18 @@ pub fn bessel_scaled(k: f64) -> (f64, f64) {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bessel_functions_at_known_places() {
+        // I0(1) = 1.2660658, I1(1) = 0.5651591, I0(5) = 27.2398718, I1(5) = 24.3356421.
+        for (k, i0, i1) in [(1.0, 1.266_065_8, 0.565_159_1), (5.0, 27.239_871_8, 24.335_642_1)] {
+            let (a, b) = bessel_scaled(k);
+            assert!((a * f64::exp(k) / i0 - 1.0).abs() < 1e-5);
+            assert!((b * f64::exp(k) / i1 - 1.0).abs() < 1e-5);
+        }
+    }
+}

@@ -1,10 +1,10 @@
 //! Uniform cubic B-splines on [-1, 1] and their tensor products on the square.
 //!
-//! In: coefficients, a place of the domain. Out: value, gradient, second derivatives. All charts use the same number of
-//! intervals.
+//! In: coefficients, a place of the domain. Out: value, gradient, second derivatives. All charts use the same
+//! number of intervals.
 
-/// Spline intervals across the chart's domain [-1, 1]. Eight intervals resolve a quarter of the chart's radius, about the
-/// point spacing when a chart holds a hundred points.
+/// Spline intervals across the chart's domain [-1, 1]. Eight intervals resolve a quarter of the chart's
+/// radius, about the point spacing when a chart holds a hundred points.
 pub const INTERVALS: usize = 8;
 /// Cubic B-spline coefficients along one axis.
 pub const SIDE: usize = INTERVALS + 3;
@@ -102,3 +102,57 @@ pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.669_990_521_792_428_1, 0.326_072_577_431_273),
     (0.930_568_155_797_026_3, 0.173_927_422_568_727),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Rng;
+    use proptest::prelude::*;
+
+    fn random_coeffs(seed: u64) -> [f32; COEFFS] {
+        let mut rng = Rng::new(seed);
+        std::array::from_fn(|_| rng.normal() as f32)
+    }
+
+    /// Spline coefficients of c + a u + b v: splines reproduce affine functions when each coefficient is the
+    /// function at its node.
+    fn affine(c: f64, a: f64, b: f64) -> [f32; COEFFS] {
+        let node = |k: usize| (k as f64 - 1.0) * 2.0 / INTERVALS as f64 - 1.0;
+        std::array::from_fn(|i| (c + a * node(i / SIDE) + b * node(i % SIDE)) as f32)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn gradient_and_hessian_are_the_derivatives(seed in any::<u64>(), u in -0.99..0.99f64, v in -0.99..0.99f64) {
+            let c = random_coeffs(seed);
+            let e = 1e-5;
+            let (h, hu, hv) = value_gradient(&c, u, v);
+            prop_assert!((h - value(&c, u, v)).abs() < 1e-12);
+            let d = |f: &dyn Fn(f64) -> f64| (f(e) - f(-e)) / (2.0 * e);
+            let tolerance = 2e-4; // Of values of size 10 to 100: third derivatives jump from one interval to the next.
+            prop_assert!((hu - d(&|t| value(&c, u + t, v))).abs() < tolerance);
+            prop_assert!((hv - d(&|t| value(&c, u, v + t))).abs() < tolerance);
+            let (uu, uv, vv) = hessian(&c, u, v);
+            let tolerance = 2e-2;
+            prop_assert!((uu - d(&|t| value_gradient(&c, u + t, v).1)).abs() < tolerance);
+            prop_assert!((uv - d(&|t| value_gradient(&c, u + t, v).2)).abs() < tolerance);
+            prop_assert!((uv - d(&|t| value_gradient(&c, u, v + t).1)).abs() < tolerance);
+            prop_assert!((vv - d(&|t| value_gradient(&c, u, v + t).2)).abs() < tolerance);
+        }
+    }
+
+    #[test]
+    fn affine_splines_are_affine() {
+        let c = affine(1.0, 0.5, -0.25);
+        for (u, v) in [(0.0, 0.0), (0.9, -0.3), (-1.0, 1.0), (0.333, 0.777)] {
+            let (h, hu, hv) = value_gradient(&c, u, v);
+            assert!(
+                (h - (1.0 + 0.5 * u - 0.25 * v)).abs() < 1e-6
+                    && (hu - 0.5).abs() < 1e-5
+                    && (hv + 0.25).abs() < 1e-5
+            );
+        }
+    }
+}

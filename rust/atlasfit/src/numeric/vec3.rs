@@ -1,7 +1,7 @@
 //! Vectors in space, f64, with operators: `a + b * s`, `a.dot(b)`.
 //!
-//! Data that users hand in and take out are plain `[f64; 3]`; a [`Vec3`] is the same three numbers in memory, so [`of`]
-//! reads a slice of them as vectors without a copy.
+//! Data that users hand in and take out are plain `[f64; 3]`; a [`Vec3`] is the same three numbers in memory,
+//! so [`of`] reads a slice of them as vectors without a copy.
 
 use bytemuck::{TransparentWrapper, allocation::TransparentWrapperAlloc};
 use std::iter::Sum;

@@ -1,7 +1,8 @@
 //! Which way each chart faces, and where that is impossible (one-sided surfaces).
 //!
-//! In: charts and the points that they share. Out: a sign per chart, and the pairs of overlapping charts whose relative
-//! orientation is known (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than a point's).
+//! In: charts and the points that they share. Out: a sign per chart, and the pairs of overlapping charts
+//! whose relative orientation is known (after Hoppe et al. 1992, with charts in place of points: a chart's
+//! normal is far better known than a point's).
 
 use crate::atlas::FittedChart;
 use crate::atlas::Membership;
@@ -16,7 +17,8 @@ use crate::spatial::sets::{Sets, SignedSets};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BinaryHeap};
 
-/// The sum of all agreement between two sets of charts, for the strongest to come first; the lesser root first.
+/// The sum of all agreement between two sets of charts, for the strongest to come first; the lesser root
+/// first.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Link {
     /// Bits of the absolute agreement: as numbers that are not negative, they are ordered as their bits.
@@ -31,20 +33,21 @@ impl Link {
     }
 }
 
-/// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose charts contradict each other
-/// over whole overlaps.
+/// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose
+/// charts contradict each other over whole overlaps.
 const MIN_CONFLICT: f64 = 1.0;
 
-/// Share of all agreement that must be contradicted before a surface counts as one-sided. A Moebius strip must be cut across its whole width,
-/// which takes one or two percent of its overlaps; stray charts contradict in far fewer.
+/// Share of all agreement that must be contradicted before a surface counts as one-sided. A Moebius strip
+/// must be cut across its whole width, which takes one or two percent of its overlaps; stray charts
+/// contradict in far fewer.
 const ONE_SIDED: f64 = 0.004;
 
-/// Charts so many standard deviations of the noise apart, or less than the point `spacing`, may be of one sheet or of two: sweeps of a scanner that
-/// are misaligned lie as near, and face the same way.
+/// Charts so many standard deviations of the noise apart, or less than the point `spacing`, may be of one
+/// sheet or of two: sweeps of a scanner that are misaligned lie as near, and face the same way.
 const UNSURE: f64 = 1.8;
 
-/// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are the two sides of a wall or a gap,
-/// which face opposite ways.
+/// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are the two sides
+/// of a wall or a gap, which face opposite ways.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -55,7 +58,8 @@ pub fn relations(
     spacing: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Relation>> {
-    // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the points.
+    // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the
+    // points.
     let of_point = |i: usize| {
         let row = members.of(i);
         let mut views: Vec<(u32, f64, Vec3, Vec3, f64)> = row
@@ -110,12 +114,14 @@ const ACROSS: f64 = 1.5;
 const WALL: f64 = 0.3;
 /// Sheets whose normals have a greater cosine are parallel.
 const PARALLEL: f64 = 0.7;
-/// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same sheet.
+/// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same
+/// sheet.
 const SAME_SHEET: f64 = 2.0;
 
-/// Charts that face each other across a wall or a gap, seen from the centre of either: the next sheet on each side faces the other way, if it is
-/// parallel, nearer than a patch is wide, and not as near as misaligned sweeps. Where a wall ends in a sharp rim, charts on its sides share few
-/// points, and those say little; this is then what is known of the one side's orientation to the other's.
+/// Charts that face each other across a wall or a gap, seen from the centre of either: the next sheet on each
+/// side faces the other way, if it is parallel, nearer than a patch is wide, and not as near as misaligned
+/// sweeps. Where a wall ends in a sharp rim, charts on its sides share few points, and those say little; this
+/// is then what is known of the one side's orientation to the other's.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -186,9 +192,10 @@ pub struct Signs {
     pub conflicts: Vec<Pair>,
 }
 
-/// Signs per chart from the relations and from what is known of walls, and the relations that the signs contradict. Sets of charts are joined in the order of
-/// the agreement between them, all pairs of their charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction,
-/// as for multicuts: Keuper et al. 2015.)
+/// Signs per chart from the relations and from what is known of walls, and the relations that the signs
+/// contradict. Sets of charts are joined in the order of the agreement between them, all pairs of their
+/// charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction, as for
+/// multicuts: Keuper et al. 2015.)
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -253,8 +260,9 @@ pub fn orient(
     Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
 }
 
-/// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each chart how much of the surface agrees with
-/// its normal, less how much does not) says in sum. Returns which charts were turned.
+/// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each
+/// chart how much of the surface agrees with its normal, less how much does not) says in sum. Returns which
+/// charts were turned.
 pub fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<bool> {
     let mut sets = Sets::new(charts.len());
     relations.iter().for_each(|r| sets.join(r.a, r.b));
@@ -276,7 +284,8 @@ pub fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<b
 mod tests {
     use super::*;
 
-    /// Two sets of three charts that agree among themselves; one pair across says the opposite of what two weaker ones say.
+    /// Two sets of three charts that agree among themselves; one pair across says the opposite of what two
+    /// weaker ones say.
     #[test]
     fn two_sets_follow_all_their_pairs_together_and_not_the_strongest() -> Result<()> {
         let all =

@@ -1,102 +1,74 @@
 //! Growing one patch: the largest neighbourhood of a point that is a graph over a plane.
 //!
-//! In: the points, their search tree, a seed, the noise. Out: base plane, elliptic domain and members of a patch, or
-//! nothing where there are too few points. A small quadric is fitted first; the patch then grows while the quadric predicts the
-//! points of the next ring to within the noise, so that a second sheet near in space is never taken in. The domain is
-//! shortened across strong curvature: along a tube a patch is long, around it short.
+//! In: the points, their search tree, a seed, the noise. Out: base plane, elliptic domain and members of a
+//! patch, or nothing where there are too few points. A small quadric is fitted first; the patch then grows
+//! while the quadric predicts the points of the next ring to within the noise, so that a second sheet near in
+//! space is never taken in. The domain is shortened across strong curvature: along a tube a patch is long,
+//! around it short.
 
+use super::moments::{PatchPoints, fit_quadric, quad};
 use crate::atlas::Monge;
 use crate::atlas::Patch;
 use crate::atlas::ProjectedPoint;
-use crate::numeric::dense::{LANES, cholesky, cholesky_solve, principal};
+use crate::numeric::dense::principal;
 use crate::numeric::robust::TUKEY;
 use crate::numeric::vec3::Vec3;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
-use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// What growing needs to know of the scan.
 #[derive(Debug, Clone, Copy)]
-pub struct GrowParams<'a> {
+pub(crate) struct GrowParams<'a> {
     /// Noise, standard deviation.
     pub sigma: f64,
     /// Point spacing about the seed.
     pub spacing: f64,
     /// No patch grows beyond this radius.
     pub max_radius: f64,
-    /// Where an earlier fit saw the points: a patch takes none that it saw on the other side of a wall or a gap.
-    pub seen: Option<&'a [ProjectedPoint]>,
+    /// Where an earlier fit put the points: a patch takes none of an opposing sheet.
+    pub earlier: Option<&'a [ProjectedPoint]>,
 }
 
-/// Points that face each other are of different sheets if this many standard deviations of the noise, at least, lie between them.
+/// Points that face each other are of different sheets if this many standard deviations of the noise, at
+/// least, lie between them.
 const BETWEEN: f64 = 1.0;
 
-/// Whether point `b` lies on another sheet than place `a`, across a wall or a gap, as an earlier fit saw them: it faces the other way, and does not lie
-/// where a surface that starts at `a` would come by it if `b` were only turned the wrong way. (The chord of an arc is perpendicular to the sum of
-/// its ends' normals.)
+/// Whether point `b` of an earlier fit lies on a sheet that opposes the place with this normal. It does when
+/// it faces the other way, unless it lies where a smooth surface that starts at the place would come by it
+/// and `b` is only turned the wrong way. (The chord of an arc is perpendicular to the sum of its ends'
+/// normals.)
 #[must_use]
-pub fn across(a: (Vec3, Vec3), b: &ProjectedPoint, sigma: f64) -> bool {
-    let ((place, normal), facing) = (a, b.normal);
+pub(crate) fn is_across(place: Vec3, normal: Vec3, b: &ProjectedPoint, sigma: f64) -> bool {
+    let facing = b.normal;
     b.chart != u32::MAX
         && facing.dot(normal) < 0.0
         && (b.position - place).dot(normal - facing).abs() >= 2.0 * BETWEEN * sigma
 }
 
-/// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees, so that
-/// heights over the base plane stay well conditioned.
+/// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees,
+/// so that heights over the base plane stay well conditioned.
 const MAX_BEND: f64 = 0.75;
-/// Prior deviation of a quadric's curved coefficients relative to the patch radius: surfaces that bend by more than a third of the radius
-/// within it are rare, and without this a handful of noisy points looks like a spike.
+/// Prior deviation of a quadric's curved coefficients relative to the patch radius: surfaces that bend by
+/// more than a third of the radius within it are rare, and without this a handful of noisy points looks like
+/// a spike.
 const CURVED: f64 = 0.35;
 /// A narrow patch may become this many times longer than a round one.
 const MAX_LENGTHEN: f64 = 2.5;
 /// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
 const GROWTH: f64 = 1.3;
-/// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a few thousand tell as much.
+/// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a
+/// few thousand tell as much.
 const MAX_FOUND: usize = 4096;
 /// Fewer points than this carry no quadric.
-pub const MIN_MEMBERS: usize = 7;
+pub(crate) const MIN_MEMBERS: usize = 7;
 /// Points a little outside the domain still take part in the fit, so that a chart's rim is not extrapolated.
-pub const RIM: f64 = 1.1;
-
-#[inline]
-fn quad(q: &[f64; 6], u: f64, v: f64) -> f64 {
-    q[0] + q[1] * u + q[2] * v + q[3] * u * u + q[4] * u * v + q[5] * v * v
-}
+pub(crate) const RIM: f64 = 1.1;
 
 /// Buffers of one worker.
 #[derive(Default)]
-pub struct Scratch {
+pub(crate) struct Scratch {
     found: Vec<Neighbour>,
-    local: Local,
+    local: PatchPoints,
 }
-
-/// Points in the frame of a patch, coordinate by coordinate.
-#[derive(Default)]
-struct Local {
-    u: Vec<f64>,
-    v: Vec<f64>,
-    z: Vec<f64>,
-}
-
-impl Local {
-    fn clear(&mut self) {
-        [&mut self.u, &mut self.v, &mut self.z].into_iter().for_each(Vec::clear);
-    }
-    fn push(&mut self, u: f64, v: f64, z: f64) {
-        self.u.push(u);
-        self.v.push(v);
-        self.z.push(z);
-    }
-    /// Fills the last vector with points that are too far away to weigh anything.
-    fn fill(&mut self) {
-        while !self.u.len().is_multiple_of(LANES) {
-            self.push(0.0, 0.0, FAR);
-        }
-    }
-}
-
-/// A height that has no weight in any fit.
-const FAR: f64 = 1e150;
 
 struct State {
     center: Vec3,
@@ -108,7 +80,7 @@ struct State {
 
 /// Grows a patch from point `seed`.
 #[must_use]
-pub fn grow(
+pub(crate) fn grow(
     points: &[Vec3],
     tree: &Neighbours,
     seed: usize,
@@ -127,15 +99,15 @@ fn grow_from(
     seed: usize,
     p: &GrowParams<'_>,
     found: &mut Vec<Neighbour>,
-    local: &mut Local,
+    local: &mut PatchPoints,
 ) -> Option<Patch> {
     let origin = points[seed];
     let same_sheet = |found: &mut Vec<Neighbour>| {
-        if let Some(seen) = p.seen
-            && seen[seed].chart != u32::MAX
+        if let Some(earlier) = p.earlier
+            && earlier[seed].chart != u32::MAX
         {
-            let at = (seen[seed].position, seen[seed].normal);
-            found.retain(|f| !across(at, &seen[f.index as usize], p.sigma));
+            let own = &earlier[seed];
+            found.retain(|f| !is_across(own.position, own.normal, &earlier[f.index as usize], p.sigma));
         }
     };
     tree.within(origin, p.max_radius * RIM, found);
@@ -163,7 +135,7 @@ fn grow_from(
     };
     let mut best: Option<State> = None;
     let mut radius = start;
-    let mut sound = false;
+    let mut accepted = false;
     let mut wide = false;
     loop {
         let reach = radius * RIM * 1.5;
@@ -176,7 +148,7 @@ fn grow_from(
         if !ok && !first {
             break;
         }
-        sound = ok;
+        accepted = ok;
         let bent = next.radii[0] < radius * 0.999 && next.radii[1] < radius * 0.999;
         state = State { ..next };
         best = Some(State { ..next });
@@ -216,7 +188,7 @@ fn grow_from(
         residual: s.residual,
         spacing: p.spacing,
         sigma: p.sigma,
-        sound,
+        accepted,
     })
 }
 
@@ -242,7 +214,7 @@ fn step(
     from: &State,
     radius: f64,
     sigma: f64,
-    local: &mut Local,
+    local: &mut PatchPoints,
 ) -> Option<State> {
     let mut s = State { ..*from };
     // The old quadric predicts heights; in the new units its coefficients scale.
@@ -304,101 +276,8 @@ fn step(
     Some(s)
 }
 
-/// One round of weighted least squares of z against the six monomials, weights by the residuals to the current `q`.
-/// `ridge` is the ratio of noise to the prior deviation of the curved terms. Returns the deviations of the two squares' coefficients in
-/// units of the noise.
-fn fit_quadric(local: &Local, q: &mut [f64; 6], limit: f64, ridge: f64) -> Option<[f64; 2]> {
-    let (m, mut b) = Arch::new().dispatch(Moments { local, q, limit });
-    let [total, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv] = m;
-    let mut a = [
-        [total, u, v, uu, uv, vv],
-        [0.0, uu, uv, uuu, uuv, uvv],
-        [0.0, 0.0, vv, uuv, uvv, vvv],
-        [0.0, 0.0, 0.0, uuuu, uuuv, uuvv],
-        [0.0, 0.0, 0.0, 0.0, uuvv, uvvv],
-        [0.0, 0.0, 0.0, 0.0, 0.0, vvvv],
-    ];
-    let a = a.as_flattened_mut();
-    if total < 4.0 {
-        return None;
-    }
-    // With points on a line the quadric is not determined, the plane is: hence the trace of ridge.
-    for i in 0..6 {
-        a[i * 7] += if i < 3 { 1e-9 * total } else { 1e-4 * total + ridge * ridge };
-    }
-    if !cholesky(a, 6) {
-        return None;
-    }
-    cholesky_solve(a, 6, &mut b);
-    *q = b;
-    Some([3, 5].map(|k| {
-        let mut unit = [0.0; 6];
-        unit[k] = 1.0;
-        cholesky_solve(a, 6, &mut unit);
-        unit[k].max(0.0).sqrt()
-    }))
-}
-
-/// Sums over points of w u^i v^j for i + j up to 4, and of w z u^i v^j up to 2, where w are Tukey's weights of their distances to the quadric `q`.
-struct Moments<'a> {
-    local: &'a Local,
-    q: &'a [f64; 6],
-    limit: f64,
-}
-
-impl WithSimd for Moments<'_> {
-    type Output = ([f64; 15], [f64; 6]);
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        // Wider ones exist only where another crate has turned them on in pulp.
-        if S::F64_LANES > LANES {
-            return self.with_simd(Scalar::new());
-        }
-        let Self { local: Local { u, v, z }, q, limit } = self;
-        let zero = simd.splat_f64s(0.0);
-        let one = simd.splat_f64s(1.0);
-        let (mut m, mut b) = ([zero; 15], [zero; 6]);
-        let [q0, q1, q2] = [simd.splat_f64s(q[0]), simd.splat_f64s(q[1]), simd.splat_f64s(q[2])];
-        let [q3, q4, q5] = [simd.splat_f64s(q[3]), simd.splat_f64s(q[4]), simd.splat_f64s(q[5])];
-        let narrow = simd.splat_f64s(1.0 / limit);
-        let (u, v, z) = (S::as_simd_f64s(u).0, S::as_simd_f64s(v).0, S::as_simd_f64s(z).0);
-        for ((&u, &v), &z) in u.iter().zip(v).zip(z) {
-            let (uu, uv, vv) = (simd.mul_f64s(u, u), simd.mul_f64s(u, v), simd.mul_f64s(v, v));
-            let h = simd.mul_add_e_f64s(q1, u, simd.mul_add_e_f64s(q2, v, q0));
-            let h = simd.mul_add_e_f64s(q3, uu, simd.mul_add_e_f64s(q4, uv, simd.mul_add_e_f64s(q5, vv, h)));
-            let t = simd.mul_f64s(simd.sub_f64s(z, h), narrow);
-            let t = simd.max_f64s(simd.sub_f64s(one, simd.mul_f64s(t, t)), zero);
-            let w = simd.mul_f64s(t, t);
-            let (wu, wv) = (simd.mul_f64s(w, u), simd.mul_f64s(w, v));
-            let (wuu, wuv, wvv) = (simd.mul_f64s(w, uu), simd.mul_f64s(w, uv), simd.mul_f64s(w, vv));
-            m[0] = simd.add_f64s(m[0], w);
-            m[1] = simd.add_f64s(m[1], wu);
-            m[2] = simd.add_f64s(m[2], wv);
-            m[3] = simd.add_f64s(m[3], wuu);
-            m[4] = simd.add_f64s(m[4], wuv);
-            m[5] = simd.add_f64s(m[5], wvv);
-            m[6] = simd.mul_add_e_f64s(wuu, u, m[6]);
-            m[7] = simd.mul_add_e_f64s(wuu, v, m[7]);
-            m[8] = simd.mul_add_e_f64s(wvv, u, m[8]);
-            m[9] = simd.mul_add_e_f64s(wvv, v, m[9]);
-            m[10] = simd.mul_add_e_f64s(wuu, uu, m[10]);
-            m[11] = simd.mul_add_e_f64s(wuu, uv, m[11]);
-            m[12] = simd.mul_add_e_f64s(wuu, vv, m[12]);
-            m[13] = simd.mul_add_e_f64s(wvv, uv, m[13]);
-            m[14] = simd.mul_add_e_f64s(wvv, vv, m[14]);
-            b[0] = simd.mul_add_e_f64s(w, z, b[0]);
-            b[1] = simd.mul_add_e_f64s(wu, z, b[1]);
-            b[2] = simd.mul_add_e_f64s(wv, z, b[2]);
-            b[3] = simd.mul_add_e_f64s(wuu, z, b[3]);
-            b[4] = simd.mul_add_e_f64s(wuv, z, b[4]);
-            b[5] = simd.mul_add_e_f64s(wvv, z, b[5]);
-        }
-        (m.map(|x| simd.reduce_sum_f64s(x)), b.map(|x| simd.reduce_sum_f64s(x)))
-    }
-}
-
-/// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another sheet's. Notes the
-/// residual.
+/// Whether the points over the domain lie on the quadric to within the noise, and are not mixed with another
+/// sheet's. Notes the residual.
 fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bool {
     let small = s.radii[0].min(s.radii[1]);
     let limit = TUKEY * sigma + 0.05 * small;
@@ -428,43 +307,8 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bo
 
 /// Whether a residual is the noise's, on a domain whose smaller half axis is `small`.
 #[must_use]
-pub fn explains(residual: f64, small: f64, sigma: f64) -> bool {
-    // The fit's basis can follow more than a quadric: a sixteenth of the radius of unexplained height is still fine.
+pub(crate) fn explains(residual: f64, small: f64, sigma: f64) -> bool {
+    // The fit's basis can follow more than a quadric: a sixteenth of the radius of unexplained height is
+    // still fine.
     residual <= (1.35 * sigma).max(0.06 * small)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::robust::tukey;
-    use proptest::prelude::*;
-
-    proptest! {
-        /// The vector kernel against plain sums.
-        #[test]
-        fn moments_are_sums_over_the_points(
-            seen in prop::collection::vec(prop::array::uniform3(-1.0f64..1.0), 1..40),
-            q in prop::array::uniform6(-1.0f64..1.0),
-            limit in 0.1f64..4.0,
-        ) {
-            let mut local = Local::default();
-            seen.iter().for_each(|&[u, v, z]| local.push(u, v, z));
-            local.fill();
-            let (m, b) = Arch::new().dispatch(Moments { local: &local, q: &q, limit });
-            // The powers of u and v, in the order of the kernel's sums.
-            let powers = (0..=4).flat_map(|n| (0..=n).map(move |j| (n - j, j)));
-            for (k, (i, j)) in powers.enumerate() {
-                let (mut sum, mut height) = (0.0, 0.0);
-                for &[u, v, z] in &seen {
-                    let w = tukey(z - quad(&q, u, v), limit) * u.powi(i) * v.powi(j);
-                    sum += w;
-                    height += w * z;
-                }
-                prop_assert!((m[k] - sum).abs() < 1e-12 * seen.len() as f64, "u^{} v^{}", i, j);
-                if let Some(b) = b.get(k) {
-                    prop_assert!((b - height).abs() < 1e-12 * seen.len() as f64, "z u^{} v^{}", i, j);
-                }
-            }
-        }
-    }
 }

@@ -1,6 +1,7 @@
 //! Colours and attributes of the scan on the surface.
 //!
-//! In: the scan as it was given, the denoised points, the surface. Out: a mesh that carries the scan's columns.
+//! In: the scan as it was given, the denoised points, the surface. Out: a mesh that carries the scan's
+//! columns.
 
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
@@ -14,7 +15,8 @@ use rayon::prelude::*;
 /// Points that an attribute of a vertex is averaged over.
 const TRANSFER_K: usize = 4;
 
-/// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes the surface.
+/// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes
+/// the surface.
 pub(super) fn mesh(cloud: &PointCloud, built: &mut Built, ctx: &Context<'_>) -> Result<TriMesh> {
     ctx.check()?;
     let surface = std::mem::take(&mut built.surface);
@@ -36,8 +38,8 @@ fn first_inputs(of_input: &[u32], points: usize) -> Vec<u32> {
     first
 }
 
-/// Carries colours and attributes from the denoised points to the mesh's vertices: averages over the nearest points by inverse squared
-/// distance; whole numbers are labels and come from the nearest point alone.
+/// Carries colours and attributes from the denoised points to the mesh's vertices: averages over the nearest
+/// points by inverse squared distance; whole numbers are labels and come from the nearest point alone.
 fn transfer(
     cloud: &PointCloud,
     projected: &[ProjectedPoint],

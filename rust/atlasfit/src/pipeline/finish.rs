@@ -21,8 +21,8 @@ const BYTES_PER_TRIANGLE: u64 = 250;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.
 const UV_STRETCH: f64 = 1.25;
 
-/// The noise that the report tells: of the scan as the charts know it; after a guide, which leaves little of it, as it was
-/// before.
+/// The noise that the report tells: of the scan as the charts know it; after a guide, which leaves little of
+/// it, as it was before.
 pub(super) fn reported_noise(scan: NoiseModel, charts: NoiseModel, guided: bool) -> f64 {
     let before = scan.sigma.max(charts.rounding);
     match charts.for_charts() {
@@ -109,8 +109,8 @@ struct Moved {
     outlier: Vec<bool>,
 }
 
-/// Moves the points of `cloud` to where the charts say the surface is, `to_user` from the normalised frame. Outliers and
-/// points that are not finite stay where they are.
+/// Moves the points of `cloud` to where the charts say the surface is, `to_user` from the normalised frame.
+/// Outliers and points that are not finite stay where they are.
 fn move_points(
     cloud: &PointCloud,
     input: &InputMap,

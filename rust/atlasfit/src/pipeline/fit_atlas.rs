@@ -31,8 +31,8 @@ pub(super) fn cut(scan: &Scan, size: PatchSize) -> Cut<'_> {
     }
 }
 
-/// Cuts the scan and fits a chart to each piece, about `charts` in all where that is given. Mends the scan's noise by what
-/// tubes and a sample of charts see of it.
+/// Cuts the scan and fits a chart to each piece, about `charts` in all where that is given. Mends the scan's
+/// noise by what tubes and a sample of charts see of it.
 pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_>) -> Result<FirstAtlas> {
     let size = match charts {
         None => PATCH_SIZE,

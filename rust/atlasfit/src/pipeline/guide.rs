@@ -1,7 +1,8 @@
-//! A guide: a first surface that a scan is projected onto before charts are fitted, such as the paper's networks.
+//! A guide: a first surface that a scan is projected onto before charts are fitted, such as the paper's
+//! networks.
 //!
-//! In: a prepared scan and a [`Guide`]. Out: the scan with its points on the guide's surface. What is left of the noise is
-//! then the scan's, and everything after that is the same as without a guide.
+//! In: a prepared scan and a [`Guide`]. Out: the scan with its points on the guide's surface. What is left of
+//! the noise is then the scan's, and everything after that is the same as without a guide.
 
 use super::prepare::{self, Scan};
 use crate::error::Result;
@@ -22,16 +23,16 @@ pub trait Guide: Sync {
     /// [`crate::Error::InvalidArgument`].
     fn validate(&self) -> Result<()>;
 
-    /// A surface near `points`. Points and surface are in the normalised frame (the scan's longest side is 1); `sigma` is the
-    /// standard deviation of their noise.
+    /// A surface near `points`. Points and surface are in the normalised frame (the scan's longest side is
+    /// 1); `sigma` is the standard deviation of their noise.
     ///
     /// # Errors
     /// Those of the guide; cancelled or out of time.
     fn surface(&self, points: &[Vec3], sigma: f64, ctx: &Context<'_>) -> Result<TriMesh>;
 }
 
-/// Moves the scan's points onto the guide's surface. Points that the guide has not followed stay: those farther from it
-/// than noise reaches.
+/// Moves the scan's points onto the guide's surface. Points that the guide has not followed stay: those
+/// farther from it than noise reaches.
 pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result<Scan> {
     let surface = guide.surface(&scan.points, scan.noise.sigma, ctx)?;
     let Scan { points, tree, noise, mut input, .. } = scan;

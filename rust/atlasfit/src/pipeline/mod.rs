@@ -1,8 +1,9 @@
 //! The main job: a noisy scan in; denoised points, one surface and chart UVs out.
 //!
-//! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface to project
-//! onto) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) → `surface` (charts blended,
-//! contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back to the user's frame, report).
+//! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
+//! to project onto) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) →
+//! `surface` (charts blended, contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back
+//! to the user's frame, report).
 
 mod attributes;
 mod finish;
@@ -23,8 +24,8 @@ use crate::geometry::PointCloud;
 use crate::numeric::vec3;
 use crate::run::{Context, Run};
 
-/// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts. Bytes; measured as
-/// peak resident memory over points at 64,000 and 1,000,000 points.
+/// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts. Bytes;
+/// measured as peak resident memory over points at 64,000 and 1,000,000 points.
 const BYTES_PER_POINT: u64 = 700;
 
 /// Denoises a scan.
@@ -45,14 +46,15 @@ const BYTES_PER_POINT: u64 = 700;
 /// ```
 ///
 /// # Errors
-/// [`crate::Error::EmptyInput`] without a finite point, [`crate::Error::Degenerate`] where the points are no surface (too
-/// few, all in one place or on a line), [`crate::Error::InvalidArgument`] for options out of range, and those of a cancelled
-/// or limited run.
+/// [`crate::Error::EmptyInput`] without a finite point, [`crate::Error::Degenerate`] where the points are no
+/// surface (too few, all in one place or on a line), [`crate::Error::InvalidArgument`] for options out of
+/// range, and those of a cancelled or limited run.
 pub fn denoise(cloud: &PointCloud, options: &DenoiseOptions, run: &mut Run<'_>) -> Result<Denoised> {
     denoise_guided(cloud, options, None, run)
 }
 
-/// [`denoise`] with a guide, such as the paper's networks: the scan is projected onto the guide's surface first.
+/// [`denoise`] with a guide, such as the paper's networks: the scan is projected onto the guide's surface
+/// first.
 ///
 /// # Errors
 /// As [`denoise`], and those of the guide.

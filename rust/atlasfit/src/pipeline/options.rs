@@ -24,7 +24,8 @@ pub struct DenoiseOptions {
     pub detail: f64,
     /// Number of charts to aim for; `None` = as many as the shape needs.
     pub charts: Option<usize>,
-    /// Holes with a boundary shorter than this are filled, in the scan's unit; 0 fills only gaps of the sampling.
+    /// Holes with a boundary shorter than this are filled, in the scan's unit; 0 fills only gaps of the
+    /// sampling.
     pub fill_holes: f64,
     /// Side of the texture page in texels, for the padding between UV charts.
     pub texture_size: u32,

@@ -1,7 +1,8 @@
 //! A scan looked at for the first time: what is in it, and the frame in which everything else works.
 //!
-//! In: positions in the user's unit. Out: the distinct finite points that are not stray, moved to the origin and scaled to size 1, with search
-//! tree, spacing and noise; and how many points were left out, for which reason.
+//! In: positions in the user's unit. Out: the distinct finite points that are not stray, moved to the origin
+//! and scaled to size 1, with search tree, spacing and noise; and how many points were left out, for which
+//! reason.
 
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate};
@@ -19,7 +20,8 @@ use rayon::prelude::*;
 pub const MIN_POINTS: usize = 12;
 /// Scans smaller or larger than this, in any unit, cannot be computed with.
 const SIZE: (f64, f64) = (1e-280, 1e280);
-/// Share of the points beyond each side of the frame: one stray point far away must not squeeze the rest into rounding noise.
+/// Share of the points beyond each side of the frame: one stray point far away must not squeeze the rest into
+/// rounding noise.
 const BEYOND: f64 = 0.005;
 /// Points farther than this many of the scan's sizes are stray.
 const FAR: f64 = 1e6;
@@ -138,9 +140,9 @@ pub struct InputMap {
 /// Prepares a scan. `given_noise`, in the user's unit, replaces the estimate.
 ///
 /// # Errors
-/// [`Error::EmptyInput`] without a finite point; [`Error::Degenerate`] where the points are no surface: too few, all in one
-/// place or on a line, beyond what numbers can hold; [`Error::InvalidArgument`] for noise as large as the scan; cancelled or
-/// out of time.
+/// [`Error::EmptyInput`] without a finite point; [`Error::Degenerate`] where the points are no surface: too
+/// few, all in one place or on a line, beyond what numbers can hold; [`Error::InvalidArgument`] for noise as
+/// large as the scan; cancelled or out of time.
 pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Scan> {
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
     check_any(&points, of_input.len(), not_finite)?;
@@ -296,7 +298,8 @@ pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
 
 /// Points that are much lonelier than the points around them.
 fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<bool>> {
-    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan too.
+    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan
+    // too.
     let mut all = spacing.to_vec();
     let at = all.len() * 9 / 10;
     let lonely = WIDEST * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);

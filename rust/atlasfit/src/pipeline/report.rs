@@ -47,12 +47,13 @@ pub struct Report {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Denoised {
-    /// Denoised points with normals and the scan's own attributes, in input order (points that are not finite stay as they were; outliers
-    /// too unless they are dropped).
+    /// Denoised points with normals and the scan's own attributes, in input order (points that are not finite
+    /// stay as they were; outliers too unless they are dropped).
     pub points: PointCloud,
     /// For each denoised point, the input point it came from.
     pub point_source: Vec<u32>,
-    /// For each denoised point, the chart that weighs most there; `u32::MAX` for points on no chart: outliers, and those that are not finite.
+    /// For each denoised point, the chart that weighs most there; `u32::MAX` for points on no chart:
+    /// outliers, and those that are not finite.
     pub point_chart: Vec<u32>,
     /// The stitched surface, with normals, UVs and the scan's attributes.
     pub surface: TriMesh,

@@ -1,7 +1,8 @@
-//! Which points lie on which sheet: charts oriented, points projected, and charts near another sheet fitted anew.
+//! Which points lie on which sheet: charts oriented, points projected, and charts near another sheet fitted
+//! anew.
 //!
-//! In: the first atlas. Out: an oriented atlas, each point of the scan on it. These rounds stand above partition, fit,
-//! orient and blend, as they need all four.
+//! In: the first atlas. Out: an oriented atlas, each point of the scan on it. These rounds stand above
+//! partition, fit, orient and blend, as they need all four.
 
 use super::fit_atlas::{FirstAtlas, cut};
 use super::prepare::Scan;
@@ -11,8 +12,8 @@ use crate::error::Result;
 use crate::run::{Context, Stage};
 use crate::{fit, orient, partition};
 
-/// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs to which. The
-/// second time brings a third of what the first brings, a third one a third of that.
+/// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs
+/// to which. The second time brings a third of what the first brings, a third one a third of that.
 const ROUNDS: usize = 2;
 
 /// Charts that know of each other, and the points on them.
@@ -29,7 +30,8 @@ pub(super) struct OrientedAtlas {
     pub projected: Vec<ProjectedPoint>,
 }
 
-/// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their own side only.
+/// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
+/// own side only.
 pub(super) fn separate(scan: &Scan, first: FirstAtlas, ctx: &Context<'_>) -> Result<OrientedAtlas> {
     let FirstAtlas { fitted, on_tubes, size } = first;
     let cut = cut(scan, size);

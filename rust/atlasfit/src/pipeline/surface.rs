@@ -1,7 +1,7 @@
 //! The surface of an oriented atlas.
 //!
-//! In: the atlas and its points. Out: one triangle mesh in the normalised frame, charts and points turned to the side that
-//! it faces.
+//! In: the atlas and its points. Out: one triangle mesh in the normalised frame, charts and points turned to
+//! the side that it faces.
 
 use super::options::DenoiseOptions;
 use super::prepare::{Frame, InputMap, Scan};
@@ -14,25 +14,27 @@ use crate::orient;
 use crate::run::{Context, Stage};
 use crate::spatial::spacing::{Sampling, WIDEST};
 
-/// Voxels are this share of the point spacing: finer ones follow the surface no better, coarser ones begin to cost
-/// completeness; triangles are then about four times as many as the points.
+/// Voxels are this share of the point spacing: finer ones follow the surface no better, coarser ones begin to
+/// cost completeness; triangles are then about four times as many as the points.
 const VOXEL: f64 = 0.75;
-/// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels of its size
-/// would be many times as many as the points.
+/// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels
+/// of its size would be many times as many as the points.
 const VOXEL_SPREAD: f64 = 0.2;
 /// A point alone covers a disk as wide as this many spacings.
 const ALONE: f64 = 4.2;
-/// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled: random points leave
-/// gaps about four spacings wide.
+/// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled:
+/// random points leave gaps about four spacings wide.
 const GAP: f64 = 16.0;
-/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch of each other.
+/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch
+/// of each other.
 const SLIT: f64 = 3.0;
-/// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the usual size.
+/// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the usual
+/// size.
 const SPECK: f64 = 180.0;
 /// Whatever the voxels, fewer triangles are a speck.
 const LEAST_SPECK: f64 = 8.0;
-/// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a few strays make one
-/// of any size.
+/// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a few
+/// strays make one of any size.
 const UNSUPPORTED: f64 = 12.0;
 
 /// What was built. Lengths are in the normalised frame.
@@ -135,8 +137,8 @@ fn points_of_charts(projected: &[ProjectedPoint], charts: usize) -> Vec<u32> {
     own
 }
 
-/// For each chart how much of the surface agrees with its normal, less how much does not: the surface knows which side is
-/// out.
+/// For each chart how much of the surface agrees with its normal, less how much does not: the surface knows
+/// which side is out.
 fn agreement(surface: &Surface, charts: &[Chart]) -> Vec<f64> {
     let mut side = vec![0.0; charts.len()];
     for ((&p, &n), &c) in surface.positions.iter().zip(&surface.normals).zip(&surface.chart) {

@@ -9,12 +9,13 @@ use std::sync::LazyLock;
 
 /// Columns of a row: eigenfunctions, height, and what fills the last vector.
 pub const WIDTH: usize = Problem::width(MODES);
-/// Eigenfunctions kept. Half the number of points in a typical chart; more only fit noise, and the cost of a fit grows with
-/// the cube.
+/// Eigenfunctions kept. Half the number of points in a typical chart; more only fit noise, and the cost of a
+/// fit grows with the cube.
 pub const MODES: usize = 50;
 /// The affine functions: no bending, hence no prior on them.
 pub const FREE: usize = 3;
-/// Eigenvalues of the bending energy grow like frequency^4; the arc-cosine kernel's precision like frequency^5.
+/// Eigenvalues of the bending energy grow like frequency^4; the arc-cosine kernel's precision like
+/// frequency^5.
 const ORDER: f64 = 5.0 / 4.0;
 
 /// The expansion shared by all charts.
@@ -39,8 +40,8 @@ fn make_basis() -> Basis {
                 for (t, wt) in GAUSS {
                     let u = (i as f64 + s) * width - 1.0;
                     let v = (j as f64 + t) * width - 1.0;
-                    // The data lie in the disk. Outside, a little energy and next to no mass: a function that lives in
-                    // the corners costs much and is left out of the expansion.
+                    // The data lie in the disk. Outside, a little energy and next to no mass: a function that
+                    // lives in the corners costs much and is left out of the expansion.
                     let inside = u * u + v * v <= 1.1;
                     let area = ws * wt * width * width;
                     let (we, wm) = if inside { (area, area) } else { (0.02 * area, 1e-4 * area) };

@@ -1,12 +1,15 @@
-//! Smoothness and noise of a fit, chosen by restricted marginal likelihood (Wahba 1985; Rasmussen and Williams 2006, chapter 5).
+//! Smoothness and noise of a fit, chosen by restricted marginal likelihood (Wahba 1985; Rasmussen and
+//! Williams 2006, chapter 5).
 //!
-//! In: the normal equations of a penalised least squares fit, the observations as one more column. Out: the solution at the smoothness and the noise that
-//! the data support best. Eliminating the unknowns leaves the penalised sum of squares in that column's own entry, so that one
-//! factorisation is all that a value of the smoothness costs.
+//! In: the normal equations of a penalised least squares fit, the observations as one more column. Out: the
+//! solution at the smoothness and the noise that the data support best. Eliminating the unknowns leaves the
+//! penalised sum of squares in that column's own entry, so that one factorisation is all that a value of the
+//! smoothness costs.
 
 use crate::numeric::dense::{LANES, eliminate};
 
-/// Step of the search, natural logarithm: a factor 8, below which the likelihood of a hundred points cannot tell two values apart.
+/// Step of the search, natural logarithm: a factor 8, below which the likelihood of a hundred points cannot
+/// tell two values apart.
 const STEP: f64 = 2.1;
 
 /// A penalised least squares fit.
@@ -44,9 +47,11 @@ impl Problem {
         (unknowns + 1).next_multiple_of(LANES)
     }
 
-    /// Climbs to the most likely smoothness from `start`. `system` writes the upper triangle of the system for a kappa, its observations without penalty.
+    /// Climbs to the most likely smoothness from `start`. `system` writes the upper triangle of the system
+    /// for a kappa, its observations without penalty.
     ///
-    /// The likelihood has one peak (of 20,000 charts of five scans, in all but one), so uphill from a likely place is enough.
+    /// The likelihood has one peak (of 20,000 charts of five scans, in all but one), so uphill from a likely
+    /// place is enough.
     pub fn solve(
         &self,
         start: f64,

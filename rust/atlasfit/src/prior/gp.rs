@@ -1,13 +1,14 @@
 //! The Gaussian-process limit of the paper's networks, as a prior on one chart's height over its base plane.
 //!
 //! A fully connected ReLU network tends to a Gaussian process with the order-1 arc-cosine kernel as it grows
-//! wide (paper, section 4; Cho and Saul 2009). In two dimensions that kernel is a Sobolev prior of order 5/2. Its
-//! Karhunen-Loève expansion on the chart's domain is used here: the eigenfunctions of the bending energy (its
-//! neighbour of order 2), with eigenvalues raised from order 2 to order 5/2. Smooth functions come first, so a few
-//! dozen of them carry every patch that a handful of points can show, and one fit is one small solve.
+//! wide (paper, section 4; Cho and Saul 2009). In two dimensions that kernel is a Sobolev prior of order 5/2.
+//! Its Karhunen-Loève expansion on the chart's domain is used here: the eigenfunctions of the bending energy
+//! (its neighbour of order 2), with eigenvalues raised from order 2 to order 5/2. Smooth functions come
+//! first, so a few dozen of them carry every patch that a handful of points can show, and one fit is one
+//! small solve.
 //!
-//! In: points over the unit disk with heights and weights. Out: spline coefficients of the height, the smoothness and
-//! the noise that the data supports.
+//! In: points over the unit disk with heights and weights. Out: spline coefficients of the height, the
+//! smoothness and the noise that the data supports.
 
 use super::basis::{Basis, FREE, MODES, WIDTH};
 use super::evidence::{Problem, Solution, Work};
@@ -18,9 +19,11 @@ const LOG_KAPPA: (f64, f64) = (-23.0, 4.5);
 /// Where the search begins: what most charts of a scan have, or a step beside it.
 const LIKELY: f64 = -2.0;
 
-/// Chooses smoothness and noise by restricted marginal likelihood and solves for the weights of the eigenfunctions.
+/// Chooses smoothness and noise by restricted marginal likelihood and solves for the weights of the
+/// eigenfunctions.
 ///
-/// `expected` is the noise expected beforehand and how many points that is worth; `near` a value of log kappa that is likely.
+/// `expected` is the noise expected beforehand and how many points that is worth; `near` a value of log kappa
+/// that is likely.
 #[must_use]
 pub fn fit(
     basis: &Basis,

@@ -1,10 +1,11 @@
 //! The normal equations of one chart's fit, gathered with vector instructions (chosen at run time by pulp).
 //!
-//! In: observations of a function that is a weighted sum of the eigenfunctions. Out: its least squares system. The heights are one more column beside the
-//! eigenfunctions, so that matrix, right-hand side and sum of squares are one matrix.
+//! In: observations of a function that is a weighted sum of the eigenfunctions. Out: its least squares
+//! system. The heights are one more column beside the eigenfunctions, so that matrix, right-hand side and sum
+//! of squares are one matrix.
 //!
-//! One observation costs 800 multiplications and additions for its row and 1,300 for the matrix; eight at a time keep loads and stores below the
-//! arithmetic.
+//! One observation costs 800 multiplications and additions for its row and 1,300 for the matrix; eight at a
+//! time keep loads and stores below the arithmetic.
 
 use super::basis::{Basis, MODES, WIDTH};
 use crate::numeric::spline::{SIDE, locate, spline};

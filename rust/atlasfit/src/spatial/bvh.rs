@@ -1,8 +1,8 @@
 //! A bounding volume hierarchy over any primitives that have a box: nearest primitive, and boxes that meet.
 //!
 //! In: one box per primitive. Out: a balanced binary tree over them. Splits are medians of the box centres
-//! along the longest side, so the shape of the tree depends on the count alone: nodes lie in preorder, need no
-//! links, and subtrees are built in parallel into disjoint slices.
+//! along the longest side, so the shape of the tree depends on the count alone: nodes lie in preorder, need
+//! no links, and subtrees are built in parallel into disjoint slices.
 
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -131,8 +131,8 @@ impl Bvh {
         best.map(|i| (i, best2))
     }
 
-    /// Visits every primitive whose leaf box meets `region`, until the visitor breaks. Primitives whose own box
-    /// misses the region may be among them.
+    /// Visits every primitive whose leaf box meets `region`, until the visitor breaks. Primitives whose own
+    /// box misses the region may be among them.
     pub fn meeting<B>(&self, region: &Aabb, mut visit: impl FnMut(u32) -> ControlFlow<B>) -> ControlFlow<B> {
         if self.nodes.is_empty() {
             return ControlFlow::Continue(());

@@ -5,8 +5,8 @@ use crate::numeric::sort::sort;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Half-edges by edge. The half-edge from corner `k` of a face to its next corner is `3 * face + k`; the key of an edge
-/// is its smaller vertex, shifted by 32 bits, and its larger.
+/// Half-edges by edge. The half-edge from corner `k` of a face to its next corner is `3 * face + k`; the key
+/// of an edge is its smaller vertex, shifted by 32 bits, and its larger.
 #[derive(Debug, Clone)]
 pub struct Edges(Vec<(u64, u32)>);
 

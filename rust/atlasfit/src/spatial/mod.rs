@@ -1,4 +1,5 @@
-//! Finding things in space and along meshes: nearest neighbours, boxes, disjoint sets, edges, welding, point spacing.
+//! Finding things in space and along meshes: nearest neighbours, boxes, disjoint sets, edges, welding, point
+//! spacing.
 
 pub mod bvh;
 pub mod edges;

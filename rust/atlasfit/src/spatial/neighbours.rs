@@ -10,8 +10,8 @@ use crate::run::Context;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use std::num::NonZero;
 
-/// Points of one tree: built in a few milliseconds, so that a cancel need not wait, and on all threads. A search looks into the few trees
-/// whose boxes it touches.
+/// Points of one tree: built in a few milliseconds, so that a cancel need not wait, and on all threads. A
+/// search looks into the few trees whose boxes it touches.
 const BLOCK: usize = 1 << 15;
 /// Points that a split is chosen from.
 const SAMPLE: usize = 511;
@@ -56,7 +56,8 @@ impl Neighbours {
     /// Builds the trees. All coordinates must be finite.
     ///
     /// # Errors
-    /// [`Error::EmptyInput`] without points; [`Error::InvalidArgument`] above 2^32 - 2 points; cancelled or out of time.
+    /// [`Error::EmptyInput`] without points; [`Error::InvalidArgument`] above 2^32 - 2 points; cancelled or
+    /// out of time.
     pub fn build(points: &[Vec3], ctx: &Context<'_>) -> Result<Self> {
         if points.is_empty() {
             return Err(Error::empty("no point to search among", "Give at least one point"));

@@ -1,6 +1,7 @@
 //! Disjoint sets, plain and signed. The same for any order of unions.
 
-/// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of unions.
+/// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of
+/// unions.
 #[derive(Debug, Clone)]
 pub struct Sets(Vec<u32>);
 
@@ -33,7 +34,8 @@ impl Sets {
     }
 }
 
-/// Disjoint sets whose members are alike or opposite: each knows how it stands to its set's root, the smallest member.
+/// Disjoint sets whose members are alike or opposite: each knows how it stands to its set's root, the
+/// smallest member.
 #[derive(Debug, Clone)]
 pub struct SignedSets(Vec<(u32, bool)>);
 
@@ -59,7 +61,8 @@ impl SignedSets {
         }
         (root, opposite)
     }
-    /// Makes one set of two members' sets, in which the two are opposite or alike; nothing where they are in one already.
+    /// Makes one set of two members' sets, in which the two are opposite or alike; nothing where they are in
+    /// one already.
     pub fn join(&mut self, a: u32, b: u32, opposite: bool) {
         let ((ra, oa), (rb, ob)) = (self.find(a), self.find(b));
         if ra != rb {

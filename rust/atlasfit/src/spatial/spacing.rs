@@ -9,8 +9,8 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Points carry the surface no farther than if their spacing were this many times the median: beyond, a scan is too thin to
-/// show one, and the voxels needed to bridge the gaps grow with the square.
+/// Points carry the surface no farther than if their spacing were this many times the median: beyond, a scan
+/// is too thin to show one, and the voxels needed to bridge the gaps grow with the square.
 pub(crate) const WIDEST: f64 = 6.0;
 
 /// The spacing of a scan's points.
@@ -31,10 +31,11 @@ impl Sampling {
     }
 }
 
-/// Neighbours that the local spacing is taken from: 8 points on a surface of density 1/s^2 lie within r with pi r^2 = 8 s^2.
+/// Neighbours that the local spacing is taken from: 8 points on a surface of density 1/s^2 lie within r with
+/// pi r^2 = 8 s^2.
 const SPACING_K: usize = 8;
-/// Scanners sample in lines: within a line the nearest points are close, the next line is far. More neighbours see both; on an even sampling
-/// their estimate, taken at this share, is the smaller one.
+/// Scanners sample in lines: within a line the nearest points are close, the next line is far. More
+/// neighbours see both; on an even sampling their estimate, taken at this share, is the smaller one.
 const WIDE_K: usize = 32;
 const WIDE_SHARE: f64 = 0.85;
 /// Spacing per point.

@@ -1,57 +1,29 @@
-//! Claims about one chart: its spline, its prior, the fit to a patch, foot points and curvature.
+//! Claims about one chart: its prior, the fit to a patch, foot points and curvature.
 
-#[path = "denoise_shapes/mod.rs"]
-mod shapes;
-
-use atlasfit::atlas::Patch;
-use atlasfit::atlas::mask::Mask;
-use atlasfit::atlas::monge::Local;
-use atlasfit::atlas::{Map, Monge};
-use atlasfit::numeric::dense::{cholesky, cholesky_solve};
-use atlasfit::numeric::rng::Rng;
-use atlasfit::numeric::spline;
-use atlasfit::numeric::spline::{COEFFS, INTERVALS, SIDE};
-use atlasfit::prior::basis::WIDTH;
-use atlasfit::prior::basis::{BASIS, MODES};
-use atlasfit::prior::evidence::{Problem, Solution, Work};
-use atlasfit::prior::normal_equations::NormalEquations;
-use atlasfit::prior::normal_equations::Observation;
-use atlasfit::prior::{basis, gp};
-use atlasfit::{Run, Vec3};
+use crate::atlas::Patch;
+use crate::atlas::mask::Mask;
+use crate::atlas::monge::BaseCoordinates;
+use crate::atlas::{Map, Monge};
+use crate::numeric::dense::{cholesky, cholesky_solve};
+use crate::numeric::rng::Rng;
+use crate::numeric::spline;
+use crate::numeric::spline::COEFFS;
+use crate::prior::basis::WIDTH;
+use crate::prior::basis::{BASIS, MODES};
+use crate::prior::evidence::{Problem, Solution, Work};
+use crate::prior::normal_equations::NormalEquations;
+use crate::prior::normal_equations::Observation;
+use crate::prior::{basis, gp};
+use crate::{Run, Vec3};
 use proptest::prelude::*;
-use shapes::rms;
 
-fn random_coeffs(seed: u64) -> [f32; COEFFS] {
-    let mut rng = Rng::new(seed);
-    std::array::from_fn(|_| rng.normal() as f32)
-}
-
-/// Spline coefficients of c + a u + b v: splines reproduce affine functions when each coefficient is the function at its node.
-fn affine(c: f64, a: f64, b: f64) -> [f32; COEFFS] {
-    let node = |k: usize| (k as f64 - 1.0) * 2.0 / INTERVALS as f64 - 1.0;
-    std::array::from_fn(|i| (c + a * node(i / SIDE) + b * node(i % SIDE)) as f32)
+fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, n) = values.into_iter().fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
+    f64::sqrt(sum / n)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
-
-    #[test]
-    fn gradient_and_hessian_are_the_derivatives(seed in any::<u64>(), u in -0.99..0.99f64, v in -0.99..0.99f64) {
-        let c = random_coeffs(seed);
-        let e = 1e-5;
-        let (h, hu, hv) = spline::value_gradient(&c, u, v);
-        prop_assert!((h - spline::value(&c, u, v)).abs() < 1e-12);
-        let d = |f: &dyn Fn(f64) -> f64| (f(e) - f(-e)) / (2.0 * e);
-        let tolerance = 2e-4; // Of values of size 10 to 100: third derivatives jump from one interval to the next.
-        prop_assert!((hu - d(&|t| spline::value(&c, u + t, v))).abs() < tolerance);
-        prop_assert!((hv - d(&|t| spline::value(&c, u, v + t))).abs() < tolerance);
-        let (uu, uv, vv) = spline::hessian(&c, u, v);
-        let tolerance = 2e-2;
-        prop_assert!((uu - d(&|t| spline::value_gradient(&c, u + t, v).1)).abs() < tolerance);
-        prop_assert!((uv - d(&|t| spline::value_gradient(&c, u + t, v).2)).abs() < tolerance);
-        prop_assert!((uv - d(&|t| spline::value_gradient(&c, u, v + t).1)).abs() < tolerance);
-        prop_assert!((vv - d(&|t| spline::value_gradient(&c, u, v + t).2)).abs() < tolerance);
-    }
 
     /// The vector kernels against plain sums over the splines of the eigenfunctions.
     #[test]
@@ -185,7 +157,8 @@ fn the_weights_of_a_fit_count() {
     assert!(data.count == 0.0 && data.matrix.iter().all(|x| *x == 0.0));
 }
 
-/// The score that [`Problem::solve`] climbs, by plain elimination: for each kappa the penalised sum of squares and the determinant.
+/// The score that [`Problem::solve`] climbs, by plain elimination: for each kappa the penalised sum of
+/// squares and the determinant.
 #[test]
 fn the_most_likely_smoothness_is_found() {
     let unknowns = 12;
@@ -275,14 +248,14 @@ fn patch(
         residual: noise,
         spacing,
         sigma: noise,
-        sound: true,
+        accepted: true,
     };
     (points, patch)
 }
 
 fn fit_chart(points: &[Vec3], patch: &Patch, sigma: f64) -> Vec<Monge> {
     let patch = Patch { sigma, ..patch.clone() };
-    let fitted = Run::default().execute(|ctx| atlasfit::fit::fit(points, &[patch], ctx)).unwrap();
+    let fitted = Run::default().execute(|ctx| crate::fit::fit(points, &[patch], ctx)).unwrap();
     fitted
         .into_iter()
         .map(|f| match f.chart.map {
@@ -330,7 +303,11 @@ fn foot_points_are_the_nearest_points() {
     for _ in 0..40 {
         let (a, b) = (1.4 * (rng.uniform() - 0.5), 1.4 * (rng.uniform() - 0.5));
         // Off the surface by up to a tenth of the domain.
-        let q = Local { u: a, v: b, z: spline::value(&chart.coeffs, a, b) + 0.2 * (rng.uniform() - 0.5) };
+        let q = BaseCoordinates {
+            u: a,
+            v: b,
+            z: spline::value(&chart.coeffs, a, b) + 0.2 * (rng.uniform() - 0.5),
+        };
         let at = chart.lift(q.u, q.v, q.z);
         let (u, v) = chart.foot(q);
         let found = (chart.point(u, v) - at).norm();
@@ -352,7 +329,7 @@ fn foot_points_stay_about_the_domain_wherever_the_point_is() {
     let chart = &fit_chart(&points, &p, 0.05)[0];
     for z in [0.0, 1e3, -1e12] {
         for (u, v) in [(0.0, 0.0), (1e3, -1e3), (1e15, 0.0)] {
-            let (u, v) = chart.foot(Local { u, v, z });
+            let (u, v) = chart.foot(BaseCoordinates { u, v, z });
             assert!(u.hypot(v) <= 1.2 + 1e-9, "{u} {v}");
         }
     }
@@ -390,17 +367,4 @@ fn a_mask_is_full_inside_and_empty_beyond_the_edge_of_the_data() {
     assert!((0.2..0.8).contains(&edge), "{edge} along the edge");
     assert!((0..=20).all(|i| (0.0..=1.0).contains(&full.value(f64::from(i) * 0.3 - 3.0, 0.3))));
     assert!(Mask::build(&[], [1.0; 2], spacing).0.iter().all(|m| *m == 0), "no data, no surface");
-}
-
-#[test]
-fn affine_splines_are_affine() {
-    let c = affine(1.0, 0.5, -0.25);
-    for (u, v) in [(0.0, 0.0), (0.9, -0.3), (-1.0, 1.0), (0.333, 0.777)] {
-        let (h, hu, hv) = spline::value_gradient(&c, u, v);
-        assert!(
-            (h - (1.0 + 0.5 * u - 0.25 * v)).abs() < 1e-6
-                && (hu - 0.5).abs() < 1e-5
-                && (hv + 0.25).abs() < 1e-5
-        );
-    }
 }

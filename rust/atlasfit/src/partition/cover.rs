@@ -1,0 +1,135 @@
+//! Covering a scan with patches.
+//!
+//! In: what patches are cut from. Out: patches. Seeds are spread as a Poisson-disk sample of the points not
+//! yet covered; all patches of one round grow in parallel, so the result does not depend on the number of
+//! threads.
+
+use super::grow::MIN_MEMBERS;
+use super::noisy_parts::NoisyParts;
+use super::{CORE, Cut};
+use crate::atlas::{Patch, ProjectedPoint};
+use crate::error::Result;
+use crate::numeric::rng::shuffled;
+use crate::numeric::vec3::Vec3;
+use crate::run::{Context, Stage};
+
+/// Rounds of seeding. Each round seeds what the previous ones left, more densely.
+const ROUNDS: usize = 5;
+/// Distance between the seeds of the first round, as a share of the patches' reach, ...
+const FIRST_DISTANCE: f64 = 0.62;
+/// ... and its change from round to round.
+const CLOSER: f64 = 0.6;
+/// Patches smaller than this share of what they may reach wait until others are there ...
+const SMALL: f64 = 0.4;
+/// ... and are used, if they do not explain their points, where at least this share of them has no other.
+const ALONE: f64 = 0.25;
+/// Patches of a sample that the noise is learned from.
+const SAMPLE: usize = 100;
+
+/// Patches about some of the points, evenly spread over those that are not `done`.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Patch>> {
+    let order = shuffled(cut.points.len(), ctx.seed).into_iter().map(|i| i as usize);
+    let seeds: Vec<usize> = order.filter(|&i| !done[i]).take(SAMPLE).collect();
+    // Grown here, fitted by the caller.
+    ctx.stage(Stage::Partition, 2 * seeds.len());
+    let grown = cut.grow(&seeds, cut.sigma, None, ctx)?;
+    let accepted: Vec<Patch> = grown.into_iter().flatten().filter(|p| p.accepted).collect();
+    ctx.advance(seeds.len() - accepted.len());
+    Ok(accepted)
+}
+
+/// Cuts the scan, as far as it is not `done` by other charts. Where an `earlier` fit has projected the
+/// points, no patch takes points of an opposing sheet.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn partition(
+    cut: &Cut<'_>,
+    done: &[bool],
+    earlier: Option<&[ProjectedPoint]>,
+    ctx: &Context<'_>,
+) -> Result<Vec<Patch>> {
+    let order = shuffled(cut.points.len(), ctx.seed);
+    let mut cover = Cover { cut, covered: done.to_vec(), patches: Vec::new() };
+    let mut noisy: Option<NoisyParts> = None;
+    for round in 0..ROUNDS {
+        let seeds = cover.seeds(&order, FIRST_DISTANCE * CLOSER.powi(round as i32), ctx)?;
+        if seeds.is_empty() {
+            break;
+        }
+        ctx.stage(Stage::Partition, seeds.len());
+        let mut grown = cut.grow(&seeds, cut.sigma, earlier, ctx)?;
+        if noisy.is_none() {
+            let at: Vec<Vec3> = seeds.iter().map(|&i| cut.points[i]).collect();
+            noisy = Some(NoisyParts::new(&at, &grown, ctx)?);
+        }
+        if let Some(noisy) = &noisy {
+            noisy.grow_again(cut, &seeds, &mut grown, earlier, ctx)?;
+        }
+        for (seed, patch) in seeds.into_iter().zip(grown) {
+            if let Some(patch) = patch {
+                cover.offer(seed, patch, round);
+            }
+        }
+    }
+    Ok(cover.patches)
+}
+
+/// The patches so far, and the points that lie well inside them.
+struct Cover<'a> {
+    cut: &'a Cut<'a>,
+    covered: Vec<bool>,
+    patches: Vec<Patch>,
+}
+
+impl Cover<'_> {
+    /// Poisson-disk seeds among the uncovered points, in this order, `distance` reaches apart.
+    fn seeds(&self, order: &[u32], distance: f64, ctx: &Context<'_>) -> Result<Vec<usize>> {
+        let Cut { points, tree, sigma, .. } = *self.cut;
+        let mut taken = self.covered.clone();
+        let (mut seeds, mut found) = (Vec::new(), Vec::new());
+        for &i in order {
+            let i = i as usize;
+            if taken[i] {
+                continue;
+            }
+            seeds.push(i);
+            taken[i] = true;
+            tree.within(points[i], distance * self.cut.reach(i, sigma), &mut found);
+            for f in &found {
+                taken[f.index as usize] = true;
+            }
+            if seeds.len() % 16 == 0 {
+                ctx.check()?;
+            }
+        }
+        Ok(seeds)
+    }
+
+    /// Takes a patch of this round if it serves.
+    fn offer(&mut self, seed: usize, patch: Patch, round: usize) {
+        // A patch that another of this round has made superfluous is dropped: fewer charts, same cover.
+        if (self.covered[seed] && round > 0) || (!patch.accepted && round + 1 < ROUNDS) {
+            return;
+        }
+        // A stray's patch stays small and stands across what lies about it: one is used only where others
+        // leave it alone.
+        let alone = patch.members.iter().filter(|m| !self.covered[**m as usize]).count() as f64;
+        let small = patch.radii[0].max(patch.radii[1]) < SMALL * self.cut.reach(seed, self.cut.sigma);
+        if small && (round == 0 || (!patch.accepted && alone < ALONE * patch.members.len() as f64)) {
+            return;
+        }
+        for &m in &patch.members {
+            let d = self.cut.points[m as usize] - patch.center;
+            let (u, v) = (d.dot(patch.axes[0]) / patch.radii[0], d.dot(patch.axes[1]) / patch.radii[1]);
+            if u * u + v * v < CORE * CORE {
+                self.covered[m as usize] = true;
+            }
+        }
+        debug_assert!(patch.members.len() >= MIN_MEMBERS);
+        self.patches.push(patch);
+    }
+}

@@ -1,0 +1,102 @@
+//! What patches are cut from, and how large they should be.
+
+use super::grow::{GrowParams, Scratch, grow};
+use crate::atlas::{Patch, ProjectedPoint};
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::Neighbours;
+use crate::spatial::spacing::{Sampling, WIDEST};
+use rayon::prelude::*;
+
+/// How large patches should be: in point spacings, so that a patch holds about a hundred points, and in
+/// standard deviations of the noise, so that averaging can beat the noise; whichever is larger.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PatchSize {
+    /// Radius in point spacings.
+    pub spacings: f64,
+    /// Radius in standard deviations of the noise.
+    pub sigmas: f64,
+}
+
+/// The default patch size: pi 6^2 = 113 points. Measured: patches 15 % larger or smaller change the error of
+/// the points of `atlasfit bench denoise` by less than 2 % in the mean.
+pub(crate) const PATCH_SIZE: PatchSize = PatchSize { spacings: 6.0, sigmas: 7.0 };
+
+impl PatchSize {
+    /// The size that cuts a surface of `points` points into about `charts` patches.
+    pub(crate) fn for_count(self, charts: usize, points: usize) -> Self {
+        // Seeds stand about 0.75 radii apart, so a patch advances the cover by about half its radius squared.
+        let spacings = (points as f64 / charts as f64 / 0.5).sqrt().clamp(3.0, 40.0);
+        Self { spacings, sigmas: self.sigmas }
+    }
+    /// The radius that a patch may have.
+    pub(crate) fn reach(self, spacing: f64, sigma: f64) -> f64 {
+        (self.spacings * spacing).max(self.sigmas * sigma)
+    }
+}
+
+/// What patches are cut from.
+#[derive(Clone, Copy)]
+pub(crate) struct Cut<'a> {
+    /// The scan's points.
+    pub points: &'a [Vec3],
+    /// Their search tree.
+    pub tree: &'a Neighbours,
+    /// How densely they lie.
+    pub sampling: &'a Sampling,
+    /// Their noise, standard deviation along the normal.
+    pub sigma: f64,
+    /// How large patches should be.
+    pub size: PatchSize,
+}
+
+impl Cut<'_> {
+    /// The radius that a patch about a point may have.
+    pub(super) fn reach(&self, point: usize, sigma: f64) -> f64 {
+        // Where points stand farther apart than this there is no surface to show, only strays.
+        let widest = WIDEST * self.sampling.median;
+        self.size.reach(f64::from(self.sampling.spacing[point]).min(widest), sigma)
+    }
+    /// Grows a patch from each of the points `seeds`, a step of the running stage each. `earlier` is where an
+    /// earlier fit put the points.
+    pub(super) fn grow(
+        &self,
+        seeds: &[usize],
+        sigma: f64,
+        earlier: Option<&[ProjectedPoint]>,
+        ctx: &Context<'_>,
+    ) -> Result<Vec<Option<Patch>>> {
+        let params = |i: usize| {
+            let spacing = f64::from(self.sampling.spacing[i]);
+            GrowParams { sigma, spacing, max_radius: self.reach(i, sigma), earlier }
+        };
+        grow_all(self.points, self.tree, seeds, params, |grown| ctx.advance(grown), ctx)
+    }
+}
+
+/// Grows a patch from each of the points `seeds`, each with `params` of its own, in parallel, and tells how
+/// many have grown.
+pub(crate) fn grow_all<'a>(
+    points: &[Vec3],
+    tree: &Neighbours,
+    seeds: &[usize],
+    params: impl Fn(usize) -> GrowParams<'a> + Sync,
+    progress: impl Fn(usize) + Sync,
+    ctx: &Context<'_>,
+) -> Result<Vec<Option<Patch>>> {
+    let grown = seeds
+        .par_chunks(8)
+        .map(|chunk| {
+            let mut scratch = Scratch::default();
+            let grow = |&i: &usize| {
+                ctx.check()?;
+                Ok(grow(points, tree, i, &params(i), &mut scratch))
+            };
+            let out = chunk.iter().map(grow).collect::<Result<Vec<_>>>()?;
+            progress(chunk.len());
+            Ok(out)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(grown.concat())
+}

@@ -1,0 +1,77 @@
+//! Parts of a scan that are noisier than the rest: at grazing angles, where several sweeps overlap askew.
+//!
+//! In: seeds whose patches the scan's noise does not explain. Out: patches grown with more noise, where a
+//! whole part of the scan asks for it.
+
+use super::Cut;
+use crate::atlas::{Patch, ProjectedPoint};
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::Neighbours;
+
+/// More noise is tried in steps of this factor.
+const STEP: f64 = 1.6;
+/// The most noise that is tried, as a share of the point spacing: beyond it, two sheets of a thin wall would
+/// pass for one noisy one.
+const MOST: f64 = 0.6;
+/// Seeds nearest to a place that say whether its part is noisy, ...
+const ASKED: usize = 6;
+/// ... and how many of them must not be explained by the scan's noise. On even noise one in thirty is not.
+const UNEXPLAINED: usize = 2;
+
+/// Where the noise is larger than usual.
+pub(super) struct NoisyParts {
+    /// The first round's seeds.
+    tree: Neighbours,
+    /// Whether the usual noise explains the points about each.
+    explained: Vec<bool>,
+}
+
+/// Whether a patch was grown and explains its points.
+pub(super) fn accepted(patch: &Option<Patch>) -> bool {
+    patch.as_ref().is_some_and(|p| p.accepted)
+}
+
+impl NoisyParts {
+    /// From seeds and what has grown from each.
+    pub(super) fn new(seeds: &[Vec3], grown: &[Option<Patch>], ctx: &Context<'_>) -> Result<Self> {
+        Ok(Self { tree: Neighbours::build(seeds, ctx)?, explained: grown.iter().map(accepted).collect() })
+    }
+    fn contains(&self, p: Vec3) -> bool {
+        let mut near = Vec::new();
+        self.tree.nearest(p, ASKED, &mut near);
+        near.iter().filter(|n| !self.explained[n.index as usize]).count() >= UNEXPLAINED
+    }
+    /// Grows the seeds in noisy parts again with more and more noise, each while it is not explained and the
+    /// noise is not too large for the spacing there.
+    pub(super) fn grow_again(
+        &self,
+        cut: &Cut<'_>,
+        seeds: &[usize],
+        grown: &mut [Option<Patch>],
+        earlier: Option<&[ProjectedPoint]>,
+        ctx: &Context<'_>,
+    ) -> Result<()> {
+        let mut left: Vec<usize> = (0..seeds.len())
+            .filter(|&k| !accepted(&grown[k]) && self.contains(cut.points[seeds[k]]))
+            .collect();
+        let mut sigma = cut.sigma;
+        while !left.is_empty() {
+            ctx.check()?;
+            sigma *= STEP;
+            left.retain(|&k| {
+                let spacing = f64::from(cut.sampling.spacing[seeds[k]]).max(cut.sampling.median);
+                sigma <= MOST * spacing
+            });
+            let again: Vec<usize> = left.iter().map(|&k| seeds[k]).collect();
+            for (&k, patch) in left.iter().zip(cut.grow(&again, sigma, earlier, ctx)?) {
+                if accepted(&patch) {
+                    grown[k] = patch;
+                }
+            }
+            left.retain(|&k| !accepted(&grown[k]));
+        }
+        Ok(())
+    }
+}

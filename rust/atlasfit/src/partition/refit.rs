@@ -1,0 +1,77 @@
+//! Which charts may stay once it is known which points lie on which sheet.
+//!
+//! In: fitted charts, the points projected onto them. Out: the charts that had no other sheet near, and which
+//! points they cover.
+
+use super::grow::{RIM, is_across};
+use super::{CORE, Cut};
+use crate::atlas::{FittedChart, Map, ProjectedPoint};
+use crate::error::Result;
+use crate::run::Context;
+use crate::spatial::Neighbour;
+use rayon::prelude::*;
+
+/// A sheet farther from a patch than this many standard deviations plus this share of the patch's reach
+/// cannot keep it from growing.
+const DISTURBING: (f64, f64) = (6.0, 0.15);
+
+/// Leaves out the charts whose patch had another sheet within its reach: there they were kept small, or took
+/// some of its points. Returns for each point whether it needs no other chart, as those that are `done` do;
+/// nothing if all charts stay.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn keep(
+    cut: &Cut<'_>,
+    fitted: &mut Vec<FittedChart>,
+    done: &[bool],
+    projected: &[ProjectedPoint],
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<bool>>> {
+    let stays = fitted
+        .par_chunks(64)
+        .map(|chunk| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            Ok(chunk.iter().map(|f| stays(cut, f, projected, &mut found)).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    if stays.iter().all(|s| *s) {
+        return Ok(None);
+    }
+    // Points that the charts before could not reach stay without one.
+    let mut covered = vec![true; projected.len()];
+    let mut of = stays.iter();
+    fitted.retain(|f| {
+        let stays = of.next().is_some_and(|s| *s);
+        if !stays {
+            f.members.iter().for_each(|&(m, _)| covered[m as usize] = false);
+        }
+        stays
+    });
+    for f in fitted.iter() {
+        let Map::Monge(map) = &f.chart.map else { continue };
+        for &(m, _) in &f.members {
+            let l = map.local(cut.points[m as usize]);
+            covered[m as usize] |= l.u * l.u + l.v * l.v < CORE * CORE;
+        }
+    }
+    covered.iter_mut().zip(done).for_each(|(c, d)| *c |= d);
+    Ok(Some(covered))
+}
+
+/// Whether no other sheet lies near enough to disturb a chart. Tubes always stay.
+fn stays(cut: &Cut<'_>, f: &FittedChart, projected: &[ProjectedPoint], found: &mut Vec<Neighbour>) -> bool {
+    let Map::Monge(map) = &f.chart.map else { return true };
+    let center = map.at([0.0; 2]);
+    cut.tree.nearest(center.position, 1, found);
+    let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, cut.sigma));
+    cut.tree.within(center.position, RIM * reach, found);
+    let (place, normal) = (center.position, center.normal * f.chart.sign);
+    let disturbing = DISTURBING.0 * cut.sigma + DISTURBING.1 * reach;
+    !found.iter().any(|n| {
+        let other = &projected[n.index as usize];
+        (other.position - place).dot(normal).abs() < disturbing && is_across(place, normal, other, cut.sigma)
+    })
+}

@@ -1,0 +1,224 @@
+//! Growing a tube from an elongated neighbourhood: its axis, how far it reaches, which points are its.
+//!
+//! In: points, their spacing and noise, a neighbourhood. Out: a candidate, its radius not yet fitted, or
+//! nothing where the points about the axis are no tube.
+
+use crate::atlas::tube::{HARMONICS, MASK_NODES};
+use crate::atlas::{Monge, Tube};
+use crate::numeric::dense::{cholesky, cholesky_solve};
+use crate::numeric::spline::SIDE;
+use crate::numeric::stats::median;
+use crate::numeric::vec3::Vec3;
+use crate::partition::Cut;
+use crate::spatial::neighbours::Neighbour;
+
+/// Members farther than this many times the median distance from the axis are not the tube's (a Gaussian blob
+/// without any radius keeps 99.5 percent).
+const WITHIN: f64 = 2.8;
+/// Half lengths in units of the root mean square distance from the axis.
+const SHORTEST: f64 = 3.0;
+const LONGEST: f64 = 14.0;
+/// Growth of the domain in one step.
+const GROWTH: f64 = 1.3;
+/// In no tenth of the length may the points just outside outnumber this share of those inside.
+const CROWDED: f64 = 0.3;
+/// The tube must be thicker than this many point spacings: else it is a line of points, such as a scan line,
+/// that says nothing of a surface.
+const THICK: f64 = 1.2;
+/// Fewer points make no tube.
+const MIN_POINTS: usize = 60;
+/// First and second harmonic of the points' angles: more says that the points lie on one side, or on two as
+/// in a strip.
+const ONE_SIDE: f64 = 0.3;
+const TWO_SIDES: f64 = 0.4;
+
+/// Slope of the axis at the ends of a tube's domain: half a right angle in all.
+pub(super) const MAX_SLOPE: f64 = 0.42;
+/// Bins along the axis for the checks.
+pub(super) const BINS: usize = 10;
+
+/// A tube before its radius is fitted.
+pub(super) struct Candidate {
+    pub tube: Tube,
+    /// Its points, ascending.
+    pub members: Vec<u32>,
+    /// Mean distance of the members from the axis.
+    pub mean: f64,
+    /// Median spacing of the members.
+    pub spacing: f64,
+}
+
+/// A neighbourhood that looks like a tube.
+pub(super) struct Neighbourhood {
+    /// Mean of its points.
+    pub mean: Vec3,
+    /// Direction of its greatest variance.
+    pub along: Vec3,
+    /// Its radius.
+    pub radius: f64,
+    /// Principal variances, ascending.
+    pub spread: [f64; 3],
+}
+
+/// Grows a tube from a neighbourhood.
+pub(super) fn grow(cut: &Cut<'_>, near: &Neighbourhood, found: &mut Vec<Neighbour>) -> Option<Candidate> {
+    let &Neighbourhood { mean, along, radius, spread } = near;
+    let points = cut.points;
+    let mut tube = Tube {
+        center: mean,
+        axes: frame(along),
+        half_length: 0.7 * radius,
+        axis: [[0.0; 4]; 2],
+        mean_radius: (spread[0] + spread[1]).sqrt(),
+        radius: Box::new([[0.0; HARMONICS]; SIDE]),
+        mask: Box::new([255; MASK_NODES]),
+    };
+    let mut reach = 2.0 * tube.mean_radius;
+    let mut best: Option<Candidate> = None;
+    loop {
+        // Fit the axis twice, turning the frame to it.
+        let ball = tube.half_length * 1.15 + 1.6 * reach;
+        cut.tree.within(tube.center, ball, found);
+        for _ in 0..3 {
+            let seen: Vec<[f64; 4]> = found
+                .iter()
+                .filter_map(|f| {
+                    let p = points[f.index as usize];
+                    let foot = tube.foot(p);
+                    let d = p - tube.center;
+                    let x = d.dot(tube.axes[0]) / tube.half_length;
+                    (foot.s.abs() <= 1.0 && foot.d <= reach)
+                        .then(|| [x, d.dot(tube.axes[1]), d.dot(tube.axes[2]), foot.d])
+                })
+                .collect();
+            if seen.len() < MIN_POINTS {
+                return best;
+            }
+            tube.axis = fit_axis(&seen)?;
+            turn(&mut tube);
+            let middle = median(&mut seen.iter().map(|s| s[3]).collect::<Vec<_>>());
+            reach = (WITHIN * middle).min(1.4 * middle + 5.0 * cut.sigma);
+        }
+        let Some(raw) = accept(cut, found, &tube, reach) else { break };
+        let rms = raw.tube.mean_radius;
+        let bent = [-1.0, 1.0].iter().any(|&s| slope(&tube, s) > MAX_SLOPE);
+        if bent && best.is_some() {
+            break;
+        }
+        let full = tube.half_length >= LONGEST * rms;
+        best = Some(raw);
+        if full || bent {
+            break;
+        }
+        tube.half_length *= GROWTH;
+        for q in &mut tube.axis {
+            for (k, c) in q.iter_mut().enumerate() {
+                *c *= GROWTH.powi(k as i32);
+            }
+        }
+    }
+    best.filter(|b| b.tube.half_length >= SHORTEST * b.tube.mean_radius && b.members.len() >= MIN_POINTS)
+}
+
+fn frame(along: Vec3) -> [Vec3; 3] {
+    let (a, _) = along.tangents();
+    // Monge::frame gives the given direction third.
+    let [e1, e2, n] = Monge::frame(along, a);
+    [n, e1, e2]
+}
+
+fn slope(tube: &Tube, s: f64) -> f64 {
+    let (_, c1, _) = tube.axis_at(s);
+    let x = c1.dot(tube.axes[0]);
+    (c1.dot(tube.axes[1]).hypot(c1.dot(tube.axes[2]))) / x.max(1e-12)
+}
+
+/// Cubics through the offsets: least squares in x.
+fn fit_axis(seen: &[[f64; 4]]) -> Option<[[f64; 4]; 2]> {
+    let (mut a, mut y, mut z) = ([0.0; 16], [0.0; 4], [0.0; 4]);
+    for &[x, p, q, _] in seen {
+        let row = [1.0, x, x * x, x * x * x];
+        for i in 0..4 {
+            for j in i..4 {
+                a[i * 4 + j] += row[i] * row[j];
+            }
+            y[i] += row[i] * p;
+            z[i] += row[i] * q;
+        }
+    }
+    for i in 0..4 {
+        // Ends without points: the curve goes on straight.
+        a[i * 5] += if i < 2 { 1e-9 } else { 1e-3 } * seen.len() as f64;
+    }
+    if !cholesky(&mut a, 4) {
+        return None;
+    }
+    cholesky_solve(&a, 4, &mut y);
+    cholesky_solve(&a, 4, &mut z);
+    Some([y, z])
+}
+
+/// Turns the frame to the axis's tangent in the middle and moves its origin there. The cubics follow to first
+/// order; the next fit settles them.
+fn turn(tube: &mut Tube) {
+    let (c, c1, _) = tube.axis_at(0.0);
+    let e1 = c1.normalized();
+    let e2 = (tube.axes[1] - (e1 * tube.axes[1].dot(e1))).normalized();
+    tube.axes = [e1, e2, e1.cross(e2)];
+    tube.center = c;
+    for q in &mut tube.axis {
+        q[0] = 0.0;
+        q[1] = 0.0;
+    }
+}
+
+/// The tube as it stands, if the points about it are a tube.
+fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option<Candidate> {
+    let Cut { points, sampling, .. } = *cut;
+    let (mut inside, mut outside, mut sums) = ([0usize; BINS], [0usize; BINS], [0.0; BINS]);
+    let (mut first, mut second, mut square) = ([0.0; 2], [0.0; 2], 0.0);
+    let mut members = Vec::new();
+    let mut spacings = Vec::new();
+    for f in found {
+        let l = tube.local(points[f.index as usize]);
+        if l.s.abs() > 1.0 {
+            continue;
+        }
+        let bin = (((l.s + 1.0) * 0.5 * BINS as f64) as usize).min(BINS - 1);
+        if l.d <= reach {
+            inside[bin] += 1;
+            sums[bin] += l.d;
+            let (s, c) = l.theta.sin_cos();
+            first[0] += c;
+            first[1] += s;
+            second[0] += c * c - s * s;
+            second[1] += 2.0 * s * c;
+            square += l.d * l.d;
+            members.push(f.index);
+            spacings.push(f64::from(sampling.spacing[f.index as usize]));
+        } else if l.d <= 1.5 * reach {
+            outside[bin] += 1;
+        }
+    }
+    let n = members.len() as f64;
+    if members.len() < MIN_POINTS {
+        return None;
+    }
+    let typical = *inside.iter().max()? as f64;
+    let crowded = outside.iter().any(|&o| o as f64 > CROWDED * typical);
+    let rms = (square / n).sqrt();
+    let spacing = median(&mut spacings);
+    let sided = first[0].hypot(first[1]) > ONE_SIDE * n || second[0].hypot(second[1]) > TWO_SIDES * n;
+    // The radius may vary along a tube, but not beyond recognition.
+    let mean = sums.iter().sum::<f64>() / n;
+    let uneven = inside
+        .iter()
+        .zip(&sums)
+        .filter(|(c, _)| **c as f64 > 0.2 * typical)
+        .any(|(&c, s)| !(0.6..1.7).contains(&(s / c as f64 / mean)));
+    if crowded || sided || uneven || rms < THICK * spacing {
+        return None;
+    }
+    members.sort_unstable();
+    Some(Candidate { tube: Tube { mean_radius: rms, ..tube.clone() }, members, mean, spacing })
+}

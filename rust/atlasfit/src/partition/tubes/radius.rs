@@ -1,0 +1,192 @@
+//! The radius of a tube, as a smooth function along its axis and around it.
+//!
+//! In: a candidate. Out: a fitted chart with its members, or nothing where the points turn out to be no tube.
+
+use super::extent::{gap, lopsided, mask};
+use super::grow::{Candidate, MAX_SLOPE};
+use super::rice::rice_radius;
+use crate::atlas::tube::{HARMONICS, harmonics};
+use crate::atlas::{Chart, FittedChart, Map, Tube};
+use crate::error::Result;
+use crate::numeric::robust::{TUKEY, tukey};
+use crate::numeric::special::mean_cosine;
+use crate::numeric::spline::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
+use crate::numeric::vec3::Vec3;
+use crate::partition::CORE;
+use crate::prior::evidence::{Problem, Work};
+use crate::run::Context;
+use crate::spatial::Neighbours;
+use rayon::prelude::*;
+use std::sync::LazyLock;
+
+/// Above this ratio of noise to radius the shape of the cross-section is lost; a circle is fitted.
+pub(super) const CIRCLE: f64 = 0.4;
+
+/// A fitted tube.
+pub(super) struct FittedTube {
+    pub fitted: FittedChart,
+    /// Points that need no other chart.
+    pub covered: Vec<u32>,
+    /// Noise over radius.
+    pub ratio: f64,
+}
+
+/// Fits all radii; nothing where the points turn out to be no tube.
+pub(super) fn fit_all(
+    candidates: &[Candidate],
+    points: &[Vec3],
+    tree: &Neighbours,
+    sigma: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Option<FittedTube>>> {
+    candidates
+        .par_iter()
+        .map(|candidate| {
+            ctx.check()?;
+            Ok(fit(candidate, points, tree, sigma))
+        })
+        .collect()
+}
+
+/// Integrals over the domain of products of two splines, of their first and of their second derivatives.
+static ENERGY: LazyLock<[Vec<f64>; 3]> = LazyLock::new(|| {
+    let mut out = [vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE], vec![0.0; SIDE * SIDE]];
+    let unit = INTERVALS as f64 * 0.5;
+    for i in 0..INTERVALS {
+        for (t, w) in GAUSS {
+            let values = [spline(t), spline_d1(t).map(|x| x * unit), spline_d2(t).map(|x| x * unit * unit)];
+            for (m, v) in out.iter_mut().zip(&values) {
+                for k in 0..4 {
+                    for l in 0..4 {
+                        m[(i + k) * SIDE + i + l] += w / unit * v[k] * v[l];
+                    }
+                }
+            }
+        }
+    }
+    out
+});
+
+const COEFFS: usize = SIDE * HARMONICS;
+/// Functions without energy: constant and linear radius, constant and linear shift of the axis in two
+/// directions.
+const FREE: usize = 6;
+/// Smoothness that is tried, natural logarithm: from interpolation to a cone.
+const LOG_KAPPA: (f64, f64) = (-25.0, 5.0);
+/// Where the search begins.
+const LIKELY: f64 = -5.0;
+
+/// Fits the radius of one tube.
+fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) -> Option<FittedTube> {
+    let mut tube = candidate.tube.clone();
+    let local = |tube: &Tube, i: u32| {
+        let l = tube.local(points[i as usize]);
+        [l.s, l.theta, l.d]
+    };
+    let inner: Vec<[f64; 3]> = candidate.members.iter().map(|&m| local(&tube, m)).collect();
+    tube.mean_radius = rice_radius(&inner.iter().map(|l| l[2]).collect::<Vec<_>>(), sigma);
+    let ratio = sigma / tube.mean_radius;
+    let mut weights = vec![1.0; inner.len()];
+    let mut own = sigma;
+    if ratio < CIRCLE {
+        for _ in 0..3 {
+            own = shape(&mut tube, &inner, &weights, sigma)?.max(0.3 * sigma);
+            for (w, l) in weights.iter_mut().zip(&inner) {
+                *w = tukey(l[2] - tube.radius_at(l[0], l[1]).0, TUKEY * own.max(sigma));
+            }
+        }
+        if gap(&tube, &inner) {
+            return None;
+        }
+    } else if lopsided(&inner) {
+        return None;
+    }
+    *tube.mask = mask(&inner, tube.half_length, candidate.spacing.max(0.5 * sigma), candidate.mean);
+    // Who belongs to it: all points to the tails of the noise, those beyond an open end too.
+    let tail = TUKEY * own.max(sigma);
+    let past = 1.0 + tail / tube.half_length;
+    let open = [-1.0, 1.0].map(|s| tube.mask_at(s) < 0.5);
+    let mut near = Vec::new();
+    let reach = 1.7 * tube.mean_radius + tail;
+    tree.within(tube.center, tube.half_length * (1.0 + MAX_SLOPE * MAX_SLOPE) * past + reach, &mut near);
+    near.sort_unstable_by_key(|f| f.index);
+    let (mut members, mut covered) = (Vec::new(), Vec::new());
+    for f in &near {
+        let [s, theta, d] = local(&tube, f.index);
+        if s.abs() > past || d > reach {
+            continue;
+        }
+        let e = d - tube.radius_at(s, theta).0;
+        if e < tail && ((s > -CORE || open[0]) && (s < CORE || open[1])) {
+            covered.push(f.index);
+        }
+        let w = if ratio < CIRCLE { tukey(e, tail) } else { f64::from(u8::from(e < tail)) };
+        if s.abs() <= 1.0 && w > 0.0 {
+            members.push((f.index, w as f32));
+        }
+    }
+    let support = weights.iter().sum();
+    let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
+    (!members.is_empty()).then_some(FittedTube { fitted: FittedChart { chart, members }, covered, ratio })
+}
+
+/// Fits the harmonics of the radius. Gives the noise about it.
+fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Option<f64> {
+    let n = Problem::width(COEFFS);
+    // The radii are one more column beside the functions.
+    let (mut a, mut count) = (vec![0.0; n * n], 0.0);
+    // A point's functions follow one another: the harmonics of four splines.
+    let mut row = [0.0; 4 * HARMONICS];
+    for (&[s, theta, d], &w) in local.iter().zip(weights) {
+        if w <= 1e-3 {
+            continue;
+        }
+        let r = tube.radius_at(s, theta).0;
+        // The angle is known only up to the noise; its mean cosine takes out what noise adds to the distance.
+        let target = d * mean_cosine(d * r / (sigma * sigma).max(1e-300)) - tube.mean_radius;
+        let (i, t) = locate(s);
+        let (f, h) = (spline(t), harmonics(theta));
+        for k in 0..4 {
+            for m in 0..HARMONICS {
+                row[k * HARMONICS + m] = f[k] * h[m];
+            }
+        }
+        for (x, p) in row.iter().enumerate() {
+            let (v, at) = (w * p, i * HARMONICS + x);
+            for (a, q) in a[at * n + at..].iter_mut().zip(&row[x..]) {
+                *a += v * q;
+            }
+            a[at * n + COEFFS] += v * target;
+        }
+        a[COEFFS * n + COEFFS] += w * target * target;
+        count += w;
+    }
+    let aspect = tube.half_length / tube.mean_radius;
+    let mut penalty = vec![0.0; n * n];
+    for h in 0..HARMONICS {
+        let m = h.div_ceil(2) as f64;
+        let around = if h == 0 { 0.0 } else { m * m - 1.0 };
+        let (g1, g0) = (2.0 * around * aspect.powi(2), around * around * aspect.powi(4));
+        for i in 0..SIDE {
+            for j in 0..SIDE {
+                let at = i * SIDE + j;
+                penalty[(i * HARMONICS + h) * n + j * HARMONICS + h] =
+                    ENERGY[2][at] + g1 * ENERGY[1][at] + g0 * ENERGY[0][at];
+            }
+        }
+    }
+    let problem = Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: LOG_KAPPA };
+    let fit = problem.solve(LIKELY, &mut Work::default(), |kappa, system| {
+        for ((x, a), p) in system.iter_mut().zip(&a).zip(&penalty) {
+            *x = a + kappa * p;
+        }
+        system.iter_mut().step_by(n + 1).take(COEFFS).for_each(|x| *x += 1e-9);
+    })?;
+    if fit.weights.iter().any(|c| !c.is_finite()) {
+        return None;
+    }
+    for (row, c) in tube.radius.iter_mut().zip(fit.weights.chunks_exact(HARMONICS)) {
+        *row = std::array::from_fn(|k| c[k] as f32);
+    }
+    Some(fit.sigma)
+}

@@ -1,0 +1,94 @@
+//! Radius and noise of a circle from the distances of noisy points from its centre: the Rice distribution.
+//!
+//! In: distances from tubes' axes. Out: the likeliest radius at a known noise; the one noise that explains
+//! all tubes best.
+
+use super::grow::Candidate;
+use crate::numeric::special::{bessel_scaled, mean_cosine};
+use crate::numeric::stats::median;
+use crate::numeric::vec3::Vec3;
+use rayon::prelude::*;
+
+/// Radius of a circle whose noisy points have these distances from the centre: maximum of the Rice likelihood
+/// for known noise.
+pub(super) fn rice_radius(distances: &[f64], sigma: f64) -> f64 {
+    let n = distances.len() as f64;
+    let square = distances.iter().map(|d| d * d).sum::<f64>() / n;
+    let mut r = (square - 2.0 * sigma * sigma).max(0.01 * square).sqrt();
+    // Expectation maximisation, as the moment's estimate is already close.
+    for _ in 0..30 {
+        let next =
+            distances.iter().map(|d| d * mean_cosine(d * r / (sigma * sigma).max(1e-300))).sum::<f64>() / n;
+        let done = (next - r).abs() < 1e-4 * r;
+        r = next;
+        if done {
+            break;
+        }
+    }
+    r
+}
+
+/// Log likelihood of distances under the Rice distribution, terms in the distances alone left out.
+fn rice_likelihood(distances: &[f64], r: f64, sigma: f64) -> f64 {
+    let s2 = sigma * sigma;
+    distances
+        .iter()
+        .map(|&d| {
+            let k = d * r / s2;
+            // exp(-(d^2 + r^2) / 2 s^2) I0(k) with the scaled function: the exponent becomes -(d - r)^2 / 2
+            // s^2.
+            -s2.ln() - (d - r) * (d - r) / (2.0 * s2) + bessel_scaled(k).0.max(1e-300).ln()
+        })
+        .sum()
+}
+
+/// Steps of the search for the noise.
+const NOISE_STEPS: usize = 28;
+
+/// Distances that say about where it is, ...
+const POOLED: usize = 6000;
+/// ... to within so many steps.
+const WITHIN_STEPS: usize = 2;
+
+/// The one noise that explains the distances from all axes best.
+pub(super) fn pooled_noise(candidates: &[Candidate], points: &[Vec3]) -> f64 {
+    let distances: Vec<Vec<f64>> = candidates
+        .par_iter()
+        .map(|r| r.members.iter().map(|&m| r.tube.foot(points[m as usize]).d).collect())
+        .collect();
+    // With no radius at all the noise would be the root mean square distance over the square root of two.
+    let mut most: Vec<f64> = candidates.iter().map(|r| r.tube.mean_radius / 2f64.sqrt()).collect();
+    let most = median(&mut most);
+    let sigma = |k: usize| most * 0.93f64.powi(k as i32);
+    let likeliest = |steps: std::ops::RangeInclusive<usize>, distances: &[Vec<f64>]| {
+        let likely: Vec<(f64, usize)> = steps
+            .into_par_iter()
+            .map(|k| {
+                let s = sigma(k);
+                (distances.iter().map(|d| rice_likelihood(d, rice_radius(d, s), s)).sum(), k)
+            })
+            .collect();
+        likely.into_iter().fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a }).1
+    };
+    let step = (distances.iter().map(Vec::len).sum::<usize>() / POOLED).max(1);
+    let few: Vec<Vec<f64>> = distances.iter().map(|d| d.iter().step_by(step).copied().collect()).collect();
+    let about = likeliest(0..=NOISE_STEPS, &few);
+    sigma(likeliest(about.saturating_sub(WITHIN_STEPS)..=about + WITHIN_STEPS, &distances))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_radius_is_found_in_noise_as_large_as_itself() {
+        let mut rng = crate::numeric::rng::Rng::new(3);
+        let distances: Vec<f64> = (0..20_000)
+            .map(|_| {
+                let (x, y) = (1.0 + rng.normal(), rng.normal());
+                x.hypot(y)
+            })
+            .collect();
+        assert!((rice_radius(&distances, 1.0) - 1.0).abs() < 0.05);
+    }
+}
