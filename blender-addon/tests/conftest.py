@@ -8,6 +8,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "blender-addon"), str(ROOT / "tests")]
+from no_skips import *  # noqa: E402, F403
 
 if "ATLASFIT_LIBRARY" not in os.environ:
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))

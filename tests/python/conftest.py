@@ -6,6 +6,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
+from no_skips import *  # noqa: F403
 from program import atlasfit, program  # noqa: F401
 
 SHARED = ROOT.parent / "shared"
