@@ -1,0 +1,456 @@
+#!/usr/bin/env python3
+"""Shows what each numeric constant of the core does: how the figures of scans with known truth change when it
+is halved and doubled.
+
+    tests/constants.py --list [WORD ...]    the constants, and those that are left out with the reason
+    tests/constants.py [WORD ...]           measures those whose name or file holds each WORD (all: hours)
+    tests/constants.py --table              the results so far as a table
+
+A constant is a `const NAME: type = value;` of rust/atlasfit/src outside of tests; numbers in a tuple or in
+the fields of a struct count one by one, an array of numbers as one. Each is changed in a copy of the tree
+below --scratch, built there (release, without link-time optimisation) and run on every scan; the checkout is
+only read. Results are kept line by line in results.jsonl beside the copy: a later call goes on from there,
+and asks for --fresh where the sources have changed since.
+
+What changes nothing here may do so elsewhere: only `denoise` with the default prior and its UVs runs, on
+clean small scans; the unchanged program measures.
+
+Scans are made here: a thin ring and a spiral (tubes), a one-sided band, a sphere with stray points, a box
+(creases) and a thin plate (two opposing sheets). --shapes adds others by the names of tests/peers/shapes.py.
+Needs numpy.
+"""
+
+import argparse
+import hashlib
+import json
+import math
+import os
+import pathlib
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+SOURCES = pathlib.Path("rust/atlasfit/src")
+# What a build needs of the tree.
+COPIED = ["Cargo.toml", "Cargo.lock", ".cargo", "rust", "include"]
+FACTORS = {"half": 0.5, "double": 2}
+FLOATS = {"f32", "f64"}
+INTEGERS = {"usize", "u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64", "isize"}
+# Name of a scan: shape, noise (standard deviation, in longest sides), and the share of stray points.
+SCANS = {
+    "ring": ("ring", 0.01, 0.0),
+    "spiral": ("spiral", 0.005, 0.0),
+    "mobius": ("mobius", 0.005, 0.0),
+    "sphere": ("sphere", 0.01, 0.02),
+    "box": ("box", 0.005, 0.0),
+    "plate": ("plate", 0.004, 0.0),
+}
+# Figures of a scan whose changes the table shows as ratios: root mean square distances (denoised points to
+# the truth, surface to truth, truth to surface), counts, UV quality, time.
+FIGURES = ["points", "acc", "com", "charts", "faces", "uv_charts", "stretch", "coverage", "seconds"]
+
+
+# The constants.
+
+
+def blanked(source):
+    """The source with comments, texts and test-only code as blanks: all else stays at its place."""
+    blank = lambda m: re.sub(r"[^\n]", " ", m[0])
+    token = r"//[^\n]*|/\*.*?\*/|\bb?r(#*)\".*?\"\1|\"(?:\\.|[^\"\\])*\"|'(?:\\[^']+|[^'\\\n])'"
+    out = re.sub(token, blank, source, flags=re.S)
+    for test in reversed(list(re.finditer(r"#\[cfg\(test\)\]\s*mod\s+\w+\s*\{", out))):
+        end = closing(out, test.end() - 1)
+        out = out[: test.start()] + blank([out[test.start() : end]]) + out[end:]
+    return out
+
+
+def closing(text, at):
+    """Where the bracket that opens at `at` is closed, one further."""
+    depth = 0
+    for i in range(at, len(text)):
+        depth += (text[i] in "([{") - (text[i] in ")]}")
+        if depth == 0:
+            return i + 1
+    return len(text)
+
+
+def until(text, at, ends):
+    """The first of `ends` outside of brackets."""
+    while at < len(text) and text[at] not in ends:
+        at = closing(text, at) if text[at] in "([{" else at + 1
+    return at
+
+
+def parts(text, start, end):
+    """Spans between the commas of text[start:end], without blanks around."""
+    while start < end:
+        stop = min(until(text, start, ","), end)
+        inner = text[start:stop]
+        if inner.strip():
+            left = start + len(inner) - len(inner.lstrip())
+            yield left, left + len(inner.strip())
+        start = stop + 1
+
+
+def places(text, name, kind, start, end):
+    """Numbers inside text[start:end], a value of type `kind` (None: not known).
+
+    Each is (name, spans, is a float), or (name, reason) where it is left out.
+    """
+    value = text[start:end]
+    if kind in FLOATS | INTEGERS or kind is None and re.fullmatch(r"-?[\d._]+(e-?\d+)?(_?[fiu]\w+)?", value):
+        integer = kind in INTEGERS or kind is None and not re.search(r"[.e]|f\d", value)
+        if re.search(r"MAX|MIN\b|INFINITY|EPSILON|NAN", value):
+            yield name, "a sentinel"
+        elif re.search(r"0x|0b|[|&^!]", value):
+            yield name, "a pattern of bits"
+        elif re.fullmatch(r"0(\.0*)?", value):
+            yield name, "0"
+        else:
+            yield name, [(start, end)], not integer
+    elif value.startswith("(") and (kind or "(").startswith("("):
+        kinds = [kind[a:b] for a, b in parts(kind, 1, len(kind) - 1)] if kind else []
+        for i, (a, b) in enumerate(parts(text, start + 1, end - 1)):
+            yield from places(text, f"{name}.{i}", kinds[i] if kinds else None, a, b)
+    elif value.startswith("[") and (kind or "").startswith("["):
+        element = kind[1 : until(kind, 1, ";")].strip()
+        columns = {}
+        for a, b in parts(text, start + 1, end - 1):
+            for found in places(text, f"{name}[..]", element, a, b):
+                columns.setdefault(found[0], []).append(found)
+        if (
+            not columns
+            or any(len(f) < 3 for fs in columns.values() for f in fs)
+            or not any(fs[0][2] for fs in columns.values())
+        ):
+            yield name, "a table"
+        else:
+            yield from ((column, [f[1][0] for f in fs], fs[0][2]) for column, fs in columns.items())
+    elif brace := re.match(r"[\w:]+\s*\{", value):
+        for a, b in parts(text, start + brace.end(), end - 1):
+            if field := re.match(r"(\w+)\s*:\s*", text[a:b]):
+                yield from places(text, f"{name}.{field[1]}", None, a + field.end(), b)
+    else:
+        yield name, f"no number: {' '.join(value.split())[:40]}"
+
+
+def sizes_an_array(name, texts):
+    return any(
+        not m[1]
+        for t in texts
+        for m in re.finditer(r"(vec!\s*)?\[[^\[\]]*;[^\[\];]*\b%s\b[^\[\];]*\]" % name, t)
+    )
+
+
+def constants(words):
+    """Every number that a constant of the core holds: dicts; those left out have a `reason`."""
+    texts = {
+        f: blanked((ROOT / f).read_text())
+        for f in listed()
+        if f.is_relative_to(SOURCES) and f.suffix == ".rs"
+    }
+    texts = {f: t for f, t in texts.items() if f.name != "tests.rs"}
+    for file, text in texts.items():
+        seen = {}
+        for m in re.finditer(r"(\bpub\b[^;{}\n]*)?\bconst\s+([A-Z][A-Z0-9_]*)\s*:", text):
+            equals = until(text, m.end(), "=;,>")  # a parameter of a generic ends otherwise
+            stop = until(text, equals, ";")
+            if text[equals : equals + 1] != "=" or stop >= len(text):
+                continue
+            seen[m[2]] = seen.get(m[2], 0) + 1
+            name = m[2] + (f"#{seen[m[2]]}" if seen[m[2]] > 1 else "")
+            kind = text[m.end() : equals].strip()
+            start = equals + 1 + len(text[equals + 1 : stop]) - len(text[equals + 1 : stop].lstrip())
+            structural = sizes_an_array(m[2], texts.values() if m[1] else [text])
+            for found in places(text, name, kind, start, start + len(text[start:stop].strip())):
+                one = {"file": str(file.relative_to(SOURCES)), "name": found[0]}
+                if not all(any(w in field for field in one.values()) for w in words):
+                    continue
+                if structural or len(found) == 2:
+                    yield one | {"reason": "the size of an array" if structural else found[1]}
+                else:
+                    values = [text[a:b] for a, b in found[1]]
+                    yield one | {"spans": found[1], "float": found[2], "value": ", ".join(values)}
+
+
+def listed():
+    """Files of the checkout, those not yet committed too."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", *COPIED]
+    names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
+    return [pathlib.Path(n) for n in sorted(set(names)) if n and (ROOT / n).is_file()]
+
+
+def changed(source, constant, factor):
+    """The source with the constant times the factor; None where that is no other number."""
+    for a, b in reversed(constant["spans"]):
+        value = source[a:b]
+        if not constant["float"] and factor < 1 and re.fullmatch(r"[01]", value):
+            return None
+        by = f"* {factor:.1f}" if constant["float"] else "/ 2" if factor < 1 else f"* {factor}"
+        source = f"{source[:a]}({value}) {by}{source[b:]}"
+    return source
+
+
+# Scans with known truth.
+
+
+def cube(n, size, onto_sphere=False):
+    """Six grids of n x n squares, as triangles, on a box or pressed onto the unit sphere."""
+    import numpy as np
+
+    u, v = (
+        x.ravel() for x in np.meshgrid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1), indexing="ij")
+    )
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    a, b = i * (n + 1) + j, (i + 1) * (n + 1) + j
+    squares = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
+    V, F = [], []
+    for axis in range(3):
+        for side in (1, -1):
+            grid = np.roll(np.stack([np.full_like(u, side), u, v], 1), axis, 1)
+            F.append(squares[:, ::side] + len(V) * len(u))
+            V.append(grid)
+    V = np.concatenate(V)
+    return (V / np.linalg.norm(V, axis=1)[:, None] if onto_sphere else V * size), np.concatenate(F)
+
+
+def make_scans(folder, scans, count):
+    """Writes NAME.truth.ply and NAME.ply for each scan."""
+    import numpy as np
+
+    peers = runpy.run_path(str(ROOT / "tests" / "peers" / "shapes.py"))
+    own = {"sphere": (48, 1.0, True), "box": (1, [0.5, 0.4, 0.3]), "plate": (1, [0.5, 0.35, 0.015])}
+    for name, (shape, sigma, stray) in scans.items():
+        V, F = cube(*own[shape]) if shape in own else peers["clean"](shape)
+        V = V / (V.max(0) - V.min(0)).max()
+        P = peers["noisy"](V, F, sigma, count)
+        rng = np.random.default_rng(1)
+        P = np.concatenate([P, rng.uniform(V.min(0) - 0.1, V.max(0) + 0.1, (int(stray * count), 3))])
+        peers["write_ply"](folder / f"{name}.truth.ply", V, F)
+        peers["write_ply"](folder / f"{name}.ply", P)
+
+
+# Building and measuring.
+
+
+class Workplace:
+    """The copy of the tree, its build, and the scans."""
+
+    def __init__(self, scratch, scans, count):
+        self.scans, self.folder, self.tree = scans, scratch / "scans", scratch / "tree"
+        self.build_folder = scratch / "build"
+        self.results = scratch / "results.jsonl"
+        shutil.rmtree(self.tree, ignore_errors=True)
+        # New times for all files: what an ended run left built is never taken for what is here.
+        for name in listed():
+            (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / name, self.tree / name)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        make_scans(self.folder, scans, count)
+        digest = hashlib.sha256(json.dumps([scans, count]).encode())
+        for name in listed():
+            if len(name.parts) < 3 or name.parts[2] == "src":  # not the tests and benchmarks of a crate
+                digest.update((ROOT / name).read_bytes())
+        self.digest = digest.hexdigest()
+
+    def build(self):
+        """The program, or None with what the compiler said."""
+        settings = {
+            "CARGO_TARGET_DIR": str(self.build_folder),
+            "CARGO_INCREMENTAL": "1",
+            "CARGO_PROFILE_RELEASE_LTO": "off",
+        }
+        settings["CARGO_PROFILE_RELEASE_CODEGEN_UNITS"] = "16"
+        command = ["cargo", "build", "--release", "-q", "-p", "atlasfit-cli", "--locked"]
+        done = subprocess.run(
+            command, cwd=self.tree, env=os.environ | settings, capture_output=True, text=True
+        )
+        errors = [line for line in done.stderr.splitlines() if line.startswith("error")]
+        return (
+            (self.build_folder / "release" / "atlasfit", None)
+            if done.returncode == 0
+            else (None, (errors or ["?"])[0])
+        )
+
+    def figures(self, program, judge, name, limit):
+        """Figures of one scan. `judge` is the unchanged program: it measures what `program` makes."""
+        out, points, truth = (str(self.folder / f"{name}.{kind}.ply") for kind in ("out", "points", "truth"))
+        scan = str(self.folder / f"{name}.ply")
+        said = ran([program, "denoise", scan, "-o", out, "--points", points], limit)
+        if "failed" in said:
+            return said
+        surface, moved = (ran([judge, "measure", x, "--against", truth], 600) for x in (out, points))
+        if "failed" in surface or "failed" in moved:
+            return {"failed": surface.get("failed") or moved.get("failed")}
+        digest = hashlib.sha256(
+            pathlib.Path(out).read_bytes() + pathlib.Path(points).read_bytes()
+        ).hexdigest()
+        found = {k: said[k] for k in ("charts", "faces", "parts", "outliers", "uv_charts", "seconds")}
+        uv = surface.get("uv") or {}
+        rms = {"acc": surface["surface"]["accuracy"]["rms"], "com": surface["surface"]["completeness"]["rms"]}
+        rms["points"] = moved["points"]["accuracy"]["rms"]
+        return (
+            found | rms | {"stretch": uv.get("stretch_p95"), "coverage": uv.get("coverage"), "bytes": digest}
+        )
+
+    def measure(self, program, judge, base=None):
+        """Figures of all scans. A run may take ten seconds and twenty times the unchanged program's."""
+        limit = lambda name: 600 if base is None else 10 + 20 * base[name]["seconds"]
+        return {name: self.figures(program, judge, name, limit(name)) for name in self.scans}
+
+    def kept(self):
+        lines = self.results.read_text().splitlines() if self.results.exists() else []
+        return [json.loads(line) for line in lines]
+
+    def keep(self, record):
+        with self.results.open("a") as out:
+            out.write(json.dumps(record) + "\n")
+
+
+def ran(command, limit):
+    """What a command reports as JSON, or {"failed": reason}."""
+    try:
+        done = subprocess.run(
+            [*map(str, command), "--json", "--quiet"], capture_output=True, text=True, timeout=limit
+        )
+    except subprocess.TimeoutExpired:
+        return {"failed": f"over {limit:.0f} s"}
+    return (
+        json.loads(done.stdout)
+        if done.returncode == 0
+        else {"failed": (done.stderr.strip() or str(done.returncode))[:200]}
+    )
+
+
+def run(work, todo):
+    kept = work.kept()
+    if kept and kept[0]["digest"] != work.digest:
+        sys.exit(f"{work.results} is of other sources or scans: --fresh begins anew")
+    print("building the unchanged program", flush=True)
+    program, error = work.build()
+    if error:
+        sys.exit(f"the tree does not build: {error}")
+    judge = work.build_folder / "judge"
+    shutil.copy2(program, judge)
+    if not kept:
+        kept = [{"digest": work.digest, "scans": work.measure(judge, judge)}]
+        work.keep(kept[0])
+    base = kept[0]["scans"]
+    if any("failed" in figures for figures in base.values()):
+        work.results.unlink()
+        sys.exit(f"the unchanged program fails: {base}")
+    done = {(r["file"], r["name"], r["factor"]) for r in kept[1:]}
+    for constant in todo:
+        path = SOURCES / constant["file"]
+        source = (ROOT / path).read_text()
+        for word, factor in FACTORS.items():
+            if (constant["file"], constant["name"], word) in done:
+                continue
+            record = {k: constant[k] for k in ("file", "name", "value")} | {"factor": word}
+            start = time.monotonic()
+            text = changed(source, constant, factor)
+            if text is None:
+                record["failed"] = "would be 0 or the same"
+            else:
+                (work.tree / path).write_text(text)
+                program, error = work.build()
+                record |= {"failed": error} if error else {"scans": work.measure(program, judge, base)}
+                (work.tree / path).write_text(source)
+            work.keep(record)
+            row = " | ".join(cells(record, base)[4:])
+            print(
+                f"{constant['file']} {constant['name']} {word} ({time.monotonic() - start:.0f} s): {row}",
+                flush=True,
+            )
+
+
+# The table.
+
+
+def cells(record, base):
+    """File, name, value, factor, scans with the same bytes, then ratios: geometric mean, and the worst."""
+    head = [record["file"], record["name"], record["value"], record["factor"]]
+    if "failed" in record:
+        return [*head, record["failed"]]
+    good = {n: f for n, f in record["scans"].items() if "failed" not in f}
+    if not good:
+        return [*head, "every scan fails"]
+    same = sum(f["bytes"] == base[n]["bytes"] for n, f in good.items())
+    out = [
+        *head,
+        f"{same}/{len(base)}" + (f", {len(base) - len(good)} fail" if len(good) < len(base) else ""),
+    ]
+    for figure in FIGURES:
+        ratios = {n: f[figure] / base[n][figure] for n, f in good.items() if f[figure] and base[n][figure]}
+        mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios)) if ratios else math.nan
+        worst = max(ratios, key=lambda n: abs(math.log(ratios[n])), default=None)
+        far = (
+            worst
+            and figure != "seconds"
+            and abs(math.log(ratios[worst])) > max(0.01, 1.5 * abs(math.log(mean)))
+        )
+        out.append(f"{mean:.3f}" + (f" ({worst} {ratios[worst]:.3f})" if far else ""))
+    return out
+
+
+def table(kept):
+    if not kept:
+        sys.exit("no results yet")
+    base = kept[0]["scans"]
+    print(
+        "Ratios to the unchanged program: geometric mean of the scans, and the one that changes most.\n"
+    )
+    head = ["file", "constant", "value", "times", "same bytes", *FIGURES]
+    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+    for record in kept[1:]:
+        row = cells(record, base)
+        print("| " + " | ".join(row + [""] * (len(head) - len(row))) + " |")
+
+
+def main():
+    ask = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    ask.add_argument(
+        "words", nargs="*", metavar="WORD", help="only constants whose name or file holds each of these"
+    )
+    ask.add_argument("--list", action="store_true", help="show the constants, build nothing")
+    ask.add_argument(
+        "--table", action="store_true", help="show the results so far as a Markdown table, build nothing"
+    )
+    ask.add_argument("--fresh", action="store_true", help="forget earlier results")
+    ask.add_argument(
+        "--scratch",
+        type=pathlib.Path,
+        help="folder of the copy and the results; default: constants/ in the target folder",
+    )
+    ask.add_argument("--count", type=int, default=6000, help="points of a scan")
+    ask.add_argument("--shapes", default="", help="more shapes, with commas: NAME or NAME:SIGMA")
+    given = ask.parse_args()
+    target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    scratch = given.scratch or (target if target.is_absolute() else ROOT / target) / "constants"
+    if given.table:
+        results = scratch / "results.jsonl"
+        return table(
+            [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
+        )
+    found = list(constants(given.words))
+    todo = [c for c in found if "reason" not in c]
+    for c in found if given.list else [c for c in found if "reason" in c]:
+        print(f"{c['file']} {c['name']}: {'left out: ' + c['reason'] if 'reason' in c else c['value']}")
+    print(f"{len(todo)} numbers to change, {len(found) - len(todo)} left out")
+    if given.list or not todo:
+        return None
+    scans = dict(SCANS)
+    for shape in filter(None, given.shapes.split(",")):
+        name, _, sigma = shape.partition(":")
+        scans[shape.replace(":", "-")] = (name, float(sigma or 0.005), 0.0)
+    if given.fresh:
+        (scratch / "results.jsonl").unlink(missing_ok=True)
+    return run(Workplace(scratch, scans, given.count), todo)
+
+
+if __name__ == "__main__":
+    main()
