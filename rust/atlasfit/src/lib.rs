@@ -10,7 +10,7 @@
 
 // The layers, in order: each imports only what stands above it. `unwrap`, `measure` and `bake` stand beside
 // the steps of denoising, on the layers up to `geometry`; `pipeline` calls all of them. A test reads the
-// imports (tests/layers.rs). Blank lines keep the order from being sorted.
+// imports (tests/layers). Blank lines keep the order from being sorted.
 
 pub mod error;
 

@@ -41,7 +41,7 @@ pub const LANES: usize = 4;
 /// multiple of [`LANES`]) from those below: they become rows of the factor U, and the rest what they leave of
 /// it (the Schur complement). False if a pivot is not positive.
 ///
-/// Right-looking by rows, [`ROWS`] pivots at a time: every inner loop runs along a row and has no carried
+/// Right-looking by rows, `ROWS` pivots at a time: every inner loop runs along a row and has no carried
 /// sum, and an entry is loaded and stored once for several pivots. Vectors are chosen at run time and whole:
 /// the entries of a row just left of its diagonal change too.
 #[must_use]

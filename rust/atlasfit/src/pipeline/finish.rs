@@ -2,9 +2,8 @@
 //!
 //! In: what was built, the mesh with the scan's attributes. Out: [`Denoised`].
 
-use super::BYTES_PER_POINT;
 use super::options::{DenoiseOptions, Outliers};
-use super::prepare::InputMap;
+use super::prepare::{BYTES_PER_POINT, InputMap};
 use super::report::{Denoised, Report};
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;

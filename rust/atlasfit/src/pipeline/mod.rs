@@ -24,10 +24,6 @@ use crate::geometry::PointCloud;
 use crate::numeric::vec3;
 use crate::run::{Context, Run};
 
-/// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts. Bytes;
-/// measured as peak resident memory over points at 64,000 and 1,000,000 points.
-const BYTES_PER_POINT: u64 = 700;
-
 /// Denoises a scan.
 ///
 /// ```
@@ -78,7 +74,7 @@ fn denoise_in(
     guide: Option<&dyn Guide>,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
-    ctx.reserve(BYTES_PER_POINT * cloud.len() as u64)?;
+    ctx.reserve(prepare::BYTES_PER_POINT * cloud.len() as u64)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let mut scan = prepare::prepare(distinct, options.noise, ctx)?;
     let scan_noise = scan.noise;
