@@ -10,16 +10,39 @@ use crate::run::Context;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use std::num::NonZero;
 
-/// Points of one tree: built in a few milliseconds, so that a cancel need not wait, and on all threads. A
-/// search looks into the few trees whose boxes it touches.
+/// Points of one tree: built in a few milliseconds, so that a cancel need not wait, and on all threads.
 const BLOCK: usize = 1 << 15;
 /// Points that a split is chosen from.
 const SAMPLE: usize = 511;
+/// Stands for no block.
+const NONE: u32 = u32::MAX;
 
-/// A forest of k-d trees (kiddo) over points.
+/// A forest of k-d trees (kiddo) over points, below a tree of boxes: a search looks only into the trees whose
+/// boxes it touches, and finds these in time that grows with the logarithm of their number.
 pub struct Neighbours {
+    /// The boxes in preorder: a node, its first child with all below it, its second child.
+    nodes: Vec<Node>,
     blocks: Vec<Block>,
     len: usize,
+}
+
+/// The box about the points of a block, or of all blocks below.
+struct Node {
+    low: Vec3,
+    high: Vec3,
+    /// The block; [`NONE`] where there are nodes below.
+    block: u32,
+    /// The node that follows those below.
+    next: u32,
+}
+
+impl Node {
+    /// Squared distance of `q` to the box.
+    #[inline]
+    fn away(&self, q: Vec3) -> f64 {
+        let d = [0, 1, 2].map(|k| (self.low[k] - q[k]).max(q[k] - self.high[k]).max(0.0));
+        d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+    }
 }
 
 /// A tree over some of the points.
@@ -27,17 +50,9 @@ struct Block {
     tree: ImmutableKdTree<f64, 3>,
     /// Indices of its points.
     of: Vec<u32>,
-    low: Vec3,
-    high: Vec3,
 }
 
 impl Block {
-    /// Squared distance of `q` to the box about the points.
-    #[inline]
-    fn away(&self, q: Vec3) -> f64 {
-        let d = [0, 1, 2].map(|k| (self.low[k] - q[k]).max(q[k] - self.high[k]).max(0.0));
-        d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-    }
     fn neighbour(&self, item: u32, dist2: f64) -> Neighbour {
         Neighbour { dist2, index: self.of[item as usize] }
     }
@@ -65,8 +80,14 @@ impl Neighbours {
         if points.len() >= u32::MAX as usize {
             return Err(Error::invalid(format!("{} points", points.len()), "Give fewer points"));
         }
+        Self::with_blocks(points, BLOCK, ctx)
+    }
+
+    /// [`Neighbours::build`] with trees of at most `block` points.
+    fn with_blocks(points: &[Vec3], block: usize, ctx: &Context<'_>) -> Result<Self> {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
-        Ok(Self { blocks: blocks(points, &mut order, ctx)?, len: points.len() })
+        let Forest { nodes, blocks } = forest(points, &mut order, block, ctx)?;
+        Ok(Self { nodes, blocks, len: points.len() })
     }
 
     /// The `k` nearest points to `query` (fewer if there are fewer), nearest first, written to `out`.
@@ -84,25 +105,25 @@ impl Neighbours {
                 .map(|r| b.neighbour(r.item, r.distance)),
         );
         sort(out);
-        for (_, b) in self.blocks.iter().enumerate().filter(|(i, _)| *i != home) {
-            let reach = match out.last() {
-                Some(last) if out.len() == n.get() => last.dist2,
-                _ => f64::INFINITY,
-            };
-            if b.away(query) > reach {
-                continue;
+        let reach = |out: &[Neighbour]| match out.last() {
+            Some(last) if out.len() == n.get() => last.dist2,
+            _ => f64::INFINITY,
+        };
+        self.touched(query, reach(out), |i, b| {
+            if i != home {
+                let search = b.tree.query(&query).nearest_n::<SquaredEuclidean<f64>>(n);
+                out.extend(
+                    search
+                        .within::<SquaredEuclidean<f64>>(reach(out))
+                        .execute()
+                        .into_iter()
+                        .map(|r| b.neighbour(r.item, r.distance)),
+                );
+                sort(out);
+                out.truncate(n.get());
             }
-            let search = b.tree.query(&query).nearest_n::<SquaredEuclidean<f64>>(n);
-            out.extend(
-                search
-                    .within::<SquaredEuclidean<f64>>(reach)
-                    .execute()
-                    .into_iter()
-                    .map(|r| b.neighbour(r.item, r.distance)),
-            );
-            sort(out);
-            out.truncate(n.get());
-        }
+            reach(out)
+        });
     }
 
     /// The nearest point to `query`.
@@ -114,51 +135,91 @@ impl Neighbours {
         };
         let home = self.home(query);
         let mut best = one(&self.blocks[home]);
-        for (_, b) in self.blocks.iter().enumerate().filter(|(i, _)| *i != home) {
-            if b.away(query) < best.dist2 {
+        self.touched(query, best.dist2, |i, b| {
+            if i != home {
                 let other = one(b);
                 if other.dist2 < best.dist2 {
                     best = other;
                 }
             }
-        }
+            best.dist2
+        });
         best
     }
 
     /// All points within `radius` of `query`, nearest first, written to `out`.
     pub fn within(&self, query: Vec3, radius: f64, out: &mut Vec<Neighbour>) {
         out.clear();
-        for b in self.blocks.iter().filter(|b| b.away(query) <= radius * radius) {
+        let reach = radius * radius;
+        self.touched(query, reach, |_, b| {
             out.extend(
                 b.tree
                     .query(&query)
-                    .within::<SquaredEuclidean<f64>>(radius * radius)
+                    .within::<SquaredEuclidean<f64>>(reach)
                     .unsorted()
                     .execute()
                     .into_iter()
                     .map(|r| b.neighbour(r.item, r.distance)),
             );
-        }
+            reach
+        });
         sort(out);
     }
 
-    /// The tree whose box is nearest.
-    fn home(&self, q: Vec3) -> usize {
-        let mut best = (f64::INFINITY, 0);
-        for (i, b) in self.blocks.iter().enumerate() {
-            let away = b.away(q);
-            if away < best.0 {
-                best = (away, i);
+    /// Visits the blocks whose boxes are no farther from `q` than the root of `reach`, in their order. Each
+    /// visit gives the reach from there on.
+    fn touched(&self, q: Vec3, mut reach: f64, mut visit: impl FnMut(usize, &Block) -> f64) {
+        let mut at = 0;
+        while let Some(node) = self.nodes.get(at) {
+            if node.away(q) > reach {
+                at = node.next as usize;
+                continue;
             }
+            if node.block != NONE {
+                reach = visit(node.block as usize, &self.blocks[node.block as usize]);
+            }
+            at += 1;
         }
-        best.1
+    }
+
+    /// The block whose box is nearest; of several, the first.
+    fn home(&self, q: Vec3) -> usize {
+        let mut best = (f64::INFINITY, NONE);
+        self.home_below(0, self.nodes[0].away(q), q, &mut best);
+        best.1 as usize
+    }
+
+    /// The same among the blocks below a node that is `away` from `q`, if one is nearer than the best so far.
+    fn home_below(&self, at: usize, away: f64, q: Vec3, best: &mut (f64, u32)) {
+        if away > best.0 {
+            return;
+        }
+        let node = &self.nodes[at];
+        if node.block != NONE {
+            if (away, node.block) < *best {
+                *best = (away, node.block);
+            }
+            return;
+        }
+        let (a, b) = (at + 1, self.nodes[at + 1].next as usize);
+        let (a, b) = ((self.nodes[a].away(q), a), (self.nodes[b].away(q), b));
+        // The nearer is looked at first.
+        let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+        self.home_below(near.1, near.0, q, best);
+        self.home_below(far.1, far.0, q, best);
     }
 }
 
+/// Nodes in preorder and the blocks that they name.
+struct Forest {
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+}
+
 /// Cuts the points at the median of the longest side, again and again, down to what one tree takes.
-fn blocks(points: &[Vec3], order: &mut [u32], ctx: &Context<'_>) -> Result<Vec<Block>> {
+fn forest(points: &[Vec3], order: &mut [u32], block: usize, ctx: &Context<'_>) -> Result<Forest> {
     ctx.check()?;
-    if order.len() > BLOCK {
+    if order.len() > block {
         let sample: Vec<Vec3> =
             (0..SAMPLE).map(|k| points[order[k * (order.len() - 1) / (SAMPLE - 1)] as usize]).collect();
         let [low, high] = bounds(&sample);
@@ -172,17 +233,32 @@ fn blocks(points: &[Vec3], order: &mut [u32], ctx: &Context<'_>) -> Result<Vec<B
         // Points that are all but equal cannot be cut.
         if cut > 0 && cut < order.len() {
             let (a, b) = order.split_at_mut(cut);
-            let (a, b) = rayon::join(|| blocks(points, a, ctx), || blocks(points, b, ctx));
-            let mut all = a?;
-            all.extend(b?);
-            return Ok(all);
+            let (a, b) = rayon::join(|| forest(points, a, block, ctx), || forest(points, b, block, ctx));
+            return Ok(joined(a?, b?));
         }
     }
     let own: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
     let tree = ImmutableKdTree::new_from_slice(vec3::plain_slice(&own))
         .map_err(|e| Error::invalid(format!("{} points: {e:?}", own.len()), "Give fewer points"))?;
     let [low, high] = bounds(&own);
-    Ok(vec![Block { tree, of: order.to_vec(), low, high }])
+    let node = Node { low, high, block: 0, next: 1 };
+    Ok(Forest { nodes: vec![node], blocks: vec![Block { tree, of: order.to_vec() }] })
+}
+
+/// Two forests below one node.
+fn joined(a: Forest, b: Forest) -> Forest {
+    let low = Vec3::from_fn(|k| a.nodes[0].low[k].min(b.nodes[0].low[k]));
+    let high = Vec3::from_fn(|k| a.nodes[0].high[k].max(b.nodes[0].high[k]));
+    let (before, blocks) = (a.nodes.len() as u32 + 1, a.blocks.len() as u32);
+    let next = before + b.nodes.len() as u32;
+    let mut nodes = vec![Node { low, high, block: NONE, next }];
+    nodes.extend(a.nodes.into_iter().map(|n| Node { next: n.next + 1, ..n }));
+    nodes.extend(b.nodes.into_iter().map(|n| Node {
+        next: n.next + before,
+        block: if n.block == NONE { NONE } else { n.block + blocks },
+        ..n
+    }));
+    Forest { nodes, blocks: a.blocks.into_iter().chain(b.blocks).collect() }
 }
 
 fn bounds(points: &[Vec3]) -> [Vec3; 2] {
@@ -193,4 +269,35 @@ fn bounds(points: &[Vec3]) -> [Vec3; 2] {
 
 fn sort(found: &mut [Neighbour]) {
     found.sort_unstable_by(|a, b| a.dist2.total_cmp(&b.dist2).then(a.index.cmp(&b.index)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::numeric::Rng;
+
+    #[test]
+    fn many_small_trees_find_what_a_look_at_every_point_finds() {
+        let mut rng = Rng::new(11);
+        // Even coordinates: many distances are equal.
+        let point = |rng: &mut Rng| Vec3::from_fn(|_| (8.0 * rng.uniform()).round());
+        for n in [1, 17, 300, 2000] {
+            let points: Vec<Vec3> = (0..n).map(|_| point(&mut rng)).collect();
+            let tree = Run::default().execute(|ctx| Neighbours::with_blocks(&points, 16, ctx)).unwrap();
+            assert!(n < 300 || tree.blocks.len() > 15);
+            let mut found = Vec::new();
+            for _ in 0..40 {
+                let q = point(&mut rng) + Vec3([0.25, 0.0, -2.0]);
+                let mut all: Vec<f64> = points.iter().map(|p| p.dist2(q)).collect();
+                let within = all.iter().filter(|d| **d <= 9.0).count();
+                all.sort_by(f64::total_cmp);
+                tree.nearest(q, 7, &mut found);
+                assert!(found.iter().map(|f| f.dist2).eq(all.iter().copied().take(7)));
+                assert_eq!(tree.nearest_one(q).dist2, all[0]);
+                tree.within(q, 3.0, &mut found);
+                assert_eq!(found.len(), within);
+            }
+        }
+    }
 }
