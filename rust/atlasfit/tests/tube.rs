@@ -29,7 +29,7 @@ fn bent() -> Tube {
 fn the_nearest_point_lies_on_the_tube() {
     let (tube, mut rng) = (bent(), Rng::new(1));
     for _ in 0..200 {
-        let (c, _, _) = tube.axis_at(1.6 * rng.uniform() - 0.8);
+        let c = tube.axis_at(1.6 * rng.uniform() - 0.8).position;
         let p = c.map(|x| x + 0.1 * (rng.uniform() - 0.5));
         let foot = tube.nearest(p);
         let again = tube.view(foot.position).expect("on the domain");
@@ -42,7 +42,7 @@ fn the_nearest_point_lies_on_the_tube() {
 fn the_normal_is_the_gradient_of_the_distance() {
     let (tube, mut rng) = (bent(), Rng::new(2));
     for _ in 0..200 {
-        let (c, _, _) = tube.axis_at(1.6 * rng.uniform() - 0.8);
+        let c = tube.axis_at(1.6 * rng.uniform() - 0.8).position;
         let on = tube.nearest(c.map(|x| x + 0.1 * (rng.uniform() - 0.5))).position;
         let v = tube.view(on).expect("on the domain");
         let h = 1e-6;

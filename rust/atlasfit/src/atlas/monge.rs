@@ -3,7 +3,7 @@
 //! A base plane (centre and orthonormal axes), an elliptic domain in it, and a height over the unit disk held
 //! as a cubic spline.
 
-use crate::numeric::spline::{self, COEFFS};
+use crate::numeric::spline::{self, COEFFS, Hessian, Slope};
 use crate::numeric::vec3::Vec3;
 
 use super::mask::Mask;
@@ -26,6 +26,17 @@ pub struct Monge {
 
 /// Squared domain coordinate beyond which a patch says nothing.
 const OUTSIDE: f64 = 1.3;
+
+/// The surface over a place of the domain.
+#[derive(Debug, Clone, Copy)]
+pub struct HeightNormal {
+    /// Height over the base plane.
+    pub height: f64,
+    /// Cosine between the surface normal and the base normal.
+    pub cos: f64,
+    /// Unit normal.
+    pub normal: Vec3,
+}
 
 /// A point seen from a patch.
 #[derive(Debug, Clone, Copy)]
@@ -74,12 +85,12 @@ impl Monge {
     /// Height, cosine between the surface normal and the base normal, and the unit normal at (u, v).
     #[inline]
     #[must_use]
-    pub fn height_normal(&self, u: f64, v: f64) -> (f64, f64, Vec3) {
-        let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
+    pub fn height_normal(&self, u: f64, v: f64) -> HeightNormal {
+        let Slope { value: h, du: hu, dv: hv } = spline::value_gradient(&self.coeffs, u, v);
         let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
         let c = 1.0 / (1.0 + a * a + b * b).sqrt();
         let n = self.axes[2] + (self.axes[0] * -a + self.axes[1] * -b);
-        (h, c, n * c)
+        HeightNormal { height: h, cos: c, normal: n * c }
     }
     /// Foot point: the domain coordinates whose surface point is nearest to `p` (Gauss-Newton from the
     /// point's own coordinates; two steps reach well below the noise on patches as flat as these).
@@ -87,7 +98,7 @@ impl Monge {
     pub fn foot(&self, p: BaseCoordinates) -> (f64, f64) {
         let (mut u, mut v) = (p.u, p.v);
         for _ in 0..2 {
-            let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
+            let Slope { value: h, du: hu, dv: hv } = spline::value_gradient(&self.coeffs, u, v);
             let (a, b) = (hu / self.radii[0], hv / self.radii[1]);
             // Residuals along the base axes and along the normal; metric I + grad gradᵀ, inverted in closed
             // form.
@@ -115,8 +126,8 @@ impl Monge {
     /// Sum of the principal curvatures at (u, v), positive where the surface bends towards the third axis.
     #[must_use]
     pub fn curvature_sum(&self, u: f64, v: f64) -> f64 {
-        let (_, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
-        let (uu, uv, vv) = spline::hessian(&self.coeffs, u, v);
+        let Slope { du: hu, dv: hv, .. } = spline::value_gradient(&self.coeffs, u, v);
+        let Hessian { uu, uv, vv } = spline::hessian(&self.coeffs, u, v);
         let (ru, rv) = (self.radii[0], self.radii[1]);
         let (a, b) = (hu / ru, hv / rv);
         let (xx, xy, yy) = (uu / (ru * ru), uv / (ru * rv), vv / (rv * rv));
@@ -131,7 +142,7 @@ impl Monge {
         if l.u * l.u + l.v * l.v >= OUTSIDE {
             return None;
         }
-        let (height, c, normal) = self.height_normal(l.u, l.v);
+        let HeightNormal { height, cos: c, normal } = self.height_normal(l.u, l.v);
         Some(View {
             distance: (l.z - height) * c,
             mask: self.mask.value(l.u, l.v),
@@ -149,7 +160,7 @@ impl Monge {
     #[must_use]
     pub fn at(&self, uv: [f64; 2]) -> Foot {
         let [u, v] = uv;
-        let (h, hu, hv) = spline::value_gradient(&self.coeffs, u, v);
+        let Slope { value: h, du: hu, dv: hv } = spline::value_gradient(&self.coeffs, u, v);
         Foot { position: self.lift(u, v, h), normal: self.normal_of(hu, hv), taper: Self::taper(u, v), uv }
     }
     /// Weight in the blend at `p`, without looking for the nearest point.
@@ -162,7 +173,7 @@ impl Monge {
     #[must_use]
     pub fn normal_over(&self, p: Vec3) -> Vec3 {
         let l = self.local(p);
-        let (_, hu, hv) = spline::value_gradient(&self.coeffs, l.u, l.v);
+        let Slope { du: hu, dv: hv, .. } = spline::value_gradient(&self.coeffs, l.u, l.v);
         self.normal_of(hu, hv)
     }
     /// Right-handed axes with the unit `normal` third and the first along `along`, as far as that lies in the

@@ -5,7 +5,7 @@
 //! it.
 
 use super::{Foot, View};
-use crate::numeric::spline::{SIDE, locate, spline, spline_d1};
+use crate::numeric::spline::{SIDE, Slope, locate, spline, spline_d1};
 use crate::numeric::vec3::Vec3;
 
 /// Harmonics of the radius: the constant, and cosine and sine up to order 4. A square rod keeps its corners
@@ -69,6 +69,27 @@ pub struct AxisFoot {
     across: Vec3,
 }
 
+/// A point of a curve with its first and second derivative.
+#[derive(Debug, Clone, Copy)]
+pub struct CurvePoint {
+    /// The point.
+    pub position: Vec3,
+    /// The first derivative.
+    pub first: Vec3,
+    /// The second derivative.
+    pub second: Vec3,
+}
+
+/// How a place lies to the tube's surface.
+struct Level {
+    /// Signed distance along the normal.
+    distance: f64,
+    /// Unit normal.
+    normal: Vec3,
+    /// Radius there.
+    radius: f64,
+}
+
 /// cos and sin of multiples of `theta`: the harmonics at an angle.
 #[must_use]
 pub fn harmonics(theta: f64) -> [f64; HARMONICS] {
@@ -83,19 +104,24 @@ pub fn harmonics(theta: f64) -> [f64; HARMONICS] {
     h
 }
 
-fn cubic(q: &[f64; 4], s: f64) -> (f64, f64, f64) {
-    (
+/// A cubic's value, first and second derivative.
+fn cubic(q: &[f64; 4], s: f64) -> [f64; 3] {
+    [
         q[0] + s * (q[1] + s * (q[2] + s * q[3])),
         q[1] + s * (2.0 * q[2] + s * 3.0 * q[3]),
         2.0 * q[2] + 6.0 * q[3] * s,
-    )
+    ]
 }
 
 impl Tube {
     /// The axis at `s` in its own frame: position, first and second derivative.
-    fn curve_at(&self, s: f64) -> (Vec3, Vec3, Vec3) {
-        let ((y, y1, y2), (z, z1, z2)) = (cubic(&self.axis[0], s), cubic(&self.axis[1], s));
-        (Vec3([s * self.half_length, y, z]), Vec3([self.half_length, y1, z1]), Vec3([0.0, y2, z2]))
+    fn curve_at(&self, s: f64) -> CurvePoint {
+        let ([y, y1, y2], [z, z1, z2]) = (cubic(&self.axis[0], s), cubic(&self.axis[1], s));
+        CurvePoint {
+            position: Vec3([s * self.half_length, y, z]),
+            first: Vec3([self.half_length, y1, z1]),
+            second: Vec3([0.0, y2, z2]),
+        }
     }
     /// A vector of the axis's frame in the atlas's.
     fn turned(&self, v: Vec3) -> Vec3 {
@@ -104,9 +130,13 @@ impl Tube {
     }
     /// The axis at `s`: position, first and second derivative.
     #[must_use]
-    pub fn axis_at(&self, s: f64) -> (Vec3, Vec3, Vec3) {
-        let (c, c1, c2) = self.curve_at(s);
-        (self.center + self.turned(c), self.turned(c1), self.turned(c2))
+    pub fn axis_at(&self, s: f64) -> CurvePoint {
+        let CurvePoint { position, first, second } = self.curve_at(s);
+        CurvePoint {
+            position: self.center + self.turned(position),
+            first: self.turned(first),
+            second: self.turned(second),
+        }
     }
     /// The axis's nearest point to `p`.
     #[must_use]
@@ -117,13 +147,13 @@ impl Tube {
         // The axis is nearly straight over the domain: Newton from the straight line's foot settles at once.
         for _ in 0..3 {
             let at = s.clamp(-1.5, 1.5);
-            let (c, c1, c2) = self.curve_at(at);
+            let CurvePoint { position: c, first: c1, second: c2 } = self.curve_at(at);
             let w = p - c;
             let speed2 = c1.dot(c1);
             s = at + w.dot(c1) / (speed2 - w.dot(c2)).max(0.3 * speed2);
         }
         let s = s.clamp(-1.5, 1.5);
-        let (foot, c1, c2) = self.curve_at(s);
+        let CurvePoint { position: foot, first: c1, second: c2 } = self.curve_at(s);
         let w = p - foot;
         let across = w - (c1 * (w.dot(c1) / c1.dot(c1)));
         AxisFoot { s, d: across.norm(), foot, derivatives: [c1, c2], across }
@@ -150,19 +180,19 @@ impl Tube {
     #[must_use]
     pub fn at(&self, uv: [f64; 2]) -> Foot {
         let (s, theta) = (uv[0], uv[1] * std::f64::consts::PI);
-        let (foot, c1, c2) = self.axis_at(s);
+        let CurvePoint { position: foot, first: c1, second: c2 } = self.axis_at(s);
         let [along, e2, e3] = self.section(c1);
         let out = e2 * theta.cos() + e3 * theta.sin();
-        let d = self.radius_at(s, theta).0;
+        let d = self.radius_at(s, theta).value;
         let speed2 = c1.dot(c1);
         let pace = speed2.sqrt() / (speed2 - d * out.dot(c2)).max(0.3 * speed2);
         let l = TubeCoordinates { s, theta, d, foot, along, out, around: along.cross(out), pace };
-        let (_, normal, r) = self.level(&l);
+        let Level { normal, radius: r, .. } = self.level(&l);
         Foot { position: (foot + out * r), normal, taper: Self::taper(s), uv }
     }
     /// Radius and its derivatives with respect to `s` and the angle.
     #[must_use]
-    pub fn radius_at(&self, s: f64, theta: f64) -> (f64, f64, f64) {
+    pub fn radius_at(&self, s: f64, theta: f64) -> Slope {
         let (i, t) = locate(s);
         let (b, b1) = (spline(t), spline_d1(t));
         let h = harmonics(theta);
@@ -181,18 +211,18 @@ impl Tube {
             rt += b[k] * turn;
         }
         if r < NARROWEST * self.mean_radius {
-            return (NARROWEST * self.mean_radius, 0.0, 0.0);
+            return Slope { value: NARROWEST * self.mean_radius, du: 0.0, dv: 0.0 };
         }
-        (r, rs * (SIDE - 3) as f64 * 0.5, rt)
+        Slope { value: r, du: rs * (SIDE - 3) as f64 * 0.5, dv: rt }
     }
     /// Distance along the normal and the unit normal at a point with local coordinates `l`.
-    fn level(&self, l: &TubeCoordinates) -> (f64, Vec3, f64) {
-        let (r, rs, rt) = self.radius_at(l.s, l.theta);
+    fn level(&self, l: &TubeCoordinates) -> Level {
+        let Slope { value: r, du: rs, dv: rt } = self.radius_at(l.s, l.theta);
         // Near the axis the angle means nothing.
         let turn = rt / l.d.max(0.3 * r);
         let g = l.out - (l.along * (rs * l.pace) + l.around * turn);
         let n = g.norm();
-        ((l.d - r) / n, g * (1.0 / n), r)
+        Level { distance: (l.d - r) / n, normal: g * (1.0 / n), radius: r }
     }
     /// The tube seen from `p`; nothing beyond its domain.
     #[must_use]
@@ -201,14 +231,14 @@ impl Tube {
         if l.s.abs() >= OUTSIDE || l.d > 4.0 * self.mean_radius + 0.3 * self.half_length {
             return None;
         }
-        let (distance, normal, _) = self.level(&l);
+        let Level { distance, normal, .. } = self.level(&l);
         Some(View { distance, mask: self.mask_at(l.s), taper: Self::taper(l.s), normal })
     }
     /// The tube's point out from the axis through `p`.
     #[must_use]
     pub fn nearest(&self, p: Vec3) -> Foot {
         let l = self.local(p);
-        let (_, normal, r) = self.level(&l);
+        let Level { normal, radius: r, .. } = self.level(&l);
         Foot {
             position: (l.foot + l.out * r),
             normal,
@@ -224,7 +254,7 @@ impl Tube {
     /// Unit normal over `p`.
     #[must_use]
     pub fn normal_over(&self, p: Vec3) -> Vec3 {
-        self.level(&self.local(p)).1
+        self.level(&self.local(p)).normal
     }
     fn taper(s: f64) -> f64 {
         let t = 1.0 - s * s;

@@ -6,7 +6,7 @@
 use crate::atlas::mask::Mask;
 use crate::atlas::monge::BaseCoordinates;
 use crate::atlas::{Monge, Patch};
-use crate::numeric::spline;
+use crate::numeric::spline::{self, Slope};
 use crate::prior::basis::{self, BASIS};
 use crate::prior::evidence::Work;
 use crate::prior::gp;
@@ -99,7 +99,7 @@ pub(super) fn solve(
             (u, v, z, 1.0)
         } else {
             let (fu, fv) = chart.foot(BaseCoordinates { u, v, z });
-            let (_, hu, hv) = spline::value_gradient(&chart.coeffs, fu, fv);
+            let Slope { du: hu, dv: hv, .. } = spline::value_gradient(&chart.coeffs, fu, fv);
             let (a, b) = (hu / chart.radii[0], hv / chart.radii[1]);
             (fu, fv, z - hu * (u - fu) - hv * (v - fv), 1.0 / (1.0 + a * a + b * b))
         };
@@ -118,8 +118,8 @@ pub(super) fn solve(
 /// Signed distances of the points to the chart, along its normal.
 pub(super) fn residuals<'a>(chart: &'a Monge, points: &'a [DomainPoint]) -> impl Iterator<Item = f64> + 'a {
     points.iter().map(|&[u, v, z]| {
-        let (h, c, _) = chart.height_normal(u, v);
-        (z - h) * c
+        let at = chart.height_normal(u, v);
+        (z - at.height) * at.cos
     })
 }
 

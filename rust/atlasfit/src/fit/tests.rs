@@ -3,11 +3,12 @@
 use crate::atlas::Patch;
 use crate::atlas::mask::Mask;
 use crate::atlas::monge::BaseCoordinates;
+use crate::atlas::monge::HeightNormal;
 use crate::atlas::{Map, Monge};
 use crate::numeric::dense::{cholesky, cholesky_solve};
 use crate::numeric::rng::Rng;
 use crate::numeric::spline;
-use crate::numeric::spline::COEFFS;
+use crate::numeric::spline::{COEFFS, Hessian, Slope};
 use crate::prior::basis::WIDTH;
 use crate::prior::basis::{BASIS, MODES};
 use crate::prior::evidence::{Problem, Solution, Work};
@@ -30,13 +31,13 @@ proptest! {
     fn normal_equations_are_sums_over_the_observations(seed in any::<u64>(), n in 1usize..40) {
         let mut rng = Rng::new(seed);
         let mut random = || 2.0 * rng.uniform() - 1.0;
-        let seen: Vec<Observation> = (0..n)
+        let observations: Vec<Observation> = (0..n)
             .map(|_| Observation { at: [random(), random()], height: random(), weight: random().abs(), count: 0.5 })
             .collect();
         let mut data = NormalEquations::default();
         // In two goes: sums go on.
-        data.observe(&BASIS, &seen[..n / 2]);
-        data.observe(&BASIS, &seen[n / 2..]);
+        data.observe(&BASIS, &observations[..n / 2]);
+        data.observe(&BASIS, &observations[n / 2..]);
         prop_assert_eq!(data.count, 0.5 * n as f64);
         let splines: Vec<[f32; COEFFS]> = (0..MODES)
             .map(|m| basis::spline_coefficients(&BASIS, &std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)))))
@@ -44,8 +45,8 @@ proptest! {
         let column = |k: usize, o: &Observation| if k < MODES { spline::value(&splines[k], o.at[0], o.at[1]) } else { o.height };
         for i in 0..=MODES {
             for j in i..=MODES {
-                let sum: f64 = seen.iter().map(|o| o.weight * column(i, o) * column(j, o)).sum();
-                let size: f64 = seen.iter().map(|o| o.weight * (column(i, o) * column(j, o)).abs()).sum();
+                let sum: f64 = observations.iter().map(|o| o.weight * column(i, o) * column(j, o)).sum();
+                let size: f64 = observations.iter().map(|o| o.weight * (column(i, o) * column(j, o)).abs()).sum();
                 let got = data.matrix[i * WIDTH + j];
                 prop_assert!((got - sum).abs() < 1e-5 * (1.0 + size), "{} {}: {} {}", i, j, got, sum);
             }
@@ -64,8 +65,8 @@ fn only_the_affine_functions_are_free() {
         one[m] = 1.0;
         let c = basis::spline_coefficients(&BASIS, &one);
         for (u, v) in [(0.0, 0.0), (0.6, 0.3), (-0.5, 0.7), (0.1, -0.9)] {
-            let (uu, uv, vv) = spline::hessian(&c, u, v);
-            let (h, hu, hv) = spline::value_gradient(&c, u, v);
+            let Hessian { uu, uv, vv } = spline::hessian(&c, u, v);
+            let Slope { value: h, du: hu, dv: hv } = spline::value_gradient(&c, u, v);
             assert!(
                 uu.abs().max(uv.abs()).max(vv.abs()) < 1e-3 * (h.abs() + hu.abs() + hv.abs()),
                 "{m}: {uu} {uv} {vv}"
@@ -77,12 +78,12 @@ fn only_the_affine_functions_are_free() {
 /// Fits heights over the disk; `noise` is told to the fit as what to expect.
 fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (Solution, [f32; COEFFS]) {
     let mut data = NormalEquations::default();
-    let seen: Vec<Observation> = at
+    let observations: Vec<Observation> = at
         .iter()
         .zip(heights)
         .map(|(p, z)| Observation { at: *p, height: *z, weight: 1.0, count: 1.0 })
         .collect();
-    data.observe(&BASIS, &seen);
+    data.observe(&BASIS, &observations);
     let fit = gp::fit(&BASIS, &data, (noise, strength), None, &mut Work::default()).unwrap();
     let coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
     (fit, coeffs)
@@ -140,7 +141,7 @@ fn the_weights_of_a_fit_count() {
     // Half of the points are nonsense of no weight.
     let at = disk(200, 3);
     let mut data = NormalEquations::default();
-    let seen: Vec<Observation> = at
+    let observations: Vec<Observation> = at
         .iter()
         .enumerate()
         .map(|(i, p)| {
@@ -148,7 +149,7 @@ fn the_weights_of_a_fit_count() {
             Observation { at: *p, height, weight, count: weight }
         })
         .collect();
-    data.observe(&BASIS, &seen);
+    data.observe(&BASIS, &observations);
     assert_eq!(data.count, 100.0);
     let fit = gp::fit(&BASIS, &data, (0.01, 40.0), None, &mut Work::default()).unwrap();
     let c = basis::spline_coefficients(&BASIS, &fit.weights);
@@ -282,7 +283,7 @@ fn a_chart_of_a_sphere_has_the_spheres_curvature_and_normals() {
     assert!(k.iter().all(|k| (k + 2.0 / r).abs() < 0.35 * 2.0 / r), "{k:?}");
     let ball = p.center - p.axes[2] * r;
     for (u, v) in [(0.0, 0.0), (0.4, 0.0), (0.0, -0.5), (0.35, 0.35), (-0.3, 0.4)] {
-        let (h, cos, n) = chart.height_normal(u, v);
+        let HeightNormal { height: h, cos, normal: n } = chart.height_normal(u, v);
         let radial = chart.lift(u, v, h) - ball;
         assert!((radial.norm() - r).abs() < 1e-3, "{}", radial.norm());
         assert!((0..3).map(|k| radial[k] / r * n[k]).sum::<f64>() > 0.999);

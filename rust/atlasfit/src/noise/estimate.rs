@@ -4,7 +4,7 @@
 //! deviation of the noise along the surface normal. No truth, no normals needed.
 
 use crate::error::Result;
-use crate::numeric::dense::{cholesky, cholesky_solve, principal};
+use crate::numeric::dense::{Principal, cholesky, cholesky_solve, principal};
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -74,7 +74,9 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f6
 fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
     let n = found.len() as f64;
     let near = found.iter().map(|f| (points[f.index as usize], 1.0));
-    let Some((mean, values, vectors)) = principal(near) else { return (0.0, 0.0) };
+    let Some(Principal { mean, variances: values, axes: vectors }) = principal(near) else {
+        return (0.0, 0.0);
+    };
     if values[1] <= 0.0 {
         return (0.0, 0.0);
     }

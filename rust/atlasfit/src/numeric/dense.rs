@@ -183,9 +183,20 @@ pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [Vec3; 3]) {
     (order.map(|i| a[i][i]), order.map(column))
 }
 
+/// Where points lie and how they spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Principal {
+    /// Their weighted mean.
+    pub mean: Vec3,
+    /// Their principal variances, ascending.
+    pub variances: [f64; 3],
+    /// Their principal axes, unit vectors in the same order.
+    pub axes: [Vec3; 3],
+}
+
 /// Weighted mean, principal variances (ascending) and principal axes of points; `None` without weight.
 #[must_use]
-pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<(Vec3, [f64; 3], [Vec3; 3])> {
+pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<Principal> {
     let (mut total, mut mean) = (0.0, Vec3::ZERO);
     for (p, w) in points.clone() {
         total += w;
@@ -203,5 +214,5 @@ pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<(V
         }
     }
     let (variances, axes) = eigen3(m.map(|x| x / total));
-    Some((mean, variances, axes))
+    Some(Principal { mean, variances, axes })
 }

@@ -39,6 +39,28 @@ pub(crate) fn locate(x: f64) -> (usize, f64) {
     (i, g - i as f64)
 }
 
+/// A value and its first derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// The value.
+    pub value: f64,
+    /// Its derivative along u.
+    pub du: f64,
+    /// Its derivative along v.
+    pub dv: f64,
+}
+
+/// Second derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hessian {
+    /// Along u twice.
+    pub uu: f64,
+    /// Along u and v.
+    pub uv: f64,
+    /// Along v twice.
+    pub vv: f64,
+}
+
 /// Height at (u, v) in the domain [-1, 1]^2.
 #[inline]
 #[must_use]
@@ -60,7 +82,7 @@ pub fn value(coeffs: &[f32; COEFFS], u: f64, v: f64) -> f64 {
 /// Height and its two derivatives at (u, v) in the domain [-1, 1]^2.
 #[inline]
 #[must_use]
-pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64) {
+pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> Slope {
     let ((i, s), (j, t)) = (locate(u), locate(v));
     let (a, b, da, db) = (spline(s), spline(t), spline_d1(s), spline_d1(t));
     let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
@@ -73,12 +95,12 @@ pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64)
         hv += a[k] * (db[0] * r[0] + db[1] * r[1] + db[2] * r[2] + db[3] * r[3]);
     }
     let scale = INTERVALS as f64 * 0.5;
-    (h, hu * scale, hv * scale)
+    Slope { value: h, du: hu * scale, dv: hv * scale }
 }
 
 /// Second derivatives (uu, uv, vv) of the height at (u, v) in the domain.
 #[must_use]
-pub fn hessian(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64) {
+pub fn hessian(coeffs: &[f32; COEFFS], u: f64, v: f64) -> Hessian {
     let ((i, s), (j, t)) = (locate(u), locate(v));
     let (a, b, da, db) = (spline(s), spline(t), spline_d1(s), spline_d1(t));
     let (dda, ddb) = (spline_d2(s), spline_d2(t));
@@ -92,7 +114,7 @@ pub fn hessian(coeffs: &[f32; COEFFS], u: f64, v: f64) -> (f64, f64, f64) {
         }
     }
     let scale = (INTERVALS as f64 * 0.5).powi(2);
-    (uu * scale, uv * scale, vv * scale)
+    Hessian { uu: uu * scale, uv: uv * scale, vv: vv * scale }
 }
 
 /// Gauss-Legendre nodes and weights on [0, 1], 4 points: exact for products of cubics.
@@ -128,18 +150,18 @@ mod tests {
         fn gradient_and_hessian_are_the_derivatives(seed in any::<u64>(), u in -0.99..0.99f64, v in -0.99..0.99f64) {
             let c = random_coeffs(seed);
             let e = 1e-5;
-            let (h, hu, hv) = value_gradient(&c, u, v);
+            let Slope { value: h, du: hu, dv: hv } = value_gradient(&c, u, v);
             prop_assert!((h - value(&c, u, v)).abs() < 1e-12);
             let d = |f: &dyn Fn(f64) -> f64| (f(e) - f(-e)) / (2.0 * e);
             let tolerance = 2e-4; // Of values of size 10 to 100: third derivatives jump from one interval to the next.
             prop_assert!((hu - d(&|t| value(&c, u + t, v))).abs() < tolerance);
             prop_assert!((hv - d(&|t| value(&c, u, v + t))).abs() < tolerance);
-            let (uu, uv, vv) = hessian(&c, u, v);
+            let Hessian { uu, uv, vv } = hessian(&c, u, v);
             let tolerance = 2e-2;
-            prop_assert!((uu - d(&|t| value_gradient(&c, u + t, v).1)).abs() < tolerance);
-            prop_assert!((uv - d(&|t| value_gradient(&c, u + t, v).2)).abs() < tolerance);
-            prop_assert!((uv - d(&|t| value_gradient(&c, u, v + t).1)).abs() < tolerance);
-            prop_assert!((vv - d(&|t| value_gradient(&c, u, v + t).2)).abs() < tolerance);
+            prop_assert!((uu - d(&|t| value_gradient(&c, u + t, v).du)).abs() < tolerance);
+            prop_assert!((uv - d(&|t| value_gradient(&c, u + t, v).dv)).abs() < tolerance);
+            prop_assert!((uv - d(&|t| value_gradient(&c, u, v + t).du)).abs() < tolerance);
+            prop_assert!((vv - d(&|t| value_gradient(&c, u, v + t).dv)).abs() < tolerance);
         }
     }
 
@@ -147,7 +169,7 @@ mod tests {
     fn affine_splines_are_affine() {
         let c = affine(1.0, 0.5, -0.25);
         for (u, v) in [(0.0, 0.0), (0.9, -0.3), (-1.0, 1.0), (0.333, 0.777)] {
-            let (h, hu, hv) = value_gradient(&c, u, v);
+            let Slope { value: h, du: hu, dv: hv } = value_gradient(&c, u, v);
             assert!(
                 (h - (1.0 + 0.5 * u - 0.25 * v)).abs() < 1e-6
                     && (hu - 0.5).abs() < 1e-5

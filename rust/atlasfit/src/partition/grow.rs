@@ -204,7 +204,7 @@ fn thin(found: &mut Vec<Neighbour>) -> Option<Vec<Neighbour>> {
 fn plane(points: &[Vec3], near: &[Neighbour], radius: f64) -> (Vec3, Vec3) {
     let weight = |d2: f64| (1.0 - d2 / (radius * radius * 1.5)).max(0.05);
     let near = near.iter().map(|f| (points[f.index as usize], weight(f.dist2)));
-    principal(near).map_or((Vec3::ZERO, Vec3([0.0, 0.0, 1.0])), |(mean, _, axes)| (mean, axes[0]))
+    principal(near).map_or((Vec3::ZERO, Vec3([0.0, 0.0, 1.0])), |p| (p.mean, p.axes[0]))
 }
 
 /// Refits the quadric within `radius`, turns the base plane to it, and bounds the domain by its curvature.

@@ -293,7 +293,7 @@ pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
         return degenerate(format!("only {} distinct points", points.len()));
     }
     let spread = principal(points.iter().map(|&p| (p, 1.0)));
-    if spread.is_none_or(|(_, values, _)| values[1] <= 1e-14 * values[2]) {
+    if spread.is_none_or(|s| s.variances[1] <= 1e-14 * s.variances[2]) {
         return degenerate("the points lie on a line".into());
     }
     Ok(())

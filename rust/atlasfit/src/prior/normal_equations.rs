@@ -14,7 +14,7 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 /// Observations that are added together.
 const BLOCK: usize = 8;
 
-/// A height seen at a place of the domain.
+/// A height observations at a place of the domain.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Observation {
     /// Where, in [-1, 1]^2.
@@ -48,16 +48,16 @@ impl NormalEquations {
         self.count = 0.0;
     }
     /// Adds observations.
-    pub fn observe(&mut self, basis: &Basis, seen: &[Observation]) {
-        self.count += seen.iter().map(|o| o.count).sum::<f64>();
-        Arch::new().dispatch(Observe { basis, matrix: &mut self.matrix, seen });
+    pub fn observe(&mut self, basis: &Basis, observations: &[Observation]) {
+        self.count += observations.iter().map(|o| o.count).sum::<f64>();
+        Arch::new().dispatch(Observe { basis, matrix: &mut self.matrix, observations });
     }
 }
 
 struct Observe<'a> {
     basis: &'a Basis,
     matrix: &'a mut [f64],
-    seen: &'a [Observation],
+    observations: &'a [Observation],
 }
 
 impl WithSimd for Observe<'_> {
@@ -79,7 +79,7 @@ impl Observe<'_> {
     fn run<S: Simd, const V: usize>(self, simd: S) {
         let modes = S::as_simd_f64s(&self.basis.modes).0.as_chunks::<V>().0;
         let mut rows = [[0.0; WIDTH]; BLOCK];
-        for block in self.seen.chunks(BLOCK) {
+        for block in self.observations.chunks(BLOCK) {
             let mut weights = [0.0; BLOCK];
             for ((o, row), weight) in block.iter().zip(&mut rows).zip(&mut weights) {
                 values::<S, V>(simd, modes, o, row);
@@ -109,7 +109,7 @@ impl Observe<'_> {
     }
 }
 
-/// Values of all eigenfunctions where `o` was seen, and its height.
+/// Values of all eigenfunctions where `o` was observations, and its height.
 #[inline(always)]
 fn values<S: Simd, const V: usize>(simd: S, modes: &[[S::f64s; V]], o: &Observation, row: &mut [f64; WIDTH]) {
     let ((i, s), (j, t)) = (locate(o.at[0]), locate(o.at[1]));

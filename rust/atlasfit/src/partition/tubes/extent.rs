@@ -23,8 +23,8 @@ pub(super) fn gap(tube: &Tube, local: &[[f64; 3]]) -> bool {
     for k in 0..4 * SECTORS {
         let theta = ((k as f64 + 0.5) / (4 * SECTORS) as f64 - 0.5) * std::f64::consts::TAU;
         for s in [-0.75, -0.25, 0.25, 0.75] {
-            let (r, _, rt) = tube.radius_at(s, theta);
-            arc[k / 4] += r.hypot(rt);
+            let radius = tube.radius_at(s, theta);
+            arc[k / 4] += radius.value.hypot(radius.dv);
         }
     }
     let whole: f64 = arc.iter().sum();

@@ -3,7 +3,7 @@
 //! In: points, their spacing and noise, a neighbourhood. Out: a candidate, its radius not yet fitted, or
 //! nothing where the points about the axis are no tube.
 
-use crate::atlas::tube::{HARMONICS, MASK_NODES};
+use crate::atlas::tube::{CurvePoint, HARMONICS, MASK_NODES};
 use crate::atlas::{Monge, Tube};
 use crate::numeric::dense::{cholesky, cholesky_solve};
 use crate::numeric::spline::SIDE;
@@ -128,7 +128,7 @@ fn frame(along: Vec3) -> [Vec3; 3] {
 }
 
 fn slope(tube: &Tube, s: f64) -> f64 {
-    let (_, c1, _) = tube.axis_at(s);
+    let c1 = tube.axis_at(s).first;
     let x = c1.dot(tube.axes[0]);
     (c1.dot(tube.axes[1]).hypot(c1.dot(tube.axes[2]))) / x.max(1e-12)
 }
@@ -161,7 +161,7 @@ fn fit_axis(seen: &[[f64; 4]]) -> Option<[[f64; 4]; 2]> {
 /// Turns the frame to the axis's tangent in the middle and moves its origin there. The cubics follow to first
 /// order; the next fit settles them.
 fn turn(tube: &mut Tube) {
-    let (c, c1, _) = tube.axis_at(0.0);
+    let CurvePoint { position: c, first: c1, .. } = tube.axis_at(0.0);
     let e1 = c1.normalized();
     let e2 = (tube.axes[1] - (e1 * tube.axes[1].dot(e1))).normalized();
     tube.axes = [e1, e2, e1.cross(e2)];

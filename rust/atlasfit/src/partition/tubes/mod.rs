@@ -13,7 +13,7 @@ mod rice;
 use super::{CORE, Cut};
 use crate::atlas::FittedChart;
 use crate::error::Result;
-use crate::numeric::dense::principal;
+use crate::numeric::dense::{Principal, principal};
 use crate::numeric::rng::shuffled;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
@@ -154,7 +154,8 @@ fn elongated(points: &[Vec3], found: &[Neighbour], radius: f64) -> Option<Neighb
     if found.len() < FEWEST {
         return None;
     }
-    let (mean, spread, [_, _, along]) = principal(found.iter().map(|f| (points[f.index as usize], 1.0)))?;
+    let near = found.iter().map(|f| (points[f.index as usize], 1.0));
+    let Principal { mean, variances: spread, axes: [_, _, along] } = principal(near)?;
     let tube = spread[1] <= ELONGATED * spread[2] && spread[0] >= ROUND * spread[1];
     tube.then_some(Neighbourhood { mean, along, radius, spread })
 }

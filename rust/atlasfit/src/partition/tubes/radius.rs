@@ -92,7 +92,7 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
         for _ in 0..3 {
             own = shape(&mut tube, &inner, &weights, sigma)?.max(0.3 * sigma);
             for (w, l) in weights.iter_mut().zip(&inner) {
-                *w = tukey(l[2] - tube.radius_at(l[0], l[1]).0, TUKEY * own.max(sigma));
+                *w = tukey(l[2] - tube.radius_at(l[0], l[1]).value, TUKEY * own.max(sigma));
             }
         }
         if gap(&tube, &inner) {
@@ -116,7 +116,7 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
         if s.abs() > past || d > reach {
             continue;
         }
-        let e = d - tube.radius_at(s, theta).0;
+        let e = d - tube.radius_at(s, theta).value;
         if e < tail && ((s > -CORE || open[0]) && (s < CORE || open[1])) {
             covered.push(f.index);
         }
@@ -141,7 +141,7 @@ fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Op
         if w <= 1e-3 {
             continue;
         }
-        let r = tube.radius_at(s, theta).0;
+        let r = tube.radius_at(s, theta).value;
         // The angle is known only up to the noise; its mean cosine takes out what noise adds to the distance.
         let target = d * mean_cosine(d * r / (sigma * sigma).max(1e-300)) - tube.mean_radius;
         let (i, t) = locate(s);
