@@ -116,10 +116,10 @@ impl Monge {
         }
         (u, v)
     }
-    /// Weight of this chart in the blend at (u, v): 1 at the centre, falling smoothly to 0 at the rim.
+    /// Partition-of-unity weight of this chart at (u, v), before it is normed: 1 at the centre, falling smoothly to 0 at the rim.
     #[inline]
     #[must_use]
-    pub fn taper(u: f64, v: f64) -> f64 {
+    pub fn weight_at(u: f64, v: f64) -> f64 {
         let t = 1.0 - (u * u + v * v);
         if t > 0.0 { t * t } else { 0.0 }
     }
@@ -146,7 +146,7 @@ impl Monge {
         Some(View {
             distance: (l.z - height) * c,
             mask: self.mask.value(l.u, l.v),
-            taper: Self::taper(l.u, l.v),
+            weight: Self::weight_at(l.u, l.v),
             normal,
         })
     }
@@ -161,13 +161,18 @@ impl Monge {
     pub fn at(&self, uv: [f64; 2]) -> Foot {
         let [u, v] = uv;
         let Slope { value: h, du: hu, dv: hv } = spline::value_gradient(&self.coeffs, u, v);
-        Foot { position: self.lift(u, v, h), normal: self.normal_of(hu, hv), taper: Self::taper(u, v), uv }
+        Foot {
+            position: self.lift(u, v, h),
+            normal: self.normal_of(hu, hv),
+            weight: Self::weight_at(u, v),
+            uv,
+        }
     }
     /// Weight in the blend at `p`, without looking for the nearest point.
     #[must_use]
     pub fn weight(&self, p: Vec3) -> f64 {
         let l = self.local(p);
-        Self::taper(l.u, l.v)
+        Self::weight_at(l.u, l.v)
     }
     /// Unit normal over `p`.
     #[must_use]

@@ -153,7 +153,7 @@ impl Atlas {
             let Some((other, d2)) = seen(c, p) else { continue };
             let m = other.normal * c.sign;
             // The small constant keeps the nearest chart in the sum at its very rim.
-            let w = (other.taper + 1e-6) * tukey(d2.sqrt() - least, limit + 1e-12);
+            let w = (other.weight + 1e-6) * tukey(d2.sqrt() - least, limit + 1e-12);
             if w > 0.0 && m.dot(front) > 0.0 {
                 at += other.position * w;
                 n += m * w;

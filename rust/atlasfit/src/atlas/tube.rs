@@ -188,7 +188,7 @@ impl Tube {
         let pace = speed2.sqrt() / (speed2 - d * out.dot(c2)).max(0.3 * speed2);
         let l = TubeCoordinates { s, theta, d, foot, along, out, around: along.cross(out), pace };
         let Level { normal, radius: r, .. } = self.level(&l);
-        Foot { position: (foot + out * r), normal, taper: Self::taper(s), uv }
+        Foot { position: foot + out * r, normal, weight: Self::weight_at(s), uv }
     }
     /// Radius and its derivatives with respect to `s` and the angle.
     #[must_use]
@@ -232,7 +232,7 @@ impl Tube {
             return None;
         }
         let Level { distance, normal, .. } = self.level(&l);
-        Some(View { distance, mask: self.mask_at(l.s), taper: Self::taper(l.s), normal })
+        Some(View { distance, mask: self.mask_at(l.s), weight: Self::weight_at(l.s), normal })
     }
     /// The tube's point out from the axis through `p`.
     #[must_use]
@@ -242,21 +242,21 @@ impl Tube {
         Foot {
             position: (l.foot + l.out * r),
             normal,
-            taper: Self::taper(l.s),
+            weight: Self::weight_at(l.s),
             uv: [l.s, l.theta / std::f64::consts::PI],
         }
     }
     /// Weight in the blend at `p`.
     #[must_use]
     pub fn weight(&self, p: Vec3) -> f64 {
-        Self::taper(self.local(p).s)
+        Self::weight_at(self.local(p).s)
     }
     /// Unit normal over `p`.
     #[must_use]
     pub fn normal_over(&self, p: Vec3) -> Vec3 {
         self.level(&self.local(p)).normal
     }
-    fn taper(s: f64) -> f64 {
+    fn weight_at(s: f64) -> f64 {
         let t = 1.0 - s * s;
         if t > 0.0 { t * t } else { 0.0 }
     }

@@ -9,8 +9,9 @@ pub struct View {
     pub distance: f64,
     /// How far the data say that there is surface: 0 to 1, one half at an edge.
     pub mask: f64,
-    /// Weight in the blend: 1 at the chart's centre, falling smoothly to 0 at its rim.
-    pub taper: f64,
+    /// Partition-of-unity weight before it is normed: 1 at the chart's centre, falling smoothly to 0 at its
+    /// rim.
+    pub weight: f64,
     /// Unit normal of the chart, not yet in the atlas's orientation.
     pub normal: Vec3,
 }
@@ -22,8 +23,8 @@ pub struct Foot {
     pub position: Vec3,
     /// Unit normal of the chart, not yet in the atlas's orientation.
     pub normal: Vec3,
-    /// Weight in the blend.
-    pub taper: f64,
+    /// Partition-of-unity weight before it is normed, in [0, 1].
+    pub weight: f64,
     /// Domain coordinates.
     pub uv: [f64; 2],
 }

@@ -43,7 +43,7 @@ fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> Pr
     for (index, chart, robust) in charts {
         let foot = chart.nearest(p);
         // The small constant keeps points on the very rim with their chart when they have no other.
-        let w = (foot.taper + 1e-6) * robust;
+        let w = (foot.weight + 1e-6) * robust;
         if w <= 0.0 {
             continue;
         }

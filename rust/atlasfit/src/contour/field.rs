@@ -854,7 +854,7 @@ fn settle(grid: &Grid<'_>, block: usize, p: Vec3) -> (Vec3, u32) {
     for (&c, &turned) in list.iter().zip(turned) {
         let chart = &grid.charts[c as usize];
         if let Some(v) = chart.view(p) {
-            let w = v.taper * v.mask / (v.distance * v.distance + 0.01 * grid.h * grid.h);
+            let w = v.weight * v.mask / (v.distance * v.distance + 0.01 * grid.h * grid.h);
             n += v.normal * (if turned { -w * chart.sign } else { w * chart.sign });
             if w > best.0 {
                 best = (w, c);

@@ -1,0 +1,97 @@
+//! How the two sides of walls and gaps face each other.
+//!
+//! In: charts. Out: relations of charts that oppose each other without sharing points.
+
+use crate::atlas::{FittedChart, Foot, Map, Monge, Relation};
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
+use rayon::prelude::*;
+
+/// Sheets closer than this many standard deviations of the noise may be one.
+const APART: f64 = 1.5;
+/// What one opposing chart counts, in shared points.
+const COUNTS: f64 = 0.3;
+/// Sheets whose normals have a greater cosine are parallel.
+const PARALLEL: f64 = 0.7;
+/// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same
+/// sheet.
+const SAME_SHEET: f64 = 2.0;
+
+/// An opposing chart.
+struct Opposing {
+    chart: u32,
+    /// Its distance along our normal.
+    distance: f64,
+    agreement: f64,
+}
+
+/// Relations of opposing sheets, seen from the centre of each chart: the next sheet on either side faces the
+/// other way, if it is parallel, nearer than a patch is wide, and not as near as misaligned sweeps. Where a
+/// wall ends in a sharp rim, charts on its two sides share few points, and those say little; these relations
+/// then tell how the one side is oriented to the other.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn opposing_sheets(
+    fitted: &[FittedChart],
+    spacing: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Relation>> {
+    let patches: Vec<(u32, &Monge)> = fitted
+        .iter()
+        .zip(0..)
+        .filter_map(|(f, c)| match &f.chart.map {
+            Map::Monge(m) => Some((c, m)),
+            Map::Tube(_) => None,
+        })
+        .collect();
+    if patches.is_empty() {
+        return Ok(Vec::new());
+    }
+    let centers: Vec<Foot> = patches.iter().map(|(_, m)| m.at([0.0; 2])).collect();
+    let at: Vec<Vec3> = centers.iter().map(|c| c.position).collect();
+    let tree = Neighbours::build(&at, ctx)?;
+    let views = |k: usize, found: &mut Vec<Neighbour>, out: &mut Vec<Relation>| {
+        let ((a, map), center) = (patches[k], &centers[k]);
+        let sigma = fitted[a as usize].chart.sigma;
+        let reach = map.radii[0].min(map.radii[1]);
+        tree.within(center.position, 3.0 * reach, found);
+        let opposing: Vec<Opposing> = found
+            .iter()
+            .filter_map(|f| {
+                let b = patches[f.index as usize].0;
+                let v = fitted[b as usize].chart.view(center.position)?;
+                let turn = v.normal.dot(center.normal);
+                let far = ((APART * sigma).max(spacing)..reach).contains(&v.distance.abs());
+                (far && turn.abs() > PARALLEL && v.weight > 0.0 && v.mask >= 0.5).then_some(Opposing {
+                    chart: b,
+                    distance: -v.distance * turn.signum(),
+                    agreement: -COUNTS * turn * v.weight,
+                })
+            })
+            .collect();
+        for side in [1.0, -1.0] {
+            let distances = opposing.iter().map(|x| x.distance * side);
+            let next = distances.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+            let sheet = |d: f64| d > 0.0 && d < next + SAME_SHEET * sigma;
+            out.extend(opposing.iter().filter(|x| sheet(x.distance * side)).map(|x| Relation {
+                a: a.min(x.chart),
+                b: a.max(x.chart),
+                agreement: x.agreement,
+            }));
+        }
+    };
+    let order: Vec<usize> = (0..patches.len()).collect();
+    let chunks = order
+        .par_chunks(64)
+        .map(|chunk| {
+            ctx.check()?;
+            let (mut found, mut out) = (Vec::new(), Vec::new());
+            chunk.iter().for_each(|&k| views(k, &mut found, &mut out));
+            Ok(out)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(chunks.concat())
+}

@@ -1,0 +1,99 @@
+//! How overlapping charts face each other over the points that they share.
+//!
+//! In: charts, and which of them each point belongs to. Out: the pairs that share points, with their agreement.
+
+use crate::atlas::{FittedChart, Membership, Relation};
+use crate::error::Result;
+use crate::numeric::sort::sort_by;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// Charts so many standard deviations of the noise apart, or less than the point `spacing`, may be of one
+/// sheet or of two: sweeps of a scanner that are misaligned lie as near, and face the same way.
+const UNSURE: f64 = 1.8;
+
+/// A chart seen from one of its points.
+#[derive(Clone, Copy)]
+struct ChartAtPoint {
+    chart: u32,
+    /// Partition-of-unity weight times robust weight.
+    weight: f64,
+    normal: Vec3,
+    /// From the chart's surface to the point.
+    offset: Vec3,
+    /// Noise of the chart.
+    sigma: f64,
+}
+
+/// The charts of a point, the strongest first.
+fn charts_at(point: Vec3, row: &[(u32, f32)], fitted: &[FittedChart]) -> Vec<ChartAtPoint> {
+    let mut at: Vec<ChartAtPoint> = row
+        .iter()
+        .filter_map(|&(c, w)| {
+            let chart = &fitted[c as usize].chart;
+            let view = chart.view(point)?;
+            Some(ChartAtPoint {
+                chart: c,
+                weight: (view.weight + 1e-6) * f64::from(w),
+                normal: view.normal,
+                offset: view.normal * view.distance,
+                sigma: chart.sigma,
+            })
+        })
+        .collect();
+    let top = (0..at.len()).max_by(|&x, &y| at[x].weight.total_cmp(&at[y].weight)).unwrap_or(0);
+    if top != 0 {
+        at.swap(0, top);
+    }
+    at
+}
+
+/// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are opposing sheets,
+/// the two sides of a wall or a gap, which face opposite ways.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn relations(
+    points: &[Vec3],
+    fitted: &[FittedChart],
+    members: &Membership,
+    spacing: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Relation>> {
+    // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the
+    // points.
+    let of_point = |i: usize| {
+        let at = charts_at(points[i], members.of(i), fitted);
+        let head = at.first().copied();
+        at.into_iter().skip(1).filter_map(move |b| {
+            let a = head?;
+            // Opposing sheets that share points face apart however alike their normals are.
+            let gap = (b.offset - a.offset).norm() / (UNSURE * b.sigma.max(a.sigma)).max(spacing);
+            let agree = b.normal.dot(a.normal) * b.weight.min(a.weight) * (1.0 - gap * gap).max(-1.0);
+            Some((b.chart.min(a.chart), b.chart.max(a.chart), agree as f32))
+        })
+    };
+    let mut pairs: Vec<(u32, u32, f32)> = points
+        .par_chunks(1024)
+        .enumerate()
+        .map(|(c, chunk)| {
+            ctx.check()?;
+            Ok((c * 1024..c * 1024 + chunk.len()).flat_map(of_point).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?
+        .concat();
+    // The last key makes the order of the sums the same on every run.
+    sort_by(&mut pairs, |x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)), ctx)?;
+    let mut out: Vec<Relation> = Vec::new();
+    for (i, (a, b, w)) in pairs.into_iter().enumerate() {
+        if i % 65536 == 0 {
+            ctx.check()?;
+        }
+        match out.last_mut() {
+            Some(r) if r.a == a && r.b == b => r.agreement += f64::from(w),
+            _ => out.push(Relation { a, b, agreement: f64::from(w) }),
+        }
+    }
+    Ok(out)
+}
