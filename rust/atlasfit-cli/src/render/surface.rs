@@ -11,7 +11,7 @@ use atlasfit::bake::Image;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::charts;
 use atlasfit::numeric::vec3::{self, Vec3};
-use atlasfit::spatial::edges::Edges;
+use atlasfit::spatial::edges::{Edges, HalfEdge};
 use atlasfit::spatial::weld::weld;
 use atlasfit::{Context, Result};
 use rayon::prelude::*;
@@ -92,8 +92,8 @@ fn lines(
     let any = style.boundary || matches!(style.mode, Mode::Wire | Mode::Charts);
     let edges = Edges::new(if any { &welded } else { &[] }, ctx)?;
     for edge in edges.iter() {
-        let (a, b) = ((edge[0].0 >> 32) as u32, edge[0].0 as u32);
-        let chart_of = |h: &(u64, u32)| chart[h.1 as usize / 3];
+        let [a, b] = edge[0].ends();
+        let chart_of = |h: &HalfEdge| chart[h.face()];
         match edge.len() {
             1 if style.boundary => line(a, b, 2.2, BOUNDARY),
             3.. if style.boundary => line(a, b, 2.2, NON_MANIFOLD),

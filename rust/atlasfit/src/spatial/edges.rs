@@ -5,10 +5,54 @@ use crate::numeric::sort::sort;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Half-edges by edge. The half-edge from corner `k` of a face to its next corner is `3 * face + k`; the key
-/// of an edge is its smaller vertex, shifted by 32 bits, and its larger.
+/// A half-edge by its edge: the edge's smaller vertex, shifted by 32 bits, and its larger; then `3 * face +
+/// k` for the half-edge from corner `k` of a face to its next corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HalfEdge(pub u64, pub u32);
+
+impl HalfEdge {
+    /// The smaller vertex of the edge.
+    #[inline]
+    #[must_use]
+    pub fn low(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+    /// The larger vertex of the edge.
+    #[inline]
+    #[must_use]
+    pub fn high(self) -> u32 {
+        self.0 as u32
+    }
+    /// The two vertices of the edge, the smaller first.
+    #[inline]
+    #[must_use]
+    pub fn ends(self) -> [u32; 2] {
+        [self.low(), self.high()]
+    }
+    /// The face that the half-edge belongs to.
+    #[inline]
+    #[must_use]
+    pub fn face(self) -> usize {
+        self.1 as usize / 3
+    }
+    /// The vertex that the half-edge starts at.
+    #[inline]
+    #[must_use]
+    pub fn start(self, triangles: &[[u32; 3]]) -> u32 {
+        triangles[self.face()][self.1 as usize % 3]
+    }
+    /// Whether two half-edges of one edge run along it in the same direction: their faces then face opposite
+    /// ways.
+    #[inline]
+    #[must_use]
+    pub fn runs_as(self, other: Self, triangles: &[[u32; 3]]) -> bool {
+        self.start(triangles) == other.start(triangles)
+    }
+}
+
+/// All half-edges of a mesh, by edge, then by face.
 #[derive(Debug, Clone)]
-pub struct Edges(Vec<(u64, u32)>);
+pub struct Edges(Vec<HalfEdge>);
 
 impl Edges {
     /// Sorts the half-edges of triangles by edge, then by face.
@@ -16,13 +60,13 @@ impl Edges {
     /// # Errors
     /// Cancelled or out of time.
     pub fn new(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
-        let mut half: Vec<(u64, u32)> = triangles
+        let mut half: Vec<HalfEdge> = triangles
             .par_iter()
             .enumerate()
             .flat_map_iter(|(f, t)| {
                 (0..3).map(move |k| {
                     let (a, b) = (t[k], t[(k + 1) % 3]);
-                    ((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), (3 * f + k) as u32)
+                    HalfEdge((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), (3 * f + k) as u32)
                 })
             })
             .collect();
@@ -30,7 +74,7 @@ impl Edges {
         Ok(Self(half))
     }
     /// The half-edges of each edge in turn, by ascending face.
-    pub fn iter(&self) -> impl Iterator<Item = &[(u64, u32)]> {
+    pub fn iter(&self) -> impl Iterator<Item = &[HalfEdge]> {
         self.0.chunk_by(|a, b| a.0 == b.0)
     }
 }

@@ -11,6 +11,11 @@ impl Sets {
     pub fn new(n: usize) -> Self {
         Self((0..n as u32).collect())
     }
+    /// Begins anew with n sets of one member each; keeps the memory.
+    pub fn reset(&mut self, n: usize) {
+        self.0.clear();
+        self.0.extend(0..n as u32);
+    }
     /// The root of a member's set.
     pub fn find(&mut self, mut i: u32) -> u32 {
         while self.0[i as usize] != i {
