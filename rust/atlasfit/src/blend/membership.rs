@@ -11,7 +11,7 @@ const CHECK_CHARTS: usize = 256;
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn of_points(points: usize, fitted: &[FittedChart], ctx: &Context<'_>) -> Result<Membership> {
+pub(crate) fn of_points(points: usize, fitted: &[FittedChart], ctx: &Context<'_>) -> Result<Membership> {
     let mut start = vec![0u32; points + 1];
     for (c, f) in fitted.iter().enumerate() {
         if c % CHECK_CHARTS == 0 {

@@ -1,5 +1,16 @@
 //! The charts blended into one surface by a partition of unity.
+//!
+//! In: fitted charts with their members. Out: denoised points ([`project`]), and the surface as a signed
+//! distance on a thin band of voxels ([`field`], [`fill`]). Nothing is assumed of the whole: no inside and
+//! outside, no closedness, no orientability.
 
-pub mod membership;
-pub mod project;
-pub mod sites;
+pub(crate) mod membership;
+pub(crate) mod project;
+pub(crate) mod sites;
+
+pub(crate) mod blocks;
+mod corners;
+pub(crate) mod field;
+pub(crate) mod fill;
+mod gauge;
+mod influence;

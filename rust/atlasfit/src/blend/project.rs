@@ -1,7 +1,8 @@
 //! Denoised points: each point moved to where its charts say the surface is.
 //!
-//! In: points, fitted charts with their members. Out: positions in input order, unit normals, and which points no chart claims
-//! (outliers). Charts are blended by a partition of unity, so there is no step where one chart ends.
+//! In: points, fitted charts with their members. Out: positions in input order, unit normals, and which
+//! points no chart claims (outliers). Charts are blended by a partition of unity, so there is no step where
+//! one chart ends.
 
 use crate::atlas::{Chart, FittedChart, Membership, ProjectedPoint};
 use crate::error::Result;
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn project_members(
+pub(crate) fn project_members(
     points: &[Vec3],
     fitted: &[FittedChart],
     members: &Membership,

@@ -7,11 +7,12 @@ use crate::run::Context;
 use crate::spatial::spacing::{Sampling, WIDEST};
 use rayon::prelude::*;
 
-/// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no chart claims are left out.
+/// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no
+/// chart claims are left out.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn of_points(
+pub(crate) fn of_points(
     points: &[Vec3],
     projected: &[ProjectedPoint],
     fitted: &[FittedChart],

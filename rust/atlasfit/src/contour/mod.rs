@@ -1,10 +1,21 @@
-//! One stitched surface from the atlas.
+//! One stitched surface from the blended charts.
 //!
-//! In: oriented charts. Out: a triangle mesh: one surface, boundary only where the scan has one.
-//! The charts are blended to one signed distance field in a thin band of voxels, which is contoured; a chart takes part
-//! only where it has data. Nothing is assumed of the whole: no inside and outside, no closedness, no orientability.
+//! In: a signed distance on a thin band of voxels ([`crate::blend::field`]). Out: a triangle mesh: one
+//! surface, boundary only where the scan has one. [`quads`] contours, [`clean`] makes a two-manifold of it,
+//! [`holes`] closes small gaps.
 
-pub mod clean;
-pub mod field;
-pub mod holes;
-pub mod surface;
+mod adjacency;
+mod boundary;
+mod bowties;
+mod cells;
+pub(crate) mod clean;
+mod compact;
+pub(crate) mod components;
+pub(crate) mod holes;
+mod loops;
+mod patch;
+pub(crate) mod quads;
+mod slits;
+pub(crate) mod smooth;
+pub(crate) mod surface;
+mod triangulate;

@@ -1,16 +1,65 @@
-//! A surface while it is being cleaned.
+//! The surface in the making, as data: quads as they are contoured, and the triangles that are made of them.
 
 use crate::numeric::vec3::Vec3;
 
+/// Blended mask at the end of the data: the surface stops there.
+pub(super) const END_OF_DATA: f32 = 0.5;
+/// Stands for the blended mask of a vertex whose voxel has data at a corner that is too far from the charts
+/// to be believed. What is filled in there says nothing, so it counts as beyond the end of the data.
+pub(super) const OFF_BAND: f32 = -1.0;
+
+/// A contoured surface before cleaning.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Contour {
+    /// The vertices.
+    pub(super) vertices: ContourVertices,
+    /// Quads.
+    pub(super) quads: Vec<[u32; 4]>,
+}
+
+/// The vertices of a contoured surface: one entry of each list per vertex.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ContourVertices {
+    /// Positions.
+    pub(super) positions: Vec<Vec3>,
+    /// Unit normals from the charts, in the gauge of the vertex's block.
+    pub(super) normals: Vec<Vec3>,
+    /// The chart that weighs most there.
+    pub(super) chart: Vec<u32>,
+    /// Whether the vertex lies where the field was filled in rather than known from charts.
+    pub(super) filled: Vec<bool>,
+    /// Blended mask, in [0, 1], or [`OFF_BAND`]: below [`END_OF_DATA`] the vertex is beyond the end of the
+    /// data.
+    pub(super) support: Vec<f32>,
+}
+
 /// A triangle mesh in the making.
 #[derive(Debug, Clone, Default)]
-pub struct Surface {
+pub(crate) struct Surface {
     /// Vertex positions.
-    pub positions: Vec<Vec3>,
+    pub(crate) positions: Vec<Vec3>,
     /// Unit vertex normals.
-    pub normals: Vec<Vec3>,
+    pub(crate) normals: Vec<Vec3>,
     /// Chart that weighs most at each vertex.
-    pub chart: Vec<u32>,
+    pub(crate) chart: Vec<u32>,
     /// Triangles.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+/// Twice the area of the triangle of three points, along its normal.
+#[inline]
+pub(super) fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
+/// The positions of a triangle's corners.
+#[inline]
+pub(super) fn corners(positions: &[Vec3], triangle: &[u32; 3]) -> [Vec3; 3] {
+    triangle.map(|v| positions[v as usize])
+}
+
+/// Takes away the triangles that are marked.
+pub(super) fn remove_marked(triangles: &mut Vec<[u32; 3]>, marked: &[bool]) {
+    let mut marked = marked.iter();
+    triangles.retain(|_| !marked.next().unwrap_or(&false));
 }

@@ -7,8 +7,9 @@ use super::options::DenoiseOptions;
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
 use crate::atlas::{Chart, ProjectedPoint};
-use crate::blend::sites;
-use crate::contour::{clean, field, holes, surface::Surface};
+use crate::blend::{blocks, field, fill, sites};
+use crate::contour::holes::{self, Filled};
+use crate::contour::{clean, components, quads, smooth, surface::Surface};
 use crate::error::{Error, Result};
 use crate::orient;
 use crate::run::{Context, Stage};
@@ -72,7 +73,7 @@ pub(super) fn build(
     ctx.stage(Stage::Project, 2);
     let voxel = voxel(&sampling) / options.detail;
     // What lies so far away that its voxels have no name is set aside.
-    for p in projected.iter_mut().filter(|p| !field::within_range(p.position, voxel)) {
+    for p in projected.iter_mut().filter(|p| !blocks::within_range(p.position, voxel)) {
         p.chart = u32::MAX;
     }
     ctx.advance(1);
@@ -84,12 +85,15 @@ pub(super) fn build(
     drop(members);
     let speck = (SPECK * (VOXEL * median / voxel).powi(2)).max(LEAST_SPECK) as usize;
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
-    let contour = field::contour(&charts, sites, &relations, &conflicts, voxel, ctx)?;
-    let mut surface = clean::triangulate(contour, !conflicts.is_empty(), speck, ctx)?;
-    clean::remove_unsupported(&mut surface, &points_of_charts(&projected, charts.len()), UNSUPPORTED, ctx)?;
+    let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
+    fill::fill(&mut grid, ctx)?;
+    let contour = quads::contour(grid, ctx)?;
+    let mut surface = clean::clean(contour, !conflicts.is_empty(), speck, ctx)?;
+    let own = points_of_charts(&projected, charts.len());
+    components::remove_unsupported(&mut surface, &own, UNSUPPORTED, ctx)?;
     let longest = (GAP * median).max(options.fill_holes / frame.scale);
-    let (filled_holes, touched) = holes::fill(&mut surface, longest, SLIT * median, ctx)?;
-    clean::smooth(&mut surface, touched, ctx)?;
+    let Filled { holes: filled_holes, touched } = holes::fill(&mut surface, longest, SLIT * median, ctx)?;
+    smooth::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::degenerate(
             "the charts make no connected surface",

@@ -1,0 +1,229 @@
+//! The grid that the blended signed distance is kept on: blocks of voxels along the surface.
+//!
+//! Data and look-ups only: [`super::field`] makes the blocks, [`super::fill`] extends them. Each block has
+//! its own gauge, that is its own choice of which side of the surface is positive, so one-sided surfaces need
+//! no special care. Who reads across the border of a block gets the value in the reader's gauge.
+
+use crate::atlas::Chart;
+use crate::numeric::vec3::Vec3;
+
+/// Voxels along one side of a block. Small blocks follow the surface closely, large ones share more corners.
+pub(crate) const BLOCK: i32 = 4;
+/// Corners that a block owns.
+pub(crate) const CORNERS: usize = (BLOCK as usize).pow(3);
+/// Voxels. Charts are evaluated up to this far from their surface: the corners of every crossed voxel lie
+/// within sqrt(3), and the rest lets the field be filled in from both sides of a gap.
+pub(super) const BAND: f64 = 2.2;
+/// Least blended mask, in [0, 1], at which the charts' distance at a corner is believed.
+pub(crate) const MIN_SUPPORT: f64 = 0.25;
+/// Blocks from the origin that a key can name: it has 21 bits for each axis.
+const KEY_OFFSET: i64 = 1 << 20;
+/// Voxels from the origin within which surfaces are built: 2^20 blocks of 4 voxels, less room for what a
+/// point reaches.
+const RANGE: f64 = 4e6;
+
+/// The key of the block at `b`. Keys are ordered by z, then y, then x.
+#[inline]
+pub(super) fn block_key(b: [i32; 3]) -> u64 {
+    let f = |x: i32| (i64::from(x) + KEY_OFFSET) as u64 & 0x1F_FFFF;
+    f(b[2]) << 42 | f(b[1]) << 21 | f(b[0])
+}
+
+/// The position of the block with a key, in blocks.
+#[inline]
+pub(super) fn block_of_key(k: u64) -> [i32; 3] {
+    let f = |s: u32| ((k >> s & 0x1F_FFFF) as i64 - KEY_OFFSET) as i32;
+    [f(0), f(21), f(42)]
+}
+
+/// Whether voxels of size `h` at `p` can be named.
+#[must_use]
+pub(crate) fn within_range(p: Vec3, h: f64) -> bool {
+    p.iter().all(|x| x.abs() < RANGE * h)
+}
+
+/// Index of the corner at `i`, each in 0..[`BLOCK`], among those of its block.
+#[inline]
+fn corner_index(i: [i32; 3]) -> usize {
+    ((i[2] * BLOCK + i[1]) * BLOCK + i[0]) as usize
+}
+
+/// Where the corner with an index lies in its block, in voxels.
+#[inline]
+pub(crate) fn corner_at(index: usize) -> [i32; 3] {
+    let k = index as i32;
+    [k % BLOCK, k / BLOCK % BLOCK, k / BLOCK / BLOCK]
+}
+
+/// Offsets of a voxel's eight corners from its lowest: bit 0 is x, bit 1 y, bit 2 z.
+#[inline]
+pub(crate) const fn corner_offset(c: usize) -> [i32; 3] {
+    [(c & 1) as i32, (c >> 1 & 1) as i32, (c >> 2 & 1) as i32]
+}
+
+/// The band of voxels: blocks of corner values, each in its own gauge.
+pub(crate) struct Grid<'c> {
+    /// The charts that are blended.
+    pub(super) charts: &'c [Chart],
+    /// Side of a voxel.
+    pub(crate) h: f64,
+    /// Pairs of a block and a point that influences it: a measure of the work that the grid is.
+    pub(crate) pairs: usize,
+    /// Position of each block, as a key; ascending.
+    pub(super) keys: Vec<u64>,
+    /// Where the charts of each block start, one more than there are blocks.
+    pub(super) start: Vec<u32>,
+    /// The charts of each block, ascending.
+    pub(super) lists: Vec<u32>,
+    /// Whether each chart of `lists` faces the other way in the block's gauge.
+    pub(super) turned: Vec<bool>,
+    /// Whether the block's gauge may differ from the charts' global signs.
+    pub(super) own_gauge: Vec<bool>,
+    /// Indices of the 27 blocks around each block, itself in the middle; `u32::MAX` where there is none.
+    pub(super) around: Vec<[u32; 27]>,
+    /// The corner values of each block.
+    pub(super) corners: Vec<Corners>,
+}
+
+/// The corner values of one block.
+#[derive(Clone)]
+pub(super) struct Corners {
+    /// Signed distance to the surface.
+    pub(super) value: [f32; CORNERS],
+    /// The chart that weighs most there (or did where the value was filled in from).
+    pub(super) chart: [u32; CORNERS],
+    /// 0 = unknown, 1 = from charts, more = filled in that round minus one.
+    pub(super) level: [u8; CORNERS],
+    /// Blended mask, 0 to 255.
+    pub(super) support: [u8; CORNERS],
+}
+
+/// What is known at one corner, in the gauge of the block that asked.
+#[derive(Clone, Copy)]
+pub(crate) struct CornerValue {
+    /// Signed distance to the surface.
+    pub(crate) value: f64,
+    /// 0 = unknown, 1 = from charts, more = filled in.
+    pub(crate) level: u8,
+    /// The chart that weighs most there.
+    pub(crate) chart: u32,
+}
+
+/// A corner by its block and its index there; block `u32::MAX` where there is none.
+#[derive(Clone, Copy)]
+pub(crate) struct CornerId {
+    /// Index of the block.
+    pub(crate) block: u32,
+    /// Index of the corner in the block.
+    pub(crate) corner: usize,
+}
+
+/// A chart as a block sees it.
+pub(crate) struct BlockChart<'c> {
+    /// Index of the chart.
+    pub(crate) index: u32,
+    /// The chart.
+    pub(crate) chart: &'c Chart,
+    /// 1 or -1: which way its normal faces in the block's gauge.
+    pub(crate) sign: f64,
+}
+
+impl<'c> Grid<'c> {
+    /// Number of blocks.
+    pub(crate) fn blocks(&self) -> usize {
+        self.keys.len()
+    }
+    /// The lowest corner of a block, in voxels from the origin.
+    #[inline]
+    pub(crate) fn origin(&self, block: usize) -> [i32; 3] {
+        block_of_key(self.keys[block]).map(|b| b * BLOCK)
+    }
+    /// Charts of a block, and whether each is turned in the block's gauge.
+    fn list(&self, block: usize) -> (&[u32], &[bool]) {
+        let range = self.start[block] as usize..self.start[block + 1] as usize;
+        (&self.lists[range.clone()], &self.turned[range])
+    }
+    /// The charts of a block, in its gauge.
+    pub(crate) fn charts_of(&self, block: usize) -> impl Iterator<Item = BlockChart<'c>> {
+        let (list, turned) = self.list(block);
+        list.iter().zip(turned).map(|(&index, &turned)| {
+            let chart = &self.charts[index as usize];
+            BlockChart { index, chart, sign: if turned { -chart.sign } else { chart.sign } }
+        })
+    }
+    /// Sign of a chart in a block's gauge.
+    fn sign(&self, block: usize, chart: u32) -> f64 {
+        let sign = self.charts[chart as usize].sign;
+        if self.own_gauge[block] {
+            let (list, turned) = self.list(block);
+            if let Ok(k) = list.binary_search(&chart) {
+                return if turned[k] { -sign } else { sign };
+            }
+        }
+        sign
+    }
+    /// Who owns corner `i`, counted from `block`: that block or one of those around it.
+    #[inline]
+    pub(crate) fn owner(&self, block: usize, mut i: [i32; 3]) -> CornerId {
+        let mut n = 13usize;
+        for (k, stride) in [(0, 1usize), (1, 3), (2, 9)] {
+            if i[k] < 0 {
+                i[k] += BLOCK;
+                n -= stride;
+            } else if i[k] >= BLOCK {
+                i[k] -= BLOCK;
+                n += stride;
+            }
+        }
+        let block = if n == 13 { block as u32 } else { self.around[block][n] };
+        CornerId { block, corner: corner_index(i) }
+    }
+    /// What is known at corner `i` of `block`, in that block's gauge; `i` may reach into the blocks around
+    /// it.
+    #[inline]
+    pub(crate) fn fetch(&self, block: usize, i: [i32; 3]) -> CornerValue {
+        let CornerId { block: other, corner: c } = self.owner(block, i);
+        if other == u32::MAX {
+            return CornerValue { value: 0.0, level: 0, chart: u32::MAX };
+        }
+        let other = other as usize;
+        let b = &self.corners[other];
+        let (mut value, level, chart) = (f64::from(b.value[c]), b.level[c], b.chart[c]);
+        if other != block && level > 0 && (self.own_gauge[block] || self.own_gauge[other]) {
+            value *= self.sign(block, chart) * self.sign(other, chart);
+        }
+        CornerValue { value, level, chart }
+    }
+    /// Blended mask at corner `i`, in [0, 1].
+    pub(crate) fn support(&self, block: usize, i: [i32; 3]) -> f64 {
+        let CornerId { block, corner } = self.owner(block, i);
+        self.corners.get(block as usize).map_or(0.0, |b| f64::from(b.support[corner]) / 255.0)
+    }
+    /// Blended mask at `p` in the voxel of `block` with lowest corner `at`, trilinear.
+    pub(crate) fn support_at(&self, block: usize, at: [i32; 3], p: Vec3) -> f32 {
+        let first = self.origin(block);
+        let t = [0, 1, 2].map(|k| p[k] / self.h - f64::from(first[k] + at[k]));
+        let weight = |o: [i32; 3]| (0..3).map(|k| if o[k] == 1 { t[k] } else { 1.0 - t[k] }).product::<f64>();
+        let corners = (0..8).map(corner_offset);
+        corners.map(|o| weight(o) * self.support(block, [0, 1, 2].map(|k| at[k] + o[k]))).sum::<f64>() as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_gives_its_block_back_and_keys_ascend_with_z_y_x() {
+        let blocks = [[-3, 5, -1_000_000], [1_000_000, -7, 0], [0, -6, 0], [-1, 2, 9]];
+        for b in blocks {
+            assert_eq!(block_of_key(block_key(b)), b);
+        }
+        assert!(blocks.map(block_key).is_sorted());
+    }
+
+    #[test]
+    fn a_corner_has_one_index() {
+        assert!((0..CORNERS).all(|k| corner_index(corner_at(k)) == k));
+    }
+}

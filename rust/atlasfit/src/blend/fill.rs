@@ -1,0 +1,103 @@
+//! Gaps in the field closed: values for corners that no chart reaches.
+//!
+//! In: the grid with what the charts say. Out: the same grid, extended by a few voxels and smooth there
+//! (volumetric diffusion; Davis, Marschner, Garr and Levoy 2002). What the charts say is never changed.
+
+use super::blocks::{CORNERS, CornerValue, Grid, corner_at};
+use crate::error::Result;
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// Rounds of filling: each extends the field by one voxel, so that gaps of up to twice as many voxels close
+/// (chosen).
+const FILL_ROUNDS: u8 = 4;
+/// Sweeps that smooth the filled values (chosen).
+const RELAX: usize = 8;
+/// Voxels. Filled values may differ by this much along an edge that no two sheets are the ends of: values one
+/// voxel on either side of the surface differ by two.
+pub(crate) const FILL_JUMP: f64 = 2.2;
+/// Blocks that one worker handles between two checks.
+const CHUNK: usize = 64;
+/// Offsets of a corner's neighbours.
+const NEIGHBOURS: [[i32; 3]; 6] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
+
+/// A new value for a corner of a chunk of blocks.
+struct Change {
+    /// Block within the chunk times [`CORNERS`], plus the corner.
+    at: u32,
+    value: f32,
+    chart: u32,
+}
+
+/// Extends the field into corners that no chart reaches, and smooths what was filled in.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
+    for round in 0..FILL_ROUNDS {
+        sweep(grid, Some(2 + round), ctx)?;
+    }
+    for _ in 0..RELAX {
+        sweep(grid, None, ctx)?;
+    }
+    Ok(())
+}
+
+/// One sweep over the grid: gives unknown corners beside known ones a value and this level, or, without a
+/// level, smooths the filled ones. Every new value is computed from old ones only, so the order of the blocks
+/// does not matter.
+fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()> {
+    let blocks = grid.blocks();
+    let changes: Vec<Vec<Change>> = (0..blocks.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            ctx.check()?;
+            let mut changes = Vec::new();
+            for b in chunk * CHUNK..((chunk + 1) * CHUNK).min(blocks) {
+                for (c, &level) in grid.corners[b].level.iter().enumerate() {
+                    if (if grow.is_some() { level == 0 } else { level > 1 })
+                        && let Some((value, chart)) = mean_of_neighbours(grid, b, corner_at(c))
+                    {
+                        changes.push(Change { at: (b % CHUNK * CORNERS + c) as u32, value, chart });
+                    }
+                }
+            }
+            Ok(changes)
+        })
+        .collect::<Result<_>>()?;
+    grid.corners.par_chunks_mut(CHUNK).zip(changes).try_for_each(|(corners, changes)| {
+        ctx.check()?;
+        for Change { at, value, chart } in changes {
+            let (block, c) = (&mut corners[at as usize / CORNERS], at as usize % CORNERS);
+            // An exact zero would make an edge end on the surface.
+            block.value[c] = if value == 0.0 { f32::MIN_POSITIVE } else { value };
+            if let Some(level) = grow {
+                block.chart[c] = chart;
+                block.level[c] = level;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The mean of the known values around a corner, and the chart of the first of them. Nothing between two
+/// sheets that face the same way: the field jumps there and no surface passes.
+fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32, u32)> {
+    let (mut sum, mut count, mut from) = (0.0, 0.0, u32::MAX);
+    let own = grid.fetch(block, i);
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for o in NEIGHBOURS {
+        let CornerValue { value, level, chart } = grid.fetch(block, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
+        if level > 0 && (own.level == 0 || (value - own.value).abs() <= FILL_JUMP * grid.h) {
+            lo = lo.min(value);
+            hi = hi.max(value);
+            // Each value comes in the gauge of this block.
+            sum += value;
+            count += 1.0;
+            if from == u32::MAX {
+                from = chart;
+            }
+        }
+    }
+    (count > 0.0 && (own.level > 0 || hi - lo <= FILL_JUMP * grid.h)).then(|| ((sum / count) as f32, from))
+}

@@ -1,0 +1,135 @@
+//! Bow ties: vertices where several fans of triangles meet.
+//!
+//! In: triangles with every edge in at most two of them. Out: the same, but each fan has a vertex of its own,
+//! so that every vertex has one fan.
+
+use super::surface::Surface;
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::sets::Sets;
+
+/// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal
+/// (chosen).
+const STEP_APART: f64 = 0.05;
+
+/// The triangles around each vertex, ascending.
+struct Stars {
+    start: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+impl Stars {
+    fn new(s: &Surface, ctx: &Context<'_>) -> Result<Self> {
+        let n = s.positions.len();
+        let mut start = vec![0u32; n + 1];
+        for (i, t) in s.triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            for &v in t {
+                start[v as usize + 1] += 1;
+            }
+        }
+        for i in 0..n {
+            start[i + 1] += start[i];
+        }
+        let mut fill = start.clone();
+        let mut triangles = vec![0u32; s.triangles.len() * 3];
+        for (t, tri) in s.triangles.iter().enumerate() {
+            ctx.check_at(t)?;
+            for &v in tri {
+                triangles[fill[v as usize] as usize] = t as u32;
+                fill[v as usize] += 1;
+            }
+        }
+        Ok(Self { start, triangles })
+    }
+    fn of(&self, v: usize) -> &[u32] {
+        &self.triangles[self.start[v] as usize..self.start[v + 1] as usize]
+    }
+}
+
+/// Gives each fan of triangles around a vertex its own vertex.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn split(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
+    let stars = Stars::new(s, ctx)?;
+    let mut sets = Sets::new(0);
+    let mut fan = Vec::new();
+    for v in 0..s.positions.len() {
+        ctx.check_at(v)?;
+        let star = stars.of(v);
+        join_fans(s, v as u32, star, &mut sets);
+        fan.clear();
+        fan.extend((0..star.len() as u32).map(|i| sets.find(i) as usize));
+        if fan.iter().any(|&f| f != 0) {
+            split_vertex(s, v, star, &fan);
+        }
+    }
+    Ok(())
+}
+
+/// Joins the triangles of a vertex's star, by their places in it, that share an edge at the vertex.
+fn join_fans(s: &Surface, v: u32, star: &[u32], sets: &mut Sets) {
+    sets.reset(star.len());
+    for i in 0..star.len() {
+        for j in 0..i {
+            let (a, b) = (s.triangles[star[i] as usize], s.triangles[star[j] as usize]);
+            if a.iter().any(|x| *x != v && b.contains(x)) {
+                sets.join(i as u32, j as u32);
+            }
+        }
+    }
+}
+
+/// Gives each fan of a star but the first a copy of its vertex. `fan` says for each triangle of the star
+/// which is the first of its fan. Each fan's vertex steps a little into its fan: two vertices in one place
+/// would be one again for whoever merges by position.
+fn split_vertex(s: &mut Surface, v: usize, star: &[u32], fan: &[usize]) {
+    let apart = |s: &Surface, i: usize| {
+        let mut sum = Vec3::ZERO;
+        let mut count = 0.0;
+        for j in (0..star.len()).filter(|&j| fan[j] == i) {
+            for &x in &s.triangles[star[j] as usize] {
+                sum += s.positions[x as usize];
+                count += 1.0;
+            }
+        }
+        let p = s.positions[v];
+        p + (sum * (1.0 / count) - p) * STEP_APART
+    };
+    let firsts: Vec<usize> = (0..star.len()).filter(|&i| fan[i] == i).collect();
+    let moved: Vec<Vec3> = firsts.iter().map(|&i| apart(s, i)).collect();
+    s.positions[v] = moved[0];
+    for (&i, &position) in firsts.iter().zip(&moved).skip(1) {
+        let copy = s.positions.len() as u32;
+        s.positions.push(position);
+        s.normals.push(s.normals[v]);
+        s.chart.push(s.chart[v]);
+        for (_, &t) in fan.iter().zip(star).filter(|x| *x.0 == i) {
+            for x in &mut s.triangles[t as usize] {
+                if *x == v as u32 {
+                    *x = copy;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+
+    #[test]
+    fn two_triangles_that_meet_in_a_vertex_come_apart_there() {
+        let positions: Vec<Vec3> = [[0.0, 0.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]]
+            .map(|[x, y]| Vec3([x, y, 0.0]))
+            .to_vec();
+        let triangles = vec![[0, 1, 2], [0, 3, 4]];
+        let mut s = Surface { normals: vec![Vec3::ZERO; 5], chart: vec![0; 5], positions, triangles };
+        Run::default().execute(|ctx| split(&mut s, ctx)).unwrap();
+        assert_eq!(s.triangles, [[0, 1, 2], [5, 3, 4]]);
+        assert!(s.positions[0][0] > 0.0 && s.positions[5][0] < 0.0);
+    }
+}

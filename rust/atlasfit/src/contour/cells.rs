@@ -1,0 +1,282 @@
+//! One voxel contoured: dual marching cubes (Nielson 2004).
+//!
+//! In: the signed distance at the voxel's corners. Out: one vertex for each piece of surface in it, and for
+//! each crossed edge of the voxel a record that says which vertex stands there. The quads are made of the
+//! records ([`super::quads`]).
+
+use super::surface::{ContourVertices, OFF_BAND};
+use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, MIN_SUPPORT, corner_offset};
+use crate::blend::fill::FILL_JUMP;
+use crate::numeric::vec3::Vec3;
+
+/// Voxels. An edge whose ends differ by more than this joins two different sheets: no surface passes between.
+/// A distance changes by at most one along an edge; the rest is noise and the disagreement of charts
+/// (chosen).
+const MAX_JUMP: f64 = 1.9;
+/// A crossing keeps this share of an edge away from its ends: where the surface passes through a corner of
+/// the grid the vertices of the voxels about it would meet there.
+const END_MARGIN: f64 = 0.01;
+/// Voxels squared, added to a chart's squared distance where normals are blended: a tenth of a voxel, so that
+/// a chart that passes through the vertex has a finite weight (chosen).
+const NEAR2: f64 = 0.01;
+
+/// The 12 edges of a voxel as corner pairs (low, high); edges 0-3 along x, 4-7 along y, 8-11 along z.
+const EDGES: [(usize, usize); 12] =
+    [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
+/// The faces of a voxel: four corners in cyclic order.
+const FACES: [[usize; 4]; 6] =
+    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+/// Stands for no edge.
+const NONE: usize = usize::MAX;
+
+/// A cell at an edge of the grid that the surface crosses. Sorted, the cells about an edge stand together in
+/// cyclic order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Crossing {
+    /// From high bits to low: the edge (block and index of its low corner, 2 bits for its axis), 2 bits for
+    /// the cell's slot around it, 1 bit for whether the field rises along it.
+    key: u64,
+    /// The vertex in the cell.
+    pub(super) vertex: u32,
+}
+
+impl Crossing {
+    fn new(low: CornerId, edge: usize, rises: bool, vertex: u32) -> Self {
+        let corner = u64::from(low.block) * CORNERS as u64 + low.corner as u64;
+        let key = (corner << 2 | (edge / 4) as u64) << 3 | u64::from(slot(edge)) << 1 | u64::from(rises);
+        Self { key, vertex }
+    }
+    /// The same with its vertex counted from `base`.
+    pub(super) fn from_base(self, base: u32) -> Self {
+        Self { vertex: self.vertex + base, ..self }
+    }
+    /// The edge of the grid.
+    pub(super) fn edge(self) -> u64 {
+        self.key >> 3
+    }
+    /// Which of the four cells about the edge this is.
+    pub(super) fn slot(self) -> u64 {
+        self.key >> 1 & 3
+    }
+    /// Whether the field rises along the edge.
+    pub(super) fn rises(self) -> bool {
+        self.key & 1 == 1
+    }
+}
+
+/// What some voxels contribute to the surface.
+#[derive(Default)]
+pub(super) struct Cells {
+    pub(super) vertices: ContourVertices,
+    pub(super) crossings: Vec<Crossing>,
+}
+
+/// The field at a voxel's corners.
+struct Voxel {
+    block: usize,
+    /// Lowest corner, counted from the block's.
+    at: [i32; 3],
+    /// Signed distances.
+    field: [f64; 8],
+    /// Whether some corner was filled in.
+    filled: bool,
+    /// Whether some corner was filled in though there are data: it lies too far from the charts.
+    off_band: bool,
+}
+
+impl Voxel {
+    /// The voxel, where all its corners are known and the surface crosses it.
+    #[inline]
+    fn read(grid: &Grid<'_>, block: usize, at: [i32; 3]) -> Option<Self> {
+        let mut voxel = Self { block, at, field: [0.0; 8], filled: false, off_band: false };
+        for c in 0..8 {
+            let i = voxel.corner(c);
+            let CornerValue { value, level, .. } = grid.fetch(block, i);
+            if level == 0 {
+                return None;
+            }
+            voxel.filled |= level > 1;
+            voxel.off_band |= level > 1 && grid.support(block, i) >= MIN_SUPPORT;
+            voxel.field[c] = value;
+        }
+        let inside = (0..8).filter(|&c| voxel.inside(c)).count();
+        (inside != 0 && inside != 8).then_some(voxel)
+    }
+    /// A corner, counted from the block's lowest.
+    #[inline]
+    fn corner(&self, c: usize) -> [i32; 3] {
+        let o = corner_offset(c);
+        [0, 1, 2].map(|k| self.at[k] + o[k])
+    }
+    #[inline]
+    fn inside(&self, c: usize) -> bool {
+        self.field[c] < 0.0
+    }
+    /// Pairs up the crossed edges face by face: for each edge the two that follow it across its faces. A face
+    /// with four crossings is decided by the bilinear saddle, which does not depend on the gauge and is the
+    /// same for both voxels that share the face (Nielson and Hamann 1991).
+    fn links(&self) -> [[usize; 2]; 12] {
+        let mut next = [[NONE; 2]; 12];
+        let mut link = |a: usize, b: usize| {
+            for (p, q) in [(a, b), (b, a)] {
+                let slot = usize::from(next[p][0] != NONE);
+                next[p][slot] = q;
+            }
+        };
+        for face in FACES {
+            let mut crossed = (0..4).filter(|&k| self.inside(face[k]) != self.inside(face[(k + 1) % 4]));
+            let e = |k: usize| edge_between(face[k], face[(k + 1) % 4]);
+            let (Some(a), Some(b)) = (crossed.next(), crossed.next()) else { continue };
+            if crossed.next().is_none() {
+                link(e(a), e(b));
+                continue;
+            }
+            let f = &self.field;
+            let saddle = f[face[0]] * f[face[2]] - f[face[1]] * f[face[3]];
+            // Positive: corners 0 and 2 are joined through the face, so 1 and 3 are cut off.
+            let first = if saddle > 0.0 { 0 } else { 3 };
+            for k in [first, (first + 2) % 4] {
+                link(e(k), e((k + 1) % 4));
+            }
+        }
+        next
+    }
+}
+
+/// The edge between two neighbouring corners.
+fn edge_between(a: usize, b: usize) -> usize {
+    let (lo, hi) = (a.min(b), a.max(b));
+    EDGES.iter().position(|&e| e == (lo, hi)).unwrap_or(0)
+}
+
+/// Which of the four cells around an edge this cell is: the cells in cyclic order about the edge's direction.
+fn slot(e: usize) -> u8 {
+    let (lo, _) = EDGES[e];
+    let axis = e / 4;
+    let o = corner_offset(lo);
+    let (a, b) = (o[(axis + 1) % 3], o[(axis + 2) % 3]);
+    // The edge lies at offset (a, b) inside this cell, so the cell lies at (-a, -b) from the edge.
+    match (a, b) {
+        (1, 1) => 0,
+        (0, 1) => 1,
+        (0, 0) => 2,
+        _ => 3,
+    }
+}
+
+/// Contours the voxel of `block` with lowest corner `at`, counted from the block's.
+pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut Cells) {
+    let Some(voxel) = Voxel::read(grid, block, at) else { return };
+    let next = voxel.links();
+    let mut done = [false; 12];
+    for start in 0..12 {
+        if !done[start] && !next[start].contains(&NONE) {
+            piece(grid, &voxel, &next, start, &mut done, out);
+        }
+    }
+}
+
+/// One piece of surface in a voxel: follows its crossed edges round from `start`, marks them as done, and
+/// puts a vertex in their middle. Nothing where all of them lie between two sheets.
+fn piece(
+    grid: &Grid<'_>,
+    voxel: &Voxel,
+    next: &[[usize; 2]; 12],
+    start: usize,
+    done: &mut [bool; 12],
+    out: &mut Cells,
+) {
+    let (h, f) = (grid.h, &voxel.field);
+    let origin = grid.origin(voxel.block);
+    let position = |c: usize| {
+        let i = voxel.corner(c);
+        Vec3::from_fn(|k| f64::from(origin[k] + i[k]) * h)
+    };
+    let jump = if voxel.filled { FILL_JUMP } else { MAX_JUMP } * h;
+    let vertex = out.vertices.positions.len() as u32;
+    let before = out.crossings.len();
+    let (mut sum, mut count, mut e, mut from) = (Vec3::ZERO, 0.0, start, NONE);
+    loop {
+        done[e] = true;
+        let (a, b) = EDGES[e];
+        let t = (f[a] / (f[a] - f[b])).clamp(END_MARGIN, 1.0 - END_MARGIN);
+        sum += position(a) + (position(b) - position(a)) * t;
+        count += 1.0;
+        if (f[a] - f[b]).abs() <= jump {
+            let low = grid.owner(voxel.block, voxel.corner(a));
+            out.crossings.push(Crossing::new(low, e, f[b] > f[a], vertex));
+        }
+        let [p, q] = next[e];
+        let to = if p != from { p } else { q };
+        from = e;
+        e = to;
+        if e == start {
+            break;
+        }
+    }
+    if out.crossings.len() == before {
+        return;
+    }
+    let middle = sum * (1.0 / count);
+    let (normal, chart) = normal_at(grid, voxel.block, middle);
+    let support = if voxel.off_band { OFF_BAND } else { grid.support_at(voxel.block, voxel.at, middle) };
+    let out = &mut out.vertices;
+    out.positions.push(middle);
+    out.normals.push(normal);
+    out.chart.push(chart);
+    out.filled.push(voxel.filled);
+    out.support.push(support);
+}
+
+/// The unit normal at `p` from the charts of a block, in the block's gauge, those that pass nearest most; and
+/// the chart that weighs most in it.
+fn normal_at(grid: &Grid<'_>, block: usize, p: Vec3) -> (Vec3, u32) {
+    let (mut n, mut best) = (Vec3::ZERO, (0.0, u32::MAX));
+    for c in grid.charts_of(block) {
+        if let Some(v) = c.chart.view(p) {
+            let w = v.weight * v.mask / (v.distance * v.distance + NEAR2 * grid.h * grid.h);
+            n += v.normal * (w * c.sign);
+            if w > best.0 {
+                best = (w, c.index);
+            }
+        }
+    }
+    let l = n.norm();
+    (if l > 0.0 { n * (1.0 / l) } else { Vec3::ZERO }, best.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn voxel(field: [f64; 8]) -> Voxel {
+        Voxel { block: 0, at: [0; 3], field, filled: false, off_band: false }
+    }
+
+    /// Every crossed edge has two neighbours that have it for theirs, whatever the signs: pieces are closed
+    /// rings.
+    #[test]
+    fn the_crossed_edges_of_any_voxel_make_closed_rings() {
+        for signs in 0..256u32 {
+            let v =
+                voxel(std::array::from_fn(|c| if signs >> c & 1 == 1 { -0.3 } else { 0.5 + 0.1 * c as f64 }));
+            let next = v.links();
+            for (e, (a, b)) in EDGES.iter().enumerate() {
+                if v.inside(*a) == v.inside(*b) {
+                    assert_eq!(next[e], [NONE; 2], "{signs:08b}: edge {e}");
+                } else {
+                    assert!(next[e].iter().all(|&o| next[o].contains(&e)), "{signs:08b}: edge {e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_four_edges_of_each_axis_lie_in_four_slots() {
+        for axis in 0..3 {
+            let mut slots: Vec<u8> = (4 * axis..4 * axis + 4).map(slot).collect();
+            slots.sort_unstable();
+            assert_eq!(slots, [0, 1, 2, 3]);
+        }
+    }
+}
