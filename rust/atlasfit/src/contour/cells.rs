@@ -46,8 +46,8 @@ impl Crossing {
         let key = (corner << 2 | (edge / 4) as u64) << 3 | u64::from(slot(edge)) << 1 | u64::from(rises);
         Self { key, vertex }
     }
-    /// The same with its vertex counted from `base`.
-    pub(super) fn from_base(self, base: u32) -> Self {
+    /// The same, its vertex counted from `base`.
+    pub(super) fn counted_from(self, base: u32) -> Self {
         Self { vertex: self.vertex + base, ..self }
     }
     /// The edge of the grid.

@@ -64,7 +64,7 @@ fn join(cells: Vec<Cells>, ctx: &Context<'_>) -> Result<Joined> {
             ctx.check()?;
         }
         let base = all.positions.len() as u32;
-        crossings.extend(of_chunk.into_iter().map(|c| c.from_base(base)));
+        crossings.extend(of_chunk.into_iter().map(|c| c.counted_from(base)));
         all.positions.extend(vertices.positions);
         all.normals.extend(vertices.normals);
         all.chart.extend(vertices.chart);
