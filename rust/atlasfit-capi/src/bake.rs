@@ -32,7 +32,7 @@ unsafe impl Sized for atlasfit_bake_options {
     const NAME: &str = "atlasfit_bake_options";
     const FIRST: usize = size_of::<Self>();
     fn defaults() -> Self {
-        let BakeOptions { size: [width, height], dilation } = BakeOptions::default();
+        let BakeOptions { size: [width, height], dilation, .. } = BakeOptions::default();
         Self { struct_size: size_of::<Self>(), width, height, padding: dilation, page: 0 }
     }
 }
@@ -100,7 +100,7 @@ pub unsafe extern "C" fn atlasfit_bake(
         }
         let cloud = if points.is_null() { None } else { Some(points::colored(points)?) };
         let colors = cloud.as_ref().map_or(Colors::Vertices, Colors::Points);
-        let how = BakeOptions { size: [o.width, o.height], dilation: o.padding };
+        let how = BakeOptions::default().with_size([o.width, o.height]).with_dilation(o.padding);
         let image = run.execute(|ctx| bake(&mesh, colors, &how, ctx))?;
         copy_out(image.rgba.as_flattened(), rgba, capacity, "texels")
     })

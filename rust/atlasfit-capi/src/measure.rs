@@ -247,11 +247,10 @@ unsafe impl Sized for atlasfit_distance_options {
 
 impl atlasfit_distance_options {
     fn core(&self) -> DistanceOptions {
-        DistanceOptions {
-            samples: self.samples,
-            chamfer_samples: self.chamfer_samples,
-            threshold: (self.threshold != 0.0).then_some(self.threshold),
-        }
+        DistanceOptions::default()
+            .with_samples(self.samples)
+            .with_chamfer_samples(self.chamfer_samples)
+            .with_threshold((self.threshold != 0.0).then_some(self.threshold))
     }
 }
 

@@ -99,7 +99,7 @@ fn baked_texels_are_the_core_s_and_each_page_has_its_triangles() {
             s.cube.1.as_chunks().0.to_vec(),
         )
     };
-    let options = BakeOptions { size: [64, 32], ..BakeOptions::default() };
+    let options = BakeOptions::default().with_size([64, 32]);
     let expected = |mesh: &TriMesh, colors: Colors<'_>| {
         let image = Run::default().execute(|ctx| bake(mesh, colors, &options, ctx)).expect("the core bakes");
         image.rgba.into_flattened()

@@ -48,11 +48,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let loaded = files::load(&args.result, &args.run, console)?;
     let as_points = args.points || loaded.faces.is_empty();
     let mesh = loaded.into_mesh();
-    let options = DistanceOptions {
-        samples: args.samples,
-        chamfer_samples: args.chamfer_samples,
-        threshold: args.threshold,
-    };
+    let options = DistanceOptions::default()
+        .with_samples(args.samples)
+        .with_chamfer_samples(args.chamfer_samples)
+        .with_threshold(args.threshold);
     let mut run = console.start(&args.run);
     let mut known = None;
     let (mut text, mut json) = (String::new(), json!({ "file": args.result }));

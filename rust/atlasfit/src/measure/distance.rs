@@ -1,35 +1,49 @@
 //! How far a result is from the truth, both ways.
 //!
-//! In: a result (mesh or points) and the true surface, in one frame. Out: accuracy (result to truth), completeness
-//! (truth to result), the Chamfer distance of *Deep Manifold Prior* section 5 (mean squared nearest distance between samples,
-//! both directions added) beside its floor (truth against truth), F-score, agreement of normals. Lengths are in the
-//! unit of the input.
+//! In: a result (mesh or points) and the true surface, in one frame. Out: accuracy (result to truth),
+//! completeness (truth to result), the Chamfer distance between samples of both beside its floor (truth
+//! against truth), F-score, agreement of normals. Lengths are in the unit of the input.
 
+use super::chamfer::chamfer;
 use super::locate::{Foot, Locator};
 use super::sample::{Sample, area_vector, uniform};
+use super::statistics::Distances;
 use super::topology::{Topology, topology};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::{Context, Stage};
-use crate::spatial::bvh::{Aabb, Bvh};
+use crate::setters::setters;
+use crate::spatial::bvh::Aabb;
 use rayon::prelude::*;
 
-/// The F-score's distance as a share of the longest side of the truth's bounding box, where no distance is given.
+/// The F-score's distance as a share of the longest side of the truth's bounding box, where no distance is
+/// given.
 pub const F_SCORE_SHARE: f64 = 0.005;
 
-/// More samples than anyone can wait for or keep in memory.
+/// The largest number of samples of a surface: more take many gigabytes.
 const MOST_SAMPLES: usize = 100_000_000;
 
 /// What to sample and how finely.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct DistanceOptions {
-    /// Samples of each surface for accuracy and completeness.
+    /// Samples of each surface for accuracy and completeness, 1 to 100 million. Default 60,000.
     pub samples: usize,
-    /// Samples of each surface for the Chamfer distance. Its floor depends on it: 16,000 in the paper's benchmark.
+    /// Samples of each surface for the Chamfer distance, 1 to 100 million. Its floor depends on it. Default
+    /// 16,000: the paper's benchmark takes "16K points" (*Deep Manifold Prior*, section 5.1).
     pub chamfer_samples: usize,
-    /// Distance below which a sample counts for the F-score; `None`: [`F_SCORE_SHARE`] of the truth's longest side.
+    /// Distance below which a sample counts for the F-score, positive; `None`, the default: [`F_SCORE_SHARE`]
+    /// of the truth's longest side.
     pub threshold: Option<f64>,
+}
+
+setters! {
+    DistanceOptions {
+        with_samples: samples: usize,
+        with_chamfer_samples: chamfer_samples: usize,
+        with_threshold: threshold: Option<f64>,
+    }
 }
 
 impl Default for DistanceOptions {
@@ -38,29 +52,13 @@ impl Default for DistanceOptions {
     }
 }
 
-/// Statistics of a set of distances.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Distances {
-    /// Root of the mean square.
-    pub rms: f64,
-    /// Mean.
-    pub mean: f64,
-    /// Median.
-    pub median: f64,
-    /// 95% are below.
-    pub p95: f64,
-    /// 99% are below.
-    pub p99: f64,
-    /// The largest.
-    pub max: f64,
-}
-
 /// A result mesh against the true surface.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SurfaceDistance {
-    /// Chamfer distance as in the paper: squared length.
+    /// [`chamfer`] distance between samples of both: squared length.
     pub chamfer: f64,
-    /// What two sets of samples of the truth give: no result can be expected to be below.
+    /// The same between two sets of samples of the truth: no result can be expected to be below.
     pub chamfer_floor: f64,
     /// Result to truth.
     pub accuracy: Distances,
@@ -68,11 +66,11 @@ pub struct SurfaceDistance {
     pub completeness: Distances,
     /// Harmonic mean of the shares of samples within the threshold, both ways, in [0, 1].
     pub f_score: f64,
-    /// The threshold that was used.
+    /// The threshold that was used: a length.
     pub threshold: f64,
     /// Mean absolute cosine between the result's normals and the truth's at the nearest point, in [0, 1].
     pub normal_consistency: f64,
-    /// The same with sign: negative for a surface that is inside out.
+    /// The same with sign, in [-1, 1]: negative for a surface that is inside out.
     pub normal_orientation: f64,
     /// How the result hangs together.
     pub topology: Topology,
@@ -80,6 +78,7 @@ pub struct SurfaceDistance {
 
 /// Points against the true surface.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PointDistance {
     /// Points to truth.
     pub accuracy: Distances,
@@ -91,11 +90,20 @@ pub struct PointDistance {
     pub not_finite: usize,
 }
 
-/// Measures a mesh against the true surface.
+/// Measures a mesh against the true surface, in one frame. The samples follow the run's seed.
 ///
 /// # Errors
 /// [`Error::EmptyInput`], [`Error::Degenerate`], [`Error::IndexOutOfRange`] for a mesh without surface;
 /// [`Error::InvalidArgument`] for an option out of range; cancel and time limit.
+///
+/// ```
+/// use atlasfit::{Run, geometry::TriMesh, measure};
+/// let at = |z: f64| TriMesh::new(vec![[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], vec![[0, 1, 2]]);
+/// let options = measure::DistanceOptions::default().with_samples(1000).with_chamfer_samples(1000);
+/// let d = Run::default().execute(|ctx| measure::surface(&at(0.25), &at(0.0), &options, ctx))?;
+/// assert!((d.accuracy.rms - 0.25).abs() < 1e-12 && (d.completeness.max - 0.25).abs() < 1e-12);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn surface(
     result: &TriMesh,
     truth: &TriMesh,
@@ -143,10 +151,21 @@ pub fn surface(
     })
 }
 
-/// Measures points against the true surface. The points themselves are measured, not samples of them.
+/// Measures points against the true surface, in one frame. The points themselves are measured, not samples of
+/// them.
 ///
 /// # Errors
 /// As [`surface`].
+///
+/// ```
+/// use atlasfit::{Run, geometry::{PointCloud, TriMesh}, measure};
+/// let truth = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+/// let cloud = PointCloud::from_positions(vec![[0.2, 0.2, 0.5], [0.1, 0.1, -0.5]]);
+/// let options = measure::DistanceOptions::default();
+/// let d = Run::default().execute(|ctx| measure::points(&cloud, &truth, &options, ctx))?;
+/// assert_eq!(d.accuracy.mean, 0.5);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn points(
     cloud: &PointCloud,
     truth: &TriMesh,
@@ -187,61 +206,6 @@ pub fn points_each(
         not_finite: cloud.len() - finite.len(),
     };
     Ok((all, feet.iter().map(|f| f.as_ref().map_or(f64::INFINITY, distance)).collect()))
-}
-
-/// The Chamfer distance between two sets of points: mean squared distance to the nearest point of the other
-/// set, both directions added.
-///
-/// # Errors
-/// [`Error::EmptyInput`] where a set is empty; cancel and time limit.
-pub fn chamfer(a: &[Vec3], b: &[Vec3], ctx: &Context<'_>) -> Result<f64> {
-    if a.is_empty() || b.is_empty() {
-        return Err(Error::empty("a set of points", "Give points on both sides"));
-    }
-    let one_way = |from: &[Vec3], to: &[Vec3]| -> Result<f64> {
-        let boxes: Vec<Aabb> = to.iter().map(|p| Aabb::of(&[*p])).collect();
-        let tree = Bvh::build(&boxes, ctx)?;
-        let blocks = from
-            .par_chunks(1024)
-            .map(|block| {
-                ctx.check()?;
-                ctx.advance(block.len());
-                let nearest = |q: &Vec3| tree.nearest(*q, f64::INFINITY, |i| (*q).dist2(to[i as usize]));
-                Ok(block.iter().filter_map(nearest).map(|n| n.1).sum::<f64>())
-            })
-            .collect::<Result<Vec<f64>>>()?;
-        Ok(blocks.iter().sum::<f64>() / from.len() as f64)
-    };
-    Ok(one_way(a, b)? + one_way(b, a)?)
-}
-
-impl Distances {
-    /// The statistics of some distances; zeros where there are none.
-    #[must_use]
-    pub fn of(mut distances: Vec<f64>) -> Self {
-        if distances.is_empty() {
-            return Self::default();
-        }
-        let n = distances.len() as f64;
-        // Summed in the order given, so that the result does not depend on the sort.
-        let (sum, squares) = distances.iter().fold((0.0, 0.0), |(s, q), d| (s + d, q + d * d));
-        distances.par_sort_unstable_by(f64::total_cmp);
-        Self {
-            rms: (squares / n).sqrt(),
-            mean: sum / n,
-            median: quantile(&distances, 0.5),
-            p95: quantile(&distances, 0.95),
-            p99: quantile(&distances, 0.99),
-            max: distances[distances.len() - 1],
-        }
-    }
-}
-
-/// A quantile of sorted values, interpolated linearly.
-fn quantile(sorted: &[f64], q: f64) -> f64 {
-    let at = q * (sorted.len() - 1) as f64;
-    let (i, t) = (at.floor() as usize, at.fract());
-    sorted[i] + t * (sorted[(i + 1).min(sorted.len() - 1)] - sorted[i])
 }
 
 fn check(options: &DistanceOptions) -> Result<()> {

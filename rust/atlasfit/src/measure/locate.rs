@@ -1,8 +1,8 @@
 //! Exact distance from points to a triangle mesh.
 //!
-//! In: positions and triangles. Out: nearest triangle, foot point, distance. Arithmetic is f64; the closest point
-//! on a triangle is by Voronoi regions (Ericson 2004, "Real-Time Collision Detection", 5.1.5), with a fall-back to the
-//! three sides where the triangle has no area.
+//! In: positions and triangles. Out: nearest triangle, foot point, distance. Arithmetic is f64; the closest
+//! point on a triangle is by Voronoi regions (Ericson 2004, "Real-Time Collision Detection", 5.1.5), with a
+//! fall-back to the three sides where the triangle has no area.
 
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
@@ -16,6 +16,7 @@ const BLOCK: usize = 1024;
 
 /// The nearest point of a mesh to a query.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Foot {
     /// Index of the triangle in the mesh.
     pub triangle: u32,
@@ -25,7 +26,21 @@ pub struct Foot {
     pub distance2: f64,
 }
 
+/// Where the square of twice a triangle's area is below this times the fourth power of its longer side at the
+/// first corner, the weights of its corners are lost in rounding (2e-16 each): its sides are searched
+/// instead. Derived.
+const NO_AREA: f64 = 1e-14;
+
 /// A mesh prepared for distance queries. Triangles with a corner that is not finite are left out.
+///
+/// ```
+/// use atlasfit::{Run, Vec3, geometry::TriMesh, measure::Locator};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+/// let locator = Run::default().execute(|ctx| Locator::new(&mesh, ctx))?;
+/// let foot = locator.nearest(Vec3([0.2, 0.2, 2.0])).unwrap();
+/// assert_eq!((foot.triangle, foot.distance2), (0, 4.0));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Locator {
     corners: Vec<[Vec3; 3]>,
@@ -90,8 +105,7 @@ impl Locator {
 }
 
 /// The point of a triangle that is nearest to `p`.
-#[must_use]
-pub fn closest_on_triangle(p: Vec3, t: &[Vec3; 3]) -> Vec3 {
+fn closest_on_triangle(p: Vec3, t: &[Vec3; 3]) -> Vec3 {
     let [a, b, c] = *t;
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -121,9 +135,8 @@ pub fn closest_on_triangle(p: Vec3, t: &[Vec3; 3]) -> Vec3 {
         return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
     }
     let sum = va + vb + vc;
-    // Where the triangle has next to no area against its longest side, the weights below are noise.
     let side2 = ab.norm2().max(ac.norm2());
-    if sum > 1e-14 * side2 * side2 {
+    if sum > NO_AREA * side2 * side2 {
         return a + (ab * (vb / sum) + ac * (vc / sum));
     }
     [(a, b), (b, c), (c, a)]
@@ -161,7 +174,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
         #[test]
-        fn closest_point_is_on_the_triangle_and_nearest(v in prop::array::uniform12(-1.0f64..1.0), flat in 0u8..4) {
+        fn closest_point_is_on_the_triangle_and_nearest(
+            v in prop::array::uniform12(-1.0f64..1.0),
+            flat in 0u8..4,
+        ) {
             let at = |k: usize| Vec3([v[k], v[k + 1], v[k + 2]]);
             let (mut t, p) = ([at(0), at(3), at(6)], at(9));
             match flat {

@@ -1,6 +1,7 @@
 //! Uniform random samples of a surface.
 //!
-//! In: a mesh, a count, a seed. Out: points with the triangle that each lies on, the same for any thread count.
+//! In: a mesh, a count, a seed. Out: points with the triangle that each lies on, the same for any thread
+//! count.
 
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
@@ -9,13 +10,14 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Samples that share one random stream.
+/// Samples that share one random stream. Another number gives other samples.
 const BLOCK: usize = 4096;
 
 /// A point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Sample {
-    /// Position.
+    /// Position, in the frame of the mesh.
     pub point: Vec3,
     /// Index of its triangle.
     pub triangle: u32,
@@ -25,6 +27,14 @@ pub struct Sample {
 ///
 /// # Errors
 /// [`Error::IndexOutOfRange`]; [`Error::Degenerate`] where the mesh has no area; cancel and limits.
+///
+/// ```
+/// use atlasfit::{Run, geometry::TriMesh, measure::sample::uniform};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+/// let samples = Run::default().execute(|ctx| uniform(&mesh, 100, ctx.seed, ctx))?;
+/// assert!(samples.len() == 100 && samples.iter().all(|s| s.point[2] == 0.0 && s.triangle == 0));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn uniform(mesh: &TriMesh, count: usize, seed: u64, ctx: &Context<'_>) -> Result<Vec<Sample>> {
     ctx.reserve((count * 2 * size_of::<Sample>()) as u64)?;
     mesh.validate()?;

@@ -1,8 +1,8 @@
 //! How a mesh hangs together.
 //!
-//! In: a mesh. Vertices at one place (within a billionth of the longest side) count as one, so that a mesh whose
-//! vertices are split along UV seams is judged as the surface that it shows. Faces that name a place twice are
-//! counted and set aside. Out: counts.
+//! In: a mesh. Vertices at one place (within a billionth of the longest side) count as one, so that a mesh
+//! whose vertices are split along UV seams is judged as the surface that it shows. Faces that name a place
+//! twice are counted and set aside. Out: counts.
 
 use crate::error::Result;
 use crate::geometry::TriMesh;
@@ -13,12 +13,13 @@ use crate::spatial::edges::Edges;
 use crate::spatial::sets::Sets;
 use crate::spatial::weld::weld;
 
-/// Vertices nearer than this share of the bounding box's longest side are one: far above the rounding of f64 in
-/// any frame, far below the detail of any scan.
+/// Vertices nearer than this share of the bounding box's longest side are one: far above the rounding of f64
+/// in any frame, far below the detail of any scan.
 pub const WELD_SHARE: f64 = 1e-9;
 
 /// Counts of a mesh's connectivity.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Topology {
     /// Vertices in use, after welding.
     pub vertices: usize,
@@ -46,8 +47,8 @@ pub struct Topology {
     pub orientable: bool,
     /// V - E + F.
     pub euler: i64,
-    /// Handles, summed over the parts, of the surface with its loops filled and its touching vertices parted; `None`
-    /// where an edge is not manifold or the surface is one-sided.
+    /// Handles, summed over the parts, of the surface with its loops filled and its touching vertices parted;
+    /// `None` where an edge is not manifold or the surface is one-sided.
     pub genus: Option<u64>,
 }
 
@@ -59,82 +60,37 @@ impl Topology {
     }
 }
 
-/// Counts a mesh's connectivity. O(n log n).
+/// Counts a mesh's connectivity. O(n log n) for n faces and vertices.
 ///
 /// # Errors
-/// [`crate::Error::IndexOutOfRange`]; cancel and time limit.
+/// [`crate::Error::IndexOutOfRange`] where a face names no vertex; cancel and time limit.
+///
+/// ```
+/// use atlasfit::{Run, geometry::TriMesh, measure};
+/// let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let tetrahedron = TriMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
+/// let t = Run::default().execute(|ctx| measure::topology(&tetrahedron, ctx))?;
+/// assert!(t.is_closed() && t.orientable);
+/// assert_eq!((t.parts, t.euler, t.genus), (1, 2, Some(0)));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
     mesh.validate()?;
-    let finite = mesh
-        .positions
-        .iter()
-        .filter(|p| p.iter().all(|x| x.is_finite()))
-        .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: Vec3(*p), max: Vec3(*p) }));
-    ctx.check()?;
-    let to = weld(vec3::of(&mesh.positions), WELD_SHARE * finite.longest_side(), ctx)?;
-    let triangles: Vec<[u32; 3]> = mesh
-        .triangles
-        .iter()
-        .map(|t| t.map(|v| to[v as usize]))
-        .filter(|[a, b, c]| a != b && b != c && c != a)
-        .collect();
-    let edges = Edges::new(&triangles, ctx)?;
-
-    let mut out = Topology {
-        faces: triangles.len(),
-        degenerate_faces: mesh.triangles.len() - triangles.len(),
-        ..Topology::default()
-    };
+    let triangles = welded(mesh, ctx)?;
     let (n, f) = (mesh.positions.len(), triangles.len());
     let mut named = vec![false; n];
     mesh.triangles.iter().flatten().for_each(|&v| named[v as usize] = true);
-    out.unused_vertices = named.iter().filter(|u| !**u).count();
-
-    // Corners of one vertex that are joined through edges make a fan; faces joined through edges with two faces make a
-    // patch. Each face stands twice in `sides`, once for each orientation: one-sided patches join the two.
-    let mut fans = Sets::new(3 * f);
-    let mut patches = Sets::new(f);
-    let mut sides = Sets::new(2 * f);
-    let mut boundary: Vec<u32> = Vec::new();
-    for (i, edge) in edges.iter().enumerate() {
-        ctx.check_at(i)?;
-        out.edges += 1;
-        match edge {
-            [one] => boundary.push(one.1),
-            [_, _] => {}
-            _ => out.non_manifold_edges += 1,
-        }
-        for pair in edge.windows(2) {
-            let (h, g) = (pair[0].1, pair[1].1);
-            let (hf, gf) = (h / 3, g / 3);
-            let same = triangles[hf as usize][h as usize % 3] == triangles[gf as usize][g as usize % 3];
-            let (h2, g2) = (next(h), next(g));
-            let (g_start, g_end) = if same { (g, g2) } else { (g2, g) };
-            fans.join(h, g_start);
-            fans.join(h2, g_end);
-            patches.join(hf, gf);
-            if edge.len() == 2 {
-                out.inconsistent_edges += usize::from(same);
-                let flip = u32::from(same);
-                sides.join(2 * hf, 2 * gf + flip);
-                sides.join(2 * hf + 1, 2 * gf + 1 - flip);
-            }
-        }
-    }
+    let mut joined = Joined::new(&triangles, ctx)?;
     ctx.check()?;
 
     let mut fans_at = vec![0u32; n];
     let mut fan_count = 0;
     for corner in 0..3 * f as u32 {
-        if fans.find(corner) == corner {
+        if joined.fans.find(corner) == corner {
             fan_count += 1;
             fans_at[triangles[corner as usize / 3][corner as usize % 3] as usize] += 1;
         }
     }
-    ctx.check()?;
-    out.vertices = fans_at.iter().filter(|c| **c > 0).count();
-    out.non_manifold_vertices = fans_at.iter().filter(|c| **c > 1).count();
-
     ctx.check()?;
     let mut parts = Sets::new(n);
     for t in &triangles {
@@ -142,27 +98,126 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
         parts.join(t[0], t[2]);
     }
     ctx.check()?;
-    out.parts = parts.count(triangles.iter().map(|t| t[0]));
 
+    let vertices = fans_at.iter().filter(|c| **c > 0).count();
+    let boundary_loops = joined.boundary_loops(3 * f);
     ctx.check()?;
-    // A boundary edge runs from fan to fan, and a fan with boundary has two such edges: their chains are the loops.
-    let mut chains = Sets::new(3 * f);
-    for &h in &boundary {
-        let (a, b) = (fans.find(h), fans.find(next(h)));
-        chains.join(a, b);
-    }
-    out.boundary_edges = boundary.len();
-    out.boundary_loops = chains.count(boundary.iter().map(|&h| fans.find(h)));
+    let orientable = (0..f as u32).all(|i| joined.sides.find(2 * i) != joined.sides.find(2 * i + 1));
+    let genus = if joined.non_manifold_edges == 0 && orientable {
+        let patches = joined.patches.count(0..f as u32) as i64;
+        let euler = fan_count - joined.edges as i64 + f as i64;
+        u64::try_from((2 * patches - boundary_loops as i64 - euler) / 2).ok()
+    } else {
+        None
+    };
+    Ok(Topology {
+        vertices,
+        edges: joined.edges,
+        faces: f,
+        degenerate_faces: mesh.triangles.len() - f,
+        unused_vertices: named.iter().filter(|u| !**u).count(),
+        parts: parts.count(triangles.iter().map(|t| t[0])),
+        boundary_edges: joined.boundary.len(),
+        boundary_loops,
+        non_manifold_edges: joined.non_manifold_edges,
+        non_manifold_vertices: fans_at.iter().filter(|c| **c > 1).count(),
+        inconsistent_edges: joined.inconsistent_edges,
+        orientable,
+        euler: vertices as i64 - joined.edges as i64 + f as i64,
+        genus,
+    })
+}
 
+/// The mesh's faces with vertices at one place joined; without those that name a place twice.
+fn welded(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
+    let finite = mesh
+        .positions
+        .iter()
+        .filter(|p| p.iter().all(|x| x.is_finite()))
+        .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: Vec3(*p), max: Vec3(*p) }));
     ctx.check()?;
-    out.orientable = (0..f as u32).all(|i| sides.find(2 * i) != sides.find(2 * i + 1));
-    out.euler = out.vertices as i64 - out.edges as i64 + f as i64;
-    if out.non_manifold_edges == 0 && out.orientable {
-        let patches = patches.count(0..f as u32) as i64;
-        let euler = fan_count - out.edges as i64 + f as i64;
-        out.genus = u64::try_from((2 * patches - out.boundary_loops as i64 - euler) / 2).ok();
+    let to = weld(vec3::of(&mesh.positions), WELD_SHARE * finite.longest_side(), ctx)?;
+    Ok(mesh
+        .triangles
+        .iter()
+        .map(|t| t.map(|v| to[v as usize]))
+        .filter(|[a, b, c]| a != b && b != c && c != a)
+        .collect())
+}
+
+/// What is joined through the edges of a mesh. A half-edge is `3 * face + corner`, at the corner where it
+/// starts.
+struct Joined {
+    /// Corners of one vertex that are joined through edges make a fan.
+    fans: Sets,
+    /// Faces that are joined through edges make a patch.
+    patches: Sets,
+    /// Each face twice, once for each of its orientations: in a one-sided patch the two are joined.
+    sides: Sets,
+    /// Half-edges of the edges with one face.
+    boundary: Vec<u32>,
+    edges: usize,
+    non_manifold_edges: usize,
+    inconsistent_edges: usize,
+}
+
+impl Joined {
+    fn new(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
+        let f = triangles.len();
+        let mut out = Self {
+            fans: Sets::new(3 * f),
+            patches: Sets::new(f),
+            sides: Sets::new(2 * f),
+            boundary: Vec::new(),
+            edges: 0,
+            non_manifold_edges: 0,
+            inconsistent_edges: 0,
+        };
+        let start = |h: u32| triangles[h as usize / 3][h as usize % 3];
+        for (i, edge) in Edges::new(triangles, ctx)?.iter().enumerate() {
+            ctx.check_at(i)?;
+            out.edges += 1;
+            match edge {
+                [one] => out.boundary.push(one.1),
+                [_, _] => {}
+                _ => out.non_manifold_edges += 1,
+            }
+            for pair in edge.windows(2) {
+                let (h, g) = (pair[0].1, pair[1].1);
+                out.join(h, g, start(h) == start(g), edge.len() == 2);
+            }
+        }
+        Ok(out)
     }
-    Ok(out)
+
+    /// Joins what meets at an edge with the half-edges `h` and `g`. `same`: both run in one direction;
+    /// `manifold`: the edge has no other half-edges.
+    fn join(&mut self, h: u32, g: u32, same: bool, manifold: bool) {
+        let (hf, gf) = (h / 3, g / 3);
+        let (g_start, g_end) = if same { (g, next(g)) } else { (next(g), g) };
+        self.fans.join(h, g_start);
+        self.fans.join(next(h), g_end);
+        self.patches.join(hf, gf);
+        if manifold {
+            self.inconsistent_edges += usize::from(same);
+            let flip = u32::from(same);
+            self.sides.join(2 * hf, 2 * gf + flip);
+            self.sides.join(2 * hf + 1, 2 * gf + 1 - flip);
+        }
+    }
+
+    /// Closed chains of boundary edges. Such an edge runs from fan to fan, and a fan with boundary has two
+    /// such edges, so that the fans that they join are the chains. `corners` is the number of corners of all
+    /// faces.
+    fn boundary_loops(&mut self, corners: usize) -> usize {
+        let mut chains = Sets::new(corners);
+        for &h in &self.boundary {
+            let (a, b) = (self.fans.find(h), self.fans.find(next(h)));
+            chains.join(a, b);
+        }
+        let starts: Vec<u32> = self.boundary.iter().map(|&h| self.fans.find(h)).collect();
+        chains.count(starts.into_iter())
+    }
 }
 
 /// The next half-edge of the same face.
@@ -245,7 +300,9 @@ mod tests {
         fn counts_survive_splitting_vertices_and_moving_far_away(which in 0usize..4, far in -1e6f64..1e6) {
             let mesh = [sphere(1.0, 6), torus(8, 5), sheet(1.0, 3), moebius(7)][which].clone();
             let soup = TriMesh::new(
-                mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize].map(|x| x + far)).collect(),
+                (mesh.triangles.iter().flatten())
+                    .map(|&v| mesh.positions[v as usize].map(|x| x + far))
+                    .collect(),
                 (0..mesh.triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             );
             prop_assert_eq!(of(&soup), of(&mesh));

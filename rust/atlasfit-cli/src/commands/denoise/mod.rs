@@ -232,7 +232,7 @@ fn save(outcome: &mut Denoised, texture_size: u32, args: &Args, console: &Consol
     let mut saved = Vec::new();
     if let Some(path) = &args.output {
         let texture = if args.bake {
-            let options = BakeOptions { size: [texture_size; 2], ..BakeOptions::default() };
+            let options = BakeOptions::default().with_size([texture_size; 2]);
             let (mesh, points) = (&outcome.surface, Colors::Points(&outcome.points));
             let image = console.start(&args.run).execute(|ctx| bake(mesh, points, &options, ctx))?;
             // The vertices' colours would tint the texture.

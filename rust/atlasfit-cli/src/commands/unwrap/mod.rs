@@ -243,7 +243,7 @@ fn baked(mesh: &mut TriMesh, args: &Args, console: &Console) -> Result<Option<Ve
         None if args.bake => Colors::Vertices,
         None => return Ok(None),
     };
-    let options = BakeOptions { size: args.texture_size, ..BakeOptions::default() };
+    let options = BakeOptions::default().with_size(args.texture_size);
     let image = console.start(&args.run).execute(|ctx| bake(mesh, source, &options, ctx))?;
     mesh.colors = None;
     files::png(&image).map(Some)
