@@ -114,15 +114,15 @@ impl atlasfit_denoise_options {
             other => return unknown("recipe", other, "ATLASFIT_RECIPE_FAST or ATLASFIT_RECIPE_PAPER"),
         };
         let network = |network| {
-            Prior::Network(NetworkOptions {
-                network,
-                recipe,
-                charts: self.network_charts as usize,
-                iterations: self.network_iterations as usize,
-                stretch_weight: self.network_stretch_weight,
-                learning_rate: self.network_learning_rate,
-                ..NetworkOptions::default()
-            })
+            Prior::Network(
+                NetworkOptions::default()
+                    .with_network(network)
+                    .with_recipe(recipe)
+                    .with_charts(self.network_charts as usize)
+                    .with_iterations(self.network_iterations as usize)
+                    .with_stretch_weight(self.network_stretch_weight)
+                    .with_learning_rate(self.network_learning_rate),
+            )
         };
         let prior = match self.prior {
             ATLASFIT_PRIOR_GP => Prior::Gp,

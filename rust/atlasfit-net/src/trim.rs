@@ -1,6 +1,7 @@
-//! Where the points support a network's surface: networks fill gaps where there is no surface at all.
+//! Networks give a surface in gaps where the points show none: what no points support is cut off.
 //!
-//! In: a mesh and the points that it was fitted to. Out: the mesh without the triangles that have no points near.
+//! In: a mesh and the points that it was fitted to. Out: the mesh without the triangles that have no points
+//! near.
 
 use atlasfit::error::Result;
 use atlasfit::geometry::TriMesh;
@@ -9,16 +10,29 @@ use atlasfit::run::Context;
 use atlasfit::spatial::neighbours::Neighbours;
 use rayon::prelude::*;
 
-/// The triangles all of whose corners, and whose centres, have a point within `limit`. Vertices stay.
+/// Vertices or triangles per task: below a millisecond of work between two looks at the cancel flag.
+const BLOCK: usize = 512;
+
+/// The mesh without the triangles of which a corner, or the centre, has no point within `limit`, a length in
+/// the unit of both. Vertices stay; UVs are dropped.
 ///
 /// # Errors
 /// [`atlasfit::Error::EmptyInput`] without points; cancelled or out of time.
+///
+/// ```
+/// use atlasfit::{Run, Vec3, geometry::TriMesh};
+/// let mesh = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+/// let far = [Vec3([9.0, 0.0, 0.0])];
+/// let trimmed = Run::default().execute(|ctx| atlasfit_net::trim(&mesh, &far, 0.5, ctx))?;
+/// assert!(trimmed.triangles.is_empty());
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn trim(mesh: &TriMesh, points: &[Vec3], limit: f64, ctx: &Context<'_>) -> Result<TriMesh> {
     let tree = Neighbours::build(points, ctx)?;
     let near = |p: Vec3| p.iter().all(|x| x.is_finite()) && tree.nearest_one(p).dist2 <= limit * limit;
     let corners = mesh
         .positions
-        .par_chunks(512)
+        .par_chunks(BLOCK)
         .map(|block| {
             ctx.check()?;
             Ok(block.iter().map(|p| near(Vec3(*p))).collect::<Vec<_>>())
@@ -27,7 +41,7 @@ pub fn trim(mesh: &TriMesh, points: &[Vec3], limit: f64, ctx: &Context<'_>) -> R
         .concat();
     let triangles = mesh
         .triangles
-        .par_chunks(512)
+        .par_chunks(BLOCK)
         .map(|block| {
             ctx.check()?;
             let supported = |t: &&[u32; 3]| {

@@ -20,11 +20,11 @@ fn every_network_prior_answers_for_every_point_and_gives_one_surface() {
         .collect();
     let cloud = PointCloud::from_positions(noisy);
     // Far from trained: what the networks do not reach must come out as with the default prior.
-    let few = NetworkOptions { charts: 1, recipe: Recipe::Paper, iterations: 5, ..NetworkOptions::default() };
+    let few = NetworkOptions::default().with_charts(1).with_recipe(Recipe::Paper).with_iterations(5);
     for prior in [
         Prior::Network(few),
-        Prior::Network(NetworkOptions { network: Network::Conv, ..few }),
-        Prior::LevelSet(LevelSetOptions { iterations: 150, resolution: 48, ..LevelSetOptions::default() }),
+        Prior::Network(few.with_network(Network::Conv)),
+        Prior::LevelSet(LevelSetOptions::default().with_iterations(150).with_resolution(48)),
     ] {
         let how = DenoiseOptions::default().with_uv(false);
         let result = denoise_guided(&cloud, &how, prior.guide(), &mut Run::default()).unwrap();

@@ -92,13 +92,13 @@ fn each_prior_gives_what_the_core_gives() {
     let cloud = PointCloud::from_positions(triples(&xyz));
     // Two steps tell the priors apart.
     let network = |network| {
-        Prior::Network(NetworkOptions {
-            network,
-            recipe: Recipe::Paper,
-            charts: 1,
-            iterations: 2,
-            ..NetworkOptions::default()
-        })
+        Prior::Network(
+            NetworkOptions::default()
+                .with_network(network)
+                .with_recipe(Recipe::Paper)
+                .with_charts(1)
+                .with_iterations(2),
+        )
     };
     for (prior, core) in [
         (ATLASFIT_PRIOR_MLP, network(Network::Dense)),

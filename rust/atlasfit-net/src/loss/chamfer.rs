@@ -1,11 +1,14 @@
-//! Chamfer distance between a scan and samples of charts (paper, section 3): summed squared nearest distances, both ways added.
+//! Chamfer distance between a scan and samples of charts: squared distances to the nearest point of the other
+//! set, summed over both sets.
 //!
-//! In: the scan once, samples at every step. Out: the value and its gradient. Which point is nearest to which is piecewise constant,
-//! so the gradient is exact for the nearest points found.
+//! In: the scan once, samples at every step. Out: the value and its gradient. Which point is nearest to which
+//! is piecewise constant, so the gradient is exact for the nearest points found.
+//! Source: *Deep Manifold Prior*, section 3 ("Loss function"; the equation has no number).
 //!
-//! Samples move little between steps, so the last nearest one bounds the search: near ones are sought in cells, far ones in a tree.
+//! Samples move little between steps, so the distance to the last nearest point bounds the search. Where it
+//! is short the search goes through cells, otherwise through a tree.
 
-use super::Sample;
+use crate::sample::Sample;
 use atlasfit::error::Result;
 use atlasfit::numeric::vec3::Vec3;
 use atlasfit::run::Context;
@@ -15,10 +18,31 @@ use rayon::prelude::*;
 /// Queries per task: below a millisecond of work between two looks at the cancel flag.
 const BLOCK: usize = 512;
 
-/// Margin for the rounding of f32 distances between normalised points.
+/// Margin for the rounding of f32 distances between normalised points: as a length in the normalised frame,
+/// and as a share of the distance. About a hundred times the rounding of f32 (6e-8).
 const ROUNDING: f32 = 1e-5;
+/// A length above any between points of the normalised frame and samples, whose coordinates lie in (-1, 1).
+const EVERYWHERE: f32 = 4.0;
+/// Cells along the longest side per square root of the number of samples: a cell that a surface of this
+/// extent passes through then holds a few samples.
+const CELLS_PER_SIDE: f32 = 0.35;
+/// The fewest and the most cells along the longest side: the most bounds the memory of the cells.
+const SIDE: [f32; 2] = [4.0, 64.0];
+/// The least extent of the cells, where all samples lie in one place.
+const LEAST_EXTENT: f32 = 1e-6;
 
 /// The scan, prepared for comparison with samples.
+///
+/// ```
+/// use atlasfit::{Run, Vec3};
+/// use atlasfit_net::loss::Chamfer;
+/// let value = Run::default().execute(|ctx| {
+///     let mut scan = Chamfer::new(&[Vec3([0.5, 0.0, 0.0]), Vec3([-0.5, 0.0, 0.0])], ctx)?;
+///     scan.value_gradient(&[[0.0; 3]], [0, 1], [1.0; 2], &mut [[0.0; 3]], ctx)
+/// })?;
+/// assert_eq!(value, 0.25 + (0.25 + 0.25));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub struct Chamfer {
     points: Vec<Sample>,
     tree: Neighbours,
@@ -47,9 +71,11 @@ impl Chamfer {
         self.points.len()
     }
 
-    /// The Chamfer distance to finite `samples`; its gradient is added to `gradient`, one per sample. `weights` are those of the samples'
-    /// distances to points and of the points' to samples, 1 in the paper; of the points only each `part[1]`-th from `part[0]` on look for
-    /// samples.
+    /// The Chamfer distance to finite `samples`, a squared length. Its gradient is added to `gradient`, which
+    /// is as long as `samples`.
+    ///
+    /// `weights` are the factors of the sum over samples and of the sum over points, both 1 in the paper. The
+    /// sum over points takes only points `part[0]`, `part[0] + part[1]` and so on; `[0, 1]` takes all.
     ///
     /// # Errors
     /// Cancelled, out of time; [`atlasfit::Error::EmptyInput`] without samples.
@@ -122,7 +148,7 @@ impl Chamfer {
     }
 }
 
-/// Distance to the last nearest one, in cells, above which a tree is faster.
+/// Distance to the last nearest point, in cells, above which a search in a tree is faster.
 const FAR: f32 = 2.0;
 
 /// Squared distance from `p` to the last one of `others`; infinite where there is none.
@@ -130,7 +156,7 @@ fn bound(p: &Sample, others: &[Sample], last: u32) -> f32 {
     others.get(last as usize).map_or(f32::INFINITY, |o| distance2(o, p))
 }
 
-/// Samples sorted into cells: made at every step in a fraction of the time of a tree.
+/// Samples sorted into cells. They are made at every step, in a fraction of the time that a tree takes.
 struct Cells {
     low: Sample,
     size: f32,
@@ -148,9 +174,8 @@ impl Cells {
             [0, 1, 2].map(|k| samples.iter().map(|s| s[k]).fold(from, f))
         };
         let (low, high) = (fold(f32::min, f32::INFINITY), fold(f32::max, f32::NEG_INFINITY));
-        let longest = (0..3).map(|k| high[k] - low[k]).fold(1e-6, f32::max);
-        // A few samples in each cell that a surface of this extent passes through.
-        let side = (0.35 * (samples.len() as f32).sqrt()).clamp(4.0, 64.0);
+        let longest = (0..3).map(|k| high[k] - low[k]).fold(LEAST_EXTENT, f32::max);
+        let side = (CELLS_PER_SIDE * (samples.len() as f32).sqrt()).clamp(SIDE[0], SIDE[1]);
         let size = longest / side;
         let count = [0, 1, 2].map(|k| ((high[k] - low[k]) / size) as usize + 1);
         let mut cells = Self { low, size, count, start: Vec::new(), sorted: Vec::new() };
@@ -174,7 +199,7 @@ impl Cells {
         cells
     }
 
-    /// The cell of a coordinate along an axis, the border's outside.
+    /// The cell of a coordinate along an axis; outside of the cells the nearest one.
     fn at(&self, x: f32, axis: usize) -> usize {
         (((x - self.low[axis]) / self.size).max(0.0) as usize).min(self.count[axis] - 1)
     }
@@ -183,7 +208,8 @@ impl Cells {
         (x * self.count[1] + y) * self.count[2] + z
     }
 
-    /// The sample nearest to `p`; `last` lies at the squared distance `bound` (infinite: is none).
+    /// The sample nearest to `p`, given one, `last`, at the squared distance `bound`; `bound` is infinite
+    /// where none is known.
     fn nearest(&self, p: &Sample, last: u32, bound: f32) -> u32 {
         let mut best = (bound, last);
         let look = |from: usize, to: usize, best: &mut (f32, u32)| {
@@ -194,10 +220,10 @@ impl Cells {
                 }
             }
         };
-        // The own cell first: it makes the rest small.
+        // The cell of `p` first: what is found there bounds the search.
         let own = self.index([0, 1, 2].map(|k| self.at(p[k], k)));
         look(own, own, &mut best);
-        let reach = if best.0.is_finite() { best.0.sqrt() * (1.0 + 1e-5) + ROUNDING } else { 4.0 };
+        let reach = if best.0.is_finite() { best.0.sqrt() * (1.0 + ROUNDING) + ROUNDING } else { EVERYWHERE };
         let [x, y, z] = [0, 1, 2].map(|k| (self.at(p[k] - reach, k), self.at(p[k] + reach, k)));
         for i in x.0..=x.1 {
             for j in y.0..=y.1 {
@@ -297,7 +323,7 @@ mod tests {
         let points: Vec<Vec3> = (0..400).map(|_| Vec3([rng.uniform(), rng.uniform(), 0.0])).collect();
         let mut samples: Vec<Sample> =
             (0..600).map(|_| [rng.uniform() as f32, rng.uniform() as f32, 0.0]).collect();
-        let mut settled = 0;
+        let mut by_cells = 0;
         Run::default()
             .execute(|ctx| {
                 let mut chamfer = Chamfer::new(&points, ctx)?;
@@ -308,7 +334,7 @@ mod tests {
                     let near = |(s, last): (&Sample, &u32)| {
                         bound(s, &chamfer.points, *last).sqrt() <= FAR * chamfer.cells.size
                     };
-                    settled += samples.iter().zip(&chamfer.last).filter(|x| near(*x)).count();
+                    by_cells += samples.iter().zip(&chamfer.last).filter(|x| near(*x)).count();
                     let mut gradient = vec![[0.0; 3]; samples.len()];
                     let value = chamfer.value_gradient(&samples, [0, 1], [1.0; 2], &mut gradient, ctx)?;
                     assert_eq!((value, gradient), run(&points, &samples));
@@ -316,6 +342,6 @@ mod tests {
                 Ok(())
             })
             .unwrap();
-        assert!(settled > 600, "{settled}");
+        assert!(by_cells > 600, "{by_cells}");
     }
 }

@@ -1,12 +1,13 @@
-//! What the network priors minimise (paper, equation 2): Chamfer distance to the scan plus the weighted stretch of the charts.
+//! What the explicit networks minimise: Chamfer distance to the scan plus the weighted stretch of the charts.
 //!
-//! In: samples of the charts, f32 in the normalised frame. Out: the value, and the gradient added to the caller's buffer.
+//! In: samples of the charts, f32 in the normalised frame. Out: the value, and the gradient added to the
+//! caller's buffer.
+//! Source: *Deep Manifold Prior*, equation 4: Chamfer distance (section 3, "Loss function", not numbered)
+//! plus lambda times the stretch of equation 3.
 
-pub mod chamfer;
-pub mod stretch;
+mod chamfer;
+mod stretch;
 
+pub use crate::sample::Sample;
 pub use chamfer::Chamfer;
 pub use stretch::stretch;
-
-/// A sample of a chart, or its gradient, in the normalised frame.
-pub type Sample = [f32; 3];

@@ -1,20 +1,29 @@
-//! Stretch of charts that are sampled on regular grids (paper, section 3, "stretch regularization").
+//! Stretch of charts that are sampled on regular grids.
 //!
-//! In: the samples of one chart. Out: the mean over the samples of the summed squared distances to their grid neighbours, and
-//! its gradient. It is the graph Laplacian's quadratic form, so it pulls neighbouring samples together and evens out their spacing.
+//! In: the samples of one chart. Out: the mean over the samples of the summed squared distances to their grid
+//! neighbours, and its gradient. It is the quadratic form of the grid's graph Laplacian: it pulls
+//! neighbouring samples together and evens out their spacing. Source: *Deep Manifold Prior*, equation 3
+//! (section 3, "Stretch regularization").
 
-use super::Sample;
+use crate::sample::Sample;
 
-/// Stretch of one chart times `weight`; its gradient is added to `gradient`.
+/// Stretch of one chart times `weight`, a squared length. Its gradient is added to `gradient`.
 ///
-/// `samples` lie on a grid of `grid[0]` lines of `grid[1]` samples, line after line; a contour is one line.
+/// `samples` lie on a grid of `grid[0]` lines of `grid[1]` samples, line after line; a curve is one line.
 ///
 /// # Panics
 /// When the lengths of `samples` and `gradient` are not the grid's.
+///
+/// ```
+/// // Two edges of length 1, each counted from both ends, over three samples.
+/// let samples = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+/// let value = atlasfit_net::loss::stretch(&samples, [1, 3], 1.0, &mut [[0.0; 3]; 3]);
+/// assert!((value - 4.0 / 3.0).abs() < 1e-6);
+/// ```
 pub fn stretch(samples: &[Sample], grid: [usize; 2], weight: f32, gradient: &mut [Sample]) -> f64 {
     let [lines, side] = grid;
     assert!(samples.len() == lines * side && gradient.len() == samples.len(), "samples are not on the grid");
-    // Every edge counts twice, once from each of its ends.
+    // Every edge counts twice, once from each end.
     let factor = 2.0 * weight / samples.len() as f32;
     let mut total = 0.0;
     let edge = |i: usize, j: usize, gradient: &mut [Sample]| {
@@ -52,7 +61,8 @@ mod tests {
 
     #[test]
     fn a_square_lattice_has_the_stretch_of_its_edges() {
-        // 4 x 3 samples a quarter apart: 3*3 + 4*2 = 17 edges of squared length 1/16, each seen from both ends, over 12 samples.
+        // 4 x 3 samples a quarter apart: 3*3 + 4*2 = 17 edges of squared length 1/16, each counted from both
+        // ends, over 12 samples.
         let samples = plane(4, 3, 0.25);
         let mut gradient = vec![[0.0; 3]; 12];
         let value = stretch(&samples, [4, 3], 1.0, &mut gradient);

@@ -1,25 +1,32 @@
-//! Adam (Kingma and Ba 2015) with PyTorch's defaults.
+//! Adam's steps of gradient descent.
+//!
+//! In: parameters, their gradients, the learning rate. Out: updated parameters. Source: Kingma and Ba 2015,
+//! "Adam: a method for stochastic optimization", algorithm 1, with its defaults; *Deep Manifold Prior*,
+//! section 5.1, names the learning rate only.
 
 use pulp::Arch;
 
-/// Decay rates and guard against division by zero.
+/// Decay rates of the moments.
 const BETA: [f32; 2] = [0.9, 0.999];
+/// Guard against division by zero.
 const EPS: f32 = 1e-8;
 
-/// Moments of the gradient.
+/// Running moments of the gradient.
 pub struct Adam {
+    /// Of the gradient.
     first: Vec<f32>,
+    /// Of its square.
     second: Vec<f32>,
     steps: i32,
 }
 
 impl Adam {
-    /// Before the first step.
+    /// The state before the first step of so many parameters.
     pub fn new(parameters: usize) -> Self {
         Self { first: vec![0.0; parameters], second: vec![0.0; parameters], steps: 0 }
     }
 
-    /// One step downhill.
+    /// One step downhill with the learning rate `rate`.
     pub fn step(&mut self, params: &mut [f32], grads: &[f32], rate: f32) {
         self.steps += 1;
         let correct = BETA.map(|b| 1.0 / (1.0 - f64::from(b).powi(self.steps)));

@@ -1,33 +1,38 @@
-//! The convolutional network of one chart: fixed Gaussian noise of 4 x 4 x 512, then three times bilinear upsampling and a 3 x 3 convolution that
-//! halves the channels (the last one goes to 3), the first two with batch norm and LeakyReLU 0.2, tanh at the end.
+//! The convolutional network of one chart. Fixed Gaussian noise of 4 x 4 x 512 goes through three blocks of
+//! bilinear upsampling and a 3 x 3 convolution. The first two convolutions halve the channels and are
+//! followed by batch norm and LeakyReLU 0.2; the last gives 3 channels and is followed by tanh.
 //!
 //! In: gradients with respect to the outputs. Out: positions on a grid of 32 x 32; updated parameters.
-//! Source: *Deep Manifold Prior*, supplement A ("Convolutional Parametrizations").
+//! Source: *Deep Manifold Prior*, supplement A ("Convolutional Parametrizations") and A.1; tanh from section
+//! 3.
 //!
-//! A convolution is one matrix product of pixels and all nine taps at once, x W with W of channels x (9 outputs), whose taps are then shifted
-//! and added: nothing is copied into columns. Biases before batch norm have no effect and are left out.
+//! A convolution is one matrix product of pixels and all nine taps, x W with W of channels x (9 outputs); the
+//! taps are then shifted and added, so that nothing is copied into columns. Biases before batch norm have no
+//! effect and are left out.
 
 use super::adam::Adam;
 use super::dense::EPS;
 use super::gemm::{PANEL, Packed, Store, add_outer, multiply};
-use crate::loss::Sample;
+use crate::sample::Sample;
 use atlasfit::error::Result;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::run::Context;
 
-/// Side of the noise.
+/// Side of the noise, in pixels (supplement A.1).
 const NOISE_SIDE: usize = 4;
-/// Channels of the noise.
+/// Channels of the noise (supplement A.1).
 const CHANNELS: usize = 512;
+/// Blocks of upsampling and convolution (supplement A.1).
 const BLOCKS: usize = 3;
-/// Channels at the end.
+/// Channels at the end: x, y, z.
 const OUT: usize = 3;
+/// Taps of a 3 x 3 convolution (supplement A).
 const TAPS: usize = 9;
-/// Pixels per matrix product: a few milliseconds, for the cancel.
+/// Pixels per matrix product: a few milliseconds of work between two looks at the cancel flag.
 const ROWS: usize = 64;
-/// Slope of LeakyReLU for negative values.
+/// Slope of LeakyReLU for negative values (supplement A).
 const LEAK: f32 = 0.2;
-/// Lines and samples per line of the output.
+/// Lines and samples per line of the output: 32 each.
 pub const GRID: [usize; 2] = [NOISE_SIDE << BLOCKS; 2];
 
 /// One block: upsampling, convolution, and what follows it.
@@ -63,7 +68,8 @@ pub struct Conv {
 }
 
 impl Conv {
-    /// A random network on random noise. Weights are uniform within 1/sqrt(9 channels), batch norm starts as gain 1 and shift 0.
+    /// A random network on random noise. Weights are uniform within 1/sqrt(9 channels) (PyTorch's default for
+    /// convolutions); batch norm starts as gain 1 and shift 0.
     pub fn new(rng: &mut Rng) -> Self {
         Self::with_channels(CHANNELS, rng)
     }
@@ -247,6 +253,7 @@ impl Block {
     }
 }
 
+/// Sums of the `n` columns of row-major values.
 fn column_sums(n: usize, values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sums = vec![0.0; n];
     for (i, x) in values.enumerate() {
@@ -255,7 +262,8 @@ fn column_sums(n: usize, values: impl Iterator<Item = f64>) -> Vec<f64> {
     sums
 }
 
-/// Calls `at(pixel, from, tap)` where tap `tap` of the convolution at `pixel` looks at pixel `from` of a square picture.
+/// Calls `at(pixel, from, tap)` where tap `tap` of the convolution at `pixel` looks at pixel `from` of a
+/// square picture.
 fn shifted(side: usize, mut at: impl FnMut(usize, usize, usize)) {
     for i in 0..side {
         for j in 0..side {
@@ -269,7 +277,8 @@ fn shifted(side: usize, mut at: impl FnMut(usize, usize, usize)) {
     }
 }
 
-/// The two source lines of line `i` after upsampling, and the weight of the nearer (half-pixel centres, clamped at the border).
+/// The two source lines of line `i` after upsampling, each with its weight (half-pixel centres, clamped at
+/// the border).
 fn sources(i: usize, side: usize) -> [(usize, f32); 2] {
     let near = i / 2;
     let far = if i.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(side - 1) };

@@ -1,15 +1,17 @@
-//! Matrix products of row-major f32 slices on one thread, with what follows a product done while its tile is still in registers.
+//! Matrix products of row-major f32 slices on one thread, with what follows a product done while its tile is
+//! still in registers.
 //!
-//! In: rows times a [`Packed`] matrix, or the product of two blocks summed over their rows. Out: tiles handed to a [`Finish`].
-//! Vector instructions (AVX2 and FMA, NEON, none) are chosen at run time by pulp. Callers split work into blocks of fixed size and run
-//! those in parallel, so that sums do not depend on the number of threads.
+//! In: rows and a [`Packed`] matrix, or two blocks whose product is summed over their rows. Out: tiles handed
+//! to a [`Finish`]. Vector instructions (AVX2 and FMA, NEON, none) are chosen at run time by pulp. Callers
+//! split work into blocks of fixed size and run those in parallel, so that sums do not depend on the number
+//! of threads.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Columns of a panel; widths of packed matrices are multiples of it. Two vectors of AVX2: with [`TILE`] rows, their twelve sums, two
-/// columns and a factor fill its sixteen registers.
+/// Columns of a panel, two vectors of AVX2; widths of packed matrices are multiples of it. The twelve sums of
+/// a tile of [`TILE`] rows, two vectors of columns and a factor fit AVX2's sixteen registers.
 pub const PANEL: usize = 16;
-/// Rows of a tile.
+/// Rows of a tile: see [`PANEL`].
 const TILE: usize = 6;
 
 /// A matrix in panels of [`PANEL`] columns, each row by row.
@@ -60,7 +62,7 @@ impl Packed {
 
 /// Work on vectors, V of which make a panel.
 pub trait Kernel {
-    /// Does it.
+    /// Does the work with the vector instructions of `simd`.
     fn run<S: Simd, const V: usize>(self, simd: S);
 }
 
@@ -164,7 +166,7 @@ struct Outer<'a> {
     b: &'a Packed,
 }
 
-/// Rows whose factors are gathered at a time: a tile's then stay in the first cache.
+/// Rows whose factors are gathered at a time: those of a tile, 6 kB, then stay in the first cache.
 const GATHER: usize = 256;
 
 impl Kernel for Outer<'_> {

@@ -1,20 +1,25 @@
-//! The first hidden layer on a regular grid of inputs, and the product after it, for the cost of the layer's kinks.
+//! The first hidden layer on a regular grid of inputs, and the product after it, for the cost of the layer's
+//! kinks.
 //!
-//! In: the first layer's parameters and the next layer's weights. Out: the next layer after ReLU; sums that all gradients follow from. The first
-//! layer's activations are never made.
+//! In: the first layer's parameters and the next layer's weights. Out: the next layer after ReLU; sums that
+//! all gradients follow from. The first layer's activations are never made. Derived here; the paper computes
+//! them.
 //!
-//! Along a line of the grid a unit is r = max(0, alpha + beta v): it is on from one sample to another. So the product r W is A + v B with
-//! A = sum alpha W and B = sum beta W over the units that are on, two rows that change only where a unit turns on or off: twice per unit and
-//! line instead of once per unit and sample. For the same reason the sums of G, u G and v G over the samples where a unit is on are differences of
-//! running sums at its two ends; with r = c + a u + b v they give r^T G, and with W the gradient of a, b and c.
+//! Along a line of the grid a unit is r = max(0, alpha + beta v): it is on over one run of samples. So the
+//! product r W is A + v B with A = sum alpha W and B = sum beta W over the units that are on. These two rows
+//! change only where a unit turns on or off: twice per unit and line instead of once per unit and sample. In
+//! the same way the sums of G, u G and v G over the samples where a unit is on are differences of running
+//! sums at the two ends of its run. With r = c + a u + b v they give r^T G, and with W the gradient of a, b
+//! and c.
 
 use super::gemm::{Kernel, PANEL, dispatch, vectors, vectors_mut};
 use pulp::Simd;
 use std::ops::Range;
 
-/// Samples of a line that are worked on at a time, at most: running sums stay short.
+/// Samples of a line that are worked on at a time, at most: longer running sums lose digits of f32.
 const LONGEST: usize = 256;
-/// Panels of columns at a time: their running rows fill half the registers, which hides the latency of adding to them.
+/// Panels of columns at a time: their running rows fill half of AVX2's sixteen registers, enough to hide the
+/// latency of adding.
 const WIDE: usize = 2;
 /// Sums of G per unit: plain, times u, times v.
 pub const SUMS: usize = 3;
@@ -32,7 +37,7 @@ pub struct Grid {
 
 impl Grid {
     /// The inputs of a sample: (u, v), or v alone for a curve.
-    pub fn place(&self, i: usize) -> [f32; 3] {
+    pub fn input(&self, i: usize) -> [f32; 3] {
         let [lines, side] = self.size;
         let at = |k: usize, axis: usize| self.first[axis] + k as f32 * self.step[axis];
         if lines == 1 { [at(i, 1), 0.0, 0.0] } else { [at(i / side, 0), at(i % side, 1), 0.0] }
@@ -41,7 +46,7 @@ impl Grid {
     pub const fn axes(&self) -> [usize; 2] {
         if self.size[0] == 1 { [1, 0] } else { [0, 1] }
     }
-    /// Rows in parts of at most `most` that end with lines or, within a line, with pieces of it.
+    /// The largest number of rows, at most `most`, that is whole lines, or of a long line whole pieces.
     pub const fn whole_lines(&self, most: usize) -> usize {
         let side = self.size[1];
         if side > most { most / LONGEST * LONGEST } else { most / side * side }
@@ -160,17 +165,17 @@ impl Hinges {
             hinges.pieces.push(Piece { u: 0.0, v: 0.0, count, turns: Vec::new(), start: Vec::new() });
             at += count;
         }
-        hinges.place(grid, rows.start);
+        hinges.move_to(grid, rows.start);
         hinges
     }
 
     /// Moves to another grid of the same size.
-    pub fn place(&mut self, grid: &Grid, mut row: usize) {
+    pub fn move_to(&mut self, grid: &Grid, mut row: usize) {
         self.step = grid.step[1];
         let [u, v] = grid.axes();
         for piece in &mut self.pieces {
-            let place = grid.place(row);
-            (piece.u, piece.v) = (place[u], place[v]);
+            let input = grid.input(row);
+            (piece.u, piece.v) = (input[u], input[v]);
             row += piece.count;
         }
     }
@@ -184,8 +189,8 @@ impl Hinges {
         }
     }
 
-    /// Writes ReLU of the layer's activations times `weights` (row-major) plus `bias` to the rows of `out`; `flush` gets each piece's column
-    /// sums of the values and of their squares, and clears them.
+    /// Writes ReLU of the layer's activations times `weights` (row-major) plus `bias` to the rows of `out`.
+    /// `flush` gets each piece's column sums of the values and of their squares, and clears them.
     pub fn forward(
         &self,
         weights: &[f32],
@@ -296,7 +301,7 @@ impl Kernel for Pull<'_> {
             let mut along = plain;
             for k in 0..=self.piece.count {
                 for turn in self.piece.turns(k) {
-                    // What has been summed up when a unit turns off, less what had been when it turned on.
+                    // The running sum where a unit turns off, less that where it turned on.
                     let sign = simd.splat_f32s(-turn.sign);
                     let across = simd.mul_f32s(sign, u);
                     let row = turn.unit as usize * SUMS * width + column;

@@ -1,11 +1,12 @@
-//! The networks of the paper with their exact gradients: fully connected ([`dense`]) and convolutional ([`conv`]), and what they are made of.
+//! The networks of the paper with their exact gradients: fully connected (`dense`) and convolutional
+//! ([`conv`]), and what they are made of.
 
-pub mod adam;
+pub(crate) mod adam;
 pub mod conv;
-pub mod dense;
-pub mod gemm;
-pub mod hinge;
+pub(crate) mod dense;
+pub(crate) mod gemm;
+pub(crate) mod hinge;
 
 pub use conv::Conv;
-pub use dense::Dense;
-pub use hinge::Grid;
+pub(crate) use dense::Dense;
+pub(crate) use hinge::Grid;

@@ -122,7 +122,7 @@ impl Args {
             TrainingRecipe::Paper => Recipe::Paper,
         };
         let network = |network| {
-            atlasfit_net::Prior::Network(NetworkOptions { network, recipe, ..NetworkOptions::default() })
+            atlasfit_net::Prior::Network(NetworkOptions::default().with_network(network).with_recipe(recipe))
         };
         match self.prior {
             Prior::Gp => atlasfit_net::Prior::Gp,

@@ -7,7 +7,7 @@ use anyhow::Result;
 use atlasfit::Context;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::numeric::vec3::Vec3;
-use atlasfit_net::explicit::{self, NetworkOptions};
+use atlasfit_net::explicit;
 use atlasfit_net::net;
 use serde_json::json;
 
@@ -16,7 +16,7 @@ impl Bench<'_> {
     /// deep image prior.
     pub fn dots(&mut self) -> Result<()> {
         let args = self.args;
-        let how = NetworkOptions { flat: true, ..self.options("C1R") };
+        let how = self.options("C1R").with_flat(true);
         self.cell("dots", |ctx| {
             let line: Vec<Vec3> = (0..2000).map(|i| heart(f64::from(i) / 2000.0)).collect();
             let dots: Vec<Vec3> = line.iter().copied().step_by(50).collect();

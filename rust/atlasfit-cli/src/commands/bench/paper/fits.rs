@@ -30,19 +30,21 @@ const PEERS: [(&str, &str); 2] = [("rimls", "rimls"), ("spsr", "7,20,4")];
 impl Bench<'_> {
     /// The options of a variant: a name of the paper's table 2, or conv.
     pub fn options(&self, variant: &str) -> NetworkOptions {
-        NetworkOptions {
-            network: if variant == "conv" { Network::Conv } else { Network::Dense },
-            charts: if variant.contains('1') { 1 } else { 8 },
-            dim: if variant.starts_with('C') { Dim::Contour } else { Dim::Surface },
-            stretch_weight: if variant.ends_with('R') || variant == "conv" { self.args.stretch } else { 0.0 },
-            recipe: if self.args.recipe == Training::Paper || self.args.quick {
+        NetworkOptions::default()
+            .with_network(if variant == "conv" { Network::Conv } else { Network::Dense })
+            .with_charts(if variant.contains('1') { 1 } else { 8 })
+            .with_dim(if variant.starts_with('C') { Dim::Contour } else { Dim::Surface })
+            .with_stretch_weight(if variant.ends_with('R') || variant == "conv" {
+                self.args.stretch
+            } else {
+                0.0
+            })
+            .with_recipe(if self.args.recipe == Training::Paper || self.args.quick {
                 Recipe::Paper
             } else {
                 Recipe::Fast
-            },
-            iterations: if self.args.quick { 3 } else { self.args.steps },
-            ..NetworkOptions::default()
-        }
+            })
+            .with_iterations(if self.args.quick { 3 } else { self.args.steps })
     }
 
     /// Fits charts that are networks.
@@ -55,7 +57,7 @@ impl Bench<'_> {
     /// Fits the level set.
     pub fn implicit(&mut self, name: &str, shape: &Shape) -> Result<()> {
         let args = self.args;
-        let mut how = LevelSetOptions { epsilon: Some(level_set::EPSILON), ..LevelSetOptions::default() };
+        let mut how = LevelSetOptions::default().with_epsilon(Some(level_set::EPSILON));
         if args.quick {
             (how.iterations, how.resolution) = (3, 24);
         }
@@ -138,7 +140,7 @@ impl Bench<'_> {
         let shape = made("sphere", self.args, self.console)?;
         let args = self.args;
         for lambda in LAMBDAS {
-            let how = NetworkOptions { stretch_weight: lambda, ..self.options("S8R") };
+            let how = self.options("S8R").with_stretch_weight(lambda);
             self.cell(&format!("lambda {lambda}"), |ctx| {
                 drawn_fit(args, &format!("sphere-lambda-{lambda}"), &shape, &how, ctx)
             })?;

@@ -30,7 +30,7 @@ impl Bench<'_> {
             bail!("{} said no per_iteration, seconds and chamfer_sum", reference.display())
         };
         let ours = (before + self.step_seconds(&shape)?) / 2.0;
-        let how = NetworkOptions { recipe: Recipe::Fast, ..NetworkOptions::default() };
+        let how = NetworkOptions::default().with_recipe(Recipe::Fast);
         let started = Instant::now();
         let atlas = self.run(|ctx| Ok(explicit::fit(&shape.scan, &how, ctx)?))?;
         let fast = started.elapsed().as_secs_f64();
@@ -67,7 +67,7 @@ impl Bench<'_> {
     /// Mean time of the first steps of the paper's recipe.
     fn step_seconds(&self, shape: &Shape) -> Result<f64> {
         const STEPS: u32 = 50;
-        let how = NetworkOptions { recipe: Recipe::Paper, ..NetworkOptions::default() };
+        let how = NetworkOptions::default().with_recipe(Recipe::Paper);
         self.run(|ctx| {
             let mut trainer = Trainer::new(&shape.scan, &how, ctx)?;
             let started = Instant::now();

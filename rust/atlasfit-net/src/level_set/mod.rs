@@ -1,41 +1,75 @@
 //! The paper's implicit prior: one network from space to a number, whose zero set is the surface.
 //!
-//! In: points in the normalised frame. Out: a mesh. The network is trained to give +1 at the points moved by epsilon along their normals and -1
-//! at those moved against them; normals are those of the nearest neighbours' planes, made to agree along a minimum spanning tree.
-//! Source: *Deep Manifold Prior*, sections 3 ("Manifolds as deep level-sets") and 5 ("Benchmark"); the tree is Hoppe et al. 1992,
-//! "Surface reconstruction from unorganized points". The zero set is meshed by naive surface nets (crate fast-surface-nets).
+//! In: points in the normalised frame. Out: a mesh. The network is trained to give +1 at the points moved by
+//! epsilon along their normals and -1 at those moved against them; the error is the mean square, since the
+//! paper names none.
+//! Source: *Deep Manifold Prior*, section 3 ("Manifolds as deep level-sets") and section 5.1 ("Benchmark").
+//! The zero set is meshed by naive surface nets (crate fast-surface-nets).
 
-use super::net::Dense;
-use crate::loss::Sample;
+mod normals;
+#[cfg(test)]
+mod shapes;
+
+use crate::net::Dense;
+use crate::sample::Sample;
 use atlasfit::error::{Error, Result};
 use atlasfit::geometry::TriMesh;
-use atlasfit::numeric::dense::eigen3;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::numeric::vec3::Vec3;
+use atlasfit::pipeline::Guide;
 use atlasfit::run::{Context, Stage};
-use atlasfit::spatial::neighbours::Neighbours;
-use atlasfit::spatial::sets::SignedSets;
+use atlasfit::setters;
 use fast_surface_nets::ndshape::{RuntimeShape, Shape};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
-use rayon::prelude::*;
+use normals::oriented_normals;
 
-/// How the field is trained and meshed. The defaults are the paper's where it says.
+/// How the field is trained and meshed.
+///
+/// ```
+/// use atlasfit_net::LevelSetOptions;
+/// let how = LevelSetOptions::default().with_iterations(100).with_resolution(64);
+/// assert_eq!(how.validate(), Ok(()));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct LevelSetOptions {
-    /// Distance that points are moved along their normals, positive, in the normalised frame; `None`: the noise, at least the paper's.
+    /// Distance that points are moved along their normals, positive, in the normalised frame. `None`, the
+    /// default: the standard deviation of the noise, but at least [`EPSILON`].
     pub epsilon: Option<f64>,
-    /// Neighbours that a normal is estimated from, 3 or more.
+    /// Neighbours that a normal is estimated from, 3 or more. Default 20 (*Deep Manifold Prior*, section
+    /// 5.1).
     pub neighbours: usize,
-    /// Steps of Adam.
+    /// Steps of Adam. Default 300, not the paper's, which names no number.
     pub iterations: usize,
-    /// Adam's learning rate, positive.
+    /// Adam's learning rate at the start, positive; a tenth of it at the end. Default 3e-3: the paper's is
+    /// 1e-3 at every step.
     pub learning_rate: f64,
-    /// Voxels along the longest side, 8 to 1024.
+    /// Voxels along the longest side, 8 to 1024. Default 112; the paper does not say how it meshes the zero
+    /// set.
     pub resolution: usize,
 }
 
-/// The paper's distance along the normals.
+/// The paper's distance along the normals, in the normalised frame (section 5.1: equal to the noise of its
+/// benchmark).
 pub const EPSILON: f64 = 2e-3;
+
+setters! {
+    LevelSetOptions {
+        with_epsilon: epsilon: Option<f64>,
+        with_neighbours: neighbours: usize,
+        with_iterations: iterations: usize,
+        with_learning_rate: learning_rate: f64,
+        with_resolution: resolution: usize,
+    }
+}
+
+/// Memory per point: the activations of 464 units at two samples (f32), rounded up.
+const BYTES_PER_POINT: u64 = 4000;
+/// Memory per voxel: the field's value, and what its evaluation and meshing hold, rounded up.
+const BYTES_PER_VOXEL: u64 = 40;
+/// The learning rate at the end, as a share of that at the start: the last statistics of batch norm must fit
+/// the last weights.
+const LAST_RATE: f64 = 0.1;
 
 impl Default for LevelSetOptions {
     fn default() -> Self {
@@ -67,14 +101,40 @@ impl LevelSetOptions {
     }
 }
 
-/// Fits a field to points in the normalised frame and meshes its zero set within their box, `noise` (a standard deviation) known.
+impl Guide for LevelSetOptions {
+    fn validate(&self) -> Result<()> {
+        Self::validate(self)
+    }
+    fn surface(&self, points: &[Vec3], sigma: f64, ctx: &Context<'_>) -> Result<TriMesh> {
+        fit(points, sigma, self, ctx)
+    }
+}
+
+/// Fits a field to finite points in the normalised frame and meshes its zero set within their bounding box.
+/// `noise` is the standard deviation of the points' noise, in the same unit.
 ///
 /// # Errors
-/// [`Error::InvalidArgument`]; [`Error::EmptyInput`] without points; [`Error::Degenerate`] where the field has no zero set; cancelled or limited.
+/// [`Error::InvalidArgument`]; [`Error::EmptyInput`] without points; [`Error::Degenerate`] where the field
+/// has no zero set; cancelled or limited.
+///
+/// ```
+/// use atlasfit::{Run, Vec3};
+/// use atlasfit_net::level_set::{LevelSetOptions, fit};
+/// let on_sphere = |i: i32| {
+///     let (z, a) = (1.0 - (f64::from(i) + 0.5) / 150.0, 2.4 * f64::from(i));
+///     Vec3([(1.0 - z * z).sqrt() * a.cos(), (1.0 - z * z).sqrt() * a.sin(), z]) * 0.5
+/// };
+/// let points: Vec<Vec3> = (0..300).map(on_sphere).collect();
+/// let how = LevelSetOptions::default().with_epsilon(Some(0.05)).with_iterations(30).with_resolution(12);
+/// let mesh = Run::default().execute(|ctx| fit(&points, 0.01, &how, ctx))?;
+/// assert!(!mesh.triangles.is_empty());
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context<'_>) -> Result<TriMesh> {
     options.validate()?;
-    // Activations of 464 values per sample; the field's values and their inputs.
-    ctx.reserve(4000 * points.len() as u64 + 40 * (options.resolution as u64 + 3).pow(3))?;
+    ctx.reserve(
+        BYTES_PER_POINT * points.len() as u64 + BYTES_PER_VOXEL * (options.resolution as u64 + 3).pow(3),
+    )?;
     ctx.stage(Stage::Fit, options.iterations + 1);
     let epsilon = options.epsilon.unwrap_or(noise.max(EPSILON));
     let normals = oriented_normals(points, options.neighbours, ctx)?;
@@ -93,9 +153,8 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
             *y = [share * (y[0] - label), 0.0, 0.0];
         }
         net.backward(&out, ctx)?;
-        // A tenth of the rate at the end, when the average counts.
         let done = step as f64 / options.iterations as f64;
-        net.step((options.learning_rate * 0.1f64.powf(done)) as f32);
+        net.step((options.learning_rate * LAST_RATE.powf(done)) as f32);
         ctx.advance(1);
     }
     // The statistics of batch norm belong to the last parameters.
@@ -103,9 +162,10 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
     mesh(points, &net, options.resolution, ctx)
 }
 
-/// Points per batch of the field's evaluation: a few milliseconds' work per thread between two looks at the cancel flag.
+/// Voxels per batch of the field's evaluation.
 const SLAB: usize = 1 << 16;
 
+/// Meshes the network's zero set within the points' bounding box.
 fn mesh(points: &[Vec3], net: &Dense, resolution: usize, ctx: &Context<'_>) -> Result<TriMesh> {
     let low = Vec3::from_fn(|k| points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
     let high = Vec3::from_fn(|k| points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
@@ -138,92 +198,11 @@ fn mesh(points: &[Vec3], net: &Dense, resolution: usize, ctx: &Context<'_>) -> R
     Ok(TriMesh::new(positions, buffer.indices.as_chunks().0.to_vec()))
 }
 
-/// Normals of the neighbours' planes, pointing outward where there is an outside.
-fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
-    let tree = Neighbours::build(points, ctx)?;
-    let around: Vec<(Vec3, Vec<u32>)> = points
-        .par_chunks(512)
-        .map(|block| {
-            ctx.check()?;
-            let mut found = Vec::new();
-            Ok(block
-                .iter()
-                .map(|p| {
-                    tree.nearest(*p, neighbours + 1, &mut found);
-                    let n = found.len() as f64;
-                    let mean =
-                        Vec3::from_fn(|k| found.iter().map(|f| points[f.index as usize][k]).sum::<f64>() / n);
-                    let mut m = [0.0; 6];
-                    for f in &found {
-                        let d = points[f.index as usize] - mean;
-                        for (m, (i, j)) in m.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
-                        {
-                            *m += d[i] * d[j];
-                        }
-                    }
-                    (eigen3(m).1[0], found.iter().map(|f| f.index).collect())
-                })
-                .collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()?
-        .concat();
-    // Kruskal's tree over the neighbourhood graph, the most parallel normals first; each point knows whether it agrees with its parent.
-    let mut edges: Vec<(f64, u32, u32)> = around
-        .iter()
-        .enumerate()
-        .flat_map(|(i, (n, found))| {
-            let around = &around;
-            found
-                .iter()
-                .filter(move |j| **j as usize != i)
-                .map(move |&j| (1.0 - (*n).dot(around[j as usize].0).abs(), i as u32, j))
-        })
-        .collect();
-    edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    ctx.check()?;
-    let mut sets = SignedSets::new(points.len());
-    for (_, i, j) in edges {
-        sets.join(i, j, around[i as usize].0.dot(around[j as usize].0) < 0.0);
-    }
-    // The highest point of each part faces up.
-    let roots: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| sets.find(i)).collect();
-    let mut highest = vec![u32::MAX; points.len()];
-    for (i, (r, _)) in roots.iter().enumerate() {
-        let h = &mut highest[*r as usize];
-        if *h == u32::MAX || points[i][2] > points[*h as usize][2] {
-            *h = i as u32;
-        }
-    }
-    Ok((0..points.len())
-        .map(|i| {
-            let top = highest[roots[i].0 as usize] as usize;
-            let down = (around[top].0[2] < 0.0) ^ roots[top].1 ^ roots[i].1;
-            around[i].0.map(|x| if down { -x } else { x })
-        })
-        .collect())
-}
-
 #[cfg(test)]
 mod tests {
+    use super::shapes::sphere;
     use super::*;
     use atlasfit::run::Run;
-
-    fn sphere(n: usize, sigma: f64) -> Vec<Vec3> {
-        let mut rng = Rng::new(4);
-        (0..n)
-            .map(|_| {
-                let p = Vec3::from_fn(|_| rng.normal()).normalized() * 0.5;
-                p.map(|x| x + sigma * rng.normal())
-            })
-            .collect()
-    }
-
-    #[test]
-    fn normals_of_a_sphere_point_outward() {
-        let points = sphere(2000, 0.003);
-        let normals = Run::default().execute(|ctx| oriented_normals(&points, 20, ctx)).unwrap();
-        assert!(points.iter().zip(&normals).all(|(p, n)| (*p).dot(*n) > 0.45 * (*n).norm()));
-    }
 
     #[test]
     fn the_level_set_of_a_noisy_sphere_is_nearer_to_it_than_the_points() {
