@@ -51,8 +51,8 @@ impl Chart {
                     loop {
                         let slot = if forward { c } else { (c + 2) % 3 };
                         let Some(g) = across(f, faces[f] as usize, slot) else { break };
-                        let h = s.mate[faces[f] as usize][slot] as usize % 3;
-                        // The mate runs backwards: our vertex is its end, or its start when turning back.
+                        let h = s.twin[faces[f] as usize][slot] as usize % 3;
+                        // The twin runs backwards: our vertex is its end, or its start when turning back.
                         (f, c) = (g as usize, if forward { (h + 1) % 3 } else { h });
                         if corner[3 * f + c] != NONE {
                             break;
@@ -82,7 +82,7 @@ impl Chart {
     pub(super) fn zip(&mut self, s: &Surface, place: impl Fn(usize) -> Option<u32>) {
         let (faces, tris) = (&self.faces, &self.tris);
         self.border.retain(|&(i, k)| {
-            let h = s.mate[faces[i as usize] as usize][k as usize];
+            let h = s.twin[faces[i as usize] as usize][k as usize];
             if h == NONE {
                 return true;
             }

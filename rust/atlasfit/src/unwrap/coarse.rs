@@ -61,7 +61,7 @@ pub(super) fn border_paths(s: &Surface, label: &[u32]) -> (Vec<[u32; 3]>, usize)
     let mut path = vec![[NONE; 3]; m];
     let mut count = 0;
     let border = |f: usize, k: usize| {
-        let h = s.mate[f][k];
+        let h = s.twin[f][k];
         h != NONE && label[h as usize / 3] != label[f]
     };
     for f in 0..m {
@@ -72,14 +72,14 @@ pub(super) fn border_paths(s: &Surface, label: &[u32]) -> (Vec<[u32; 3]>, usize)
             for forward in [true, false] {
                 let (mut g, mut c) = (f, k);
                 loop {
-                    let h = s.mate[g][c] as usize;
+                    let h = s.twin[g][c] as usize;
                     path[g][c] = count;
                     path[h / 3][h % 3] = count;
                     // Turn about the path's end on this side to its next border edge; it must have the same sides.
                     let other = label[h / 3];
                     let (mut x, mut y) = (g, if forward { (c + 1) % 3 } else { (c + 2) % 3 });
                     let next = loop {
-                        let e = s.mate[x][y];
+                        let e = s.twin[x][y];
                         if e == NONE {
                             break None;
                         }
@@ -111,7 +111,7 @@ fn simple(s: &Surface, label: &[u32], f: usize, k: usize) -> bool {
     let (mut g, mut c) = (f, k);
     let mut changes = 0;
     loop {
-        let h = s.mate[g][c];
+        let h = s.twin[g][c];
         if h == NONE {
             return false;
         }
@@ -127,7 +127,7 @@ fn simple(s: &Surface, label: &[u32], f: usize, k: usize) -> bool {
 struct Mesh<'a> {
     s: &'a Surface,
     tri: Vec<[u32; 3]>,
-    mate: Vec<[u32; 3]>,
+    twin: Vec<[u32; 3]>,
     path: Vec<[u32; 3]>,
     /// A half-edge that starts at each movable vertex; [`NONE`] for fixed and removed ones.
     out: Vec<u32>,
@@ -146,9 +146,9 @@ impl Mesh<'_> {
         }
         let tri = kept.iter().map(|&f| self.tri[f]).collect();
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * name[h as usize / 3] + h % 3 };
-        let mate = kept.iter().map(|&f| self.mate[f].map(renamed)).collect();
+        let twin = kept.iter().map(|&f| self.twin[f].map(renamed)).collect();
         Level {
-            surface: Surface::from_parts(self.s.pos.clone(), tri, mate),
+            surface: Surface::from_parts(self.s.pos.clone(), tri, twin),
             label: kept.iter().map(|&f| label[f]).collect(),
             path: kept.iter().map(|&f| self.path[f]).collect(),
         }
@@ -162,7 +162,7 @@ impl Mesh<'_> {
             into.push(e);
             // The edge before, seen from its other side, starts here too.
             let before = e / 3 * 3 + (e + 2 - e / 3 * 3) % 3;
-            e = self.mate[before as usize / 3][before as usize % 3];
+            e = self.twin[before as usize / 3][before as usize % 3];
             if e == NONE || e == h || into.len() > 64 {
                 return;
             }
@@ -192,7 +192,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     let limit: Vec<f64> =
         patch_area.iter().map(|a| wanted.min(1.52 * (a / PER_PATCH).sqrt()).powi(2)).collect();
     let mut mesh =
-        Mesh { s, tri: s.tri.clone(), mate: s.mate.clone(), path: patches.path.clone(), out: vec![NONE; n] };
+        Mesh { s, tri: s.tri.clone(), twin: s.twin.clone(), path: patches.path.clone(), out: vec![NONE; n] };
     // Movable: one closed fan and at most two label runs.
     let mut corners = vec![0u32; n];
     let mut first = vec![NONE; n];
@@ -272,7 +272,7 @@ pub(super) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
 
 /// Whether the start of `h` may move to its end: the surface stays a surface and no triangle turns over.
 fn may_collapse(mesh: &Mesh<'_>, h: u32, fan: &[u32]) -> bool {
-    let back = mesh.mate[h as usize / 3][h as usize % 3];
+    let back = mesh.twin[h as usize / 3][h as usize % 3];
     let u = mesh.tri[h as usize / 3][h as usize % 3];
     let v = mesh.end(h);
     if fan.len() < 4 || back == NONE {
@@ -299,9 +299,9 @@ fn may_collapse(mesh: &Mesh<'_>, h: u32, fan: &[u32]) -> bool {
                 if start != a && start != b && start != u && fan.iter().any(|&x| mesh.end(x) == start) {
                     return false;
                 }
-                mesh.mate[before as usize / 3][before as usize % 3]
+                mesh.twin[before as usize / 3][before as usize % 3]
             } else {
-                let m = mesh.mate[e as usize / 3][e as usize % 3];
+                let m = mesh.twin[e as usize / 3][e as usize % 3];
                 if m == NONE { NONE } else { m / 3 * 3 + (m % 3 + 1) % 3 }
             };
             if step == NONE || step == h / 3 * 3 + (h % 3 + 1) % 3 {
@@ -337,12 +337,12 @@ fn collapse(mesh: &mut Mesh<'_>, h: u32, fan: &[u32]) {
     for &e in fan {
         mesh.tri[e as usize / 3][e as usize % 3] = v;
     }
-    let back = mesh.mate[h as usize / 3][h as usize % 3];
+    let back = mesh.twin[h as usize / 3][h as usize % 3];
     for e in [h, back] {
         let f = e as usize / 3;
         let k = e as usize % 3;
         let (x, y) = ((k + 1) % 3, (k + 2) % 3);
-        let (p, q) = (mesh.mate[f][x], mesh.mate[f][y]);
+        let (p, q) = (mesh.twin[f][x], mesh.twin[f][y]);
         let mut path = mesh.path[f][x].min(mesh.path[f][y]);
         for o in [p, q] {
             if o != NONE {
@@ -351,7 +351,7 @@ fn collapse(mesh: &mut Mesh<'_>, h: u32, fan: &[u32]) {
         }
         for (o, other) in [(p, q), (q, p)] {
             if o != NONE {
-                mesh.mate[o as usize / 3][o as usize % 3] = other;
+                mesh.twin[o as usize / 3][o as usize % 3] = other;
                 mesh.path[o as usize / 3][o as usize % 3] = path;
             }
         }
@@ -362,7 +362,7 @@ fn collapse(mesh: &mut Mesh<'_>, h: u32, fan: &[u32]) {
                 way_in(mesh, apex as u32, p).or_else(|| way_in(mesh, apex as u32, q)).unwrap_or(NONE);
         }
         mesh.tri[f] = [NONE; 3];
-        mesh.mate[f] = [NONE; 3];
+        mesh.twin[f] = [NONE; 3];
     }
     mesh.out[u as usize] = NONE;
     // What is left of the moved fan starts at v now: a sure way in.

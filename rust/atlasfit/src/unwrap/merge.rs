@@ -106,7 +106,7 @@ fn neighbours(s: &Surface, charts: &Charts) -> (Vec<(u32, u32, f64)>, Vec<f64>) 
             let f = chart.faces[i as usize] as usize;
             let l = f64::from(s.length[f][k as usize]);
             perimeter[id] += l;
-            let h = s.mate[f][k as usize];
+            let h = s.twin[f][k as usize];
             if h != NONE {
                 let other = charts.owner[h as usize / 3];
                 if other > id as u32 && other != NONE {
@@ -305,7 +305,7 @@ fn join(
 ) -> Option<Chart> {
     let mut shared = Vec::new();
     for &(i, k) in &a.border {
-        let h = s.mate[a.faces[i as usize] as usize][k as usize];
+        let h = s.twin[a.faces[i as usize] as usize][k as usize];
         if h != NONE && charts.owner[h as usize / 3] == b_id {
             let (t, j) = (a.tris[i as usize], k as usize);
             let (u, l) = (b.tris[charts.index_of[h as usize / 3] as usize], h as usize % 3);

@@ -424,7 +424,7 @@ fn first_charts(
                 return Vec::new();
             }
             let across = |_, f: usize, k: usize| {
-                let h = s.mate[f][k];
+                let h = s.twin[f][k];
                 (h != NONE && label[h as usize / 3] == id as u32).then(|| index_of[h as usize / 3])
             };
             let chart = Chart::glue(s, faces, across, ctx);
@@ -444,7 +444,7 @@ fn patch_charts(s: &Surface, faces: &[u32], label: &[u32], bound: f64, ctx: &Con
         .flat_map(|group| {
             let own: Vec<u32> = group.iter().map(|g| g.1).collect();
             let across = |_, f: usize, k: usize| {
-                let h = s.mate[f][k];
+                let h = s.twin[f][k];
                 if h == NONE { None } else { own.binary_search(&(h / 3)).ok().map(|i| i as u32) }
             };
             let chart = Chart::glue(s, own.clone(), across, ctx);
@@ -519,7 +519,7 @@ fn beyond(s: &Surface, c: &Chart, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
     c.border.iter().for_each(|&(i, k)| out[i as usize][k as usize] = NONE);
     for (i, (&f, out)) in c.faces.iter().zip(&mut out).enumerate() {
         ctx.check_at(i)?;
-        for (b, h) in out.iter_mut().zip(s.mate[f as usize]) {
+        for (b, h) in out.iter_mut().zip(s.twin[f as usize]) {
             if *b != NONE {
                 *b = place[&(h / 3)];
             }

@@ -72,7 +72,7 @@ fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
     let mut root: Vec<u32> = (0..patches.count as u32).collect();
     for f in 0..surface.faces() {
         for k in 0..3 {
-            let (e, h) = (path[f][k], surface.mate[f][k]);
+            let (e, h) = (path[f][k], surface.twin[f][k]);
             if e == NONE || h == NONE || !inside[f][k] {
                 continue;
             }
@@ -142,7 +142,7 @@ fn build<T: Send>(
                 return None;
             }
             let across = |_, f: usize, k: usize| {
-                let h = s.mate[f][k];
+                let h = s.twin[f][k];
                 if h == NONE {
                     return None;
                 }

@@ -110,7 +110,7 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
     for f in 0..m {
         ctx.check_at(f)?;
         for k in 0..3 {
-            let h = s.mate[f][k];
+            let h = s.twin[f][k];
             if h != NONE && h / 3 > f as u32 {
                 let (a, b) = (s.cell(f as u32), s.cell(h / 3));
                 if a != b {
@@ -155,11 +155,11 @@ fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<(Vec<Cluster>,
             }
             name[c] = joined.len() as u32;
             let e = pick[c].1;
-            let mate = if e == NONE { NONE } else { edges[e as usize].0 ^ edges[e as usize].1 ^ c as u32 };
+            let partner = if e == NONE { NONE } else { edges[e as usize].0 ^ edges[e as usize].1 ^ c as u32 };
             let one = &clusters[c];
-            if mate != NONE && pick[mate as usize].1 == e {
-                let two = &clusters[mate as usize];
-                name[mate as usize] = name[c];
+            if partner != NONE && pick[partner as usize].1 == e {
+                let two = &clusters[partner as usize];
+                name[partner as usize] = name[c];
                 let sum = one.sum + two.sum;
                 let angle = cone(one, two, sum.normalized());
                 joined.push(Cluster { area: one.area + two.area, sum, angle, stamp: 0, near: Vec::new() });
@@ -314,7 +314,7 @@ fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: &Context<'_
             let mut here = 0.0;
             for &f in faces {
                 for k in 0..3 {
-                    let h = s.mate[f as usize][k];
+                    let h = s.twin[f as usize][k];
                     if h == NONE || s.cells.is_some() && s.cell(h / 3) == c {
                         continue;
                     }
@@ -367,7 +367,7 @@ pub(super) fn split_components(s: &Surface, label: &[u32]) -> (Vec<u32>, usize) 
         out[f] = count;
         stack.push(f as u32);
         while let Some(f) = stack.pop() {
-            for &h in &s.mate[f as usize] {
+            for &h in &s.twin[f as usize] {
                 if h != NONE {
                     let g = h as usize / 3;
                     if out[g] == NONE && label[g] == label[f as usize] {

@@ -25,7 +25,7 @@ pub(super) struct Surface {
     /// Vertices per face, as given.
     pub tri: Vec<[u32; 3]>,
     /// Opposite half-edge (`3 * face + slot`) of the edge from corner `slot` to the next; [`NONE`] at borders.
-    pub mate: Vec<[u32; 3]>,
+    pub twin: Vec<[u32; 3]>,
     /// Unit normals.
     pub normal: Vec<Vec3>,
     /// Areas; they sum to 1.
@@ -61,7 +61,7 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Connected runs of equal `polygon`.
-    fn new(polygon: &[u32], mate: &[[u32; 3]]) -> Self {
+    fn new(polygon: &[u32], twin: &[[u32; 3]]) -> Self {
         let m = polygon.len();
         let mut of_face = vec![NONE; m];
         let (mut start, mut faces) = (vec![0u32], Vec::with_capacity(m));
@@ -74,7 +74,7 @@ impl Cells {
             faces.push(f as u32);
             let mut next = from;
             while next < faces.len() {
-                for &h in &mate[faces[next] as usize] {
+                for &h in &twin[faces[next] as usize] {
                     if h != NONE && of_face[h as usize / 3] == NONE && polygon[h as usize / 3] == polygon[f] {
                         of_face[h as usize / 3] = cell;
                         faces.push(h / 3);
@@ -153,9 +153,9 @@ impl Surface {
         for p in &mut pos {
             *p = if p.iter().all(|x| x.is_finite()) { *p * s } else { Vec3::ZERO };
         }
-        let (mate, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options, ctx)?;
+        let (twin, non_manifold, duplicate) = pair_edges(mesh.positions.len(), &tri, &usable, options, ctx)?;
         ctx.check()?;
-        let mut out = Self::from_parts(Arc::new(pos), tri, mate);
+        let mut out = Self::from_parts(Arc::new(pos), tri, twin);
         ctx.check()?;
         if options.keep_uv_seams
             && let Some(uv) = &mesh.corner_uv
@@ -172,7 +172,7 @@ impl Surface {
             out.cut(|f, _, g, _| bent(f, g), options);
             out.normal = normal;
         }
-        out.cells = options.face_polygon.as_ref().map(|p| Cells::new(p, &out.mate));
+        out.cells = options.face_polygon.as_ref().map(|p| Cells::new(p, &out.twin));
         for f in (0..m).filter(|&f| !usable[f]) {
             out.normal[f] = Vec3::ZERO;
             out.area[f] = 0.0;
@@ -182,7 +182,7 @@ impl Surface {
     }
 
     /// Measures the faces of a mesh with known adjacency; all count as usable.
-    pub(super) fn from_parts(pos: Arc<Vec<Vec3>>, tri: Vec<[u32; 3]>, mate: Vec<[u32; 3]>) -> Self {
+    pub(super) fn from_parts(pos: Arc<Vec<Vec3>>, tri: Vec<[u32; 3]>, twin: Vec<[u32; 3]>) -> Self {
         let m = tri.len();
         let mut normal = vec![Vec3::ZERO; m];
         let mut area = vec![0.0; m];
@@ -210,7 +210,7 @@ impl Surface {
         let (unit, degenerate, duplicate, non_manifold) = (1.0, 0, 0, 0);
         Self {
             tri,
-            mate,
+            twin,
             normal,
             area,
             rest,
@@ -230,14 +230,14 @@ impl Surface {
         let polygon = |f: usize| options.face_polygon.as_ref().map_or(f as u32, |p| p[f]);
         for f in 0..self.faces() {
             for k in 0..3 {
-                let h = self.mate[f][k];
+                let h = self.twin[f][k];
                 if h == NONE || h / 3 < f as u32 {
                     continue;
                 }
                 let (g, l) = (h as usize / 3, h as usize % 3);
                 if polygon(f) != polygon(g) && seam(f, k, g, l) {
-                    self.mate[f][k] = NONE;
-                    self.mate[g][l] = NONE;
+                    self.twin[f][k] = NONE;
+                    self.twin[g][l] = NONE;
                 }
             }
         }
@@ -254,7 +254,7 @@ impl Surface {
     }
 }
 
-/// Pairs half-edges. Returns mates, the number of edges cut for being non-manifold, and the duplicate faces.
+/// Pairs half-edges. Returns twins, the number of edges cut for being non-manifold, and the duplicate faces.
 fn pair_edges(
     vertices: usize,
     tri: &[[u32; 3]],
@@ -314,7 +314,7 @@ fn pair_edges(
     ctx.check()?;
     let seam_set: std::collections::HashSet<(u32, u32)> =
         options.seam_edges.iter().flatten().map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
-    let mut mate = vec![[NONE; 3]; m];
+    let mut twin = vec![[NONE; 3]; m];
     let mut non_manifold = 0;
     let mut sorted: Vec<(u32, u32, bool, u32)> = Vec::new();
     for v in 0..vertices {
@@ -337,8 +337,8 @@ fn pair_edges(
                 let same_group = options.face_group.as_ref().is_none_or(|c| c[g / 3] == c[h / 3]);
                 let free = seam_set.is_empty() || !seam_set.contains(&(v as u32, sorted[i].0));
                 if same_group && free {
-                    mate[g / 3][g % 3] = h as u32;
-                    mate[h / 3][h % 3] = g as u32;
+                    twin[g / 3][g % 3] = h as u32;
+                    twin[h / 3][h % 3] = g as u32;
                 }
             } else if j - i >= 2 {
                 non_manifold += 1;
@@ -346,5 +346,5 @@ fn pair_edges(
             i = j;
         }
     }
-    Ok((mate, non_manifold, duplicate))
+    Ok((twin, non_manifold, duplicate))
 }
