@@ -96,18 +96,16 @@ impl atlasfit_unwrap_options {
         };
         let keep_uv_seams = sized::flag(self.keep_uv_seams, "keep_uv_seams")?;
         sized::zero(self.reserved)?;
-        Ok(UnwrapOptions {
-            max_stretch: self.max_stretch,
-            max_charts: (self.max_charts > 0).then_some(self.max_charts as usize),
-            page_size: [self.page_width, self.page_height],
-            padding_px: self.padding,
-            texels_per_unit: (self.texels_per_unit != 0.0).then_some(self.texels_per_unit),
-            pages: (self.pages > 0).then_some(self.pages),
-            packer,
-            keep_uv_seams,
-            hard_edge_angle: (self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle),
-            ..UnwrapOptions::default()
-        })
+        Ok(UnwrapOptions::default()
+            .with_max_stretch(self.max_stretch)
+            .with_max_charts((self.max_charts > 0).then_some(self.max_charts as usize))
+            .with_page_size([self.page_width, self.page_height])
+            .with_padding_px(self.padding)
+            .with_texels_per_unit((self.texels_per_unit != 0.0).then_some(self.texels_per_unit))
+            .with_pages((self.pages > 0).then_some(self.pages))
+            .with_packer(packer)
+            .with_keep_uv_seams(keep_uv_seams)
+            .with_hard_edge_angle((self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle)))
     }
 }
 
@@ -164,7 +162,8 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         let options = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
         let mesh::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = mesh::mesh(mesh)?;
-        let options = UnwrapOptions { face_group, face_polygon, seam_edges, ..options };
+        let options =
+            options.with_face_group(face_group).with_face_polygon(face_polygon).with_seam_edges(seam_edges);
         let start = Instant::now();
         let (mut layout, after) = run.execute(|ctx| {
             let layout = unwrap(&mesh, &options, ctx)?;

@@ -12,7 +12,7 @@
 //!   for them: the bindings are used instead.
 #![allow(unsafe_code)]
 
-use atlasfit::unwrap::{FlatChart, PagePacker, Pages, Spot};
+use atlasfit::unwrap::{ChartPosition, FlatChart, PagePacker, Pages};
 use atlasfit::{Context, Error};
 use std::ffi::{c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -31,7 +31,7 @@ impl PagePacker for Xatlas {
         charts: &[FlatChart<'_>],
         pages: Pages,
         ctx: &Context<'_>,
-    ) -> Result<Option<Vec<Spot>>, Error> {
+    ) -> Result<Option<Vec<ChartPosition>>, Error> {
         let [width, height] = pages.size;
         if width != height {
             return Err(Error::InvalidArgument {
@@ -55,7 +55,7 @@ impl PagePacker for Xatlas {
         if used > pages.most {
             return Ok(None);
         }
-        let spots = charts.iter().enumerate().map(|(c, chart)| {
+        let positions = charts.iter().enumerate().map(|(c, chart)| {
             let own = &vertices[input.first[c] as usize..input.first[c + 1] as usize];
             let torn = || Error::Internal { what: format!("xatlas tore chart {c}") };
             let (atlas, id) = own.first().map(|v| (v.atlasIndex, v.chartIndex)).ok_or_else(torn)?;
@@ -70,9 +70,9 @@ impl PagePacker for Xatlas {
                 let size = ends(&mut chart.uv.iter().map(|p| p[k])).1;
                 f64::from(pages.padding) + (lo + hi - size) / 2.0
             });
-            Ok(Spot { page: atlas as u32, at })
+            Ok(ChartPosition { page: atlas as u32, at })
         });
-        spots.collect::<Result<_, _>>().map(Some)
+        positions.collect::<Result<_, _>>().map(Some)
     }
 }
 

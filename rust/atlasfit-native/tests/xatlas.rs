@@ -116,7 +116,7 @@ mod with {
     fn charts_stay_apart_whatever_their_sizes() {
         for mesh in [cube(), torus(20), splinters(300)] {
             for padding_px in [0, 1, 2, 5] {
-                let options = UnwrapOptions { padding_px, page_size: [256; 2], ..UnwrapOptions::default() };
+                let options = UnwrapOptions::default().with_padding_px(padding_px).with_page_size([256; 2]);
                 let uv = run(&mesh, &options, 0).unwrap();
                 check(&mesh, &uv, padding_px);
                 assert_eq!(uv.pages, 1);
@@ -137,23 +137,21 @@ mod with {
     #[test]
     fn a_given_density_takes_the_pages_it_needs() {
         let mesh = cube();
-        let options = UnwrapOptions {
-            page_size: [256; 2],
-            texels_per_unit: Some(100.0),
-            hard_edge_angle: Some(60.0),
-            ..UnwrapOptions::default()
-        };
+        let options = UnwrapOptions::default()
+            .with_page_size([256; 2])
+            .with_texels_per_unit(Some(100.0))
+            .with_hard_edge_angle(Some(60.0));
         let uv = run(&mesh, &options, 0).unwrap();
         check(&mesh, &uv, options.padding_px);
         assert_eq!((uv.charts, uv.texels_per_unit.round(), uv.pages), (6, 100.0, 2));
-        let uv = run(&mesh, &UnwrapOptions { pages: Some(1), ..options }, 0).unwrap();
+        let uv = run(&mesh, &options.with_pages(Some(1)), 0).unwrap();
         check(&mesh, &uv, 2);
         assert!(uv.pages == 1 && uv.texels_per_unit < 99.0);
     }
 
     #[test]
     fn what_it_cannot_do_is_a_clear_error_and_it_stops_when_cancelled() {
-        let wide = UnwrapOptions { page_size: [512, 128], ..UnwrapOptions::default() };
+        let wide = UnwrapOptions::default().with_page_size([512, 128]);
         assert!(matches!(run(&cube(), &wide, 0), Err(Error::InvalidArgument { .. })));
         let token = CancelToken::new();
         token.cancel();

@@ -114,15 +114,14 @@ fn closed_surfaces_of_any_genus_unwrap_without_flips_or_overlaps_and_within_the_
 #[test]
 fn a_looser_bound_never_needs_many_more_charts() {
     let mesh = torus(48);
-    let charts =
-        |s: f64| run(&mesh, &UnwrapOptions { max_stretch: s, ..UnwrapOptions::default() }, 0).unwrap().charts;
+    let charts = |s: f64| run(&mesh, &UnwrapOptions::default().with_max_stretch(s), 0).unwrap().charts;
     assert!(charts(1.5) <= charts(1.05));
 }
 
 #[test]
 fn where_much_stretch_is_allowed_a_ball_is_two_charts_and_a_torus_hardly_more() {
     for (mesh, most) in [(ellipsoid(24, 1.0, 1.0), 2), (torus(32), 3)] {
-        let uv = run(&mesh, &UnwrapOptions { max_stretch: 1.5, ..UnwrapOptions::default() }, 0).unwrap();
+        let uv = run(&mesh, &UnwrapOptions::default().with_max_stretch(1.5), 0).unwrap();
         check(&mesh, &uv);
         assert!(uv.charts <= most, "{} charts", uv.charts);
         assert!(uv.over_stretched <= 0.05, "{}", uv.over_stretched);
@@ -150,14 +149,14 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
 fn groups_and_seam_edges_are_borders() {
     let mesh = cube();
     let group = (0..12).collect();
-    let uv = run(&mesh, &UnwrapOptions { face_group: Some(group), ..UnwrapOptions::default() }, 0).unwrap();
+    let uv = run(&mesh, &UnwrapOptions::default().with_face_group(Some(group)), 0).unwrap();
     assert_eq!(uv.charts, 12);
     let flat = TriMesh::new(
         vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]],
         vec![[0, 1, 2], [0, 2, 3]],
     );
     assert_eq!(run(&flat, &UnwrapOptions::default(), 0).unwrap().charts, 1);
-    let cut = UnwrapOptions { seam_edges: Some(vec![[2, 0]]), ..UnwrapOptions::default() };
+    let cut = UnwrapOptions::default().with_seam_edges(Some(vec![[2, 0]]));
     assert_eq!(run(&flat, &cut, 0).unwrap().charts, 2);
 }
 
@@ -165,7 +164,7 @@ fn groups_and_seam_edges_are_borders() {
 fn polygons_stay_in_one_piece() {
     let mesh = torus(24);
     let polygon: Vec<u32> = (0..mesh.triangles.len() as u32).map(|f| f / 2).collect();
-    let options = UnwrapOptions { face_polygon: Some(polygon), ..UnwrapOptions::default() };
+    let options = UnwrapOptions::default().with_face_polygon(Some(polygon));
     let uv = run(&mesh, &options, 0).unwrap();
     check(&mesh, &uv);
     assert_eq!(uv.split_polygons, 0);
@@ -184,21 +183,20 @@ fn pages_have_the_size_and_the_density_asked_for() {
         let texels = f64::from(uv.width) * f64::from(uv.height);
         uv.corner_uv.iter().map(twice).sum::<f64>() * 0.5 * texels
     };
-    let wide = UnwrapOptions { page_size: [512, 128], ..UnwrapOptions::default() };
+    let wide = UnwrapOptions::default().with_page_size([512, 128]);
     let uv = run(&mesh, &wide, 0).unwrap();
     check(&mesh, &uv);
     assert!((area(&uv) / (6.0 * uv.texels_per_unit.powi(2)) - 1.0).abs() < 1e-3);
-    let dense =
-        UnwrapOptions { page_size: [256; 2], texels_per_unit: Some(100.0), ..UnwrapOptions::default() };
+    let dense = UnwrapOptions::default().with_page_size([256; 2]).with_texels_per_unit(Some(100.0));
     for packer in [Packer::Shapes, Packer::Boxes] {
         // The whole cube needs 60,000 texels of 65,536 at this density: more than one page.
-        let options = UnwrapOptions { packer, hard_edge_angle: Some(60.0), ..dense.clone() };
+        let options = dense.clone().with_packer(packer).with_hard_edge_angle(Some(60.0));
         let uv = run(&mesh, &options, 0).unwrap();
         check(&mesh, &uv);
         assert_eq!((uv.charts, uv.texels_per_unit.round()), (6, 100.0));
         assert!(uv.pages == 2, "{} pages", uv.pages);
         // One page only: the density gives way.
-        let uv = run(&mesh, &UnwrapOptions { pages: Some(1), ..options }, 0).unwrap();
+        let uv = run(&mesh, &options.with_pages(Some(1)), 0).unwrap();
         check(&mesh, &uv);
         assert!(uv.pages == 1 && uv.texels_per_unit < 99.0);
     }
@@ -207,7 +205,7 @@ fn pages_have_the_size_and_the_density_asked_for() {
 #[test]
 fn seams_of_the_old_uvs_and_fewer_charts_are_kept_when_asked_for() {
     let mut mesh = torus(24);
-    let loose = run(&mesh, &UnwrapOptions { max_charts: Some(4), ..UnwrapOptions::default() }, 0).unwrap();
+    let loose = run(&mesh, &UnwrapOptions::default().with_max_charts(Some(4)), 0).unwrap();
     check(&mesh, &loose);
     let free = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
     assert!(loose.charts < free.charts && loose.stretch_bound > 1.1);
@@ -215,7 +213,7 @@ fn seams_of_the_old_uvs_and_fewer_charts_are_kept_when_asked_for() {
     let n = mesh.triangles.len();
     mesh.corner_uv =
         Some((0..n).map(|f| [[f as f32, 0.0], [f as f32 + 0.5, 0.0], [f as f32, 1.0]]).collect());
-    let kept = run(&mesh, &UnwrapOptions { keep_uv_seams: true, ..UnwrapOptions::default() }, 0).unwrap();
+    let kept = run(&mesh, &UnwrapOptions::default().with_keep_uv_seams(true), 0).unwrap();
     assert_eq!(kept.charts, n);
 }
 
@@ -245,13 +243,13 @@ fn a_long_strip_is_cut_across_unless_charts_or_pages_are_given() {
             strip.triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    let whole = UnwrapOptions { max_charts: Some(1), ..UnwrapOptions::default() };
+    let whole = UnwrapOptions::default().with_max_charts(Some(1));
     let whole = run(&strip, &whole, 0).unwrap();
     let cut = run(&strip, &UnwrapOptions::default(), 0).unwrap();
     check(&strip, &cut);
     assert_eq!((whole.charts, cut.charts), (1, 2));
     assert!(cut.texels_per_unit > 1.5 * whole.texels_per_unit);
-    let dense = UnwrapOptions { texels_per_unit: Some(1.0), ..UnwrapOptions::default() };
+    let dense = UnwrapOptions::default().with_texels_per_unit(Some(1.0));
     assert_eq!(run(&strip, &dense, 0).unwrap().charts, 1);
 }
 
@@ -287,7 +285,7 @@ fn what_cannot_be_unwrapped_is_a_clear_error() {
     let bad = TriMesh::new(vec![[0.0; 3]], vec![[0, 1, 2]]);
     assert!(matches!(run(&bad, &UnwrapOptions::default(), 0), Err(Error::IndexOutOfRange { .. })));
     for max_stretch in [1.0, f64::NAN, f64::INFINITY] {
-        let options = UnwrapOptions { max_stretch, ..UnwrapOptions::default() };
+        let options = UnwrapOptions::default().with_max_stretch(max_stretch);
         assert!(matches!(run(&cube(), &options, 0), Err(Error::InvalidArgument { .. })));
     }
     let token = CancelToken::new();
@@ -323,7 +321,7 @@ proptest! {
         for p in &mut moved.positions {
             *p = [0, 1, 2].map(|k| p[k] * scale + shift[k]);
         }
-        let (a, b) = (run(&mesh, &UnwrapOptions::default(), 1).unwrap(), run(&moved, &UnwrapOptions::default(), 1).unwrap());
+        let [a, b] = [&mesh, &moved].map(|m| run(m, &UnwrapOptions::default(), 1).unwrap());
         prop_assert_eq!(a.charts, b.charts);
         prop_assert!((a.texels_per_unit - b.texels_per_unit * scale).abs() < 1e-3 * a.texels_per_unit);
     }

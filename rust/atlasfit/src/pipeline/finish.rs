@@ -86,11 +86,7 @@ pub(super) fn finish(
 fn lay_out(mesh: &mut TriMesh, points: usize, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
     let (own, faces) = (BYTES_PER_POINT / 3 * points as u64, mesh.triangles.len() as u64);
     ctx.reserve(own + BYTES_PER_TRIANGLE * faces)?;
-    let how = UnwrapOptions {
-        max_stretch: UV_STRETCH,
-        page_size: [options.texture_size; 2],
-        ..UnwrapOptions::default()
-    };
+    let how = UnwrapOptions::default().with_max_stretch(UV_STRETCH).with_page_size([options.texture_size; 2]);
     let layout = unwrap::unwrap(mesh, &how, ctx)?;
     mesh.corner_uv = Some(layout.corner_uv);
     mesh.face_chart = Some(layout.face_chart);

@@ -1,11 +1,16 @@
 //! One chart: faces with their own vertex numbering and planar positions.
 
+use super::planar::{hull, twice_area};
 use super::surface::{NONE, Surface};
 use crate::run::Context;
 
+/// Squared length of the longest chart that fits on a page without making it larger, some way to its
+/// diagonal.
+const PAGE: f64 = 2.0;
+
 /// A connected piece of the surface, flattened. Units: the surface has area 1.
 #[derive(Clone, Default)]
-pub(super) struct Chart {
+pub(crate) struct Chart {
     /// Faces of the surface.
     pub faces: Vec<u32>,
     /// Chart-local vertices per face.
@@ -18,19 +23,20 @@ pub(super) struct Chart {
     pub area: f64,
     /// Area whose stretch is beyond the bound.
     pub over: f64,
-    /// Area of its convex hull that it leaves empty.
+    /// What it wastes of the page: see [`wasted`](Self::wasted).
     pub waste: f64,
 }
 
 impl Chart {
     /// Number of chart-local vertices.
-    pub(super) fn vertices(&self) -> usize {
+    pub(crate) fn vertices(&self) -> usize {
         self.uv.len()
     }
 
-    /// Builds the local mesh of `faces`. `across(i, f, k)` gives the place in `faces` of the face beyond edge `k` of face
-    /// `f`, which is at place `i`, if the edge is to be glued. Positions start at zero. `None` when the run is to stop: the caller checks.
-    pub(super) fn glue(
+    /// Builds the local mesh of `faces`. `across(i, f, k)` gives the place in `faces` of the face beyond edge
+    /// `k` of face `f`, which is at place `i`, if the edge is to be glued. Positions start at zero. `None`
+    /// when the run is to stop: the caller checks.
+    pub(crate) fn glue(
         s: &Surface,
         faces: Vec<u32>,
         across: impl Fn(usize, usize, usize) -> Option<u32>,
@@ -77,9 +83,9 @@ impl Chart {
         Some(Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 })
     }
 
-    /// Takes border edges off the border whose two sides have the same end points: they are inside. `place(f)` gives
-    /// the place of face `f` if it belongs to the chart.
-    pub(super) fn zip(&mut self, s: &Surface, place: impl Fn(usize) -> Option<u32>) {
+    /// Takes border edges off the border whose two sides have the same end points: they are inside.
+    /// `place(f)` gives the place of face `f` if it belongs to the chart.
+    pub(crate) fn zip(&mut self, s: &Surface, place: impl Fn(usize) -> Option<u32>) {
         let (faces, tris) = (&self.faces, &self.tris);
         self.border.retain(|&(i, k)| {
             let h = s.twin[faces[i as usize] as usize][k as usize];
@@ -93,8 +99,9 @@ impl Chart {
         });
     }
 
-    /// The two end points of every border edge, one after the other. All of the chart's convex hull is among them.
-    pub(super) fn outline(&self) -> Vec<[f64; 2]> {
+    /// The two end points of every border edge, one after the other. All of the chart's convex hull is among
+    /// them.
+    pub(crate) fn outline(&self) -> Vec<[f64; 2]> {
         let ends = |&(i, k): &(u32, u8)| {
             let (t, k) = (self.tris[i as usize], usize::from(k));
             [t[k], t[(k + 1) % 3]].map(|v| self.uv[v as usize])
@@ -103,7 +110,34 @@ impl Chart {
     }
 
     /// Rest triangles of the faces.
-    pub(super) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
+    pub(crate) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
         self.faces.iter().map(|&f| s.rest[f as usize]).collect()
+    }
+
+    /// The chart of one face.
+    pub(crate) fn single(s: &Surface, f: u32) -> Self {
+        let [l, x, y] = s.rest[f as usize];
+        Self {
+            faces: vec![f],
+            tris: vec![[0, 1, 2]],
+            uv: vec![[0.0, 0.0], [l, 0.0], [x, y]],
+            border: vec![(0, 0), (0, 1), (0, 2)],
+            area: s.area[f as usize],
+            over: 0.0,
+            waste: 0.0,
+        }
+    }
+
+    /// What a chart wastes when packed, roughly: the area of its convex hull that it leaves empty, and what
+    /// it makes the page larger by being longer than the page.
+    pub(crate) fn wasted(&self) -> f64 {
+        let hull = hull(&self.outline());
+        let of_hull: f64 =
+            (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>()
+                * 0.5;
+        let longest =
+            (hull.iter().flat_map(|p| hull.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
+                .fold(0.0, f64::max);
+        (of_hull - self.area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
     }
 }

@@ -3,23 +3,24 @@
 //! In: flattened charts that are to fill one page. Out: the same, long ones in pieces that stay as they lie.
 
 use super::chart::Chart;
-use super::flatten::{corners, over_area};
-use super::pack::{EXPECTED_FILL, bounds, hull, rotated, upright};
+use super::cut::{adjacent_faces, cut};
+use super::flatten::shape::over_area;
+use super::pack::EXPECTED_FILL;
+use super::planar::{bounds, corners, hull, rotated, upright};
 use super::surface::{NONE, Surface};
-use super::{beyond, cut};
 use crate::error::Result;
 use crate::numeric::sort::sort_by;
 use crate::run::Context;
 use rustc_hash::FxHashMap;
 
-/// A chart is cut where the page would have to be this much larger for it than for the area of all charts: a seam across is little
-/// to pay for half as many texels again.
+/// A chart is cut where the page would have to be this much larger for it than for the area of all charts: a
+/// seam across is little to pay for half as many texels again.
 const TOO_LARGE: f64 = 1.5;
 /// Rotations tried, in a half turn.
 const TURNS: usize = 24;
 
 /// Halves long charts until none is too long for a page of this shape. `bound` is that of the stretch.
-pub(super) fn shorten(
+pub(crate) fn shorten(
     s: &Surface,
     list: Vec<Chart>,
     page: [u32; 2],
@@ -52,8 +53,8 @@ pub(super) fn shorten(
     Ok(out)
 }
 
-/// Marks the part of a chart to one side of its shortest cut across, somewhere in the middle fifth of its length. `turn` lays it along
-/// x. No polygon is cut.
+/// Marks the part of a chart to one side of its shortest cut across, somewhere in the middle fifth of its
+/// length. `turn` lays it along x. No polygon is cut.
 fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<Vec<bool>> {
     let n = c.faces.len();
     let along = |i: usize| {
@@ -76,10 +77,10 @@ fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<V
     order.iter().enumerate().for_each(|(r, o)| rank[o.2] = r);
     // Length of the cut before each place in the order, as differences from the place before.
     let mut length = vec![0.0; n + 1];
-    for (i, beyond) in beyond(s, c, ctx)?.iter().enumerate() {
+    for (i, adjacent) in adjacent_faces(s, c, ctx)?.iter().enumerate() {
         ctx.check_at(i)?;
         let p = corners(c.tris[i], &c.uv);
-        for (k, &j) in beyond.iter().enumerate().filter(|e| *e.1 != NONE && rank[i] < rank[*e.1 as usize]) {
+        for (k, &j) in adjacent.iter().enumerate().filter(|e| *e.1 != NONE && rank[i] < rank[*e.1 as usize]) {
             let (a, b) = (p[k], p[(k + 1) % 3]);
             let l = (b[0] - a[0]).hypot(b[1] - a[1]);
             length[rank[i] + 1] += l;

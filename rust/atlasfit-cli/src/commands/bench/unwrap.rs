@@ -193,7 +193,7 @@ fn installed(args: &Args, script: &Path, console: &Console) -> Result<Vec<String
 
 /// Our layout, and the median time.
 fn ours(mesh: &TriMesh, args: &Args, console: &Console) -> Result<(Vec<[[f32; 2]; 3]>, f64)> {
-    let options = UnwrapOptions { max_stretch: args.max_stretch, ..UnwrapOptions::default() };
+    let options = UnwrapOptions::default().with_max_stretch(args.max_stretch);
     let mut times = Vec::new();
     let mut last = Vec::new();
     for _ in 0..args.repeat {

@@ -184,24 +184,25 @@ fn load(args: &Args, console: &Console) -> Result<Loaded> {
 fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<UnwrapOptions> {
     let of_triangle = polygons.map(Polygons::of_triangles);
     let groups = args.groups.as_deref().map(|p| constraints::groups(p, mesh, of_triangle.as_deref()));
-    Ok(UnwrapOptions {
-        max_stretch: args.max_stretch,
-        max_charts: args.max_charts,
-        page_size: args.texture_size,
-        padding_px: args.padding,
-        texels_per_unit: args.density,
-        // One mesh, one texture.
-        pages: if args.bake || args.bake_from.is_some() { Some(1) } else { args.pages },
-        packer: match args.packer {
-            Packer::Boxes => unwrap::Packer::Boxes,
-            Packer::Shapes | Packer::Xatlas => unwrap::Packer::Shapes,
-        },
-        face_group: groups.transpose()?,
-        seam_edges: args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?,
-        face_polygon: of_triangle,
-        keep_uv_seams: args.keep_uv_seams,
-        hard_edge_angle: args.hard_edges,
-    })
+    // One mesh, one texture.
+    let pages = if args.bake || args.bake_from.is_some() { Some(1) } else { args.pages };
+    let packer = match args.packer {
+        Packer::Boxes => unwrap::Packer::Boxes,
+        Packer::Shapes | Packer::Xatlas => unwrap::Packer::Shapes,
+    };
+    Ok(UnwrapOptions::default()
+        .with_max_stretch(args.max_stretch)
+        .with_max_charts(args.max_charts)
+        .with_page_size(args.texture_size)
+        .with_padding_px(args.padding)
+        .with_texels_per_unit(args.density)
+        .with_pages(pages)
+        .with_packer(packer)
+        .with_face_group(groups.transpose()?)
+        .with_seam_edges(args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?)
+        .with_face_polygon(of_triangle)
+        .with_keep_uv_seams(args.keep_uv_seams)
+        .with_hard_edge_angle(args.hard_edges))
 }
 
 /// Gives the mesh its UVs, page p shifted to u + p, and measures them.

@@ -1,33 +1,35 @@
 //! A strip of cells that masks are put on, and the search for free places.
 //!
-//! All positions of a mask in one row are tested at once: the positions where a run of cells meets an occupied one are
-//! the occupied cells, spread by the run's length and shifted. Spreads by powers of two are kept for every row; any run
-//! is the union of two of them.
+//! All positions of a mask in one row are tested at once: the positions where a run of cells meets an
+//! occupied one are the occupied cells, spread by the run's length and shifted. Spreads by powers of two are
+//! kept for every row; any run is the union of two of them.
 
-use super::mask::{Mask, Runs, set_range};
+use super::bitmap::set_range;
+use super::mask::{BLOCK, Mask, Run};
 
-/// Rows that are tested together first.
-pub(super) const BLOCK: usize = 8;
-/// Runs looked at before a row's positions are computed: a run longer than the row's longest gap rules the row out.
+/// Runs looked at before a row's positions are computed: a run longer than the row's longest gap rules the
+/// row out. Source not recorded; judge it by `atlasfit bench unwrap`.
 const GLANCES: usize = 12;
 
 /// Occupied cells of some rows and their spreads.
 struct Rows<const W: usize> {
-    /// `spread[p]`, `W` words a row: bit x is set if one of the cells x..x + 2^p is. After the last row there are words to read over.
+    /// `spread[p]`, `W` words a row: bit x is set if one of the cells x..x + 2^p is. Spare words follow the
+    /// last row, because a shifted row is read beyond its end.
     spread: Vec<Vec<u64>>,
     /// The longest free run of each row.
     free: Vec<u32>,
 }
 
-/// A strip of fixed width, at most `64 * W` cells: its rows, and the union of each row with the [`BLOCK`] - 1 above it.
-pub(super) struct Strip<const W: usize> {
+/// A strip of fixed width, at most `64 * W` cells: its rows, and the union of each row with the [`BLOCK`] - 1
+/// above it.
+pub(crate) struct Strip<const W: usize> {
     width: usize,
     single: Rows<W>,
     block: Rows<W>,
 }
 
-/// ORs the `W` words from bit `at` of `rows` into `into`. What lies behind a row's end comes to positions where no mask can be: these the caller
-/// leaves out.
+/// ORs the `W` words from bit `at` of `rows` into `into`. Bits from behind a row's end come to positions
+/// where the mask would stick out of the strip; the caller leaves these out.
 #[inline]
 fn shift_or<const W: usize>(into: &mut [u64; W], rows: &[u64], at: usize) {
     let (word, bit) = (at / 64, at % 64);
@@ -75,15 +77,16 @@ impl<const W: usize> Rows<W> {
         }
     }
     /// Whether a glance rules out all positions of the mask's first runs.
-    fn refuses(&self, runs: &Runs, y: usize) -> bool {
+    fn refuses(&self, runs: &[Run], y: usize) -> bool {
         (runs.iter().take(GLANCES))
-            .any(|&(r, from, to)| self.free.get(y + r as usize).is_some_and(|&f| f < to - from))
+            .any(|r| self.free.get(y + r.row as usize).is_some_and(|&f| f < r.to - r.from))
     }
-    /// Blocks the positions where a run of the mask meets an occupied cell; false once none up to `last` is left.
+    /// Blocks the positions where a run of the mask meets an occupied cell; false once none up to `last` is
+    /// left.
     #[inline]
-    fn block(&self, runs: &Runs, y: usize, last: usize, blocked: &mut [u64; W]) -> bool {
-        for (n, &(r, from, to)) in runs.iter().enumerate() {
-            let row = y + r as usize;
+    fn block(&self, runs: &[Run], y: usize, last: usize, blocked: &mut [u64; W]) -> bool {
+        for (n, &Run { row, from, to }) in runs.iter().enumerate() {
+            let row = y + row as usize;
             let power = (to - from).ilog2() as usize;
             if row >= self.free.len() {
                 continue;
@@ -102,17 +105,17 @@ impl<const W: usize> Rows<W> {
 }
 
 impl<const W: usize> Strip<W> {
-    pub(super) fn new(width: usize) -> Self {
+    pub(crate) fn new(width: usize) -> Self {
         Self { width, single: Rows::new(width), block: Rows::new(width) }
     }
 
     /// Whether nothing lies on it.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.single.free.is_empty()
     }
 
     /// The lowest, then leftmost, free position from row `from` whose top stays at or below `limit`.
-    pub(super) fn find(&self, m: &Mask, from: usize, limit: usize) -> Option<(usize, usize)> {
+    pub(crate) fn find(&self, m: &Mask, from: usize, limit: usize) -> Option<(usize, usize)> {
         if m.width > self.width || m.height > limit {
             return None;
         }
@@ -133,12 +136,12 @@ impl<const W: usize> Strip<W> {
     }
 
     /// Puts a mask at a position.
-    pub(super) fn put(&mut self, m: &Mask, x: usize, y: usize) {
+    pub(crate) fn put(&mut self, m: &Mask, x: usize, y: usize) {
         let need = y + m.height;
         self.single.grow(need, self.width);
         self.block.grow(need, self.width);
-        for &(r, from, to) in &m.runs {
-            set_range(self.single.cells(y + r as usize), x + from as usize, x + to as usize);
+        for &Run { row, from, to } in &m.runs {
+            set_range(self.single.cells(y + row as usize), x + from as usize, x + to as usize);
         }
         let top = self.single.free.len();
         for r in y..need {
@@ -194,7 +197,7 @@ mod tests {
         let mut runs = Vec::new();
         for (y, row) in rows.iter().enumerate() {
             for (x, _) in row.char_indices().filter(|c| c.1 == '#') {
-                runs.push((y as u32, x as u32, x as u32 + 1));
+                runs.push(Run::new(y, x, x + 1));
             }
         }
         Mask { width: rows[0].len(), height: rows.len(), runs, blocks: Vec::new() }

@@ -1,19 +1,20 @@
 //! A sparse LDLᵀ factorisation for the planar graphs of charts, ordered by geometric nested dissection.
 //!
 //! In: a symmetric positive definite matrix on the edges of a chart's triangulation and the vertices' planar
-//! coordinates. Out: solutions for two right-hand sides at once (u and v). Up-looking factorisation after Davis
-//! 2005 ("Algorithm 849: a concise sparse Cholesky factorization package"); the coordinates make the
+//! coordinates. Out: solutions for two right-hand sides at once (u and v). Up-looking factorisation after
+//! Davis 2005 ("Algorithm 849: a concise sparse Cholesky factorization package"); the coordinates make the
 //! ordering of George 1973 a few lines, with O(n log n) fill.
 
-use super::surface::NONE;
+use super::graph::Graph;
 use crate::run::Context;
+use crate::unwrap::surface::NONE;
 
 /// Sets of at most this many vertices are not dissected further.
 const LEAF: usize = 24;
 
 /// A factorised matrix.
 #[derive(Default)]
-pub(super) struct Factor {
+pub(crate) struct Factor {
     /// Position in the elimination order of each vertex.
     place: Vec<u32>,
     start: Vec<u32>,
@@ -22,158 +23,16 @@ pub(super) struct Factor {
     diagonal: Vec<f64>,
 }
 
-/// Neighbours in compressed rows: `to[start[i]..start[i + 1]]` with weights.
-#[derive(Default)]
-pub(super) struct Graph {
-    pub(super) start: Vec<u32>,
-    pub(super) to: Vec<u32>,
-    pub(super) weight: Vec<f64>,
+/// The elimination tree, and how many entries each column of the factor has below its diagonal.
+struct Tree {
+    parent: Vec<u32>,
+    count: Vec<u32>,
 }
 
-impl Graph {
-    /// The Laplacian's graph: each corner weight `w[k]` of a triangle belongs to the edge opposite corner k.
-    /// Without edges when the run is to stop: the caller checks.
-    pub(super) fn from_triangles(n: usize, tris: &[[u32; 3]], w: &[[f64; 3]], ctx: &Context<'_>) -> Self {
-        let mut start = vec![0u32; n + 1];
-        for t in tris {
-            for &v in t {
-                start[v as usize + 1] += 2;
-            }
-        }
-        for i in 0..n {
-            start[i + 1] += start[i];
-        }
-        let mut fill = start.clone();
-        let mut raw = vec![(0u32, 0f64); start[n] as usize];
-        for (t, w) in tris.iter().zip(w) {
-            for k in 0..3 {
-                let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
-                for (a, b) in [(a, b), (b, a)] {
-                    raw[fill[a as usize] as usize] = (b, w[k]);
-                    fill[a as usize] += 1;
-                }
-            }
-        }
-        let mut out = Self { start: Vec::with_capacity(n + 1), to: Vec::new(), weight: Vec::new() };
-        out.start.push(0);
-        for i in 0..n {
-            if ctx.check_at(i).is_err() {
-                return Self { start: vec![0; n + 1], to: Vec::new(), weight: Vec::new() };
-            }
-            let from = out.to.len();
-            for &(j, w) in &raw[start[i] as usize..start[i + 1] as usize] {
-                match out.to[from..].iter().position(|&x| x == j) {
-                    Some(p) => out.weight[from + p] += w,
-                    None => {
-                        out.to.push(j);
-                        out.weight.push(w);
-                    }
-                }
-            }
-            out.start.push(out.to.len() as u32);
-        }
-        out
-    }
-    /// Takes `steps` of conjugate gradients with diagonal scaling towards the solution of Laplacian * uv = `rhs`
-    /// (an empty one is zero: weighted means of neighbours), from the present positions; pinned ones stay.
-    pub(super) fn relax(
-        &self,
-        uv: &mut [[f64; 2]],
-        rhs: &[[f64; 2]],
-        pinned: &[bool],
-        steps: usize,
-        ctx: &Context<'_>,
-    ) {
-        let n = uv.len();
-        let apply = |x: &[[f64; 2]], out: &mut [[f64; 2]]| {
-            for i in 0..n {
-                let mut y = [0.0; 2];
-                if !pinned.get(i).is_some_and(|&p| p) {
-                    for e in self.row(i as u32) {
-                        let (w, q) = (self.weight[e], x[self.to[e] as usize]);
-                        y = [y[0] + w * (x[i][0] - q[0]), y[1] + w * (x[i][1] - q[1])];
-                    }
-                }
-                out[i] = y;
-            }
-        };
-        let scale: Vec<f64> = (0..n)
-            .map(|i| 1.0 / self.row(i as u32).map(|e| self.weight[e]).sum::<f64>().max(1e-300))
-            .collect();
-        let mut r = vec![[0.0; 2]; n];
-        if ctx.check().is_err() {
-            return;
-        }
-        apply(uv, &mut r);
-        for (i, r) in r.iter_mut().enumerate() {
-            let free = !pinned.get(i).is_some_and(|&p| p);
-            let b = if free { rhs.get(i).copied().unwrap_or([0.0; 2]) } else { [0.0; 2] };
-            *r = [b[0] - r[0], b[1] - r[1]];
-        }
-        let mut d: Vec<[f64; 2]> = r.iter().zip(&scale).map(|(r, s)| r.map(|x| x * s)).collect();
-        let mut q = vec![[0.0; 2]; n];
-        let scaled = |r: &[[f64; 2]]| -> [f64; 2] {
-            r.iter().zip(&scale).fold([0.0; 2], |a, (r, s)| [a[0] + s * r[0] * r[0], a[1] + s * r[1] * r[1]])
-        };
-        let mut rho = scaled(&r);
-        for _ in 0..steps {
-            if ctx.check().is_err() {
-                return;
-            }
-            apply(&d, &mut q);
-            let mut dq = [0.0; 2];
-            for (d, q) in d.iter().zip(&q) {
-                dq = [dq[0] + d[0] * q[0], dq[1] + d[1] * q[1]];
-            }
-            if !(dq[0] > 0.0 || dq[1] > 0.0) {
-                return;
-            }
-            let alpha = [0, 1].map(|k| if dq[k] > 0.0 { rho[k] / dq[k] } else { 0.0 });
-            for i in 0..n {
-                for k in 0..2 {
-                    uv[i][k] += alpha[k] * d[i][k];
-                    r[i][k] -= alpha[k] * q[i][k];
-                }
-            }
-            let next = scaled(&r);
-            let beta = [0, 1].map(|k| if rho[k] > 0.0 { next[k] / rho[k] } else { 0.0 });
-            for i in 0..n {
-                for k in 0..2 {
-                    d[i][k] = r[i][k] * scale[i] + beta[k] * d[i][k];
-                }
-            }
-            rho = next;
-        }
-    }
-
-    fn row(&self, i: u32) -> std::ops::Range<usize> {
-        self.start[i as usize] as usize..self.start[i as usize + 1] as usize
-    }
-}
-
-impl Factor {
-    /// Factorises the weighted Laplacian of `graph` plus `shift` per vertex on the diagonal.
-    /// Unfinished when the run is to stop: the caller checks.
-    pub(super) fn laplacian(
-        graph: &Graph,
-        coordinates: &[[f64; 2]],
-        shift: impl Fn(usize) -> f64,
-        ctx: &Context<'_>,
-    ) -> Self {
-        let n = coordinates.len();
-        let mut order: Vec<u32> = (0..n as u32).collect();
-        let mut side = vec![0u32; n];
-        let mut stamp = 0;
-        let mut scratch = Vec::new();
-        dissect(graph, coordinates, &mut order, &mut side, &mut stamp, &mut scratch);
-        if ctx.check().is_err() {
-            return Self::default();
-        }
-        let mut place = vec![0u32; n];
-        for (p, &v) in order.iter().enumerate() {
-            place[v as usize] = p as u32;
-        }
-        // Symbolic: elimination tree and column counts.
+impl Tree {
+    /// Finds them, for vertices eliminated in some order; `place` is its inverse.
+    fn new(graph: &Graph, order: &[u32], place: &[u32]) -> Self {
+        let n = order.len();
         let mut parent = vec![NONE; n];
         let mut flag = vec![NONE; n];
         let mut count = vec![0u32; n];
@@ -193,6 +52,33 @@ impl Factor {
                 }
             }
         }
+        Self { parent, count }
+    }
+}
+
+impl Factor {
+    /// Factorises the weighted Laplacian of `graph` plus `shift` per vertex on the diagonal.
+    /// Unfinished when the run is to stop: the caller checks.
+    pub(crate) fn laplacian(
+        graph: &Graph,
+        coordinates: &[[f64; 2]],
+        shift: impl Fn(usize) -> f64,
+        ctx: &Context<'_>,
+    ) -> Self {
+        let n = coordinates.len();
+        let mut order: Vec<u32> = (0..n as u32).collect();
+        let mut side = vec![0u32; n];
+        let mut stamp = 0;
+        let mut scratch = Vec::new();
+        dissect(graph, coordinates, &mut order, &mut side, &mut stamp, &mut scratch);
+        if ctx.check().is_err() {
+            return Self::default();
+        }
+        let mut place = vec![0u32; n];
+        for (p, &v) in order.iter().enumerate() {
+            place[v as usize] = p as u32;
+        }
+        let Tree { parent, count } = Tree::new(graph, &order, &place);
         let mut start = vec![0u32; n + 1];
         for k in 0..n {
             start[k + 1] = start[k] + count[k];
@@ -205,7 +91,7 @@ impl Factor {
         let mut y = vec![0f64; n];
         let mut pattern = vec![0u32; n];
         let mut length = vec![0u32; n];
-        flag.fill(NONE);
+        let mut flag = vec![NONE; n];
         for k in 0..n {
             if k % 4 == 0 && ctx.check().is_err() {
                 break;
@@ -252,7 +138,7 @@ impl Factor {
 
     /// Solves in place for both coordinates.
     /// Unfinished when the run is to stop: the caller checks.
-    pub(super) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>, ctx: &Context<'_>) {
+    pub(crate) fn solve(&self, b: &mut [[f64; 2]], work: &mut Vec<[f64; 2]>, ctx: &Context<'_>) {
         let n = self.place.len();
         work.clear();
         work.resize(n, [0.0; 2]);

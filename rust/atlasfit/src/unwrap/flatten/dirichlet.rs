@@ -1,44 +1,60 @@
-//! Flattening a disk without flips, however far it is from flat: where as-rigid-as-possible steps turn triangles over, these cannot.
+//! Flattening a disk without flips, however far it is from flat: where as-rigid-as-possible steps turn
+//! triangles over, these cannot.
 //!
-//! In: a disk's triangles, their rest shapes and border. Out: positions of least symmetric Dirichlet energy, area times
-//! s1² + s2² + 1/s1² + 1/s2² (Smith, Schaefer 2015). Start: a convex embedding (Tutte 1963). Steps: the energy's gradient
-//! through a weighted Laplacian, weights from the energy's curvature (after Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, one weight for both
-//! directions), no step so long that a triangle turns over. Then triangles beyond a stretch bound count more, for less area beyond it.
+//! In: a disk's triangles, their rest shapes and border. Out: positions of least symmetric Dirichlet energy,
+//! area times s1² + s2² + 1/s1² + 1/s2² (Smith, Schaefer 2015). Start: a convex embedding (Tutte 1963).
+//! Steps: the energy's gradient through a weighted Laplacian, weights from the energy's curvature (after
+//! Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, one weight for both directions), no step so long that
+//! a triangle turns over. Then triangles beyond a stretch bound count more, for less area beyond it.
 
-use super::flatten::{all_positive, corners, cotangents, singular, stretch, twice_area};
-use super::solver::{Factor, Graph};
-use super::surface::NONE;
+use super::factor::Factor;
+use super::graph::Graph;
+use super::shape::{all_positive, cotangents, singular, stretch};
 use crate::run::Context;
+use crate::unwrap::planar::{corners, twice_area};
+use crate::unwrap::surface::NONE;
 use std::f64::consts::PI;
 
-/// Steps at most.
+/// Steps at most. Source not recorded; judge it by `atlasfit bench unwrap`.
 const STEPS: usize = 40;
 /// Steps end when one lowers the energy by less than this share.
-const SETTLED: f64 = 1e-3;
-/// Rounds in which what is beyond the stretch bound counts this much more, and steps in each.
+const CONVERGED: f64 = 1e-3;
+/// Rounds in which what is beyond the stretch bound counts `MORE` times as much, and steps in each. Source
+/// not recorded; judge it by `atlasfit bench unwrap`.
 const REWEIGHTS: usize = 3;
 const MORE: f64 = 2.0;
 const MORE_STEPS: usize = 10;
 /// Weights, against those at rest, are at most this: triangles near collapse must not freeze the rest.
 const STIFFEST: f64 = 1e4;
-/// Share of the step to the first collapse that may be taken.
+/// Share of the step to the first collapse that may be taken. Source not recorded.
 const SHORT_OF: f64 = 0.8;
-/// What holds the border of the convex start, and the whole against drifting.
-const HELD: (f64, f64) = (1e8, 1e-9);
+/// A step is halved at most this many times until it lowers the energy.
+const HALVINGS: usize = 12;
+/// What holds the border of the convex start, as a weight on the diagonal.
+const HELD: f64 = 1e8;
+/// The same for all vertices, against drifting.
+const DRIFT: f64 = 1e-9;
 
-/// Positions of the disk's vertices, all triangles counter-clockwise and little area stretched beyond `bound`; `None` for what is no disk, or has a triangle too thin for numbers.
-pub(super) fn flatten(
-    tris: &[[u32; 3]],
-    rest: &[[f64; 3]],
-    border: &[(u32, u8)],
-    vertices: usize,
-    bound: f64,
-    ctx: &Context<'_>,
-) -> Option<Vec<[f64; 2]>> {
+/// A disk to be flattened.
+#[derive(Clone, Copy)]
+pub(crate) struct Disk<'a> {
+    pub tris: &'a [[u32; 3]],
+    /// Rest shape per triangle.
+    pub rest: &'a [[f64; 3]],
+    /// Free edges: (triangle, slot).
+    pub border: &'a [(u32, u8)],
+    /// Number of vertices.
+    pub vertices: usize,
+}
+
+/// Positions of the disk's vertices, all triangles counter-clockwise and little area stretched beyond
+/// `bound`; `None` for what is no disk, or has a triangle too thin for numbers.
+pub(crate) fn flatten(disk: &Disk<'_>, bound: f64, ctx: &Context<'_>) -> Option<Vec<[f64; 2]>> {
+    let &Disk { tris, rest, .. } = disk;
     let cot = cotangents(rest);
-    let mut uv = convex(tris, rest, &cot, border, vertices, ctx)?;
-    let mut importance = vec![1.0; tris.len()];
-    minimise(tris, rest, &cot, &importance, &mut uv, STEPS, ctx)?;
+    let mut uv = convex(disk, &cot, ctx)?;
+    let mut energy = Energy { tris, rest, cot: &cot, importance: vec![1.0; tris.len()] };
+    minimise(&energy, &mut uv, STEPS, ctx)?;
     // What is beyond the bound counts more, and the rest makes room for it.
     let beyond = |uv: &[[f64; 2]]| -> (f64, Vec<bool>) {
         let is = |(t, &r): (&[u32; 3], &[f64; 3])| stretch(r, corners(*t, uv)) > bound;
@@ -50,9 +66,9 @@ pub(super) fn flatten(
         if least == 0.0 {
             break;
         }
-        importance.iter_mut().zip(&over).filter(|i| *i.1).for_each(|i| *i.0 *= MORE);
+        energy.importance.iter_mut().zip(&over).filter(|i| *i.1).for_each(|i| *i.0 *= MORE);
         let mut at = uv.clone();
-        minimise(tris, rest, &cot, &importance, &mut at, MORE_STEPS, ctx)?;
+        minimise(&energy, &mut at, MORE_STEPS, ctx)?;
         let (area, still) = beyond(&at);
         over = still;
         if area < least {
@@ -62,18 +78,41 @@ pub(super) fn flatten(
     all_positive(tris, &uv).then_some(uv)
 }
 
-/// Lowers the energy, each triangle's times its importance. `None` when the run is to stop: the caller checks.
-fn minimise(
-    tris: &[[u32; 3]],
-    rest: &[[f64; 3]],
-    cot: &[[f64; 3]],
-    importance: &[f64],
-    uv: &mut Vec<[f64; 2]>,
-    steps: usize,
-    ctx: &Context<'_>,
-) -> Option<()> {
+/// What is minimised.
+struct Energy<'a> {
+    tris: &'a [[u32; 3]],
+    rest: &'a [[f64; 3]],
+    /// Half the cotangents of the rest triangles.
+    cot: &'a [[f64; 3]],
+    /// How much each triangle counts.
+    importance: Vec<f64>,
+}
+
+impl Energy<'_> {
+    /// The energy of some positions; infinite where a triangle is flipped.
+    fn of(&self, uv: &[[f64; 2]]) -> f64 {
+        self.tris
+            .iter()
+            .zip(self.rest)
+            .zip(&self.importance)
+            .map(|((t, &r), i)| {
+                let (s1, s2) = singular(r, corners(*t, uv));
+                if s2 > 0.0 {
+                    0.5 * i * r[0] * r[2] * (s1 * s1 + s2 * s2 + (s1 * s1).recip() + (s2 * s2).recip())
+                } else {
+                    f64::INFINITY
+                }
+            })
+            .sum()
+    }
+}
+
+/// Lowers the energy, each triangle's times its importance. `None` when the run is to stop: the caller
+/// checks.
+fn minimise(energy: &Energy<'_>, uv: &mut Vec<[f64; 2]>, steps: usize, ctx: &Context<'_>) -> Option<()> {
+    let &Energy { tris, rest, cot, ref importance } = energy;
     let mut work = Vec::new();
-    let mut now = energy(tris, rest, importance, uv);
+    let mut now = energy.of(uv);
     for _ in 0..steps {
         let mut step = vec![[0.0; 2]; uv.len()];
         let mut weight = cot.to_vec();
@@ -89,20 +128,20 @@ fn minimise(
             *w = w.map(|w| 2.0 * i * w * stiff.min(STIFFEST));
         }
         let graph = Graph::from_triangles(uv.len(), tris, &weight, ctx);
-        Factor::laplacian(&graph, uv, |_| HELD.1, ctx).solve(&mut step, &mut work, ctx);
+        Factor::laplacian(&graph, uv, |_| DRIFT, ctx).solve(&mut step, &mut work, ctx);
         ctx.check().ok()?;
         let mut length = (SHORT_OF * first_collapse(tris, uv, &step)).min(1.0);
-        let next = (0..12).find_map(|_| {
+        let next = (0..HALVINGS).find_map(|_| {
             let at: Vec<[f64; 2]> =
                 uv.iter().zip(&step).map(|(p, d)| [p[0] + length * d[0], p[1] + length * d[1]]).collect();
             length *= 0.5;
-            let e = energy(tris, rest, importance, &at);
+            let e = energy.of(&at);
             (e < now).then_some((at, e))
         });
         let Some((at, e)) = next else { break };
-        let settled = now - e < SETTLED * now;
+        let converged = now - e < CONVERGED * now;
         (*uv, now) = (at, e);
-        if settled {
+        if converged {
             break;
         }
     }
@@ -110,14 +149,8 @@ fn minimise(
 }
 
 /// The disk with its border on a circle of the disk's area.
-fn convex(
-    tris: &[[u32; 3]],
-    rest: &[[f64; 3]],
-    cot: &[[f64; 3]],
-    border: &[(u32, u8)],
-    vertices: usize,
-    ctx: &Context<'_>,
-) -> Option<Vec<[f64; 2]>> {
+fn convex(disk: &Disk<'_>, cot: &[[f64; 3]], ctx: &Context<'_>) -> Option<Vec<[f64; 2]>> {
+    let &Disk { tris, rest, border, vertices } = disk;
     let mut next = vec![(NONE, 0.0); vertices];
     for &(i, k) in border {
         let (t, k) = (tris[i as usize], k as usize);
@@ -153,10 +186,10 @@ fn convex(
         return None;
     }
     let mut rhs: Vec<[f64; 2]> =
-        uv.iter().zip(&pinned).map(|(p, &pin)| if pin { p.map(|x| x * HELD.0) } else { [0.0; 2] }).collect();
+        uv.iter().zip(&pinned).map(|(p, &pin)| if pin { p.map(|x| x * HELD) } else { [0.0; 2] }).collect();
     let graph = Graph::from_triangles(vertices, tris, cot, ctx);
     let order = spread(&graph, &uv, &pinned);
-    Factor::laplacian(&graph, &order, |v| if pinned[v] { HELD.0 } else { 0.0 }, ctx).solve(
+    Factor::laplacian(&graph, &order, |v| if pinned[v] { HELD } else { 0.0 }, ctx).solve(
         &mut rhs,
         &mut Vec::new(),
         ctx,
@@ -186,22 +219,6 @@ fn spread(graph: &Graph, uv: &[[f64; 2]], pinned: &[bool]) -> Vec<[f64; 2]> {
         ring = inner;
     }
     at
-}
-
-/// The energy; infinite where a triangle is flipped.
-fn energy(tris: &[[u32; 3]], rest: &[[f64; 3]], importance: &[f64], uv: &[[f64; 2]]) -> f64 {
-    tris.iter()
-        .zip(rest)
-        .zip(importance)
-        .map(|((t, &r), i)| {
-            let (s1, s2) = singular(r, corners(*t, uv));
-            if s2 > 0.0 {
-                0.5 * i * r[0] * r[2] * (s1 * s1 + s2 * s2 + (s1 * s1).recip() + (s2 * s2).recip())
-            } else {
-                f64::INFINITY
-            }
-        })
-        .sum()
 }
 
 /// The gradient of one triangle's energy at its three corners.
@@ -245,11 +262,28 @@ mod tests {
     use super::*;
     use crate::run::Run;
 
-    /// Triangles, rest shapes, border, number of vertices.
-    type Disk = (Vec<[u32; 3]>, Vec<[f64; 3]>, Vec<(u32, u8)>, usize);
+    /// A disk that owns its parts.
+    struct Cap {
+        tris: Vec<[u32; 3]>,
+        rest: Vec<[f64; 3]>,
+        border: Vec<(u32, u8)>,
+        vertices: usize,
+    }
+
+    impl Cap {
+        fn flatten(&self) -> Option<Vec<[f64; 2]>> {
+            let Self { tris, rest, border, vertices } = self;
+            let disk = Disk { tris, rest, border, vertices: *vertices };
+            Run::default().execute(|ctx| Ok(flatten(&disk, f64::INFINITY, ctx))).unwrap()
+        }
+    }
+
+    fn energy(tris: &[[u32; 3]], rest: &[[f64; 3]], uv: &[[f64; 2]]) -> f64 {
+        Energy { tris, rest, cot: &[], importance: vec![1.0; tris.len()] }.of(uv)
+    }
 
     /// A cap of the unit sphere down to `polar` radians, in rings.
-    fn cap(rings: usize, polar: f64) -> Disk {
+    fn cap(rings: usize, polar: f64) -> Cap {
         let around = 24;
         let mut pos = vec![[0.0, 0.0, 1.0]];
         for i in 1..=rings {
@@ -285,7 +319,7 @@ mod tests {
                 [l, x, (dot(&e, &e) - x * x).sqrt()]
             })
             .collect();
-        (tris, rest, border, pos.len())
+        Cap { tris, rest, border, vertices: pos.len() }
     }
 
     #[test]
@@ -298,7 +332,7 @@ mod tests {
                 let at = |d: f64| {
                     let mut q = p.to_vec();
                     q[v][k] += d;
-                    energy(&[[0, 1, 2]], &[rest], &[1.0], &q)
+                    energy(&[[0, 1, 2]], &[rest], &q)
                 };
                 let finite = (at(h) - at(-h)) / (2.0 * h);
                 assert!((finite - g[v][k]).abs() < 1e-6 * (1.0 + finite.abs()), "{finite} {}", g[v][k]);
@@ -309,27 +343,22 @@ mod tests {
     #[test]
     fn a_sphere_with_a_small_hole_comes_out_without_flips_and_a_half_sphere_hardly_stretched() {
         for (polar, bound) in [(1.5, 1.3), (2.9, 6.0)] {
-            let (tris, rest, border, n) = cap(24, polar);
-            let uv = Run::default()
-                .execute(|ctx| Ok(flatten(&tris, &rest, &border, n, f64::INFINITY, ctx)))
-                .unwrap()
-                .expect("a disk");
-            assert!(all_positive(&tris, &uv));
-            let mean = energy(&tris, &rest, &vec![1.0; tris.len()], &uv)
-                / (2.0 * rest.iter().map(|r| r[0] * r[2]).sum::<f64>());
+            let cap = cap(24, polar);
+            let uv = cap.flatten().expect("a disk");
+            assert!(all_positive(&cap.tris, &uv));
+            let mean =
+                energy(&cap.tris, &cap.rest, &uv) / (2.0 * cap.rest.iter().map(|r| r[0] * r[2]).sum::<f64>());
             assert!(mean < bound, "polar {polar}: mean energy {mean} of its least");
         }
     }
 
     #[test]
     fn what_is_no_disk_is_none() {
-        let (tris, rest, border, n) = cap(6, 1.0);
+        let Cap { tris, rest, border, vertices } = cap(6, 1.0);
         // Without the middle there are two borders.
         let (tris, rest) = (tris[24..].to_vec(), rest[24..].to_vec());
         let mut border: Vec<(u32, u8)> = border.iter().map(|&(i, k)| (i - 24, k)).collect();
         border.extend((0..24).map(|j| (2 * j, 2)));
-        let none =
-            Run::default().execute(|ctx| Ok(flatten(&tris, &rest, &border, n, f64::INFINITY, ctx))).unwrap();
-        assert!(none.is_none());
+        assert!(Cap { tris, rest, border, vertices }.flatten().is_none());
     }
 }

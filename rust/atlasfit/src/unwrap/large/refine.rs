@@ -1,47 +1,37 @@
 //! Takes charts found on the coarse surface back to the full one.
 //!
-//! In: the surface, its patches and border paths, the coarse surface and its merged charts. Out: charts of the full
-//! surface made of the same patches glued along the same paths, flattened at full resolution. A chart that will not
-//! lie flat here is cut back into its patches, which are merged again at full resolution.
+//! In: the surface, its patches and border paths, the coarse surface and its merged charts. Out: charts of
+//! the full surface made of the same patches glued along the same paths, flattened at full resolution. A
+//! chart that will not lie flat here is cut back into its patches, which are merged again at full resolution.
 
-use super::chart::Chart;
-use super::coarse::{Coarse, Level, border_paths};
-use super::flatten::{Arap, all_positive, cotangents, over_area};
-use super::inject::{touching, wrong};
-use super::merge::{self, Charts};
-use super::solver::Graph;
-use super::surface::{NONE, Surface};
+use super::coarse::Coarse;
+use super::collapse::Level;
+use super::patches::Patches;
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::sets::Sets;
+use crate::unwrap::chart::Chart;
+use crate::unwrap::cut::cut;
+use crate::unwrap::first::patch_charts;
+use crate::unwrap::flatten::arap::Arap;
+use crate::unwrap::flatten::graph::Graph;
+use crate::unwrap::flatten::inject::{touching, wrong};
+use crate::unwrap::flatten::shape::{all_positive, cotangents, over_area};
+use crate::unwrap::merge::{Charts, merge};
+use crate::unwrap::surface::{NONE, Surface};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Local-global iterations after the interpolated start.
+/// As-rigid-as-possible iterations after the interpolated start, at a time, and how often so many. Source not
+/// recorded; judge it by `atlasfit bench unwrap`.
 const STEPS: usize = 8;
-/// Conjugate gradient steps for the start: pins are a few edges apart.
+const TIMES: usize = 3;
+/// Conjugate gradient steps for the start: pins are a few edges apart. Source not recorded; judge it by
+/// `atlasfit bench unwrap`.
 const RELAX: usize = 20;
-/// A chart stretched beyond the bound on more than this share of its area is cut up again.
-const OVER: f64 = 0.12;
-
-/// The patches of a surface and the border paths between them.
-pub(super) struct Patches {
-    /// Patch per face; [`NONE`] for unusable faces.
-    pub label: Vec<u32>,
-    /// Number of patches.
-    pub count: usize,
-    /// Border path per half-edge slot; [`NONE`] inside patches.
-    pub path: Vec<[u32; 3]>,
-    /// Number of paths.
-    pub paths: usize,
-}
-
-impl Patches {
-    /// Names the paths between labelled patches.
-    pub(super) fn new(s: &Surface, label: Vec<u32>, count: usize) -> Self {
-        let (path, paths) = border_paths(s, &label);
-        Self { label, count, path, paths }
-    }
-}
+/// A chart stretched beyond the bound on more than this share of its area is cut up again. Source not
+/// recorded; judge it by `atlasfit bench unwrap`.
+const MOST_OVER: f64 = 0.12;
 
 /// Which patches make one chart, and along which paths.
 struct Plan {
@@ -51,7 +41,8 @@ struct Plan {
     glued: Vec<bool>,
 }
 
-/// The charts of the coarsest surface as patches. Patches that lie in several charts there are charts of their own.
+/// The charts of the coarsest surface as patches. Patches that lie in several charts there are charts of
+/// their own.
 fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
     let Level { surface, label, path } = coarse.last();
     let mut home = vec![NONE; patches.count];
@@ -69,7 +60,7 @@ fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
         }
     }
     let mut glued = vec![false; patches.paths];
-    let mut root: Vec<u32> = (0..patches.count as u32).collect();
+    let mut sets = Sets::new(patches.count);
     for f in 0..surface.faces() {
         for k in 0..3 {
             let (e, h) = (path[f][k], surface.twin[f][k]);
@@ -79,20 +70,17 @@ fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
             let (p, q) = (label[f], label[h as usize / 3]);
             if !torn[p as usize] && !torn[q as usize] {
                 glued[e as usize] = true;
-                let (x, y) = (merge::find(&mut root, p), merge::find(&mut root, q));
-                root[x.max(y) as usize] = x.min(y);
+                sets.join(p, q);
             }
         }
     }
-    for p in 0..patches.count as u32 {
-        root[p as usize] = merge::find(&mut root, p);
-    }
-    Plan { root, glued }
+    Plan { root: (0..patches.count as u32).map(|p| sets.find(p)).collect(), glued }
 }
 
 /// Flat positions by vertex and patch.
 type Known = FxHashMap<(u32, u32), [f64; 2]>;
 
+/// What charts know of the positions of a surface with labelled patches.
 fn known<'c>(
     s: &Surface,
     label: &[u32],
@@ -165,7 +153,7 @@ fn build<T: Send>(
 }
 
 /// Builds and flattens the charts of the full surface.
-pub(super) fn refine(
+pub(crate) fn refine(
     s: &Surface,
     patches: &Patches,
     coarse: &Coarse,
@@ -188,7 +176,7 @@ pub(super) fn refine(
         if flatten(s, &mut c, label, |v| coarse.home(v, 0), &at, ctx) {
             return clear(s, c, label, bound, ctx);
         }
-        (Vec::new(), super::patch_charts(s, &c.faces, label, bound, ctx))
+        (Vec::new(), patch_charts(s, &c.faces, label, bound, ctx))
     };
     let done: Vec<(Vec<Chart>, Vec<Chart>)> = build(s, label, path, &plan, flat, ctx)?;
     let (good, bad): (Vec<Vec<Chart>>, Vec<Vec<Chart>>) = done.into_iter().unzip();
@@ -197,17 +185,18 @@ pub(super) fn refine(
     if bad.is_empty() {
         return Ok(good);
     }
-    // What was taken off finds a chart again, the sound ones stay apart as the coarse surface had it.
-    let settled = good.len();
+    // What was taken off finds a chart again; accepted ones stay apart as the coarse surface had it.
+    let accepted = good.len();
     good.extend(bad);
     let mut again = Charts::new(s.faces(), good);
-    again.settled[..settled].fill(true);
-    merge::merge(s, &mut again, bound, ctx)?;
+    again.kept_apart[..accepted].fill(true);
+    merge(s, &mut again, bound, ctx)?;
     Ok(again.list.into_iter().flatten().collect())
 }
 
-/// Takes patches off a flattened chart until no triangle is flipped, no vertex wound round twice, and its borders touch nowhere (at full resolution the
-/// two sides of a narrow slit may). Returns the sound charts, and those to be merged anew because they are not sound in themselves or stretch too much.
+/// Takes patches off a flattened chart until no triangle is flipped, no vertex wound round twice, and its
+/// borders touch nowhere (at full resolution the two sides of a narrow slit may). Returns the accepted
+/// charts, and those to be merged anew: they could not be accepted alone, or stretch too much.
 fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) -> (Vec<Chart>, Vec<Chart>) {
     let (mut good, mut bad) = (Vec::new(), Vec::new());
     let mut open = vec![c];
@@ -238,18 +227,18 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
         }
         if off.is_empty() {
             c.over = over_area(s, &c, bound);
-            c.waste = merge::waste(&c);
-            if c.over <= OVER * c.area {
+            c.waste = c.wasted();
+            if c.over <= MOST_OVER * c.area {
                 good.push(c);
             } else {
-                bad.extend(super::patch_charts(s, &c.faces, label, bound, ctx));
+                bad.extend(patch_charts(s, &c.faces, label, bound, ctx));
             }
             continue;
         }
         let side: Vec<bool> = c.faces.iter().map(|&f| is_off(f)).collect();
-        for piece in super::cut(s, &c, &side, ctx) {
+        for piece in cut(s, &c, &side, ctx) {
             if spoiled && is_off(piece.faces[0]) {
-                bad.extend(super::patch_charts(s, &piece.faces, label, bound, ctx));
+                bad.extend(patch_charts(s, &piece.faces, label, bound, ctx));
             } else {
                 open.push(piece);
             }
@@ -258,8 +247,9 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
     (good, bad)
 }
 
-/// Flattens a chart from positions known on the next coarser level as well as it goes; false if there are none. `home`
-/// gives the vertex there that a vertex here ended up in. Unfinished when the run is to stop: the caller checks.
+/// Flattens a chart from positions known on the next coarser level as well as it goes; false if there are
+/// none. `home` gives the vertex there that a vertex here ended up in. Unfinished when the run is to stop:
+/// the caller checks.
 fn flatten(
     s: &Surface,
     c: &mut Chart,
@@ -304,7 +294,7 @@ fn flatten(
         return false;
     }
     let arap = Arap::new(&c.tris, rest, &c.uv, &[], ctx);
-    for _ in 0..3 {
+    for _ in 0..TIMES {
         for _ in 0..STEPS {
             arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);
         }

@@ -1,11 +1,11 @@
 //! Exact test that a flattened chart covers no point of the plane twice.
 //!
-//! In: triangles and positions. Out: yes or no. If all triangles are counter-clockwise, no vertex is wound round
-//! twice and the border curves neither touch nor cross themselves or each other, the chart is injective: the
-//! degree of the map is then 1 inside by the turning numbers of the border (Hopf) and the Euler characteristic.
-//! Orientation signs are exact (Shewchuk 1997, crate `robust`).
+//! In: triangles and positions. Out: yes or no. If all triangles are counter-clockwise, no vertex is wound
+//! round twice and the border curves neither touch nor cross themselves or each other, the chart is
+//! injective: the degree of the map is then 1 inside by the turning numbers of the border (Hopf) and the
+//! Euler characteristic. Orientation signs are exact (Shewchuk 1997, crate `robust`).
 
-use super::flatten::{corners, twice_area};
+use crate::unwrap::planar::{corners, twice_area};
 use robust::{Coord, orient2d};
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ fn orient(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 }
 
 /// Whether a triangle is counter-clockwise, exactly.
-pub(super) fn positive(p: [[f64; 2]; 3]) -> bool {
+pub(crate) fn positive(p: [[f64; 2]; 3]) -> bool {
     orient(p[0], p[1], p[2]) > 0.0
 }
 
@@ -35,19 +35,19 @@ fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
 }
 
 /// Whether the chart is injective. `border` lists (triangle, slot) of the free edges.
-pub(super) fn injective(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
+pub(crate) fn injective(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
     turns_once(tris, uv, &[]) && !border_touches(tris, uv, border)
 }
 
-/// Whether every triangle is counter-clockwise and every vertex is wound round once at most. Vertices marked in
-/// `skip` (which may be empty) are not judged: not all their triangles are given.
-pub(super) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> bool {
+/// Whether every triangle is counter-clockwise and every vertex is wound round once at most. Vertices marked
+/// in `skip` (which may be empty) are not judged: not all their triangles are given.
+pub(crate) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> bool {
     tris.iter().all(|t| positive(corners(*t, uv)))
         && overwound(tris, uv).iter().enumerate().all(|(v, &o)| !o || skip.get(v).is_some_and(|&s| s))
 }
 
 /// The triangles that are not counter-clockwise, or have a vertex that is wound round more than once.
-pub(super) fn wrong(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
+pub(crate) fn wrong(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
     let over = overwound(tris, uv);
     tris.iter().map(|t| t.iter().any(|&v| over[v as usize]) || !positive(corners(*t, uv))).collect()
 }
@@ -71,12 +71,12 @@ fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
 }
 
 /// Whether the border curves touch or cross themselves or each other.
-pub(super) fn border_touches(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
+pub(crate) fn border_touches(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
     touching(tris, uv, border).is_some()
 }
 
 /// Two triangles whose border edges touch, if any do.
-pub(super) fn touching(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> Option<[u32; 2]> {
+pub(crate) fn touching(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> Option<[u32; 2]> {
     let segments: Vec<[u32; 2]> = border
         .iter()
         .map(|&(t, k)| [tris[t as usize][k as usize], tris[t as usize][(k as usize + 1) % 3]])

@@ -1,0 +1,10 @@
+//! Flattening: planar positions of a chart's vertices that keep its triangles' shapes, and exact tests of
+//! them.
+
+pub(crate) mod arap;
+pub(crate) mod dirichlet;
+mod factor;
+pub(crate) mod graph;
+pub(crate) mod inject;
+pub(crate) mod project;
+pub(crate) mod shape;

@@ -1,0 +1,19 @@
+//! Bottom-up merging of charts: neighbours become one chart while the merged flattening stays within the
+//! bound.
+//!
+//! In: flattened charts. Out: fewer flattened charts. `rounds` merges what fits; where the bound is loose,
+//! `spend` then uses up what the whole surface may stretch beyond it. `join` tries one pair: `align` lays one
+//! against the other, `patch` and `glue` make them one. `charts` holds the charts and who owns which face.
+
+mod align;
+mod charts;
+mod glue;
+mod join;
+mod limits;
+mod patch;
+mod rounds;
+mod spend;
+
+pub(crate) use charts::Charts;
+pub(crate) use rounds::merge;
+pub(crate) use spend::spend;

@@ -1,0 +1,128 @@
+//! Merging in rounds until nothing fits any more.
+//!
+//! Each round matches neighbours by how much of the smaller one's border a merge removes, flattens the merged
+//! pairs in parallel, and keeps those that stretch little enough and are injective.
+
+use super::charts::{Borders, Charts};
+use super::join::join;
+use super::limits::{LOOSE, MergeLimits, OVER};
+use crate::error::Result;
+use crate::run::Context;
+use crate::unwrap::chart::Chart;
+use crate::unwrap::surface::Surface;
+use rayon::prelude::*;
+
+/// Times that all refusals are forgotten and tried again, plus one. Source not recorded; judge it by
+/// `atlasfit bench unwrap`.
+const PASSES: usize = 2;
+/// Merges whose score is at least this share of the round's best are tried in the same round. Source not
+/// recorded; judge it by `atlasfit bench unwrap`.
+const FLOOR: f64 = 0.2;
+
+/// A merge that may be tried.
+struct Candidate {
+    /// The higher, the sooner it is tried.
+    score: f64,
+    charts: (u32, u32),
+}
+
+/// Merges until nothing fits any more.
+pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
+    // Partners that each chart was refused with.
+    let mut refused: Vec<Vec<u32>> = vec![Vec::new(); charts.list.len()];
+    let mut passes = 1;
+    loop {
+        ctx.check()?;
+        let borders = Borders::find(s, charts);
+        ctx.check()?;
+        let candidates = candidates(charts, &borders, &refused);
+        if candidates.is_empty() {
+            // Refusals were handed down while charts grew; with all grown, each is tried afresh once.
+            if passes == PASSES {
+                return Ok(());
+            }
+            passes += 1;
+            refused.iter_mut().for_each(Vec::clear);
+            continue;
+        }
+        let chosen = matching(candidates, charts.list.len());
+        // Whether to try hard: once nothing else fits, and where stretch is allowed.
+        let limits = MergeLimits { bound, over: OVER, hard: passes == PASSES && bound > LOOSE };
+        let results: Vec<Option<Chart>> = chosen
+            .par_iter()
+            .map(|&(a, b)| {
+                if ctx.check().is_err() {
+                    return None;
+                }
+                join(s, charts, (a, b), limits, ctx)
+            })
+            .collect();
+        ctx.check()?;
+        for (&(a, b), result) in chosen.iter().zip(results) {
+            match result {
+                Some(merged) => {
+                    let id = charts.replace(a, b, merged);
+                    hand_down(&mut refused, &borders, (a, b), id);
+                }
+                None => {
+                    refused[a as usize].push(b);
+                    refused[b as usize].push(a);
+                }
+            }
+        }
+    }
+}
+
+/// The merges that were not refused, best first.
+fn candidates(charts: &Charts, borders: &Borders, refused: &[Vec<u32>]) -> Vec<Candidate> {
+    let mut out = Vec::new();
+    let area = |c: u32| charts.list[c as usize].as_ref().map_or(0.0, |c| c.area);
+    let apart = |c: u32| charts.kept_apart[c as usize];
+    for edges in borders.edges.chunk_by(|x, y| x.charts == y.charts) {
+        let (a, b) = edges[0].charts;
+        if refused[a as usize].contains(&b) || apart(a) && apart(b) {
+            continue;
+        }
+        let shared: f64 = edges.iter().map(|e| e.length).sum();
+        let perimeter = borders.perimeter[a as usize].min(borders.perimeter[b as usize]);
+        // Half way between the share of the smaller one's border and the length against its size.
+        let score = shared / (perimeter * area(a).min(area(b)).sqrt()).max(1e-300).sqrt();
+        out.push(Candidate { score, charts: (a, b) });
+    }
+    out.sort_by(|x, y| y.score.total_cmp(&x.score).then(x.charts.cmp(&y.charts)));
+    out
+}
+
+/// The pairs to try in this round: near-best ones only, as the next round sees what they leave; no chart
+/// twice.
+fn matching(candidates: Vec<Candidate>, charts: usize) -> Vec<(u32, u32)> {
+    let floor = candidates[0].score * FLOOR;
+    let mut busy = vec![false; charts];
+    let mut chosen = Vec::new();
+    for Candidate { score, charts: (a, b) } in candidates {
+        if score < floor {
+            break;
+        }
+        if !busy[a as usize] && !busy[b as usize] {
+            busy[a as usize] = true;
+            busy[b as usize] = true;
+            chosen.push((a, b));
+        }
+    }
+    chosen
+}
+
+/// Gives chart `id`, made of two, their refusals: a neighbour that did not fit one half, and does not touch
+/// the other or does not fit it either, will not fit the whole.
+fn hand_down(refused: &mut Vec<Vec<u32>>, borders: &Borders, (a, b): (u32, u32), id: u32) {
+    let mut both = std::mem::take(&mut refused[a as usize]);
+    let other = std::mem::take(&mut refused[b as usize]);
+    both.retain(|&p| other.contains(&p) || !borders.touch(p, b));
+    both.extend(other.into_iter().filter(|&p| !borders.touch(p, a)));
+    both.sort_unstable();
+    both.dedup();
+    for &p in &both {
+        refused[p as usize].push(id);
+    }
+    refused.push(both);
+}

@@ -1,0 +1,152 @@
+//! What can be asked of the unwrapper, and the checks of it.
+
+use crate::error::{Error, Result};
+use crate::geometry::TriMesh;
+use crate::setters::setters;
+
+/// Most pages that may be asked for.
+pub(crate) const MOST_PAGES: u32 = 4096;
+/// `max_charts` raises the stretch bound no further than this.
+pub const STRETCH_LIMIT: f64 = 8.0;
+
+/// How charts are put on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Packer {
+    /// By their shapes: charts lie in each other's bays and holes. The default.
+    #[default]
+    Shapes,
+    /// By their bounding boxes, in rows: fastest, and wastes most.
+    Boxes,
+}
+
+/// How to unwrap.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct UnwrapOptions {
+    /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1.
+    /// Smaller gives more charts. Default 1.10.
+    pub max_stretch: f64,
+    /// Most charts; `max_stretch` is raised as far as that needs (up to [`STRETCH_LIMIT`]). `None` = any
+    /// number. More are still made where the topology or the constraints ask for them.
+    pub max_charts: Option<usize>,
+    /// Width and height of a page in texels, each 16 to 65536. Default 1024 by 1024.
+    pub page_size: [u32; 2],
+    /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
+    pub padding_px: u32,
+    /// Texels per user unit of length on the surface, positive; `None` = what fills the pages.
+    pub texels_per_unit: Option<f64>,
+    /// Most pages, at least 1. `None` = one page, or with `texels_per_unit` as many as that density needs.
+    /// Where the density needs more pages than this it is lowered.
+    pub pages: Option<u32>,
+    /// How charts are put on the page.
+    pub packer: Packer,
+    /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
+    pub face_group: Option<Vec<u32>>,
+    /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are
+    /// then those of the polygon. One entry per triangle; any numbers.
+    pub face_polygon: Option<Vec<u32>>,
+    /// Edges that must be seams, as pairs of vertices.
+    pub seam_edges: Option<Vec<[u32; 2]>>,
+    /// Whether the seams of the UVs that the mesh already has stay seams.
+    pub keep_uv_seams: bool,
+    /// Edges that are bent by more than this are seams: degrees in [0, 180]. `None` = none are for that
+    /// reason.
+    pub hard_edge_angle: Option<f64>,
+}
+
+setters! {
+    UnwrapOptions {
+        with_max_stretch: max_stretch: f64,
+        with_max_charts: max_charts: Option<usize>,
+        with_page_size: page_size: [u32; 2],
+        with_padding_px: padding_px: u32,
+        with_texels_per_unit: texels_per_unit: Option<f64>,
+        with_pages: pages: Option<u32>,
+        with_packer: packer: Packer,
+        with_face_group: face_group: Option<Vec<u32>>,
+        with_face_polygon: face_polygon: Option<Vec<u32>>,
+        with_seam_edges: seam_edges: Option<Vec<[u32; 2]>>,
+        with_keep_uv_seams: keep_uv_seams: bool,
+        with_hard_edge_angle: hard_edge_angle: Option<f64>,
+    }
+}
+
+impl Default for UnwrapOptions {
+    fn default() -> Self {
+        Self {
+            max_stretch: 1.10,
+            max_charts: None,
+            page_size: [1024; 2],
+            padding_px: 2,
+            texels_per_unit: None,
+            pages: None,
+            packer: Packer::Shapes,
+            face_group: None,
+            face_polygon: None,
+            seam_edges: None,
+            keep_uv_seams: false,
+            hard_edge_angle: None,
+        }
+    }
+}
+
+impl UnwrapOptions {
+    /// Checks the ranges, and the lengths of what is given per triangle.
+    pub(crate) fn validate(&self, mesh: &TriMesh) -> Result<()> {
+        let faces = mesh.triangles.len();
+        if !(self.max_stretch > 1.0 && self.max_stretch.is_finite()) {
+            return Err(Error::invalid(
+                format!("max_stretch is {}", self.max_stretch),
+                "Give a finite number above 1, for example 1.1",
+            ));
+        }
+        if self.max_charts == Some(0) {
+            return Err(Error::invalid("max_charts is 0", "Give at least 1, or none"));
+        }
+        let [width, height] = self.page_size;
+        if self.page_size.iter().any(|s| !(16..=65536).contains(s)) {
+            return Err(Error::invalid(
+                format!("page_size is {width} by {height}"),
+                "Give 16 to 65536 texels",
+            ));
+        }
+        if self.padding_px > width.min(height) / 8 {
+            return Err(Error::invalid(
+                format!("padding_px is {} on a page of {width} by {height}", self.padding_px),
+                "Give at most an eighth of the page",
+            ));
+        }
+        if let Some(t) = self.texels_per_unit
+            && !(t > 0.0 && t.is_finite())
+        {
+            return Err(Error::invalid(format!("texels_per_unit is {t}"), "Give a positive number, or none"));
+        }
+        if let Some(n) = self.pages
+            && !(1..=MOST_PAGES).contains(&n)
+        {
+            return Err(Error::invalid(format!("pages is {n}"), format!("Give 1 to {MOST_PAGES}, or none")));
+        }
+        if let Some(a) = self.hard_edge_angle
+            && !(0.0..=180.0).contains(&a)
+        {
+            return Err(Error::invalid(format!("hard_edge_angle is {a}"), "Give 0 to 180 degrees, or none"));
+        }
+        for (name, column) in [("face_group", &self.face_group), ("face_polygon", &self.face_polygon)] {
+            if let Some(c) = column
+                && c.len() != faces
+            {
+                return Err(Error::invalid(
+                    format!("{name} has {} entries for {faces} triangles", c.len()),
+                    "Give one entry per triangle",
+                ));
+            }
+        }
+        if self.keep_uv_seams && mesh.corner_uv.as_ref().is_some_and(|uv| uv.len() != faces) {
+            return Err(Error::invalid(
+                "corner_uv of the mesh has another length than its triangles",
+                "Give UVs for every triangle, or do not ask for their seams to be kept",
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,122 @@
+//! Pages of fixed size, filled one after the other: at the density asked for, or the highest at which all
+//! charts fit.
+
+use super::boxes::fill_boxes;
+use super::external::fill_external;
+use super::mask::{Pose, largest_first, poses};
+use super::placement::{CELLS, EXPECTED_FILL, PackJob, Packed, Packing, Placement};
+use super::strip::Strip;
+use crate::error::Result;
+use crate::run::Context;
+use crate::unwrap::chart::Chart;
+use crate::unwrap::options::Packer;
+use crate::unwrap::planar::bounds;
+use rayon::prelude::*;
+
+/// Densities tried before the best one found counts.
+const SCALES: usize = 12;
+/// The search ends where the least density that is too high is less than this many times the best found.
+const CLOSE: f64 = 1.01;
+/// Factor on the density while nothing fits, and once `SCALES` densities were tried without any that did.
+const LESS: f64 = 0.85;
+const MUCH_LESS: f64 = 0.7;
+/// Rotations tried, in quarters. Source not recorded; judge it by `atlasfit bench unwrap`.
+const TURNS: usize = 2;
+/// Words of a page's row.
+const WORDS: usize = CELLS as usize / 64;
+
+/// Fills pages of fixed size: at the density asked for, or the highest at which all fit.
+pub(super) fn several_pages(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    job: &PackJob<'_>,
+    ctx: &Context<'_>,
+) -> Result<Packed> {
+    let area: f64 = charts.iter().map(|c| c.area).sum();
+    let try_at = |density: f64| match job.packer {
+        Packing::Own(Packer::Shapes) => fill_shapes(charts, upright, job, density, ctx),
+        Packing::Own(Packer::Boxes) => Ok(fill_boxes(charts, upright, job, density)),
+        Packing::External(packer) => fill_external(packer, charts, upright, job, density, ctx),
+    };
+    let full = |fill: f64| {
+        let texels = f64::from(job.page[0]) * f64::from(job.page[1]) * f64::from(job.pages);
+        (texels * fill / area).sqrt()
+    };
+    // Too high a density cannot fit; the highest that does lies between these.
+    let (mut low, mut high): (Option<Packed>, f64) = (None, full(1.0));
+    let mut at = job.density.unwrap_or_else(|| full(EXPECTED_FILL)).min(high);
+    for _ in 0..SCALES {
+        match try_at(at)? {
+            Some(placements) if job.density.is_some_and(|d| at >= d) => {
+                return Ok(Packed { placements, density: at });
+            }
+            Some(placements) => low = Some(Packed { placements, density: at }),
+            None => high = at,
+        }
+        at = match &low {
+            Some(found) if high / found.density < CLOSE => break,
+            Some(found) => (found.density * high).sqrt(),
+            None => at * LESS,
+        };
+    }
+    loop {
+        if let Some(found) = low {
+            return Ok(found);
+        }
+        if let Some(placements) = try_at(at)? {
+            return Ok(Packed { placements, density: at });
+        }
+        at *= MUCH_LESS;
+    }
+}
+
+/// Places the charts at a density on at most as many pages as allowed, by shape.
+fn fill_shapes(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    job: &PackJob<'_>,
+    density: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<Placement>>> {
+    ctx.check()?;
+    let texels = (f64::from(job.page[0].max(job.page[1])) / CELLS).max(1.0);
+    let cell = texels / density;
+    let [width, height] = job.page.map(|p| (f64::from(p) / texels) as usize);
+    // What is larger than a page fits on none: found before its mask takes memory.
+    let longest = cell * (width as f64).hypot(height as f64);
+    let too_large = |c: &Chart| {
+        let (lo, hi) = bounds(&c.uv);
+        (hi[0] - lo[0]).hypot(hi[1] - lo[1]) > longest * std::f64::consts::SQRT_2
+    };
+    if charts.iter().any(too_large) {
+        return Ok(None);
+    }
+    let grow = ((f64::from(job.padding) / texels).ceil() as usize).max(1);
+    let poses: Vec<Vec<Pose>> =
+        charts.par_iter().zip(upright).map(|(c, &r)| poses(c, r, cell, grow, TURNS)).collect();
+    let mut pages: Vec<Strip<WORDS>> = Vec::new();
+    let mut placements = vec![Placement::default(); charts.len()];
+    'charts: for c in largest_first(&poses) {
+        ctx.check()?;
+        for page in 0..job.pages as usize {
+            if page == pages.len() {
+                pages.push(Strip::new(width));
+            }
+            let best = (poses[c].iter())
+                .filter_map(|p| {
+                    pages[page].find(&p.grown, 0, height).map(|at| (2 * at.1 + p.grown.height, at, p))
+                })
+                .min_by_key(|b| b.0);
+            if let Some((_, (x, y), pose)) = best {
+                pages[page].put(&pose.tight, x + grow, y + grow);
+                placements[c] = Placement { page: page as u32, ..pose.at(x + grow, y + grow, cell) };
+                continue 'charts;
+            }
+            if pages[page].is_empty() {
+                return Ok(None);
+            }
+        }
+        return Ok(None);
+    }
+    Ok(Some(placements))
+}

@@ -1,0 +1,176 @@
+//! The first clusters, a few faces each.
+//!
+//! In: the surface. Out: clusters with their neighbours, and one per face.
+
+use super::cluster::{Cluster, cost};
+use crate::error::Result;
+use crate::numeric::sort::sort_by;
+use crate::run::Context;
+use crate::unwrap::surface::{NONE, Surface};
+use rayon::prelude::*;
+
+/// Passes at most: each leaves about two thirds of the clusters. Source not recorded; judge it by `atlasfit
+/// bench unwrap`.
+const SEED_PASSES: usize = 6;
+/// But more while there are more clusters than this: the queue's cost for each grows with their number.
+/// Source not recorded; judge it by `atlasfit bench unwrap`.
+const SEEDS: usize = 60_000;
+/// Passes end when one joins less than one cluster in this many. Source not recorded; judge it by `atlasfit
+/// bench unwrap`.
+const FEWEST_JOINED: usize = 8;
+/// Costs that one task computes.
+const CHUNK: usize = 4096;
+
+/// The border between two clusters.
+#[derive(Clone, Copy)]
+struct Edge {
+    /// The two clusters, the smaller number first.
+    ends: [u32; 2],
+    /// Its length.
+    length: f64,
+}
+
+/// Clusters, and which one each face lies in.
+pub(super) struct Seeds {
+    pub clusters: Vec<Cluster>,
+    pub of_face: Vec<u32>,
+}
+
+/// Groups faces a few at a time without a queue: every cluster picks its cheapest neighbour, and pairs that
+/// pick each other join; repeated until it stops paying. `flatness` bounds 1 - |mean normal| of a cluster.
+pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<Seeds> {
+    let Seeds { mut clusters, mut of_face } = cells_alone(s);
+    ctx.check()?;
+    let mut edges = cell_edges(s, ctx)?;
+    for pass in 0.. {
+        ctx.check()?;
+        if pass >= SEED_PASSES && clusters.len() <= SEEDS {
+            break;
+        }
+        let cheapest = cheapest_edges(&clusters, &edges, flatness, ctx)?;
+        let (joined, name) = join_pairs(&clusters, &edges, &cheapest, ctx)?;
+        ctx.check()?;
+        of_face.par_iter_mut().for_each(|c| *c = name[*c as usize]);
+        rename(&mut edges, &name, ctx)?;
+        ctx.check()?;
+        let fewer = clusters.len() - joined.len();
+        clusters = joined;
+        if fewer * FEWEST_JOINED < clusters.len() {
+            break;
+        }
+    }
+    for &Edge { ends: [a, b], length } in &edges {
+        clusters[a as usize].near.push((b, length));
+        clusters[b as usize].near.push((a, length));
+    }
+    Ok(Seeds { clusters, of_face })
+}
+
+/// Every cell, or face, a cluster of its own.
+fn cells_alone(s: &Surface) -> Seeds {
+    let m = s.faces();
+    let one = |f: usize| Cluster::new(s.area[f], s.normal[f] * s.area[f], 0.0);
+    let (of_face, clusters) = match &s.cells {
+        None => ((0..m as u32).collect(), (0..m).map(one).collect()),
+        Some(cells) => {
+            let join = |c: u32| cells.faces(c).iter().map(|&f| one(f as usize)).reduce(|a, b| a.with(&b));
+            (cells.of_face.clone(), (0..cells.count() as u32).filter_map(join).collect())
+        }
+    };
+    Seeds { clusters, of_face }
+}
+
+/// The edges between cells, in the order of the faces.
+fn cell_edges(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Edge>> {
+    let mut edges: Vec<Edge> = Vec::with_capacity(s.faces() * 3 / 2);
+    for f in 0..s.faces() {
+        ctx.check_at(f)?;
+        for k in 0..3 {
+            let h = s.twin[f][k];
+            if h != NONE && h / 3 > f as u32 {
+                let (a, b) = (s.cell(f as u32), s.cell(h / 3));
+                if a != b {
+                    edges.push(Edge { ends: [a.min(b), a.max(b)], length: f64::from(s.length[f][k]) });
+                }
+            }
+        }
+    }
+    Ok(edges)
+}
+
+/// For each cluster the edge across which it is joined most cheaply; [`NONE`] where nothing may be joined.
+fn cheapest_edges(
+    clusters: &[Cluster],
+    edges: &[Edge],
+    flatness: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<u32>> {
+    let mut costs = vec![f64::INFINITY; edges.len()];
+    edges.par_chunks(CHUNK).zip(costs.par_chunks_mut(CHUNK)).try_for_each(|(edges, costs)| {
+        ctx.check()?;
+        for (&Edge { ends: [a, b], length }, c) in edges.iter().zip(costs) {
+            if let Some(cost) = cost(&clusters[a as usize], &clusters[b as usize], length, flatness) {
+                *c = cost;
+            }
+        }
+        Ok(())
+    })?;
+    let mut least = vec![(f64::INFINITY, NONE); clusters.len()];
+    for (e, (edge, &c)) in edges.iter().zip(&costs).enumerate() {
+        ctx.check_at(e)?;
+        for v in edge.ends {
+            if c < least[v as usize].0 {
+                least[v as usize] = (c, e as u32);
+            }
+        }
+    }
+    ctx.check()?;
+    Ok(least.into_iter().map(|l| l.1).collect())
+}
+
+/// Joins each two clusters that have the same cheapest edge. Gives the clusters then, and the new number of
+/// each old one.
+fn join_pairs(
+    clusters: &[Cluster],
+    edges: &[Edge],
+    cheapest: &[u32],
+    ctx: &Context<'_>,
+) -> Result<(Vec<Cluster>, Vec<u32>)> {
+    let mut name = vec![NONE; clusters.len()];
+    let mut joined: Vec<Cluster> = Vec::with_capacity(clusters.len() * 2 / 3);
+    for (c, one) in clusters.iter().enumerate() {
+        ctx.check_at(c)?;
+        if name[c] != NONE {
+            continue;
+        }
+        name[c] = joined.len() as u32;
+        let e = cheapest[c];
+        let partner = edges.get(e as usize).map_or(NONE, |e| e.ends[0] ^ e.ends[1] ^ c as u32);
+        if partner != NONE && cheapest[partner as usize] == e {
+            name[partner as usize] = name[c];
+            joined.push(one.with(&clusters[partner as usize]));
+        } else {
+            joined.push(Cluster::new(one.area, one.sum, one.angle));
+        }
+    }
+    Ok((joined, name))
+}
+
+/// Gives the edges their clusters' new numbers; those inside a cluster go, and those between the same two
+/// become one.
+fn rename(edges: &mut Vec<Edge>, name: &[u32], ctx: &Context<'_>) -> Result<()> {
+    edges.par_iter_mut().for_each(|e| {
+        let [a, b] = e.ends.map(|c| name[c as usize]);
+        e.ends = [a.min(b), a.max(b)];
+    });
+    edges.retain(|e| e.ends[0] != e.ends[1]);
+    sort_by(edges, |x, y| x.ends.cmp(&y.ends).then(x.length.total_cmp(&y.length)), ctx)?;
+    edges.dedup_by(|x, kept| {
+        let same = x.ends == kept.ends;
+        if same {
+            kept.length += x.length;
+        }
+        same
+    });
+    Ok(())
+}
