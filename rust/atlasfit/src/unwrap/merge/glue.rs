@@ -25,8 +25,8 @@ const HOPE: f64 = 2.0;
 const PROGRESS: f64 = 0.9;
 /// Seam length that must be saved per hull area newly left empty (the surface has area 1). Larger means more,
 /// rounder charts that pack better: on 20 test shapes 8, 18, 27, 40 gave 0.37, 0.43, 0.48, 0.51 of a peer's
-/// charts, 0.66, 0.70, 0.71, 0.71 of its seams and 0.97, 1.00, 1.05, 1.06 of its coverage (`atlasfit bench
-/// unwrap`).
+/// charts, 0.66, 0.70, 0.71, 0.71 of its seams and 0.97, 1.00, 1.05, 1.06 of its coverage.
+/// The command is not recorded.
 const WASTE: f64 = 36.0;
 /// Stretch bound up to which that holds: who allows more stretch wants fewer charts, whatever they waste.
 const USUAL: f64 = 1.1;
