@@ -13,7 +13,7 @@
 
 namespace {
 
-const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b><br>ECCV 2020.";
+const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b>";
 const char* const STRETCH_PAPER = "<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive Meshes\"</b><br>SIGGRAPH 2001.";
 const char* const FRAME = "<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
 

@@ -101,7 +101,8 @@ impl Trainer {
     /// (-1, 1).
     ///
     /// # Errors
-    /// [`Error::InvalidArgument`], [`Error::EmptyInput`] without points, [`Error::OutOfMemory`].
+    /// [`atlasfit::Error::InvalidArgument`], [`atlasfit::Error::EmptyInput`] without points,
+    /// [`atlasfit::Error::OutOfMemory`].
     pub fn new(points: &[Vec3], options: &NetworkOptions, ctx: &Context<'_>) -> Result<Self> {
         options.validate()?;
         Self::on_grid(points, options, options.grid(), ctx)

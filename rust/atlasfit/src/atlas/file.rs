@@ -181,37 +181,53 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
             return Err(unsound("sigma, sign or support is out of range"));
         }
         let map = if *k == 0 {
-            let base: [f64; SHEET] = row(sheet_base, sheet);
-            let (center, axes) = frame_of(&base).ok_or_else(|| unsound("the frame is not orthonormal"))?;
-            let radii = [base[12], base[13]];
-            if !radii.iter().all(|r| (1.0 / LARGEST..=LARGEST).contains(r)) {
-                return Err(unsound("a radius is out of range"));
-            }
-            let coeffs =
-                singles(sheet_coeffs, sheet).ok_or_else(|| unsound("a coefficient is out of range"))?;
             let mask = Mask(Box::new(row_u8(sheet_mask, sheet)));
+            let map = read_sheet(row(sheet_base, sheet), singles(sheet_coeffs, sheet), mask);
             sheet += 1;
-            Map::Monge(Monge { center, axes, radii, coeffs: Box::new(coeffs), mask })
+            map.map(Map::Monge).map_err(unsound)?
         } else {
-            let base: [f64; TUBE] = row(tube_base, tube);
-            let (center, axes) = frame_of(&base).ok_or_else(|| unsound("the frame is not orthonormal"))?;
-            let (half_length, mean_radius) = (base[12], base[21]);
-            let axis = [0, 1].map(|k| std::array::from_fn(|j| base[13 + 4 * k + j]));
-            let lengths = [half_length, mean_radius].iter().all(|r| (1.0 / LARGEST..=LARGEST).contains(r));
-            if !lengths || !axis.as_flattened().iter().all(|x: &f64| x.abs() <= LARGEST) {
-                return Err(unsound("its axis or radius is out of range"));
-            }
-            let flat: [f32; TUBE_RADIUS] =
-                singles(tube_radius, tube).ok_or_else(|| unsound("a coefficient is out of range"))?;
-            let mut radius = Box::new([[0f32; HARMONICS]; spline::SIDE]);
-            radius.as_flattened_mut().copy_from_slice(&flat);
             let mask = Box::new(row_u8(tube_mask, tube));
+            let map = read_tube(row(tube_base, tube), singles(tube_radius, tube), mask);
             tube += 1;
-            Map::Tube(Tube { center, axes, half_length, axis, mean_radius, radius, mask })
+            map.map(Map::Tube).map_err(unsound)?
         };
         charts.push(Chart { map, sigma, sign, support });
     }
     Atlas::new(charts, Vec3([frame[0], frame[1], frame[2]]), frame[3], ctx)
+}
+
+/// A patch from its row of numbers, or what is wrong with it. `coeffs` is none where one is out of range.
+fn read_sheet(
+    base: [f64; SHEET],
+    coeffs: Option<[f32; spline::COEFFS]>,
+    mask: Mask,
+) -> std::result::Result<Monge, &'static str> {
+    let (center, axes) = frame_of(&base).ok_or("the frame is not orthonormal")?;
+    let radii = [base[12], base[13]];
+    if !radii.iter().all(|r| (1.0 / LARGEST..=LARGEST).contains(r)) {
+        return Err("a radius is out of range");
+    }
+    let coeffs = Box::new(coeffs.ok_or("a coefficient is out of range")?);
+    Ok(Monge { center, axes, radii, coeffs, mask })
+}
+
+/// A tube from its row of numbers, or what is wrong with it. `radius` is none where one is out of range.
+fn read_tube(
+    base: [f64; TUBE],
+    radius: Option<[f32; TUBE_RADIUS]>,
+    mask: Box<[u8; MASK_NODES]>,
+) -> std::result::Result<Tube, &'static str> {
+    let (center, axes) = frame_of(&base).ok_or("the frame is not orthonormal")?;
+    let (half_length, mean_radius) = (base[12], base[21]);
+    let axis = [0, 1].map(|k| std::array::from_fn(|j| base[13 + 4 * k + j]));
+    let lengths = [half_length, mean_radius].iter().all(|r| (1.0 / LARGEST..=LARGEST).contains(r));
+    if !lengths || !axis.as_flattened().iter().all(|x: &f64| x.abs() <= LARGEST) {
+        return Err("its axis or radius is out of range");
+    }
+    let flat = radius.ok_or("a coefficient is out of range")?;
+    let mut radius = Box::new([[0f32; HARMONICS]; spline::SIDE]);
+    radius.as_flattened_mut().copy_from_slice(&flat);
+    Ok(Tube { center, axes, half_length, axis, mean_radius, radius, mask })
 }
 
 /// A row of doubles; the caller has checked the tensor's shape, and safetensors its length.

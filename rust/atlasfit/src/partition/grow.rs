@@ -122,17 +122,9 @@ fn grow_from(
     }
     let mut all = thin(found);
     let start = found[found.len().min(10) - 1].dist2.sqrt().max(2.5 * p.sigma).max(1e-12);
-    // First plane: principal directions of the nearest points, weighted towards the seed.
     let near =
         found.partition_point(|f| f.dist2 <= start * start * (1.0 + 1e-9)).max(MIN_MEMBERS).min(found.len());
-    let (mean, normal) = plane(points, &found[..near], start);
-    let mut state = State {
-        center: (origin + normal * (mean - origin).dot(normal)),
-        axes: Monge::frame(normal, normal.tangents().0),
-        radii: [start; 2],
-        quadric: [0.0; 6],
-        residual: 0.0,
-    };
+    let mut state = first_plane(points, &found[..near], origin, start);
     let mut best: Option<State> = None;
     let mut radius = start;
     let mut accepted = false;
@@ -167,18 +159,7 @@ fn grow_from(
         }
     }
     let s = best?;
-    let limit = TUKEY * p.sigma + 0.03 * s.radii[0].min(s.radii[1]);
-    let members: Vec<u32> = all
-        .as_ref()
-        .unwrap_or(found)
-        .iter()
-        .filter(|f| {
-            let d = points[f.index as usize] - s.center;
-            let (u, v) = (d.dot(s.axes[0]) / s.radii[0], d.dot(s.axes[1]) / s.radii[1]);
-            u * u + v * v <= RIM * RIM && (d.dot(s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
-        })
-        .map(|f| f.index)
-        .collect();
+    let members = members(points, all.as_ref().unwrap_or(found), &s, p.sigma);
     (members.len() >= MIN_MEMBERS).then_some(Patch {
         center: s.center,
         axes: s.axes,
@@ -190,6 +171,32 @@ fn grow_from(
         sigma: p.sigma,
         accepted,
     })
+}
+
+/// The plane through the principal directions of the nearest points, weighted towards the seed at `origin`.
+fn first_plane(points: &[Vec3], near: &[Neighbour], origin: Vec3, radius: f64) -> State {
+    let (mean, normal) = plane(points, near, radius);
+    State {
+        center: origin + normal * (mean - origin).dot(normal),
+        axes: Monge::frame(normal, normal.tangents().0),
+        radii: [radius; 2],
+        quadric: [0.0; 6],
+        residual: 0.0,
+    }
+}
+
+/// The points over the domain, and a little beyond, that follow the quadric.
+fn members(points: &[Vec3], found: &[Neighbour], s: &State, sigma: f64) -> Vec<u32> {
+    let limit = TUKEY * sigma + 0.03 * s.radii[0].min(s.radii[1]);
+    found
+        .iter()
+        .filter(|f| {
+            let d = points[f.index as usize] - s.center;
+            let (u, v) = (d.dot(s.axes[0]) / s.radii[0], d.dot(s.axes[1]) / s.radii[1]);
+            u * u + v * v <= RIM * RIM && (d.dot(s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
+        })
+        .map(|f| f.index)
+        .collect()
 }
 
 /// Leaves an even share of too many points and gives them all back.
