@@ -116,7 +116,8 @@ impl Monge {
         }
         (u, v)
     }
-    /// Partition-of-unity weight of this chart at (u, v), before it is normed: 1 at the centre, falling smoothly to 0 at the rim.
+    /// Partition-of-unity weight of this chart at (u, v), before it is normed: 1 at the centre, falling
+    /// smoothly to 0 at the rim.
     #[inline]
     #[must_use]
     pub fn weight_at(u: f64, v: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! Which way each chart faces, and where that is impossible (one-sided surfaces).
 //!
 //! In: charts and the points that they share. Out: a sign per chart, and the relations that contradict the
-//! signs (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than a
-//! point's).
+//! signs (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than
+//! a point's).
 
 mod opposing;
 mod relations;

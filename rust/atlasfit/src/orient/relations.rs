@@ -1,6 +1,7 @@
 //! How overlapping charts face each other over the points that they share.
 //!
-//! In: charts, and which of them each point belongs to. Out: the pairs that share points, with their agreement.
+//! In: charts, and which of them each point belongs to. Out: the pairs that share points, with their
+//! agreement.
 
 use crate::atlas::{FittedChart, Membership, Relation};
 use crate::error::Result;
@@ -49,8 +50,8 @@ fn charts_at(point: Vec3, row: &[(u32, f32)], fitted: &[FittedChart]) -> Vec<Cha
     at
 }
 
-/// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are opposing sheets,
-/// the two sides of a wall or a gap, which face opposite ways.
+/// Finds the relations of all overlapping charts. Charts that lie apart where they overlap are opposing
+/// sheets, the two sides of a wall or a gap, which face opposite ways.
 ///
 /// # Errors
 /// Cancelled or out of time.
