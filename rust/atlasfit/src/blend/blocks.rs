@@ -4,23 +4,14 @@
 //! its own gauge, that is its own choice of which side of the surface is positive, so one-sided surfaces need
 //! no special care. Who reads across the border of a block gets the value in the reader's gauge.
 
+use super::constants::{BLEND, BLOCK};
 use crate::atlas::Chart;
 use crate::numeric::vec3::Vec3;
 
-/// Voxels along one side of a block. Small blocks follow the surface closely, large ones share more corners.
-pub(crate) const BLOCK: i32 = 4;
 /// Corners that a block owns.
 pub(crate) const CORNERS: usize = (BLOCK as usize).pow(3);
-/// Voxels. Charts are evaluated up to this far from their surface: the corners of every crossed voxel lie
-/// within sqrt(3), and the rest lets the field be filled in from both sides of a gap.
-pub(super) const BAND: f64 = 2.2;
-/// Least blended mask, in [0, 1], at which the charts' distance at a corner is believed.
-pub(crate) const MIN_SUPPORT: f64 = 0.25;
 /// Blocks from the origin that a key can name: it has 21 bits for each axis.
 const KEY_OFFSET: i64 = 1 << 20;
-/// Voxels from the origin within which surfaces are built: 2^20 blocks of 4 voxels, less room for what a
-/// point reaches.
-const RANGE: f64 = 4e6;
 
 /// The key of the block at `b`. Keys are ordered by z, then y, then x.
 #[inline]
@@ -39,7 +30,7 @@ pub(super) fn block_of_key(k: u64) -> [i32; 3] {
 /// Whether voxels of size `h` at `p` can be named.
 #[must_use]
 pub(crate) fn within_range(p: Vec3, h: f64) -> bool {
-    p.iter().all(|x| x.abs() < RANGE * h)
+    p.iter().all(|x| x.abs() < BLEND.range * h)
 }
 
 /// Index of the corner at `i`, each in 0..[`BLOCK`], among those of its block.

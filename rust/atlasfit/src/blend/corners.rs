@@ -5,24 +5,11 @@
 //! blended mask at each corner. A point spreads its charts' weights around it; a chart's weight at a corner
 //! is the sum of what the points there give it. Charts of another sheet have no say.
 
-use super::blocks::{BAND, BLOCK, CORNERS, Corners, MIN_SUPPORT, corner_at};
+use super::blocks::{CORNERS, Corners, corner_at};
+use super::constants::{BLEND, BLOCK};
 use super::influence::influence;
 use crate::atlas::{BlendSite, Chart, SITE_CHARTS, View};
 use crate::numeric::vec3::Vec3;
-
-/// Voxels. A sheet this far away counts half as much as one at the corner itself when charts disagree which
-/// sheet a corner belongs to (chosen).
-const NEAR: f64 = 0.5;
-/// Added to the mask, in [0, 1], in that choice: where no chart has data the nearest still leads (chosen).
-const MASK_FLOOR: f64 = 0.02;
-/// Charts whose distances differ by less than so many voxels plus so many standard deviations of the noise
-/// see the same sheet (chosen).
-const SAME_SHEET: (f64, f64) = (1.0, 1.0);
-/// So do charts whose normals differ by less than this (cosine; 60 degrees).
-const SAME_WAY: f64 = 0.5;
-/// Charts with less than this share of the weight at a corner are not evaluated there (chosen: no difference
-/// is seen).
-const LEAST_SHARE: f64 = 1e-3;
 
 /// What is blended at the corners of one block.
 pub(super) struct BlockBlend<'a> {
@@ -102,11 +89,11 @@ impl BlockBlend<'_> {
             if total <= 0.0 {
                 continue;
             }
-            self.look(p, &weights, LEAST_SHARE * total, &mut views);
+            self.look(p, &weights, BLEND.least_share * total, &mut views);
             let Some(Blended { distance, support, chart }) = self.blend(&views) else { continue };
             // Rounded down: below the least support stays below it.
             out.support[n] = (255.0 * support) as u8;
-            if support < MIN_SUPPORT || distance.abs() > BAND * self.h {
+            if support < BLEND.min_support || distance.abs() > BLEND.band * self.h {
                 continue;
             }
             // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.
@@ -140,15 +127,17 @@ impl BlockBlend<'_> {
     /// Blends what the charts say. The chart that is near and well known leads; those of another sheet have
     /// no say.
     fn blend(&self, views: &[ChartView]) -> Option<Blended> {
-        let score = |x: &ChartView| x.weight * (x.mask + MASK_FLOOR) / (x.distance.abs() + NEAR * self.h);
+        let score =
+            |x: &ChartView| x.weight * (x.mask + BLEND.mask_floor) / (x.distance.abs() + BLEND.near * self.h);
         let lead = views.iter().max_by(|a, b| score(a).total_cmp(&score(b)))?;
         let (mut total, mut distance, mut support) = (0.0, 0.0, 0.0);
         let (mut top, mut best) = (0.0, u32::MAX);
         for v in views {
-            let limit = SAME_SHEET.0 * self.h + SAME_SHEET.1 * self.charts[v.chart as usize].sigma;
+            let limit = BLEND.same_sheet_voxels * self.h
+                + BLEND.same_sheet_sigmas * self.charts[v.chart as usize].sigma;
             let t = (1.0 - ((v.distance - lead.distance) / limit).powi(2)).max(0.0);
             // Charts that face the same way are one sheet's, however noisy.
-            let w = if v.normal.dot(lead.normal) > SAME_WAY { v.weight } else { v.weight * t * t };
+            let w = if v.normal.dot(lead.normal) > BLEND.same_way { v.weight } else { v.weight * t * t };
             if w <= 0.0 {
                 continue;
             }

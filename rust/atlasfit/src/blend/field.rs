@@ -4,29 +4,16 @@
 //! cut into blocks that are made independently of each other, in ascending order of their keys; pairs of a
 //! block and a point are sorted by block, share by share, so that the memory stays bounded.
 
-use super::blocks::{BLOCK, Corners, Grid, block_key, block_of_key, within_range};
+use super::blocks::{Corners, Grid, block_key, block_of_key, within_range};
+use super::constants::{BLEND, BLOCK};
 use super::corners::BlockBlend;
 use super::gauge;
-use super::influence::{REACH, visit_blocks};
+use super::influence::visit_blocks;
 use crate::atlas::{BlendSite, Chart, Pair, Relation};
 use crate::error::Result;
 use crate::numeric::sort::sort;
 use crate::run::{Context, Stage};
 use rayon::prelude::*;
-
-/// Pairs of a block and a point handled at a time: bounds the memory, costs a look at all points each time.
-const PAIRS: usize = 1 << 22;
-/// One in so many pairs takes part in the choice of what is handled at a time.
-const PAIR_SAMPLE: usize = 64;
-/// Blocks, points that one worker handles between two checks.
-const CHUNK: usize = 64;
-/// Bytes for one block: its corners, the blocks around it, its charts; and the vertices and quads in it
-/// (measured).
-const BYTES_PER_BLOCK: u64 = 1560;
-/// Bytes for one chart at this stage (measured).
-const BYTES_PER_CHART: u64 = 900;
-/// Bytes for one point at this stage (measured).
-const BYTES_PER_POINT: u64 = 300;
 
 /// What the blocks are made from.
 struct Source<'a> {
@@ -85,7 +72,7 @@ pub(crate) fn sample<'c>(
         around: vec![],
         corners: vec![],
     };
-    let fixed = BYTES_PER_CHART * charts.len() as u64 + BYTES_PER_POINT * sites.len() as u64;
+    let fixed = BLEND.bytes_per_chart * charts.len() as u64 + BLEND.bytes_per_point * sites.len() as u64;
     let (mut from, mut done) = (0, 0);
     for to in shares.ends {
         let pairs = pairs_between(&source, from, to, ctx)?;
@@ -93,7 +80,7 @@ pub(crate) fn sample<'c>(
         // Stopping early beats running out of memory late.
         done += pairs.len();
         let blocks = (grid.blocks() + groups.len()) as f64 * grid.pairs as f64 / done.max(1) as f64;
-        ctx.reserve(fixed + BYTES_PER_BLOCK * blocks as u64)?;
+        ctx.reserve(fixed + BLEND.bytes_per_block * blocks as u64)?;
         append(&mut grid, blocks_of(&source, &groups, ctx)?, ctx)?;
         from = to;
     }
@@ -109,17 +96,18 @@ struct Shares {
     ends: Vec<u64>,
 }
 
-/// Counts the pairs and cuts the keys, by a sample of them, into shares of about [`PAIRS`]. Enters the stage.
+/// Counts the pairs and cuts the keys, by a sample of them, into shares of about `BLEND.pairs`. Enters the
+/// stage.
 fn shares(source: &Source<'_>, ctx: &Context<'_>) -> Result<Shares> {
     let counts: Vec<(usize, Vec<u64>)> = source
         .sites
-        .par_chunks(CHUNK)
+        .par_chunks(BLEND.chunk)
         .map(|chunk| {
             ctx.check()?;
             let (mut count, mut some) = (0, Vec::new());
             for site in chunk {
                 visit_blocks(site, source.h, |key| {
-                    if count % PAIR_SAMPLE == 0 {
+                    if count % BLEND.pair_sample == 0 {
                         some.push(key);
                     }
                     count += 1;
@@ -133,7 +121,7 @@ fn shares(source: &Source<'_>, ctx: &Context<'_>) -> Result<Shares> {
     ctx.stage(Stage::Surface, 2 * pairs);
     let mut sample: Vec<u64> = counts.into_iter().flat_map(|c| c.1).collect();
     sort(&mut sample, ctx)?;
-    let count = pairs.div_ceil(PAIRS);
+    let count = pairs.div_ceil(BLEND.pairs);
     let mut ends: Vec<u64> = (1..count).map(|k| sample[k * sample.len() / count]).collect();
     ends.dedup();
     ends.push(u64::MAX);
@@ -146,19 +134,20 @@ fn pairs_between(source: &Source<'_>, from: u64, to: u64, ctx: &Context<'_>) -> 
     let (low, high) = (block_of_key(from)[2], block_of_key(to - 1)[2]);
     let found: Vec<Vec<BlockSite>> = source
         .sites
-        .par_chunks(CHUNK)
+        .par_chunks(BLEND.chunk)
         .enumerate()
         .map(|(c, chunk)| {
             ctx.check()?;
             let mut out = Vec::new();
             for (i, site) in chunk.iter().enumerate() {
-                let [z0, z1] = [-1.0, 1.0].map(|s| (site.position[2] + s * REACH * site.spacing) / size);
+                let [z0, z1] =
+                    [-1.0, 1.0].map(|s| (site.position[2] + s * BLEND.reach * site.spacing) / size);
                 if (z1.floor() as i32) < low || (z0.floor() as i32) > high {
                     continue;
                 }
                 visit_blocks(site, source.h, |key| {
                     if (from..to).contains(&key) {
-                        out.push((key, (c * CHUNK + i) as u32));
+                        out.push((key, (c * BLEND.chunk + i) as u32));
                     }
                 });
             }
@@ -174,7 +163,7 @@ fn pairs_between(source: &Source<'_>, from: u64, to: u64, ctx: &Context<'_>) -> 
 /// Makes the blocks of groups of pairs, one block from each group, in order.
 fn blocks_of(source: &Source<'_>, groups: &[&[BlockSite]], ctx: &Context<'_>) -> Result<Vec<Vec<Block>>> {
     groups
-        .par_chunks(CHUNK)
+        .par_chunks(BLEND.chunk)
         .map(|groups| {
             let mut out = Vec::new();
             for near in groups {

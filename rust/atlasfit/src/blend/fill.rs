@@ -4,18 +4,11 @@
 //! (volumetric diffusion; Davis, Marschner, Garr and Levoy 2002). What the charts say is never changed.
 
 use super::blocks::{CORNERS, CornerValue, Grid, corner_at};
+use super::constants::BLEND;
 use crate::error::Result;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Rounds of filling: each extends the field by one voxel, so that gaps of up to twice as many voxels close
-/// (chosen).
-const FILL_ROUNDS: u8 = 4;
-/// Sweeps that smooth the filled values (chosen).
-const RELAX: usize = 8;
-/// Voxels. Filled values may differ by this much along an edge that no two sheets are the ends of: values one
-/// voxel on either side of the surface differ by two.
-pub(crate) const FILL_JUMP: f64 = 2.2;
 /// Blocks that one worker handles between two checks.
 const CHUNK: usize = 64;
 /// Offsets of a corner's neighbours.
@@ -34,10 +27,10 @@ struct Change {
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
-    for round in 0..FILL_ROUNDS {
+    for round in 0..BLEND.fill_rounds {
         sweep(grid, Some(2 + round), ctx)?;
     }
-    for _ in 0..RELAX {
+    for _ in 0..BLEND.relax {
         sweep(grid, None, ctx)?;
     }
     Ok(())
@@ -88,7 +81,7 @@ fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
     for o in NEIGHBOURS {
         let CornerValue { value, level, chart } = grid.fetch(block, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
-        if level > 0 && (own.level == 0 || (value - own.value).abs() <= FILL_JUMP * grid.h) {
+        if level > 0 && (own.level == 0 || (value - own.value).abs() <= BLEND.fill_jump * grid.h) {
             lo = lo.min(value);
             hi = hi.max(value);
             // Each value comes in the gauge of this block.
@@ -99,5 +92,6 @@ fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32
             }
         }
     }
-    (count > 0.0 && (own.level > 0 || hi - lo <= FILL_JUMP * grid.h)).then(|| ((sum / count) as f32, from))
+    (count > 0.0 && (own.level > 0 || hi - lo <= BLEND.fill_jump * grid.h))
+        .then(|| ((sum / count) as f32, from))
 }

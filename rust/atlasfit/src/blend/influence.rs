@@ -3,29 +3,19 @@
 //!
 //! In: a [`BlendSite`]. Out: a weight for a squared distance; the keys of blocks.
 
-use super::blocks::{BAND, BLOCK, block_key};
+use super::blocks::block_key;
+use super::constants::{BLEND, BLOCK};
 use crate::atlas::BlendSite;
-
-/// Reach of a point's influence, in point spacings. Gaps between random points are seldom wider than twice
-/// this.
-pub(super) const REACH: f64 = 2.4;
-/// Squared point spacings, added to the squared distance: at the point itself the weight stays finite
-/// (chosen).
-const SOFTENING: f64 = 0.3;
-/// Half the diagonal of a block, in its sides: sqrt(3) / 2, rounded up.
-const HALF_DIAGONAL: f64 = 0.87;
-/// What a curved surface leaves its tangent plane by within a point's reach, as a share of it (chosen).
-const CURVED: f64 = 0.5;
 
 /// Influence of a point at squared distance `q`, in units of its spacing: the nearest points decide,
 /// smoothly.
 #[inline]
 pub(super) fn influence(q: f64) -> f64 {
-    let t = 1.0 - q * (1.0 / (REACH * REACH));
+    let t = 1.0 - q * (1.0 / (BLEND.reach * BLEND.reach));
     if t <= 0.0 {
         return 0.0;
     }
-    let e = q + SOFTENING;
+    let e = q + BLEND.softening;
     t * t / (e * e)
 }
 
@@ -33,11 +23,11 @@ pub(super) fn influence(q: f64) -> f64 {
 /// tangent plane.
 pub(super) fn visit_blocks(site: &BlendSite, h: f64, mut visit: impl FnMut(u64)) {
     let size = h * f64::from(BLOCK);
-    let reach = REACH * site.spacing;
+    let reach = BLEND.reach * site.spacing;
     let lo = site.position.0.map(|x| ((x - reach) / size).floor() as i32);
     let hi = site.position.0.map(|x| ((x + reach) / size).floor() as i32);
-    let slab = HALF_DIAGONAL * size + BAND * h + CURVED * reach;
-    let far = reach + HALF_DIAGONAL * size;
+    let slab = BLEND.half_diagonal * size + BLEND.band * h + BLEND.curved * reach;
+    let far = reach + BLEND.half_diagonal * size;
     // Columns of blocks along the axis that the point faces most.
     let n = site.normal;
     let k = (0..3).fold(0, |k, i| if n[i].abs() > n[k].abs() { i } else { k });
@@ -73,7 +63,7 @@ mod tests {
     fn influence_falls_with_distance_to_zero_at_the_reach() {
         let at = |d: f64| influence(d * d);
         assert!((0..24).all(|k| at(0.1 * f64::from(k)) > at(0.1 * f64::from(k + 1))));
-        assert!(at(REACH).abs() < 1e-12);
+        assert!(at(BLEND.reach).abs() < 1e-12);
     }
 
     #[test]

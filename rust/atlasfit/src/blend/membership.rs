@@ -1,11 +1,9 @@
 //! The charts of each point, from the points of each chart.
 
+use super::constants::BLEND;
 use crate::atlas::{FittedChart, Membership};
 use crate::error::Result;
 use crate::run::Context;
-
-/// Charts whose members are listed between two checks.
-const CHECK_CHARTS: usize = 256;
 
 /// Turns the charts' member lists into per-point lists (charts ascending).
 ///
@@ -14,7 +12,7 @@ const CHECK_CHARTS: usize = 256;
 pub(crate) fn of_points(points: usize, fitted: &[FittedChart], ctx: &Context<'_>) -> Result<Membership> {
     let mut start = vec![0u32; points + 1];
     for (c, f) in fitted.iter().enumerate() {
-        if c % CHECK_CHARTS == 0 {
+        if c % BLEND.check_charts == 0 {
             ctx.check()?;
         }
         for &(m, _) in &f.members {
@@ -27,7 +25,7 @@ pub(crate) fn of_points(points: usize, fitted: &[FittedChart], ctx: &Context<'_>
     let mut fill = start.clone();
     let mut entries = vec![(0u32, 0f32); start[points] as usize];
     for (c, f) in fitted.iter().enumerate() {
-        if c % CHECK_CHARTS == 0 {
+        if c % BLEND.check_charts == 0 {
             ctx.check()?;
         }
         for &(m, w) in &f.members {

@@ -4,6 +4,7 @@
 //! distance on a thin band of voxels ([`field`], [`fill`]). Nothing is assumed of the whole: no inside and
 //! outside, no closedness, no orientability.
 
+pub(crate) mod constants;
 pub(crate) mod membership;
 pub(crate) mod project;
 pub(crate) mod sites;

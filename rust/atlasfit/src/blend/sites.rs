@@ -4,7 +4,8 @@ use crate::atlas::{BlendSite, FittedChart, Membership, ProjectedPoint, SITE_CHAR
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::spacing::{Sampling, WIDEST};
+use crate::spatial::constants::SPATIAL;
+use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
 
 /// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no
@@ -20,7 +21,7 @@ pub(crate) fn of_points(
     sampling: &Sampling,
     ctx: &Context<'_>,
 ) -> Result<Vec<BlendSite>> {
-    let limit = WIDEST * sampling.median;
+    let limit = SPATIAL.widest * sampling.median;
     let site = |i: usize| {
         if projected[i].chart == u32::MAX {
             return None;

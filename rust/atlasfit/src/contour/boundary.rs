@@ -4,16 +4,12 @@
 //! boundary that follows the data.
 
 use super::adjacency::{self, FaceAdjacency};
-use super::smooth::SPIKE;
-use super::surface::{END_OF_DATA, OFF_BAND, Surface, area_vector, corners, remove_marked};
+use super::constants::CONTOUR;
+use super::surface::{Surface, area_vector, corners, remove_marked};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
-
-/// Share of an edge that a vertex at the boundary moves along it at the most: at its end it would meet its
-/// neighbour.
-const FARTHEST: f64 = 0.9;
 
 /// Takes away what lies beyond the end of the data. The field reaches a few voxels farther everywhere; where
 /// that closed a gap the triangles there have no boundary edge and stay, elsewhere they are peeled off from
@@ -24,7 +20,7 @@ const FARTHEST: f64 = 0.9;
 pub(super) fn peel(triangles: &mut Vec<[u32; 3]>, support: &[f32], ctx: &Context<'_>) -> Result<()> {
     let beyond = |t: &[u32; 3]| {
         let s = t.map(|v| support[v as usize]);
-        s.contains(&OFF_BAND) || s.iter().all(|s| *s < END_OF_DATA)
+        s.contains(&CONTOUR.off_band) || s.iter().all(|s| *s < CONTOUR.end_of_data)
     };
     let beyond: Vec<bool> = triangles.iter().map(beyond).collect();
     let mut gone = vec![false; triangles.len()];
@@ -98,8 +94,8 @@ fn steps_to_end(
         let [a, b] = edge[0].ends().map(|v| v as usize);
         for (out, inside) in [(a, b), (b, a)] {
             let (low, high) = (support[out], support[inside]);
-            if boundary[out] && low < END_OF_DATA && high >= END_OF_DATA {
-                let t = f64::from((END_OF_DATA - low) / (high - low)).min(FARTHEST);
+            if boundary[out] && low < CONTOUR.end_of_data && high >= CONTOUR.end_of_data {
+                let t = f64::from((CONTOUR.end_of_data - low) / (high - low)).min(CONTOUR.farthest);
                 steps[out].sum += (positions[inside] - positions[out]) * t;
                 steps[out].count += 1;
             }
@@ -148,7 +144,7 @@ pub(super) fn drop_flaps(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
         let mut neighbours = adjacency.neighbours();
         let (Some((u, opposed)), None) = (neighbours.next(), neighbours.next()) else { return false };
         let facing = normal(t).dot(normal(&s.triangles[u as usize]));
-        (if opposed { -facing } else { facing }) < SPIKE
+        (if opposed { -facing } else { facing }) < CONTOUR.spike
     };
     let flaps: Vec<bool> = s.triangles.iter().zip(&adjacency::of(&s.triangles, ctx)?).map(flap).collect();
     remove_marked(&mut s.triangles, &flaps);

@@ -3,15 +3,12 @@
 //! In: triangles with every edge in at most two of them. Out: the same, but each fan has a vertex of its own,
 //! so that every vertex has one fan.
 
+use super::constants::CONTOUR;
 use super::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
-
-/// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal
-/// (chosen).
-const STEP_APART: f64 = 0.05;
 
 /// The triangles around each vertex, ascending.
 struct Stars {
@@ -96,7 +93,7 @@ fn split_vertex(s: &mut Surface, v: usize, star: &[u32], fan: &[usize]) {
             }
         }
         let p = s.positions[v];
-        p + (sum * (1.0 / count) - p) * STEP_APART
+        p + (sum * (1.0 / count) - p) * CONTOUR.step_apart
     };
     let firsts: Vec<usize> = (0..star.len()).filter(|&i| fan[i] == i).collect();
     let moved: Vec<Vec3> = firsts.iter().map(|&i| apart(s, i)).collect();

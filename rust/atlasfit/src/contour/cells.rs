@@ -4,21 +4,11 @@
 //! each crossed edge of the voxel a record that says which vertex stands there. The quads are made of the
 //! records ([`super::quads`]).
 
-use super::surface::{ContourVertices, OFF_BAND};
-use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, MIN_SUPPORT, corner_offset};
-use crate::blend::fill::FILL_JUMP;
+use super::constants::CONTOUR;
+use super::surface::ContourVertices;
+use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, corner_offset};
+use crate::blend::constants::BLEND;
 use crate::numeric::vec3::Vec3;
-
-/// Voxels. An edge whose ends differ by more than this joins two different sheets: no surface passes between.
-/// A distance changes by at most one along an edge; the rest is noise and the disagreement of charts
-/// (chosen).
-const MAX_JUMP: f64 = 1.9;
-/// A crossing keeps this share of an edge away from its ends: where the surface passes through a corner of
-/// the grid the vertices of the voxels about it would meet there.
-const END_MARGIN: f64 = 0.01;
-/// Voxels squared, added to a chart's squared distance where normals are blended: a tenth of a voxel, so that
-/// a chart that passes through the vertex has a finite weight (chosen).
-const NEAR2: f64 = 0.01;
 
 /// The 12 edges of a voxel as corner pairs (low, high); edges 0-3 along x, 4-7 along y, 8-11 along z.
 const EDGES: [(usize, usize); 12] =
@@ -96,7 +86,7 @@ impl Voxel {
                 return None;
             }
             voxel.filled |= level > 1;
-            voxel.off_band |= level > 1 && grid.support(block, i) >= MIN_SUPPORT;
+            voxel.off_band |= level > 1 && grid.support(block, i) >= BLEND.min_support;
             voxel.field[c] = value;
         }
         let inside = (0..8).filter(|&c| voxel.inside(c)).count();
@@ -192,14 +182,14 @@ fn piece(
         let i = voxel.corner(c);
         Vec3::from_fn(|k| f64::from(origin[k] + i[k]) * h)
     };
-    let jump = if voxel.filled { FILL_JUMP } else { MAX_JUMP } * h;
+    let jump = if voxel.filled { BLEND.fill_jump } else { CONTOUR.max_jump } * h;
     let vertex = out.vertices.positions.len() as u32;
     let before = out.crossings.len();
     let (mut sum, mut count, mut e, mut from) = (Vec3::ZERO, 0.0, start, NONE);
     loop {
         done[e] = true;
         let (a, b) = EDGES[e];
-        let t = (f[a] / (f[a] - f[b])).clamp(END_MARGIN, 1.0 - END_MARGIN);
+        let t = (f[a] / (f[a] - f[b])).clamp(CONTOUR.end_margin, 1.0 - CONTOUR.end_margin);
         sum += position(a) + (position(b) - position(a)) * t;
         count += 1.0;
         if (f[a] - f[b]).abs() <= jump {
@@ -219,7 +209,8 @@ fn piece(
     }
     let middle = sum * (1.0 / count);
     let (normal, chart) = normal_at(grid, voxel.block, middle);
-    let support = if voxel.off_band { OFF_BAND } else { grid.support_at(voxel.block, voxel.at, middle) };
+    let support =
+        if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, middle) };
     let out = &mut out.vertices;
     out.positions.push(middle);
     out.normals.push(normal);
@@ -234,7 +225,7 @@ fn normal_at(grid: &Grid<'_>, block: usize, p: Vec3) -> (Vec3, u32) {
     let (mut n, mut best) = (Vec3::ZERO, (0.0, u32::MAX));
     for c in grid.charts_of(block) {
         if let Some(v) = c.chart.view(p) {
-            let w = v.weight * v.mask / (v.distance * v.distance + NEAR2 * grid.h * grid.h);
+            let w = v.weight * v.mask / (v.distance * v.distance + CONTOUR.near2 * grid.h * grid.h);
             n += v.normal * (w * c.sign);
             if w > best.0 {
                 best = (w, c.index);

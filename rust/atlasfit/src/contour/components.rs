@@ -5,19 +5,13 @@
 
 use super::adjacency::{self, FaceAdjacency};
 use super::compact::compact;
+use super::constants::CONTOUR;
 use super::surface::{Surface, area_vector, remove_marked};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
 use std::f64::consts::PI;
-
-/// A part is an open sheet when its mean normal is longer than this: 1 = flat, 0.5 = a hemisphere, 0 = closed
-/// (chosen).
-const OPEN_FACING: f64 = 0.3;
-/// ... and the volume that it spans with its centroid, relative to a sphere of its area, is less than this
-/// (chosen).
-const OPEN_VOLUME: f64 = 0.3;
 
 /// A connected part of the surface.
 struct Component {
@@ -145,7 +139,7 @@ fn measure(s: &Surface, part: Vec<u32>, turn: &[Turn], ctx: &Context<'_>) -> Res
     }
     let facing = mean_normal.norm() / area.max(1e-300);
     let roundness = 6.0 * PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
-    let open = facing > OPEN_FACING && roundness < OPEN_VOLUME;
+    let open = facing > CONTOUR.open_facing && roundness < CONTOUR.open_volume;
     Ok(Component { triangles: part, volume, mean_normal, open })
 }
 

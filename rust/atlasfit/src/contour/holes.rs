@@ -4,22 +4,15 @@
 //! with those holes triangulated. Slits are holes of any length whose sides run close to each other: where
 //! the two sides of a thin part fail to meet at its rim.
 
+use super::constants::CONTOUR;
 use super::patch::{self, TakenEdges};
-use super::slits::{self, MAX_EDGES};
+use super::slits;
 use super::surface::{Surface, corners};
 use super::{bowties, loops};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
-
-/// A cut is at most this many times as long as the widest slit (chosen).
-const CUT: f64 = 1.5;
-/// A slit is nowhere wider than this many times the widest mean (chosen).
-const ACROSS: f64 = 4.0;
-/// A slit's filling may have at most this share of the area of the surface around it: else the surface is a
-/// ribbon, and the filling its back (chosen).
-const RIBBON: f64 = 0.2;
 
 /// What was filled.
 #[derive(Debug)]
@@ -46,8 +39,8 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
         of_ring[v as usize] = true;
     }
     let taken = TakenEdges::among(&of_ring, &s.triangles, ctx)?;
-    let was_cut = rings.iter().any(|r| r.len() > MAX_EDGES);
-    let rings = slits::cut(&s.positions, rings, &taken, CUT * widest, ctx)?;
+    let was_cut = rings.iter().any(|r| r.len() > CONTOUR.max_edges);
+    let rings = slits::cut(&s.positions, rings, &taken, CONTOUR.cut * widest, ctx)?;
     let positions = &s.positions;
     let whole: f64 = s.triangles.iter().map(|t| patch::area(corners(positions, t))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = rings
@@ -56,11 +49,11 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
             ctx.check()?;
             let length = length(positions, ring);
             // A long one can only be a slit: nothing but short edges lead across.
-            let across = if length <= longest { f64::INFINITY } else { ACROSS * widest };
+            let across = if length <= longest { f64::INFINITY } else { CONTOUR.across * widest };
             let Some(patch) = patch::of_least_area(positions, ring, across, &taken, ctx)? else {
                 return Ok(None);
             };
-            let slit = patch.area <= 0.5 * length * widest && patch.area <= RIBBON * whole;
+            let slit = patch.area <= 0.5 * length * widest && patch.area <= CONTOUR.ribbon * whole;
             Ok((length <= longest || slit).then_some(patch.triangles))
         })
         .collect::<Result<_>>()?;

@@ -11,6 +11,7 @@ mod cells;
 pub(crate) mod clean;
 mod compact;
 pub(crate) mod components;
+pub(crate) mod constants;
 pub(crate) mod holes;
 mod loops;
 mod patch;

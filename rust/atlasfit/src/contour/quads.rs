@@ -5,6 +5,7 @@
 //! faces where the field rises, in the gauge of the block that owns its edge.
 
 use super::cells::{self, Cells, Crossing};
+use super::constants::CONTOUR;
 use super::surface::{Contour, ContourVertices};
 use crate::blend::blocks::{CORNERS, Grid, corner_at};
 use crate::error::Result;
@@ -12,21 +13,18 @@ use crate::numeric::sort::sort;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Blocks that one worker handles between two checks.
-const CHUNK: usize = 64;
-
 /// Contours the field on a grid.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn contour(grid: Grid<'_>, ctx: &Context<'_>) -> Result<Contour> {
     let blocks = grid.blocks();
-    let cells: Vec<Cells> = (0..blocks.div_ceil(CHUNK))
+    let cells: Vec<Cells> = (0..blocks.div_ceil(CONTOUR.chunk))
         .into_par_iter()
         .map(|chunk| {
             ctx.check()?;
             let mut out = Cells::default();
-            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(blocks);
+            let range = chunk * CONTOUR.chunk..((chunk + 1) * CONTOUR.chunk).min(blocks);
             ctx.advance(grid.pairs / blocks * range.len());
             for b in range {
                 for k in 0..CORNERS {
@@ -60,7 +58,7 @@ fn join(cells: Vec<Cells>, ctx: &Context<'_>) -> Result<Joined> {
         support: Vec::with_capacity(count),
     };
     for (k, Cells { vertices, crossings: of_chunk }) in cells.into_iter().enumerate() {
-        if k % CHUNK == 0 {
+        if k % CONTOUR.chunk == 0 {
             ctx.check()?;
         }
         let base = all.positions.len() as u32;

@@ -3,20 +3,15 @@
 //! In: rings of boundary vertices. Out: rings that are short enough to be triangulated; those of a slit are
 //! cut across it.
 
+use super::constants::CONTOUR;
 use super::patch::TakenEdges;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::neighbours::Neighbours;
 
-/// Rings of more edges are cut, or left open: a triangulation costs the cube of it.
-pub(super) const MAX_EDGES: usize = 400;
-/// A cut leaves at least this many times its greatest length of boundary on either side: else it would cut a
-/// corner of the outline, not across a slit (chosen).
-const BEHIND: f64 = 2.0;
-
-/// Cuts rings of more than [`MAX_EDGES`] edges in two, and those again, by edges at most `longest` long that
-/// are not taken. Rings that cannot be cut are left out.
+/// Cuts rings of more than `CONTOUR.max_edges` edges in two, and those again, by edges at most `longest` long
+/// that are not taken. Rings that cannot be cut are left out.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -29,14 +24,14 @@ pub(super) fn cut(
 ) -> Result<Vec<Vec<u32>>> {
     let (mut todo, mut out) = (Vec::new(), Vec::new());
     for ring in rings {
-        let long = ring.len() > MAX_EDGES;
+        let long = ring.len() > CONTOUR.max_edges;
         let pairs = if long { close_pairs(positions, &ring, taken, longest, ctx)? } else { vec![] };
         todo.push((ring, pairs));
     }
     while let Some((ring, pairs)) = todo.pop() {
         ctx.check()?;
         let n = ring.len() as u32;
-        if ring.len() <= MAX_EDGES {
+        if ring.len() <= CONTOUR.max_edges {
             out.push(ring);
             continue;
         }
@@ -71,8 +66,8 @@ struct CloseVertices {
     dist2: f64,
 }
 
-/// The pairs of a ring's vertices that are at most `longest` apart but [`BEHIND`] times as far along the
-/// ring, and have no edge between them yet.
+/// The pairs of a ring's vertices that are at most `longest` apart but `CONTOUR.behind` times as far along
+/// the ring, and have no edge between them yet.
 fn close_pairs(
     positions: &[Vec3],
     ring: &[u32],
@@ -98,7 +93,7 @@ fn close_pairs(
         for f in &found {
             let j = f.index as usize;
             let apart = (along[j] - along[i]).abs();
-            let far = apart.min(whole - apart) > BEHIND * longest;
+            let far = apart.min(whole - apart) > CONTOUR.behind * longest;
             if j > i + 1 && far && !taken.contains(ring[i], ring[j]) {
                 out.push(CloseVertices { i: i as u32, j: j as u32, dist2: f.dist2 });
             }

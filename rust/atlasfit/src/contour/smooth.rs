@@ -4,6 +4,7 @@
 //! those next to them smoothed (Taubin 1995), and their normals taken from the triangles too. All others stay
 //! where the charts put them.
 
+use super::constants::CONTOUR;
 use super::surface::{Surface, area_vector, corners};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -11,28 +12,13 @@ use crate::run::Context;
 use crate::spatial::edges::Edges;
 use rayon::prelude::*;
 
-/// Double sweeps of the smoothing (chosen).
-const SWEEPS: usize = 6;
-/// Steps of a double sweep, as shares of the way to the mean of a vertex's neighbours: in, and out again by
-/// most of it, so that tips keep most of their length (after Taubin 1995; the values are chosen).
-const TAUBIN: [f64; 2] = [0.5, -0.43];
-/// A normal that is off its triangles by more than this (cosine; 60 degrees) is not the surface's.
-const ASTRAY: f64 = 0.5;
-/// Rings about free vertices that are smoothed too.
-const SPREAD: usize = 1;
-/// Neighbouring triangles whose normals differ by more than this (cosine; 65 degrees) make a spike at the
-/// scale of a voxel: no data carries it.
-pub(super) const SPIKE: f64 = 0.42;
-/// Triangles handled between two checks.
-const CHECK: usize = 1 << 15;
-
 /// Smooths vertices that no data carries: the free ones, those of spikes, and those next to them.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()> {
     let links = links_of_free(s, &mut free, ctx)?;
-    for step in TAUBIN.into_iter().cycle().take(2 * SWEEPS) {
+    for step in CONTOUR.taubin.into_iter().cycle().take(2 * CONTOUR.sweeps) {
         sweep(&mut s.positions, &links, step, ctx)?;
     }
     mend_normals(s, &free, ctx)
@@ -53,7 +39,9 @@ fn links_of_free(s: &Surface, free: &mut [bool], ctx: &Context<'_>) -> Result<Ve
     for (i, edge) in edges.iter().enumerate() {
         ctx.check_at(i)?;
         match edge {
-            [x, y] if normal[x.face()].dot(normal[y.face()]) < SPIKE && !x.runs_as(*y, &s.triangles) => {
+            [x, y]
+                if normal[x.face()].dot(normal[y.face()]) < CONTOUR.spike && !x.runs_as(*y, &s.triangles) =>
+            {
                 for v in x.ends() {
                     free[v as usize] = true;
                 }
@@ -66,7 +54,7 @@ fn links_of_free(s: &Surface, free: &mut [bool], ctx: &Context<'_>) -> Result<Ve
             _ => {}
         }
     }
-    for _ in 0..SPREAD {
+    for _ in 0..CONTOUR.spread {
         let core = free.to_vec();
         for (i, edge) in edges.iter().enumerate() {
             ctx.check_at(i)?;
@@ -93,7 +81,7 @@ fn face_normals(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
     let normal = |t: &[u32; 3]| area_vector(corners(&s.positions, t)).normalized();
     let found = s
         .triangles
-        .par_chunks(CHECK)
+        .par_chunks(CONTOUR.check)
         .map(|chunk| {
             ctx.check()?;
             Ok(chunk.iter().map(normal).collect::<Vec<_>>())
@@ -135,7 +123,7 @@ fn mend_normals(s: &mut Surface, free: &[bool], ctx: &Context<'_>) -> Result<()>
     for ((n, sum), _) in s.normals.iter_mut().zip(&sum).zip(free).filter(|x| *x.1) {
         if (*sum).norm() > 0.0 {
             let by_faces = (*sum).normalized();
-            *n = if (*n).dot(by_faces) < ASTRAY { by_faces } else { (*n + by_faces).normalized() };
+            *n = if (*n).dot(by_faces) < CONTOUR.astray { by_faces } else { (*n + by_faces).normalized() };
         }
     }
     Ok(())

@@ -2,12 +2,6 @@
 
 use crate::numeric::vec3::Vec3;
 
-/// Blended mask at the end of the data: the surface stops there.
-pub(super) const END_OF_DATA: f32 = 0.5;
-/// Stands for the blended mask of a vertex whose voxel has data at a corner that is too far from the charts
-/// to be believed. What is filled in there says nothing, so it counts as beyond the end of the data.
-pub(super) const OFF_BAND: f32 = -1.0;
-
 /// A contoured surface before cleaning.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Contour {
@@ -28,8 +22,8 @@ pub(super) struct ContourVertices {
     pub(super) chart: Vec<u32>,
     /// Whether the vertex lies where the field was filled in rather than known from charts.
     pub(super) filled: Vec<bool>,
-    /// Blended mask, in [0, 1], or [`OFF_BAND`]: below [`END_OF_DATA`] the vertex is beyond the end of the
-    /// data.
+    /// Blended mask, in [0, 1], or `CONTOUR.off_band`: below `CONTOUR.end_of_data` the vertex is beyond the
+    /// end of the data.
     pub(super) support: Vec<f32>,
 }
 

@@ -2,20 +2,16 @@
 //!
 //! In: a chart and its noise. Out: the chart with sharper bends.
 
+use super::constants::FIT;
 use crate::atlas::Monge;
 use crate::numeric::spline;
-
-/// Share of the bias that is taken out. The prior flattens bends the other way; with the whole correction
-/// convex shapes come out too small, with three eighths of it neither way (measured by `atlasfit bench
-/// denoise` at its four noise levels).
-const SHARPEN: f64 = 0.37;
 
 /// Takes out the bias. Points scattered about a surface by isotropic noise lie on average outside its bends:
 /// a circle of radius r seems to have radius r + sigma^2 / 2r, a graph h seems to be h - sigma^2 / 2 times
 /// its Laplacian (to first order).
 pub(super) fn sharpen(chart: &mut Monge, sigma: f64) {
     let step = 2.0 / spline::INTERVALS as f64;
-    let [a, b] = chart.radii.map(|r| SHARPEN * 0.5 * (sigma / (r * step)).powi(2));
+    let [a, b] = chart.radii.map(|r| FIT.sharpen * 0.5 * (sigma / (r * step)).powi(2));
     let old = chart.coeffs.clone();
     let n = spline::SIDE;
     for i in 1..n - 1 {

@@ -6,6 +6,7 @@
 //! in place of the network). Robust weights keep stray points and other sheets out.
 
 mod bias;
+pub(crate) mod constants;
 mod sheet;
 #[cfg(test)]
 mod tests;
@@ -16,14 +17,12 @@ use crate::atlas::{Chart, FittedChart, Map, Patch};
 use crate::error::Result;
 use crate::numeric::robust::{TUKEY, tukey};
 use crate::numeric::vec3::Vec3;
-use crate::partition::grow::RIM;
+use crate::partition::constants::PARTITION;
 use crate::run::Context;
+use constants::FIT;
 use rayon::prelude::*;
-use sheet::{DomainPoint, FootPoints, ROUNDS, Sheet, Tools, residuals, solve};
+use sheet::{DomainPoint, FootPoints, Sheet, Tools, residuals, solve};
 use two_sheets::two_sheets;
-
-/// Points that one chart is fitted to at the most; of more, an even share takes part.
-const MAX_DATA: usize = 4096;
 
 /// Fits every patch, a step of the running stage each. A patch that turns out to hold two sheets gives two
 /// charts.
@@ -62,7 +61,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
         })
         .collect();
     // A few thousand points tell as much as a clump of a hundred thousand.
-    let step = full.len().div_ceil(MAX_DATA).max(1);
+    let step = full.len().div_ceil(FIT.max_data).max(1);
     let few: Vec<DomainPoint> = full.iter().step_by(step).copied().collect();
     let q = &patch.quadric;
     let mut weights: Vec<f64> = few
@@ -73,7 +72,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
         })
         .collect();
     let mut sheet = Sheet::empty(patch, sigma);
-    for round in 0..ROUNDS {
+    for round in 0..FIT.rounds {
         if round > 0 {
             let limit = TUKEY * sheet.sigma;
             for (w, e) in weights.iter_mut().zip(residuals(&sheet.map, &few)) {
@@ -112,7 +111,7 @@ fn finish(mut sheet: Sheet, points: &[DomainPoint], weights: &[f64], patch: &Pat
         .members
         .iter()
         .zip(points.iter().zip(weights))
-        .filter(|(_, (l, w))| l[0] * l[0] + l[1] * l[1] < RIM * RIM && **w > 0.0)
+        .filter(|(_, (l, w))| l[0] * l[0] + l[1] * l[1] < PARTITION.rim * PARTITION.rim && **w > 0.0)
         .map(|(&m, (_, &w))| (m, w as f32))
         .collect::<Vec<_>>();
     let Sheet { map, sigma, support, .. } = sheet;

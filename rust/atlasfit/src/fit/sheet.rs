@@ -3,6 +3,7 @@
 //! In: points in the patch's domain, their weights, the scan's noise. Out: the sheet's coefficients,
 //! smoothness and noise.
 
+use super::constants::FIT;
 use crate::atlas::mask::Mask;
 use crate::atlas::monge::BaseCoordinates;
 use crate::atlas::{Monge, Patch};
@@ -11,16 +12,6 @@ use crate::prior::basis::{self, BASIS};
 use crate::prior::evidence::Work;
 use crate::prior::gp;
 use crate::prior::normal_equations::{NormalEquations, Observation};
-
-/// Rounds of foot points and solves. The third changes positions by less than a tenth of the noise.
-pub(super) const ROUNDS: usize = 3;
-/// The scan's noise level counts like this many points against a chart's own residuals: a chart of a hundred
-/// points may deviate where the noise really varies, a chart of ten may not.
-const NOISE_STRENGTH: f64 = 40.0;
-/// What the robust weights leave of the noise: the standard deviation of a Gaussian of which each part counts
-/// as much as Tukey's biweight, with its end at [`crate::numeric::robust::TUKEY`] standard deviations, lets
-/// it: the root of E[w e^2] / E[w].
-pub(super) const TRUNCATED: f64 = 0.878;
 
 /// A point in a patch's domain: u and v in its unit disk, height over its base plane.
 pub(super) type DomainPoint = [f64; 3];
@@ -106,11 +97,11 @@ pub(super) fn solve(
         tools.observations.push(Observation { at: [fu, fv], height, weight: w * cos2, count: w });
     }
     tools.equations.observe(basis, &tools.observations);
-    let expected = (TRUNCATED * sigma.max(floor), NOISE_STRENGTH);
+    let expected = (FIT.truncated * sigma.max(floor), FIT.noise_strength);
     let fit = gp::fit(basis, &tools.equations, expected, sheet.log_kappa, &mut tools.work)?;
     sheet.log_kappa = Some(fit.log_kappa);
     *chart.coeffs = basis::spline_coefficients(basis, &fit.weights);
-    sheet.sigma = (fit.sigma / TRUNCATED).max(floor);
+    sheet.sigma = (fit.sigma / FIT.truncated).max(floor);
     sheet.support = tools.equations.count;
     sheet.map.coeffs.iter().all(|c| c.is_finite()).then_some(())
 }
@@ -138,6 +129,6 @@ mod tests {
             weight += w;
             square += w * e * e;
         }
-        assert!((TRUNCATED - f64::sqrt(square / weight)).abs() < 5e-4, "{}", f64::sqrt(square / weight));
+        assert!((FIT.truncated - f64::sqrt(square / weight)).abs() < 5e-4, "{}", f64::sqrt(square / weight));
     }
 }

@@ -2,28 +2,10 @@
 //!
 //! In: one fitted chart and its points. Out: two sheets, where the points ask for them.
 
-use super::sheet::{DomainPoint, FootPoints, ROUNDS, Sheet, Tools, residuals, solve};
+use super::constants::FIT;
+use super::sheet::{DomainPoint, FootPoints, Sheet, Tools, residuals, solve};
 use crate::atlas::{Monge, Patch};
 use crate::numeric::robust::{TUKEY, tukey};
-
-/// Sheets closer than this many standard deviations of the noise cannot be told apart (two equal Gaussians
-/// have two modes beyond 2).
-const APART: f64 = 2.3;
-/// Each of two sheets must hold this share of the points.
-const SHARE: f64 = 0.2;
-/// Twice the gain in log likelihood that two sheets must bring, beyond what three more parameters bring by
-/// chance in a patch of a few hundred points (3 ln n is 18).
-const EVIDENCE: f64 = 24.0;
-/// Terms up to 2 of which the product does not overflow.
-const LOGS: usize = 512;
-/// Fewer points do not tell two sheets from one rough one.
-const LEAST_POINTS: usize = 40;
-/// Rounds of expectation maximisation for the two Gaussians at the most, ...
-const MIXTURE_ROUNDS: usize = 40;
-/// ... and the change of twice the log likelihood that ends them.
-const CONVERGED: f64 = 1e-3;
-/// Each sheet's weights must add up to this share of the points in the end.
-const SUPPORT: f64 = 0.1;
 
 /// Looks for two sheets in the points about one fitted chart: two Gaussians against one along the normal,
 /// then expectation maximisation with a chart each.
@@ -41,7 +23,7 @@ pub(super) fn two_sheets(
     let second = mixture.second;
     let first = second.iter().map(|r| 1.0 - r).collect();
     let mut pair = [(Sheet::empty(patch, noise), first), (Sheet::empty(patch, noise), second)];
-    for round in 0..ROUNDS + 1 {
+    for round in 0..FIT.rounds + 1 {
         if round > 0 {
             share(&mut pair, points);
         }
@@ -49,7 +31,7 @@ pub(super) fn two_sheets(
             solve(sheet, points, weights, FootPoints::of_round(round), noise, tools)?;
         }
     }
-    let least = SUPPORT * e.len() as f64;
+    let least = FIT.support * e.len() as f64;
     pair.iter().all(|p| p.0.support >= least).then(|| pair.map(|p| p.0))
 }
 
@@ -78,7 +60,7 @@ struct Mixture {
 /// as well.
 fn two_gaussians(e: &[f64]) -> Option<Mixture> {
     let n = e.len() as f64;
-    if e.len() < LEAST_POINTS {
+    if e.len() < FIT.least_points {
         return None;
     }
     let mean = e.iter().sum::<f64>() / n;
@@ -90,10 +72,10 @@ fn two_gaussians(e: &[f64]) -> Option<Mixture> {
     let (mut m, mut s2, mut share) = ([mean - spread, mean + spread], variance * 0.3, 0.5f64);
     let mut second: Vec<f64> = vec![0.0; e.len()];
     let mut gain = 0.0;
-    for _ in 0..MIXTURE_ROUNDS {
+    for _ in 0..FIT.mixture_rounds {
         let (mut like, mut total, mut sum, mut square) = (0.0, 0.0, [0.0; 2], 0.0);
         let (prior, half) = ([(1.0 - share).ln(), share.ln()], 0.5 / s2);
-        for (e, r) in e.chunks(LOGS).zip(second.chunks_mut(LOGS)) {
+        for (e, r) in e.chunks(FIT.logs).zip(second.chunks_mut(FIT.logs)) {
             // ln(a + b) is ln(max) + ln(1 + min / max), and one logarithm does for the product of many of the
             // latter.
             let mut product = 1.0;
@@ -120,11 +102,11 @@ fn two_gaussians(e: &[f64]) -> Option<Mixture> {
             square += (1.0 - r) * (x - m[0]).powi(2) + r * (x - m[1]).powi(2);
         }
         s2 = (square / n).max(1e-6 * variance);
-        if (gain - previous).abs() < CONVERGED {
+        if (gain - previous).abs() < FIT.converged {
             break;
         }
     }
     let apart = (m[1] - m[0]) / s2.sqrt();
-    let two = apart >= APART && share.min(1.0 - share) >= SHARE && gain >= EVIDENCE;
+    let two = apart >= FIT.apart && share.min(1.0 - share) >= FIT.share && gain >= FIT.evidence;
     two.then_some(Mixture { variance: s2, second })
 }

@@ -2,24 +2,16 @@
 //!
 //! In: points, search tree, spacing, the local estimate. Out: the noise.
 
+use super::constants::NOISE;
 use super::{NoiseModel, NoiseSource};
 use crate::atlas::Patch;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::partition::grow::{GrowParams, explains};
-use crate::partition::{PATCH_SIZE, grow_all};
+use crate::partition::{PatchSize, grow_all};
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::spacing::Sampling;
-
-/// Seeds at which a guess of the noise is tried. The share that is found has an error of three percent.
-const TRIALS: usize = 250;
-/// Half of the patches can be grown at about this share of the true noise: the first value where noise is
-/// below the point spacing, the second where it is as large (seen on surfaces flat and finely detailed, thin
-/// and thick).
-const HALF_ACCEPTED: (f64, f64) = (0.92, 0.72);
-/// Steps between guesses.
-const GUESS_STEP: f64 = 1.35;
 
 /// Checks a first estimate of the noise by growing patches with it, and mends it where the local estimate was
 /// misled by sheets that lie close together or by noise as large as the neighbourhoods: with too small a
@@ -36,12 +28,17 @@ pub fn by_patches(
 ) -> Result<NoiseModel> {
     let model = |sigma, source| NoiseModel::new(sigma, source, sampling.median);
     let kept = model(estimate, NoiseSource::Quadrics);
-    let step = points.len().div_ceil(TRIALS).max(1);
+    let step = points.len().div_ceil(NOISE.trials).max(1);
     let share = |sigma: f64| -> Result<f64> {
         let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
         let params = |i: usize| {
             let spacing = f64::from(sampling.spacing[i]);
-            GrowParams { sigma, spacing, max_radius: PATCH_SIZE.reach(spacing, sigma), earlier: None }
+            GrowParams {
+                sigma,
+                spacing,
+                max_radius: PatchSize::default().reach(spacing, sigma),
+                earlier: None,
+            }
         };
         let explained = |p: &Patch| p.accepted && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
         let grown = grow_all(points, tree, &seeds, params, |_| (), ctx)?;
@@ -62,7 +59,7 @@ pub fn by_patches(
     let mut at = (estimate, share(estimate)?);
     let crossing = if at.1 < 0.5 {
         loop {
-            let next = at.0 * GUESS_STEP;
+            let next = at.0 * NOISE.guess_step;
             // No scan's noise exceeds a tenth of its size.
             if next > 0.1 {
                 break at.0;
@@ -75,7 +72,7 @@ pub fn by_patches(
         }
     } else {
         loop {
-            let next = at.0 / GUESS_STEP;
+            let next = at.0 / NOISE.guess_step;
             if next < floor {
                 return Ok(kept);
             }
@@ -87,7 +84,8 @@ pub fn by_patches(
         }
     };
     let blur = ((crossing / sampling.median - 0.4) / 0.6).clamp(0.0, 1.0);
-    let tested = crossing / (HALF_ACCEPTED.0 + (HALF_ACCEPTED.1 - HALF_ACCEPTED.0) * blur);
+    let tested = crossing
+        / (NOISE.half_accepted_below + (NOISE.half_accepted_above - NOISE.half_accepted_below) * blur);
     // The local estimate is the finer instrument where the two agree.
     Ok(if (0.7..1.35).contains(&(estimate / tested)) { kept } else { model(tested, NoiseSource::Patches) })
 }

@@ -3,6 +3,7 @@
 //! In: normalised points and their search tree. Out: spacing per point and in the median, the standard
 //! deviation of the noise along the surface normal. No truth, no normals needed.
 
+use super::constants::NOISE;
 use crate::error::Result;
 use crate::numeric::dense::{Principal, cholesky, cholesky_solve, principal};
 use crate::numeric::stats::median;
@@ -10,17 +11,6 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
-
-/// Points at which the noise is estimated. The median of this many has an error of a few percent.
-const NOISE_SAMPLES: usize = 1500;
-/// Neighbourhood sizes tried (points), each with the ratio of the median residual to the true noise on a
-/// plane (simulated: the median of a chi distribution with few degrees of freedom lies below its mean).
-const NOISE_SCALES: [(usize, f64); 7] =
-    [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)];
-/// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the
-/// square roots of the two smaller principal variances). On pure noise the ratio of a neighbourhood tends to
-/// 0.7 to 0.8.
-const FLAT: f64 = 0.6;
 
 /// Ratio of residual to noise on a plane at a given flatness: the principal direction with least variance
 /// turns away from the normal as the neighbourhood becomes a blob (fitted to simulated planes; 1 below a
@@ -34,15 +24,16 @@ fn flatness_bias(flatness: f64) -> f64 {
 /// # Errors
 /// Cancelled or out of time.
 pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f64> {
-    let step = points.len().div_ceil(NOISE_SAMPLES).max(1);
+    let step = points.len().div_ceil(NOISE.samples).max(1);
     let samples: Vec<usize> = (0..points.len()).step_by(step).collect();
     let per_point: Vec<Vec<(f64, f64)>> = samples
         .par_iter()
         .map(|&i| {
             ctx.check()?;
             let mut found = Vec::new();
-            tree.nearest(points[i], NOISE_SCALES[NOISE_SCALES.len() - 1].0, &mut found);
-            Ok(NOISE_SCALES
+            tree.nearest(points[i], NOISE.scales[NOISE.scales.len() - 1].0, &mut found);
+            Ok(NOISE
+                .scales
                 .iter()
                 .filter(|(k, _)| *k <= found.len())
                 .map(|&(k, _)| quadric_residual(points, &found[..k]))
@@ -53,14 +44,14 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f6
     // the blob's bias is taken out, so the least reading is the best. Where no size shows a surface, the
     // flattest is taken.
     let (mut least, mut flattest) = (f64::INFINITY, (f64::INFINITY, 0.0));
-    for (scale, &(_, chi)) in NOISE_SCALES.iter().enumerate() {
+    for (scale, &(_, chi)) in NOISE.scales.iter().enumerate() {
         let at: Vec<(f64, f64)> = per_point.iter().filter_map(|p| p.get(scale).copied()).collect();
         if at.is_empty() || at.len() * 2 < samples.len() {
             break;
         }
         let flatness = median(&mut at.iter().map(|a| a.0).collect::<Vec<_>>());
         let residual = median(&mut at.iter().map(|a| a.1).collect::<Vec<_>>()) / chi;
-        if flatness < FLAT {
+        if flatness < NOISE.flat {
             least = least.min(residual / flatness_bias(flatness));
         }
         if flatness < flattest.0 {

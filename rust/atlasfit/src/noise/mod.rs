@@ -5,6 +5,7 @@
 //! to a sample of patches ([`learn`]). A [`NoiseModel`] says what is known and from where.
 
 pub mod check;
+pub(crate) mod constants;
 pub mod estimate;
 pub mod learn;
 mod model;

@@ -1,15 +1,5 @@
 //! The noise of a scan and where it is known from.
-
-/// Charts are cut and fitted as if there were noise of at least this share of the point spacing: what is
-/// smaller than that between the points is not known anyway, and patches that had to explain a clean scan's
-/// every crease to the last digit would shrink to nothing there.
-const FLOOR: f64 = 0.05;
-/// Noise of at least this share of the point spacing is assumed where a scan has none: the rounding of its
-/// coordinates.
-const ROUNDING: f64 = 1e-7;
-/// Point spacing that is assumed at least (share of the scan's size), so that the two shares above are never
-/// zero.
-const LEAST_SPACING: f64 = 1e-9;
+use super::constants::NOISE;
 
 /// Where the noise is known from, the least informed source first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,8 +33,8 @@ impl NoiseModel {
     /// Noise `sigma` known from `source`, among points with this median spacing.
     #[must_use]
     pub fn new(sigma: f64, source: NoiseSource, median_spacing: f64) -> Self {
-        let spacing = median_spacing.max(LEAST_SPACING);
-        Self { sigma, floor: FLOOR * spacing, rounding: ROUNDING * spacing, source }
+        let spacing = median_spacing.max(NOISE.least_spacing);
+        Self { sigma, floor: NOISE.floor * spacing, rounding: NOISE.rounding * spacing, source }
     }
     /// Whether the user gave the noise: then it is not questioned.
     #[must_use]

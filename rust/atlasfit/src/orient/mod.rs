@@ -4,6 +4,7 @@
 //! signs (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than
 //! a point's).
 
+pub(crate) mod constants;
 mod opposing;
 mod relations;
 mod signs;

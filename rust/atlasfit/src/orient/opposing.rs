@@ -2,22 +2,13 @@
 //!
 //! In: charts. Out: relations of charts that oppose each other without sharing points.
 
+use super::constants::ORIENT;
 use crate::atlas::{FittedChart, Foot, Map, Monge, Relation};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
-
-/// Sheets closer than this many standard deviations of the noise may be one.
-const APART: f64 = 1.5;
-/// What one opposing chart counts, in shared points.
-const COUNTS: f64 = 0.3;
-/// Sheets whose normals have a greater cosine are parallel.
-const PARALLEL: f64 = 0.7;
-/// Of the charts on one side, those up to this many standard deviations beyond the nearest are of the same
-/// sheet.
-const SAME_SHEET: f64 = 2.0;
 
 /// An opposing chart.
 struct Opposing {
@@ -64,18 +55,18 @@ pub(crate) fn opposing_sheets(
                 let b = patches[f.index as usize].0;
                 let v = fitted[b as usize].chart.view(center.position)?;
                 let turn = v.normal.dot(center.normal);
-                let far = ((APART * sigma).max(spacing)..reach).contains(&v.distance.abs());
-                (far && turn.abs() > PARALLEL && v.weight > 0.0 && v.mask >= 0.5).then_some(Opposing {
+                let far = ((ORIENT.apart * sigma).max(spacing)..reach).contains(&v.distance.abs());
+                (far && turn.abs() > ORIENT.parallel && v.weight > 0.0 && v.mask >= 0.5).then_some(Opposing {
                     chart: b,
                     distance: -v.distance * turn.signum(),
-                    agreement: -COUNTS * turn * v.weight,
+                    agreement: -ORIENT.counts * turn * v.weight,
                 })
             })
             .collect();
         for side in [1.0, -1.0] {
             let distances = opposing.iter().map(|x| x.distance * side);
             let next = distances.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-            let sheet = |d: f64| d > 0.0 && d < next + SAME_SHEET * sigma;
+            let sheet = |d: f64| d > 0.0 && d < next + ORIENT.same_sheet * sigma;
             out.extend(opposing.iter().filter(|x| sheet(x.distance * side)).map(|x| Relation {
                 a: a.min(x.chart),
                 b: a.max(x.chart),

@@ -3,16 +3,13 @@
 //! In: charts, and which of them each point belongs to. Out: the pairs that share points, with their
 //! agreement.
 
+use super::constants::ORIENT;
 use crate::atlas::{FittedChart, Membership, Relation};
 use crate::error::Result;
 use crate::numeric::sort::sort_by;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
-
-/// Charts so many standard deviations of the noise apart, or less than the point `spacing`, may be of one
-/// sheet or of two: sweeps of a scanner that are misaligned lie as near, and face the same way.
-const UNSURE: f64 = 1.8;
 
 /// A chart seen from one of its points.
 #[derive(Clone, Copy)]
@@ -70,7 +67,7 @@ pub(crate) fn relations(
         at.into_iter().skip(1).filter_map(move |b| {
             let a = head?;
             // Opposing sheets that share points face apart however alike their normals are.
-            let gap = (b.offset - a.offset).norm() / (UNSURE * b.sigma.max(a.sigma)).max(spacing);
+            let gap = (b.offset - a.offset).norm() / (ORIENT.unsure * b.sigma.max(a.sigma)).max(spacing);
             let agree = b.normal.dot(a.normal) * b.weight.min(a.weight) * (1.0 - gap * gap).max(-1.0);
             Some((b.chart.min(a.chart), b.chart.max(a.chart), agree as f32))
         })

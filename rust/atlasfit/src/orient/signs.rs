@@ -3,6 +3,7 @@
 //! In: how charts face each other. Out: a sign per chart, and the pairs of overlapping charts
 //! whose relative orientation the signs contradict.
 
+use super::constants::ORIENT;
 use crate::atlas::{Chart, Pair, Relation};
 use crate::error::Result;
 use crate::run::Context;
@@ -24,15 +25,6 @@ impl Link {
         Self { strength: agreement.abs().to_bits(), a, b }
     }
 }
-
-/// Agreement (in points) below which a contradiction is chance: a stray chart, not a one-sided surface, whose
-/// charts contradict each other over whole overlaps.
-const MIN_CONFLICT: f64 = 1.0;
-
-/// Share of all agreement that must be contradicted before a surface counts as one-sided. A Moebius strip
-/// must be cut across its whole width, which takes one or two percent of its overlaps; stray charts
-/// contradict in far fewer.
-const ONE_SIDED: f64 = 0.004;
 
 /// Which way each chart faces.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,13 +92,14 @@ pub(crate) fn orient(
     let conflicts: Vec<Pair> = relations
         .iter()
         .filter(|r| {
-            r.agreement.abs() > MIN_CONFLICT && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
+            r.agreement.abs() > ORIENT.min_conflict
+                && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
         })
         .map(|r| (r.a, r.b))
         .collect();
     let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
     let against = sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
-    let one_sided = against > ONE_SIDED * sum(&mut relations.iter());
+    let one_sided = against > ORIENT.one_sided * sum(&mut relations.iter());
     ctx.check()?;
     Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
 }

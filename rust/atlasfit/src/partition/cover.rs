@@ -4,27 +4,14 @@
 //! yet covered; all patches of one round grow in parallel, so the result does not depend on the number of
 //! threads.
 
-use super::grow::MIN_MEMBERS;
+use super::Cut;
+use super::constants::PARTITION;
 use super::noisy_parts::NoisyParts;
-use super::{CORE, Cut};
 use crate::atlas::{Patch, ProjectedPoint};
 use crate::error::Result;
 use crate::numeric::rng::shuffled;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
-
-/// Rounds of seeding. Each round seeds what the previous ones left, more densely.
-const ROUNDS: usize = 5;
-/// Distance between the seeds of the first round, as a share of the patches' reach, ...
-const FIRST_DISTANCE: f64 = 0.62;
-/// ... and its change from round to round.
-const CLOSER: f64 = 0.6;
-/// Patches smaller than this share of what they may reach wait until others are there ...
-const SMALL: f64 = 0.4;
-/// ... and are used, if they do not explain their points, where at least this share of them has no other.
-const ALONE: f64 = 0.25;
-/// Patches of a sample that the noise is learned from.
-const SAMPLE: usize = 100;
 
 /// Patches about some of the points, evenly spread over those that are not `done`.
 ///
@@ -32,7 +19,7 @@ const SAMPLE: usize = 100;
 /// Cancelled or out of time.
 pub(crate) fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Patch>> {
     let order = shuffled(cut.points.len(), ctx.seed).into_iter().map(|i| i as usize);
-    let seeds: Vec<usize> = order.filter(|&i| !done[i]).take(SAMPLE).collect();
+    let seeds: Vec<usize> = order.filter(|&i| !done[i]).take(PARTITION.sample).collect();
     // Grown here, fitted by the caller.
     ctx.stage(Stage::Partition, 2 * seeds.len());
     let grown = cut.grow(&seeds, cut.sigma, None, ctx)?;
@@ -55,8 +42,9 @@ pub(crate) fn partition(
     let order = shuffled(cut.points.len(), ctx.seed);
     let mut cover = Cover { cut, covered: done.to_vec(), patches: Vec::new() };
     let mut noisy: Option<NoisyParts> = None;
-    for round in 0..ROUNDS {
-        let seeds = cover.seeds(&order, FIRST_DISTANCE * CLOSER.powi(round as i32), ctx)?;
+    for round in 0..PARTITION.rounds {
+        let seeds =
+            cover.seeds(&order, PARTITION.first_distance * PARTITION.closer.powi(round as i32), ctx)?;
         if seeds.is_empty() {
             break;
         }
@@ -112,24 +100,26 @@ impl Cover<'_> {
     /// Takes a patch of this round if it serves.
     fn offer(&mut self, seed: usize, patch: Patch, round: usize) {
         // A patch that another of this round has made superfluous is dropped: fewer charts, same cover.
-        if (self.covered[seed] && round > 0) || (!patch.accepted && round + 1 < ROUNDS) {
+        if (self.covered[seed] && round > 0) || (!patch.accepted && round + 1 < PARTITION.rounds) {
             return;
         }
         // A stray's patch stays small and stands across what lies about it: one is used only where others
         // leave it alone.
         let alone = patch.members.iter().filter(|m| !self.covered[**m as usize]).count() as f64;
-        let small = patch.radii[0].max(patch.radii[1]) < SMALL * self.cut.reach(seed, self.cut.sigma);
-        if small && (round == 0 || (!patch.accepted && alone < ALONE * patch.members.len() as f64)) {
+        let small =
+            patch.radii[0].max(patch.radii[1]) < PARTITION.small * self.cut.reach(seed, self.cut.sigma);
+        if small && (round == 0 || (!patch.accepted && alone < PARTITION.alone * patch.members.len() as f64))
+        {
             return;
         }
         for &m in &patch.members {
             let d = self.cut.points[m as usize] - patch.center;
             let (u, v) = (d.dot(patch.axes[0]) / patch.radii[0], d.dot(patch.axes[1]) / patch.radii[1]);
-            if u * u + v * v < CORE * CORE {
+            if u * u + v * v < PARTITION.core * PARTITION.core {
                 self.covered[m as usize] = true;
             }
         }
-        debug_assert!(patch.members.len() >= MIN_MEMBERS);
+        debug_assert!(patch.members.len() >= PARTITION.min_members);
         self.patches.push(patch);
     }
 }

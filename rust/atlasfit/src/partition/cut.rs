@@ -1,12 +1,14 @@
 //! What patches are cut from, and how large they should be.
 
+use super::constants::PARTITION;
 use super::grow::{GrowParams, Scratch, grow};
 use crate::atlas::{Patch, ProjectedPoint};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
-use crate::spatial::spacing::{Sampling, WIDEST};
+use crate::spatial::constants::SPATIAL;
+use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
 
 /// How large patches should be: in point spacings, so that a patch holds about a hundred points, and in
@@ -19,9 +21,11 @@ pub(crate) struct PatchSize {
     pub sigmas: f64,
 }
 
-/// The default patch size: pi 6^2 = 113 points. Measured: patches 15 % larger or smaller change the error of
-/// the points of `atlasfit bench denoise` by less than 2 % in the mean.
-pub(crate) const PATCH_SIZE: PatchSize = PatchSize { spacings: 6.0, sigmas: 7.0 };
+impl Default for PatchSize {
+    fn default() -> Self {
+        Self { spacings: PARTITION.patch_spacings, sigmas: PARTITION.patch_sigmas }
+    }
+}
 
 impl PatchSize {
     /// The size that cuts a surface of `points` points into about `charts` patches.
@@ -55,7 +59,7 @@ impl Cut<'_> {
     /// The radius that a patch about a point may have.
     pub(super) fn reach(&self, point: usize, sigma: f64) -> f64 {
         // Where points stand farther apart than this there is no surface to show, only strays.
-        let widest = WIDEST * self.sampling.median;
+        let widest = SPATIAL.widest * self.sampling.median;
         self.size.reach(f64::from(self.sampling.spacing[point]).min(widest), sigma)
     }
     /// Grows a patch from each of the points `seeds`, a step of the running stage each. `earlier` is where an

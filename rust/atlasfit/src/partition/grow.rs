@@ -6,6 +6,7 @@
 //! space is never taken in. The domain is shortened across strong curvature: along a tube a patch is long,
 //! around it short.
 
+use super::constants::PARTITION;
 use super::moments::{PatchPoints, fit_quadric, quad};
 use crate::atlas::Monge;
 use crate::atlas::Patch;
@@ -28,10 +29,6 @@ pub(crate) struct GrowParams<'a> {
     pub earlier: Option<&'a [ProjectedPoint]>,
 }
 
-/// Points that face each other are of different sheets if this many standard deviations of the noise, at
-/// least, lie between them.
-const BETWEEN: f64 = 1.0;
-
 /// Whether point `b` of an earlier fit lies on a sheet that opposes the place with this normal. It does when
 /// it faces the other way, unless it lies where a smooth surface that starts at the place would come by it
 /// and `b` is only turned the wrong way. (The chord of an arc is perpendicular to the sum of its ends'
@@ -41,27 +38,8 @@ pub(crate) fn is_across(place: Vec3, normal: Vec3, b: &ProjectedPoint, sigma: f6
     let facing = b.normal;
     b.chart != u32::MAX
         && facing.dot(normal) < 0.0
-        && (b.position - place).dot(normal - facing).abs() >= 2.0 * BETWEEN * sigma
+        && (b.position - place).dot(normal - facing).abs() >= 2.0 * PARTITION.between * sigma
 }
-
-/// The sine-like bound curvature * radius on a domain: 0.75 keeps slopes of a circular arc below 49 degrees,
-/// so that heights over the base plane stay well conditioned.
-const MAX_BEND: f64 = 0.75;
-/// Prior deviation of a quadric's curved coefficients relative to the patch radius: surfaces that bend by
-/// more than a third of the radius within it are rare, and without this a handful of noisy points looks like
-/// a spike.
-const CURVED: f64 = 0.35;
-/// A narrow patch may become this many times longer than a round one.
-const MAX_LENGTHEN: f64 = 2.5;
-/// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
-const GROWTH: f64 = 1.3;
-/// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a
-/// few thousand tell as much.
-const MAX_FOUND: usize = 4096;
-/// Fewer points than this carry no quadric.
-pub(crate) const MIN_MEMBERS: usize = 7;
-/// Points a little outside the domain still take part in the fit, so that a chart's rim is not extrapolated.
-pub(crate) const RIM: f64 = 1.1;
 
 /// Buffers of one worker.
 #[derive(Default)]
@@ -110,27 +88,31 @@ fn grow_from(
             found.retain(|f| !is_across(own.position, own.normal, &earlier[f.index as usize], p.sigma));
         }
     };
-    tree.within(origin, p.max_radius * RIM, found);
+    tree.within(origin, p.max_radius * PARTITION.rim, found);
     same_sheet(found);
-    if found.len() < MIN_MEMBERS {
-        tree.nearest(origin, MIN_MEMBERS + 3, found);
+    if found.len() < PARTITION.min_members {
+        tree.nearest(origin, PARTITION.min_members + 3, found);
         same_sheet(found);
         // The few nearest may stand a little beyond; strays have theirs far away.
-        if found.len() < MIN_MEMBERS || found[MIN_MEMBERS - 1].dist2.sqrt() > 2.0 * p.max_radius {
+        if found.len() < PARTITION.min_members
+            || found[PARTITION.min_members - 1].dist2.sqrt() > 2.0 * p.max_radius
+        {
             return None;
         }
     }
     let mut all = thin(found);
     let start = found[found.len().min(10) - 1].dist2.sqrt().max(2.5 * p.sigma).max(1e-12);
-    let near =
-        found.partition_point(|f| f.dist2 <= start * start * (1.0 + 1e-9)).max(MIN_MEMBERS).min(found.len());
+    let near = found
+        .partition_point(|f| f.dist2 <= start * start * (1.0 + 1e-9))
+        .max(PARTITION.min_members)
+        .min(found.len());
     let mut state = first_plane(points, &found[..near], origin, start);
     let mut best: Option<State> = None;
     let mut radius = start;
     let mut accepted = false;
     let mut wide = false;
     loop {
-        let reach = radius * RIM * 1.5;
+        let reach = radius * PARTITION.rim * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
         let Some(mut next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, local) else {
             break;
@@ -146,21 +128,21 @@ fn grow_from(
         best = Some(State { ..next });
         // Where curvature keeps a patch narrow it may grow longer: as many points, the same smoothing.
         let narrow = state.radii[0].min(state.radii[1]);
-        let limit = p.max_radius * (0.6 * p.max_radius / narrow).clamp(1.0, MAX_LENGTHEN);
+        let limit = p.max_radius * (0.6 * p.max_radius / narrow).clamp(1.0, PARTITION.max_lengthen);
         if !ok || bent || radius >= limit {
             break;
         }
-        radius = (radius * GROWTH).min(limit);
+        radius = (radius * PARTITION.growth).min(limit);
         if radius > p.max_radius && !wide {
             wide = true;
-            tree.within(origin, MAX_LENGTHEN * p.max_radius * RIM, found);
+            tree.within(origin, PARTITION.max_lengthen * p.max_radius * PARTITION.rim, found);
             same_sheet(found);
             all = thin(found);
         }
     }
     let s = best?;
     let members = members(points, all.as_ref().unwrap_or(found), &s, p.sigma);
-    (members.len() >= MIN_MEMBERS).then_some(Patch {
+    (members.len() >= PARTITION.min_members).then_some(Patch {
         center: s.center,
         axes: s.axes,
         radii: s.radii,
@@ -193,7 +175,8 @@ fn members(points: &[Vec3], found: &[Neighbour], s: &State, sigma: f64) -> Vec<u
         .filter(|f| {
             let d = points[f.index as usize] - s.center;
             let (u, v) = (d.dot(s.axes[0]) / s.radii[0], d.dot(s.axes[1]) / s.radii[1]);
-            u * u + v * v <= RIM * RIM && (d.dot(s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
+            u * u + v * v <= PARTITION.rim * PARTITION.rim
+                && (d.dot(s.axes[2]) - quad(&s.quadric, u, v)).abs() < limit
         })
         .map(|f| f.index)
         .collect()
@@ -201,7 +184,7 @@ fn members(points: &[Vec3], found: &[Neighbour], s: &State, sigma: f64) -> Vec<u
 
 /// Leaves an even share of too many points and gives them all back.
 fn thin(found: &mut Vec<Neighbour>) -> Option<Vec<Neighbour>> {
-    let step = found.len().div_ceil(MAX_FOUND);
+    let step = found.len().div_ceil(PARTITION.max_found);
     (step > 1).then(|| {
         let few = found.iter().step_by(step).copied().collect();
         std::mem::replace(found, few)
@@ -245,18 +228,23 @@ fn step(
             let d = points[f.index as usize] - s.center;
             let (x, y, z) = (d.dot(s.axes[0]), d.dot(s.axes[1]), d.dot(s.axes[2]));
             let (a, b) = (x / domain[0], y / domain[1]);
-            if a * a + b * b <= RIM * RIM {
+            if a * a + b * b <= PARTITION.rim * PARTITION.rim {
                 local.push(x / radius, y / radius, z);
             }
         }
-        if local.u.len() < MIN_MEMBERS {
+        if local.u.len() < PARTITION.min_members {
             return None;
         }
         local.fill();
         // Slack beyond the noise: what a quadric of the previous, smaller patch may miss of the new ring.
         let slack = if turn == 0 { 0.10 } else { 0.05 } * domain[0].min(domain[1]);
         for _ in 0..2 {
-            deviation = fit_quadric(local, &mut s.quadric, TUKEY * sigma + slack, sigma / (CURVED * radius))?;
+            deviation = fit_quadric(
+                local,
+                &mut s.quadric,
+                TUKEY * sigma + slack,
+                sigma / (PARTITION.curved * radius),
+            )?;
         }
         // Turn the base plane to the tangent plane at the centre.
         let (a, b) = (s.quadric[1] / radius, s.quadric[2] / radius);
@@ -273,7 +261,7 @@ fn step(
         s.quadric = [0.0, 0.0, 0.0, 0.5 * k1 * radius * radius, 0.0, 0.5 * k2 * radius * radius];
         // Only curvature that stands out of the noise shortens the domain.
         let doubt = 2.0 * 2.0 * sigma * deviation[0].max(deviation[1]) / (radius * radius);
-        domain = [k1, k2].map(|k: f64| radius.min(MAX_BEND / (k.abs() - doubt).max(1e-12)));
+        domain = [k1, k2].map(|k: f64| radius.min(PARTITION.max_bend / (k.abs() - doubt).max(1e-12)));
     }
     // The final domain's units.
     s.radii = domain;
@@ -304,7 +292,7 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bo
             astray += 1;
         }
     }
-    if near < MIN_MEMBERS {
+    if near < PARTITION.min_members {
         return false;
     }
     let rms = (sum / total).sqrt();

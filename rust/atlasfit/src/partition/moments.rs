@@ -3,6 +3,7 @@
 //!
 //! In: points in the patch's frame, the quadric before. Out: the quadric, and how well its bends are known.
 
+use super::constants::PARTITION;
 use crate::numeric::dense::{LANES, cholesky, cholesky_solve};
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
@@ -32,13 +33,10 @@ impl PatchPoints {
     /// Fills the last vector with points that are too far away to weigh anything.
     pub(super) fn fill(&mut self) {
         while !self.u.len().is_multiple_of(LANES) {
-            self.push(0.0, 0.0, FAR);
+            self.push(0.0, 0.0, PARTITION.no_weight_height);
         }
     }
 }
-
-/// A height that has no weight in any fit.
-const FAR: f64 = 1e150;
 
 /// One round of weighted least squares of z against the six monomials, weights by the residuals to the
 /// current `q`. `ridge` is the ratio of noise to the prior deviation of the curved terms. Returns the

@@ -4,21 +4,12 @@
 //! whole part of the scan asks for it.
 
 use super::Cut;
+use super::constants::PARTITION;
 use crate::atlas::{Patch, ProjectedPoint};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
-
-/// More noise is tried in steps of this factor.
-const STEP: f64 = 1.6;
-/// The most noise that is tried, as a share of the point spacing: beyond it, two sheets of a thin wall would
-/// pass for one noisy one.
-const MOST: f64 = 0.6;
-/// Seeds nearest to a place that say whether its part is noisy, ...
-const ASKED: usize = 6;
-/// ... and how many of them must not be explained by the scan's noise. On even noise one in thirty is not.
-const UNEXPLAINED: usize = 2;
 
 /// Where the noise is larger than usual.
 pub(super) struct NoisyParts {
@@ -40,8 +31,8 @@ impl NoisyParts {
     }
     fn contains(&self, p: Vec3) -> bool {
         let mut near = Vec::new();
-        self.tree.nearest(p, ASKED, &mut near);
-        near.iter().filter(|n| !self.explained[n.index as usize]).count() >= UNEXPLAINED
+        self.tree.nearest(p, PARTITION.asked, &mut near);
+        near.iter().filter(|n| !self.explained[n.index as usize]).count() >= PARTITION.unexplained
     }
     /// Grows the seeds in noisy parts again with more and more noise, each while it is not explained and the
     /// noise is not too large for the spacing there.
@@ -59,10 +50,10 @@ impl NoisyParts {
         let mut sigma = cut.sigma;
         while !left.is_empty() {
             ctx.check()?;
-            sigma *= STEP;
+            sigma *= PARTITION.more_noise;
             left.retain(|&k| {
                 let spacing = f64::from(cut.sampling.spacing[seeds[k]]).max(cut.sampling.median);
-                sigma <= MOST * spacing
+                sigma <= PARTITION.most_noise * spacing
             });
             let again: Vec<usize> = left.iter().map(|&k| seeds[k]).collect();
             for (&k, patch) in left.iter().zip(cut.grow(&again, sigma, earlier, ctx)?) {

@@ -3,17 +3,14 @@
 //! In: fitted charts, the points projected onto them. Out: the charts that had no other sheet near, and which
 //! points they cover.
 
-use super::grow::{RIM, is_across};
-use super::{CORE, Cut};
+use super::Cut;
+use super::constants::PARTITION;
+use super::grow::is_across;
 use crate::atlas::{FittedChart, Map, ProjectedPoint};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::Neighbour;
 use rayon::prelude::*;
-
-/// A sheet farther from a patch than this many standard deviations plus this share of the patch's reach
-/// cannot keep it from growing.
-const DISTURBING: (f64, f64) = (6.0, 0.15);
 
 /// Leaves out the charts whose patch had another sheet within its reach: there they were kept small, or took
 /// some of its points. Returns for each point whether it needs no other chart, as those that are `done` do;
@@ -54,7 +51,7 @@ pub(crate) fn keep(
         let Map::Monge(map) = &f.chart.map else { continue };
         for &(m, _) in &f.members {
             let l = map.local(cut.points[m as usize]);
-            covered[m as usize] |= l.u * l.u + l.v * l.v < CORE * CORE;
+            covered[m as usize] |= l.u * l.u + l.v * l.v < PARTITION.core * PARTITION.core;
         }
     }
     covered.iter_mut().zip(done).for_each(|(c, d)| *c |= d);
@@ -67,9 +64,9 @@ fn stays(cut: &Cut<'_>, f: &FittedChart, projected: &[ProjectedPoint], found: &m
     let center = map.at([0.0; 2]);
     cut.tree.nearest(center.position, 1, found);
     let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, cut.sigma));
-    cut.tree.within(center.position, RIM * reach, found);
+    cut.tree.within(center.position, PARTITION.rim * reach, found);
     let (place, normal) = (center.position, center.normal * f.chart.sign);
-    let disturbing = DISTURBING.0 * cut.sigma + DISTURBING.1 * reach;
+    let disturbing = PARTITION.disturbing_sigmas * cut.sigma + PARTITION.disturbing_share * reach;
     !found.iter().any(|n| {
         let other = &projected[n.index as usize];
         (other.position - place).dot(normal).abs() < disturbing && is_across(place, normal, other, cut.sigma)

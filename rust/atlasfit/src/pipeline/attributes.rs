@@ -3,6 +3,7 @@
 //! In: the scan as it was given, the denoised points, the surface. Out: a mesh that carries the scan's
 //! columns.
 
+use super::constants::TRANSFER_K;
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
@@ -11,9 +12,6 @@ use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
-
-/// Points that an attribute of a vertex is averaged over.
-const TRANSFER_K: usize = 4;
 
 /// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes
 /// the surface.

@@ -2,8 +2,9 @@
 //!
 //! In: what was built, the mesh with the scan's attributes. Out: [`Denoised`].
 
+use super::constants::PIPELINE;
 use super::options::{DenoiseOptions, Outliers};
-use super::prepare::{BYTES_PER_POINT, InputMap};
+use super::prepare::InputMap;
 use super::report::{Denoised, Report};
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
@@ -14,11 +15,6 @@ use crate::noise::NoiseModel;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::unwrap::{self, UnwrapOptions};
-
-/// Memory for one triangle while UVs are laid out. Bytes; measured as for points.
-const BYTES_PER_TRIANGLE: u64 = 250;
-/// UV charts of the denoised surface may stretch this much at the 95th percentile.
-const UV_STRETCH: f64 = 1.25;
 
 /// The noise that the report tells: of the scan as the charts know it; after a guide, which leaves little of
 /// it, as it was before.
@@ -84,9 +80,11 @@ pub(super) fn finish(
 
 /// Lays out the mesh's UVs; returns how many charts they have. `points` are still in memory.
 fn lay_out(mesh: &mut TriMesh, points: usize, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
-    let (own, faces) = (BYTES_PER_POINT / 3 * points as u64, mesh.triangles.len() as u64);
-    ctx.reserve(own + BYTES_PER_TRIANGLE * faces)?;
-    let how = UnwrapOptions::default().with_max_stretch(UV_STRETCH).with_page_size([options.texture_size; 2]);
+    let (own, faces) = (PIPELINE.bytes_per_point / 3 * points as u64, mesh.triangles.len() as u64);
+    ctx.reserve(own + PIPELINE.bytes_per_triangle * faces)?;
+    let how = UnwrapOptions::default()
+        .with_max_stretch(PIPELINE.uv_stretch)
+        .with_page_size([options.texture_size; 2]);
     let layout = unwrap::unwrap(mesh, &how, ctx)?;
     mesh.corner_uv = Some(layout.corner_uv);
     mesh.face_chart = Some(layout.face_chart);

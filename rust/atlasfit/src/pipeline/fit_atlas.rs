@@ -7,7 +7,7 @@ use crate::atlas::FittedChart;
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::noise::{NoiseModel, NoiseSource, learn};
-use crate::partition::{self, Cut, PATCH_SIZE, PatchSize, tubes};
+use crate::partition::{self, Cut, PatchSize, tubes};
 use crate::run::{Context, Stage};
 
 /// An atlas whose charts do not know of each other yet.
@@ -35,8 +35,8 @@ pub(super) fn cut(scan: &Scan, size: PatchSize) -> Cut<'_> {
 /// noise by what tubes and a sample of charts see of it.
 pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_>) -> Result<FirstAtlas> {
     let size = match charts {
-        None => PATCH_SIZE,
-        Some(charts) => PATCH_SIZE.for_count(charts, scan.points.len()),
+        None => PatchSize::default(),
+        Some(charts) => PatchSize::default().for_count(charts, scan.points.len()),
     };
     let tubes = tubes::find(&cut(scan, size), scan.noise.is_given(), ctx)?;
     if let Some(sigma) = tubes.sigma {

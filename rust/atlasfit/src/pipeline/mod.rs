@@ -6,6 +6,10 @@
 //! to the user's frame, report).
 
 mod attributes;
+#[cfg(feature = "benchmarks")]
+#[doc(hidden)]
+pub mod benchmarks;
+pub(crate) mod constants;
 mod finish;
 mod fit_atlas;
 pub mod guide;
@@ -74,7 +78,7 @@ fn denoise_in(
     guide: Option<&dyn Guide>,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
-    ctx.reserve(prepare::BYTES_PER_POINT * cloud.len() as u64)?;
+    ctx.reserve(constants::PIPELINE.bytes_per_point * cloud.len() as u64)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let mut scan = prepare::prepare(distinct, options.noise, ctx)?;
     let scan_noise = scan.noise;

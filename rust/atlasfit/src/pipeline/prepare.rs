@@ -4,6 +4,7 @@
 //! and scaled to size 1, with search tree, spacing and noise; and how many points were left out, for which
 //! reason.
 
+use super::constants::PIPELINE;
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate};
 use crate::numeric::dense::principal;
@@ -11,35 +12,14 @@ use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
+use crate::spatial::constants::SPATIAL;
 use crate::spatial::neighbours::Neighbours;
 use crate::spatial::sets::Sets;
-use crate::spatial::spacing::{Sampling, WIDEST, spacing};
+use crate::spatial::spacing::{Sampling, spacing};
 use rayon::prelude::*;
 
-/// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts. Bytes;
-/// measured as peak resident memory over points at 64,000 and 1,000,000 points.
-pub(super) const BYTES_PER_POINT: u64 = 700;
 /// The least number of distinct points that make a surface.
 pub const MIN_POINTS: usize = 12;
-/// Scans smaller or larger than this, in any unit, cannot be computed with.
-const SIZE: (f64, f64) = (1e-280, 1e280);
-/// Share of the points beyond each side of the frame: one stray point far away must not squeeze the rest into
-/// rounding noise.
-const BEYOND: f64 = 0.005;
-/// Points farther than this many of the scan's sizes are stray.
-const FAR: f64 = 1e6;
-/// Points whose neighbours are this many times farther than their neighbours' neighbours are stray.
-const STRAY: f64 = 4.0;
-/// Spacing, as a share of the scan's size, that rounding alone could make.
-const LEAST_SPACING: f64 = 1e-12;
-/// Noise beyond this share of the scan's size leaves no shape.
-const MOST_NOISE: f64 = 0.25;
-/// Points hang together when they are nearer than this many spacings.
-const LINK: f64 = 5.0;
-/// Neighbours that a point may hang together with.
-const LINKS: usize = 8;
-/// Fewer points that hang together are no part of a scan.
-const PART: usize = 10;
 
 /// Positions of which each is named once.
 #[derive(Debug, Clone)]
@@ -151,7 +131,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     check_any(&points, of_input.len(), not_finite)?;
     let frame = frame(&points, of_input.len() - not_finite, ctx)?;
     if let Some(noise) = given_noise
-        && noise > MOST_NOISE * frame.scale
+        && noise > PIPELINE.most_noise * frame.scale
     {
         return Err(Error::invalid(
             format!("noise is {noise}, but the scan is only {} long", frame.scale),
@@ -162,7 +142,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     ctx.stage(Stage::Analyse, 2 * points.len());
     ctx.check()?;
     let all = points.len();
-    let far: Vec<bool> = points.iter().map(|p| !p.iter().all(|x| x.abs() < FAR)).collect();
+    let far: Vec<bool> = points.iter().map(|p| !p.iter().all(|x| x.abs() < PIPELINE.far)).collect();
     if far.contains(&true) {
         keep(&mut points, &mut of_input, &far);
     }
@@ -180,7 +160,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
         tree = Neighbours::build(&points, ctx)?;
     }
     let sampling = Sampling::new(spacing);
-    if sampling.median < LEAST_SPACING {
+    if sampling.median < PIPELINE.least_spacing {
         return Err(Error::degenerate(
             "most points all but coincide beside the scan's extent",
             "Cut away what lies far off, or give points that lie on a surface",
@@ -221,7 +201,7 @@ fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
 fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> Option<String> {
     // Below a tenth of the spacing noise makes no difference.
     let matters = local > 0.1 * sampling.median;
-    (matters && given / scale < NOISE_TOLD * local.min(sampling.median)).then(|| {
+    (matters && given / scale < PIPELINE.noise_told * local.min(sampling.median)).then(|| {
         format!(
             "the noise given is {:.3e}, but the scan shows about {:.3e}: the surface will follow the noise",
             given,
@@ -230,12 +210,9 @@ fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> 
     })
 }
 
-/// A given noise below this share of what the scan shows is worth a warning.
-const NOISE_TOLD: f64 = 0.25;
-
 /// Origin and size of the frame.
 fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
-    let beyond = (points.len() as f64 * BEYOND) as usize;
+    let beyond = (points.len() as f64 * PIPELINE.beyond) as usize;
     let range = |axis: usize| -> Result<(f64, f64)> {
         ctx.check()?;
         let mut v: Vec<f64> = points.iter().map(|p| p[axis]).collect();
@@ -253,7 +230,7 @@ fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
         ));
     }
     let largest = origin.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if !(SIZE.0..SIZE.1).contains(&scale) || largest > SIZE.1 {
+    if !(PIPELINE.size.0..PIPELINE.size.1).contains(&scale) || largest > PIPELINE.size.1 {
         return Err(Error::degenerate(
             format!(
                 "the points are {scale:e} apart, {largest:e} from the origin: beyond what can be computed with"
@@ -305,7 +282,7 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
     // too.
     let mut all = spacing.to_vec();
     let at = all.len() * 9 / 10;
-    let lonely = WIDEST * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
+    let lonely = SPATIAL.widest * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
     points
         .par_chunks(1024)
         .enumerate()
@@ -317,7 +294,7 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
                 tree.nearest(*p, 9, &mut found);
                 let mut around: Vec<f64> =
                     found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize])).collect();
-                own > lonely || own > STRAY * median(&mut around)
+                own > lonely || own > PIPELINE.stray * median(&mut around)
             };
             Ok(chunk.iter().enumerate().map(lone).collect::<Vec<_>>())
         })
@@ -331,20 +308,20 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
 /// Cancelled or out of time.
 pub fn parts(scan: &Scan, ctx: &Context<'_>) -> Result<(usize, usize)> {
     let n = scan.points.len();
-    let link2 = (LINK * scan.sampling.median).powi(2);
+    let link2 = (PIPELINE.link * scan.sampling.median).powi(2);
     let mut sets = Sets::new(n);
     let mut found = Vec::new();
     for (i, p) in scan.points.iter().enumerate() {
         if i % 256 == 0 {
             ctx.check()?;
         }
-        scan.tree.nearest(*p, LINKS + 1, &mut found);
+        scan.tree.nearest(*p, PIPELINE.links + 1, &mut found);
         for f in found.iter().take_while(|f| f.dist2 <= link2) {
             sets.join(i as u32, f.index);
         }
     }
     let mut size = vec![0usize; n];
     (0..n as u32).for_each(|i| size[sets.find(i) as usize] += 1);
-    let none = size.iter().filter(|&&s| s < PART).sum();
-    Ok((size.iter().filter(|&&s| s >= PART).count(), none))
+    let none = size.iter().filter(|&&s| s < PIPELINE.part).sum();
+    Ok((size.iter().filter(|&&s| s >= PIPELINE.part).count(), none))
 }

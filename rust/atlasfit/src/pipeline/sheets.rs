@@ -4,6 +4,7 @@
 //! In: the first atlas. Out: an oriented atlas, each point of the scan on it. These rounds stand above
 //! partition, fit, orient and blend, as they need all four.
 
+use super::constants::PIPELINE;
 use super::fit_atlas::{FirstAtlas, cut};
 use super::prepare::Scan;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation};
@@ -11,10 +12,6 @@ use crate::blend::{membership, project};
 use crate::error::Result;
 use crate::run::{Context, Stage};
 use crate::{fit, orient, partition};
-
-/// Times that patches near another sheet are cut anew, with what the fit before says of which point belongs
-/// to which. The second time brings a third of what the first brings, a third one a third of that.
-const ROUNDS: usize = 2;
 
 /// Charts that know of each other, and the points on them.
 pub(super) struct OrientedAtlas {
@@ -36,7 +33,7 @@ pub(super) fn separate(scan: &Scan, first: FirstAtlas, ctx: &Context<'_>) -> Res
     let FirstAtlas { fitted, on_tubes, size } = first;
     let cut = cut(scan, size);
     let mut atlas = oriented(scan, fitted, ctx)?;
-    for _ in 0..ROUNDS {
+    for _ in 0..PIPELINE.sheet_rounds {
         let known = &atlas.projected;
         let Some(covered) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
         let patches = partition::partition(&cut, &covered, Some(known), ctx)?;

@@ -3,6 +3,7 @@
 //! In: the atlas and its points. Out: one triangle mesh in the normalised frame, charts and points turned to
 //! the side that it faces.
 
+use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
@@ -13,30 +14,8 @@ use crate::contour::{clean, components, quads, smooth, surface::Surface};
 use crate::error::{Error, Result};
 use crate::orient;
 use crate::run::{Context, Stage};
-use crate::spatial::spacing::{Sampling, WIDEST};
-
-/// Voxels are this share of the point spacing: finer ones follow the surface no better, coarser ones begin to
-/// cost completeness; triangles are then about four times as many as the points.
-const VOXEL: f64 = 0.75;
-/// Voxels are at least this share of the root mean square of the spacing: where clumps set the median, voxels
-/// of its size would be many times as many as the points.
-const VOXEL_SPREAD: f64 = 0.2;
-/// A point alone covers a disk as wide as this many spacings.
-const ALONE: f64 = 4.2;
-/// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled:
-/// random points leave gaps about four spacings wide.
-const GAP: f64 = 16.0;
-/// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a patch
-/// of each other.
-const SLIT: f64 = 3.0;
-/// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the usual
-/// size.
-const SPECK: f64 = 180.0;
-/// Whatever the voxels, fewer triangles are a speck.
-const LEAST_SPECK: f64 = 8.0;
-/// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a few
-/// strays make one of any size.
-const UNSUPPORTED: f64 = 12.0;
+use crate::spatial::constants::SPATIAL;
+use crate::spatial::spacing::Sampling;
 
 /// What was built. Lengths are in the normalised frame.
 pub(super) struct Built {
@@ -83,16 +62,18 @@ pub(super) fn build(
     // Contouring needs the most memory: what is done with goes first.
     drop(tree);
     drop(members);
-    let speck = (SPECK * (VOXEL * median / voxel).powi(2)).max(LEAST_SPECK) as usize;
+    let speck =
+        (PIPELINE.speck * (PIPELINE.voxel * median / voxel).powi(2)).max(PIPELINE.least_speck) as usize;
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
     let mut surface = clean::clean(contour, !conflicts.is_empty(), speck, ctx)?;
     let own = points_of_charts(&projected, charts.len());
-    components::remove_unsupported(&mut surface, &own, UNSUPPORTED, ctx)?;
-    let longest = (GAP * median).max(options.fill_holes / frame.scale);
-    let Filled { holes: filled_holes, touched } = holes::fill(&mut surface, longest, SLIT * median, ctx)?;
+    components::remove_unsupported(&mut surface, &own, PIPELINE.unsupported, ctx)?;
+    let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
+    let Filled { holes: filled_holes, touched } =
+        holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
     smooth::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::degenerate(
@@ -123,11 +104,11 @@ pub(super) fn build(
 }
 
 /// Side of the voxels for a detail of 1.
-fn voxel(sampling: &Sampling) -> f64 {
-    let widest = ALONE * WIDEST * sampling.median;
+pub(super) fn voxel(sampling: &Sampling) -> f64 {
+    let widest = PIPELINE.alone * SPATIAL.widest * sampling.median;
     let squares = sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
     let spread = (squares.sum::<f64>() / sampling.spacing.len() as f64).sqrt();
-    (VOXEL * sampling.median).max(VOXEL_SPREAD * spread)
+    (PIPELINE.voxel * sampling.median).max(PIPELINE.voxel_spread * spread)
 }
 
 /// How many points each chart weighs most at.

@@ -2,6 +2,7 @@
 //!
 //! Out: their spline coefficients and prior precisions, made once and shared by all charts.
 
+use super::constants::{FREE, MODES, PRIOR};
 use super::evidence::Problem;
 use crate::numeric::spline::{COEFFS, GAUSS, INTERVALS, SIDE, spline, spline_d1, spline_d2};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -9,14 +10,6 @@ use std::sync::LazyLock;
 
 /// Columns of a row: eigenfunctions, height, and what fills the last vector.
 pub const WIDTH: usize = Problem::width(MODES);
-/// Eigenfunctions kept. Half the number of points in a typical chart; more only fit noise, and the cost of a
-/// fit grows with the cube.
-pub const MODES: usize = 50;
-/// The affine functions: no bending, hence no prior on them.
-pub const FREE: usize = 3;
-/// Eigenvalues of the bending energy grow like frequency^4; the arc-cosine kernel's precision like
-/// frequency^5.
-const ORDER: f64 = 5.0 / 4.0;
 
 /// The expansion shared by all charts.
 pub struct Basis {
@@ -85,7 +78,7 @@ fn make_basis() -> Basis {
             basis.modes[c * WIDTH + m] = coeffs[c];
         }
         if m >= FREE {
-            basis.precision[m] = eigen.eigenvalues[k].powf(ORDER);
+            basis.precision[m] = eigen.eigenvalues[k].powf(PRIOR.order);
         }
     }
     basis

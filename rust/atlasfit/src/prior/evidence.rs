@@ -6,11 +6,8 @@
 //! penalised sum of squares in that column's own entry, so that one factorisation is all that a value of the
 //! smoothness costs.
 
+use super::constants::PRIOR;
 use crate::numeric::dense::{LANES, eliminate};
-
-/// Step of the search, natural logarithm: a factor 8, below which the likelihood of a hundred points cannot
-/// tell two values apart.
-const STEP: f64 = 2.1;
 
 /// A penalised least squares fit.
 pub struct Problem {
@@ -84,7 +81,7 @@ impl Problem {
             better
         };
         better(start);
-        for step in [STEP, -STEP] {
+        for step in [PRIOR.step, -PRIOR.step] {
             let mut at = start + step;
             while (self.range.0..=self.range.1).contains(&at) && better(at) {
                 at += step;

@@ -10,14 +10,10 @@
 //! In: points over the unit disk with heights and weights. Out: spline coefficients of the height, the
 //! smoothness and the noise that the data supports.
 
-use super::basis::{Basis, FREE, MODES, WIDTH};
+use super::basis::{Basis, WIDTH};
+use super::constants::{FREE, MODES, PRIOR};
 use super::evidence::{Problem, Solution, Work};
 use super::normal_equations::NormalEquations;
-
-/// The range in which smoothness is chosen, natural logarithm of kappa: from interpolation to a plane.
-const LOG_KAPPA: (f64, f64) = (-23.0, 4.5);
-/// Where the search begins: what most charts of a scan have, or a step beside it.
-const LIKELY: f64 = -2.0;
 
 /// Chooses smoothness and noise by restricted marginal likelihood and solves for the weights of the
 /// eigenfunctions.
@@ -32,8 +28,9 @@ pub fn fit(
     near: Option<f64>,
     work: &mut Work,
 ) -> Option<Solution> {
-    let problem = Problem { unknowns: MODES, free: FREE, count: data.count, expected, range: LOG_KAPPA };
-    problem.solve(near.unwrap_or(LIKELY), work, |kappa, system| {
+    let problem =
+        Problem { unknowns: MODES, free: FREE, count: data.count, expected, range: PRIOR.log_kappa };
+    problem.solve(near.unwrap_or(PRIOR.likely), work, |kappa, system| {
         system.copy_from_slice(&data.matrix);
         for (x, p) in system.iter_mut().step_by(WIDTH + 1).zip(&basis.precision) {
             // The last term keeps the affine part solvable when few points carry it.

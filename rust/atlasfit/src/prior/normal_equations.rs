@@ -7,12 +7,10 @@
 //! One observation costs 800 multiplications and additions for its row and 1,300 for the matrix; eight at a
 //! time keep loads and stores below the arithmetic.
 
-use super::basis::{Basis, MODES, WIDTH};
+use super::basis::{Basis, WIDTH};
+use super::constants::{BLOCK, MODES};
 use crate::numeric::spline::{SIDE, locate, spline};
 use pulp::{Arch, Scalar, Simd, WithSimd};
-
-/// Observations that are added together.
-const BLOCK: usize = 8;
 
 /// A height observations at a place of the domain.
 #[derive(Debug, Clone, Copy, Default)]

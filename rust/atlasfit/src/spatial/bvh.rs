@@ -4,15 +4,11 @@
 //! along the longest side, so the shape of the tree depends on the count alone: nodes lie in preorder, need
 //! no links, and subtrees are built in parallel into disjoint slices.
 
+use super::constants::SPATIAL;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use std::ops::ControlFlow;
-
-/// Primitives per leaf: few enough that a leaf is cheap, many enough that boxes do not dominate the memory.
-const LEAF: usize = 4;
-/// Subtrees smaller than this are built on one thread: starting a task costs more.
-const PARALLEL: usize = 4096;
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +76,7 @@ impl Bvh {
         if boxes.is_empty() {
             return Ok(Self::default());
         }
-        let height = boxes.len().div_ceil(LEAF).next_power_of_two().trailing_zeros();
+        let height = boxes.len().div_ceil(SPATIAL.leaf).next_power_of_two().trailing_zeros();
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut nodes = vec![Aabb::EMPTY; tree_size(height)];
         build_node(boxes, &mut order, &mut nodes, height, ctx)?;
@@ -190,7 +186,7 @@ fn build_node(
     let (left, right) = order.split_at_mut(mid);
     let (node, below) = nodes.split_at_mut(1);
     let (nl, nr) = below.split_at_mut(tree_size(height - 1));
-    if count > PARALLEL {
+    if count > SPATIAL.parallel {
         ctx.check()?;
         let (l, r) = rayon::join(
             || build_node(boxes, left, nl, height - 1, ctx),

@@ -2,6 +2,7 @@
 //! spacing.
 
 pub mod bvh;
+pub(crate) mod constants;
 pub mod edges;
 pub mod neighbours;
 pub mod sets;

@@ -3,6 +3,7 @@
 //! In: finite points. Out: the k nearest, or all within a radius, as indices with squared distances, in an
 //! order that does not depend on the tree (distance, then index), so that results are reproducible.
 
+use super::constants::SPATIAL;
 use crate::error::{Error, Result};
 use crate::numeric::sort::partition;
 use crate::numeric::vec3::{self, Vec3};
@@ -10,10 +11,6 @@ use crate::run::Context;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use std::num::NonZero;
 
-/// Points of one tree: built in a few milliseconds, so that a cancel need not wait, and on all threads.
-const BLOCK: usize = 1 << 15;
-/// Points that a split is chosen from.
-const SAMPLE: usize = 511;
 /// Stands for no block.
 const NONE: u32 = u32::MAX;
 
@@ -80,7 +77,7 @@ impl Neighbours {
         if points.len() >= u32::MAX as usize {
             return Err(Error::invalid(format!("{} points", points.len()), "Give fewer points"));
         }
-        Self::with_blocks(points, BLOCK, ctx)
+        Self::with_blocks(points, SPATIAL.block, ctx)
     }
 
     /// [`Neighbours::build`] with trees of at most `block` points.
@@ -220,12 +217,13 @@ struct Forest {
 fn forest(points: &[Vec3], order: &mut [u32], block: usize, ctx: &Context<'_>) -> Result<Forest> {
     ctx.check()?;
     if order.len() > block {
-        let sample: Vec<Vec3> =
-            (0..SAMPLE).map(|k| points[order[k * (order.len() - 1) / (SAMPLE - 1)] as usize]).collect();
+        let sample: Vec<Vec3> = (0..SPATIAL.sample)
+            .map(|k| points[order[k * (order.len() - 1) / (SPATIAL.sample - 1)] as usize])
+            .collect();
         let [low, high] = bounds(&sample);
         let axis = (0..3).fold(0, |a, k| if high[k] - low[k] > high[a] - low[a] { k } else { a });
         let mut along: Vec<f64> = sample.iter().map(|p| p[axis]).collect();
-        let pivot = *along.select_nth_unstable_by(SAMPLE / 2, f64::total_cmp).1;
+        let pivot = *along.select_nth_unstable_by(SPATIAL.sample / 2, f64::total_cmp).1;
         let mut cut = partition(order, |&i| points[i as usize][axis] < pivot, ctx)?;
         if cut == 0 {
             cut = partition(order, |&i| points[i as usize][axis] <= pivot, ctx)?;

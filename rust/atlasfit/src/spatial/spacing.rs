@@ -2,16 +2,13 @@
 //!
 //! In: points and their search tree. Out: the spacing at each point, and its median.
 
+use super::constants::SPATIAL;
 use super::neighbours::Neighbours;
 use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
-
-/// Points carry the surface no farther than if their spacing were this many times the median: beyond, a scan
-/// is too thin to show one, and the voxels needed to bridge the gaps grow with the square.
-pub(crate) const WIDEST: f64 = 6.0;
 
 /// The spacing of a scan's points.
 #[derive(Debug, Clone)]
@@ -31,13 +28,6 @@ impl Sampling {
     }
 }
 
-/// Neighbours that the local spacing is taken from: 8 points on a surface of density 1/s^2 lie within r with
-/// pi r^2 = 8 s^2.
-const SPACING_K: usize = 8;
-/// Scanners sample in lines: within a line the nearest points are close, the next line is far. More
-/// neighbours see both; on an even sampling their estimate, taken at this share, is the smaller one.
-const WIDE_K: usize = 32;
-const WIDE_SHARE: f64 = 0.85;
 /// Spacing per point.
 ///
 /// # Errors
@@ -51,13 +41,13 @@ pub fn spacing(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<
             let out: Vec<f32> = chunk
                 .iter()
                 .map(|&p| {
-                    tree.nearest(p, WIDE_K + 1, &mut found);
+                    tree.nearest(p, SPATIAL.wide_k + 1, &mut found);
                     let side = |k: usize| {
                         let k = k.min(found.len() - 1);
                         (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
                     };
                     // Never zero: what is divided by it stays a number.
-                    (side(SPACING_K).max(WIDE_SHARE * side(WIDE_K)) as f32).max(1e-30)
+                    (side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32).max(1e-30)
                 })
                 .collect();
             ctx.advance(chunk.len());

@@ -3,17 +3,12 @@
 //! In: points in the tube's coordinates (along the axis, angle, distance). Out: yes or no; the mask along the
 //! axis.
 
+use super::constants::{SECTORS, TUBES};
 use crate::atlas::Tube;
 use crate::atlas::tube::{MASK_NODES, harmonics};
 
-/// Least share of its points that a sector of the circumference must have, and largest first or second
-/// harmonic of the angles where noise hides the shape.
-const EVEN: f64 = 0.6;
-const LOPSIDED: f64 = 0.1;
-
 /// Whether a part of the circumference lacks its share of the points: a channel or a strip, not a tube.
 pub(super) fn gap(tube: &Tube, local: &[[f64; 3]]) -> bool {
-    const SECTORS: usize = 12;
     let (mut seen, mut arc, mut counted) = ([0.0; SECTORS], [0.0; SECTORS], 0.0);
     for l in local.iter().filter(|l| l[0].abs() < 1.0) {
         let k = ((l[1] / std::f64::consts::TAU + 0.5) * SECTORS as f64) as usize;
@@ -30,7 +25,7 @@ pub(super) fn gap(tube: &Tube, local: &[[f64; 3]]) -> bool {
     let whole: f64 = arc.iter().sum();
     seen.iter().zip(&arc).any(|(&n, a)| {
         let expected = counted * a / whole;
-        n < EVEN * expected - 2.5 * expected.sqrt()
+        n < TUBES.even * expected - 2.5 * expected.sqrt()
     })
 }
 
@@ -43,7 +38,7 @@ pub(super) fn lopsided(local: &[[f64; 3]]) -> bool {
         second = [second[0] + h[3], second[1] + h[4]];
     }
     let n = local.len() as f64;
-    first[0].hypot(first[1]).max(second[0].hypot(second[1])) > (LOPSIDED + 2.0 / n.sqrt()) * n
+    first[0].hypot(first[1]).max(second[0].hypot(second[1])) > (TUBES.lopsided + 2.0 / n.sqrt()) * n
 }
 
 /// Where along the axis there is surface: where the points are at least half as dense as usual, which is

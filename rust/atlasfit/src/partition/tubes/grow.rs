@@ -3,6 +3,7 @@
 //! In: points, their spacing and noise, a neighbourhood. Out: a candidate, its radius not yet fitted, or
 //! nothing where the points about the axis are no tube.
 
+use super::constants::{BINS, TUBES};
 use crate::atlas::tube::{CurvePoint, HARMONICS, MASK_NODES};
 use crate::atlas::{Monge, Tube};
 use crate::numeric::dense::{cholesky, cholesky_solve};
@@ -11,31 +12,6 @@ use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::partition::Cut;
 use crate::spatial::neighbours::Neighbour;
-
-/// Members farther than this many times the median distance from the axis are not the tube's (a Gaussian blob
-/// without any radius keeps 99.5 percent).
-const WITHIN: f64 = 2.8;
-/// Half lengths in units of the root mean square distance from the axis.
-const SHORTEST: f64 = 3.0;
-const LONGEST: f64 = 14.0;
-/// Growth of the domain in one step.
-const GROWTH: f64 = 1.3;
-/// In no tenth of the length may the points just outside outnumber this share of those inside.
-const CROWDED: f64 = 0.3;
-/// The tube must be thicker than this many point spacings: else it is a line of points, such as a scan line,
-/// that says nothing of a surface.
-const THICK: f64 = 1.2;
-/// Fewer points make no tube.
-const MIN_POINTS: usize = 60;
-/// First and second harmonic of the points' angles: more says that the points lie on one side, or on two as
-/// in a strip.
-const ONE_SIDE: f64 = 0.3;
-const TWO_SIDES: f64 = 0.4;
-
-/// Slope of the axis at the ends of a tube's domain: half a right angle in all.
-pub(super) const MAX_SLOPE: f64 = 0.42;
-/// Bins along the axis for the checks.
-pub(super) const BINS: usize = 10;
 
 /// A tube before its radius is fitted.
 pub(super) struct Candidate {
@@ -91,33 +67,35 @@ pub(super) fn grow(cut: &Cut<'_>, near: &Neighbourhood, found: &mut Vec<Neighbou
                         .then(|| [x, d.dot(tube.axes[1]), d.dot(tube.axes[2]), foot.d])
                 })
                 .collect();
-            if seen.len() < MIN_POINTS {
+            if seen.len() < TUBES.min_points {
                 return best;
             }
             tube.axis = fit_axis(&seen)?;
             turn(&mut tube);
             let middle = median(&mut seen.iter().map(|s| s[3]).collect::<Vec<_>>());
-            reach = (WITHIN * middle).min(1.4 * middle + 5.0 * cut.sigma);
+            reach = (TUBES.within * middle).min(1.4 * middle + 5.0 * cut.sigma);
         }
         let Some(raw) = accept(cut, found, &tube, reach) else { break };
         let rms = raw.tube.mean_radius;
-        let bent = [-1.0, 1.0].iter().any(|&s| slope(&tube, s) > MAX_SLOPE);
+        let bent = [-1.0, 1.0].iter().any(|&s| slope(&tube, s) > TUBES.max_slope);
         if bent && best.is_some() {
             break;
         }
-        let full = tube.half_length >= LONGEST * rms;
+        let full = tube.half_length >= TUBES.longest * rms;
         best = Some(raw);
         if full || bent {
             break;
         }
-        tube.half_length *= GROWTH;
+        tube.half_length *= TUBES.growth;
         for q in &mut tube.axis {
             for (k, c) in q.iter_mut().enumerate() {
-                *c *= GROWTH.powi(k as i32);
+                *c *= TUBES.growth.powi(k as i32);
             }
         }
     }
-    best.filter(|b| b.tube.half_length >= SHORTEST * b.tube.mean_radius && b.members.len() >= MIN_POINTS)
+    best.filter(|b| {
+        b.tube.half_length >= TUBES.shortest * b.tube.mean_radius && b.members.len() >= TUBES.min_points
+    })
 }
 
 fn frame(along: Vec3) -> [Vec3; 3] {
@@ -201,14 +179,15 @@ fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option
         }
     }
     let n = members.len() as f64;
-    if members.len() < MIN_POINTS {
+    if members.len() < TUBES.min_points {
         return None;
     }
     let typical = *inside.iter().max()? as f64;
-    let crowded = outside.iter().any(|&o| o as f64 > CROWDED * typical);
+    let crowded = outside.iter().any(|&o| o as f64 > TUBES.crowded * typical);
     let rms = (square / n).sqrt();
     let spacing = median(&mut spacings);
-    let sided = first[0].hypot(first[1]) > ONE_SIDE * n || second[0].hypot(second[1]) > TWO_SIDES * n;
+    let sided =
+        first[0].hypot(first[1]) > TUBES.one_side * n || second[0].hypot(second[1]) > TUBES.two_sides * n;
     // The radius may vary along a tube, but not beyond recognition.
     let mean = sums.iter().sum::<f64>() / n;
     let uneven = inside
@@ -216,7 +195,7 @@ fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option
         .zip(&sums)
         .filter(|(c, _)| **c as f64 > 0.2 * typical)
         .any(|(&c, s)| !(0.6..1.7).contains(&(s / c as f64 / mean)));
-    if crowded || sided || uneven || rms < THICK * spacing {
+    if crowded || sided || uneven || rms < TUBES.thick * spacing {
         return None;
     }
     members.sort_unstable();

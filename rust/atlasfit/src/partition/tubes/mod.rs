@@ -5,12 +5,14 @@
 //! tube, and noise as large as the radius leaves no surface to grow a patch on; a tube's axis and radius are
 //! averaged over all points around it (paper, section 3: contours as 1-manifolds).
 
+pub(crate) mod constants;
 mod extent;
 mod grow;
 mod radius;
 mod rice;
 
-use super::{CORE, Cut};
+use super::Cut;
+use super::constants::PARTITION;
 use crate::atlas::FittedChart;
 use crate::error::Result;
 use crate::numeric::dense::{Principal, principal};
@@ -19,31 +21,11 @@ use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
-use grow::{BINS, Candidate, Neighbourhood, grow};
-use radius::{CIRCLE, fit_all};
+use constants::{BINS, TUBES};
+use grow::{Candidate, Neighbourhood, grow};
+use radius::fit_all;
 use rayon::prelude::*;
 use rice::pooled_noise;
-
-/// Radii of the neighbourhoods that are tried, in point spacings. The least shows more of a scan than one
-/// scan line; beyond the largest, tubes are thick enough for patches.
-const SCALES: [f64; 4] = [7.0, 11.0, 17.0, 26.0];
-/// One point in this many takes part in the first look.
-const THIN_OUT: usize = 8;
-/// But no fewer points than this.
-const FIRST_LOOK: usize = 3000;
-/// A neighbourhood looks like a tube when its second principal variance is below this share of the first (a
-/// ball of radius R about a tube of radius R / 3.7), and its third above this share of the second (a strip
-/// has none).
-const ELONGATED: f64 = 0.11;
-const ROUND: f64 = 0.35;
-/// Fewer points at the first look say nothing.
-const FEWEST: usize = 12;
-/// Points that are looked at together, in parallel: more would often lie on the same tube.
-const AT_ONCE: usize = 4;
-/// Share of the points that must lie on tubes for these to tell the scan's noise.
-const MOST: f64 = 0.5;
-/// A tube whose points scatter by this many times the noise is none.
-const NOISY: f64 = 1.2;
 
 /// What was found.
 pub(crate) struct Tubes {
@@ -67,14 +49,14 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         return Ok(Tubes { fitted: vec![], covered, sigma: None });
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
-    let most = share > MOST && !known;
+    let most = share > TUBES.most && !known;
     let sigma = if most { pooled_noise(&candidates, points) } else { cut.sigma };
     let mut fits = fit_all(&candidates, points, tree, sigma, ctx)?;
     let mut tubes = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
     if most {
         // Where the radius stands well out of the noise the fits know it best.
         let mut clear: Vec<f64> =
-            fits.iter().flatten().filter(|f| f.ratio < CIRCLE).map(|f| f.fitted.chart.sigma).collect();
+            fits.iter().flatten().filter(|f| f.ratio < TUBES.circle).map(|f| f.fitted.chart.sigma).collect();
         if clear.len() * 2 > fits.len() {
             let sigma = median(&mut clear);
             tubes.sigma = Some(sigma);
@@ -82,7 +64,7 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         }
     }
     let noise = tubes.sigma.unwrap_or(cut.sigma);
-    for fit in fits.into_iter().flatten().filter(|f| f.fitted.chart.sigma <= NOISY * noise) {
+    for fit in fits.into_iter().flatten().filter(|f| f.fitted.chart.sigma <= TUBES.noisy * noise) {
         for &i in &fit.covered {
             tubes.covered[i as usize] = true;
         }
@@ -103,14 +85,17 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
     let Cut { points, tree, sampling, sigma, .. } = *cut;
     let n = points.len();
     let order = shuffled(n, ctx.seed);
-    let coarse: Vec<Vec3> =
-        order.iter().step_by((n / FIRST_LOOK).clamp(1, THIN_OUT)).map(|&i| points[i as usize]).collect();
+    let coarse: Vec<Vec3> = order
+        .iter()
+        .step_by((n / TUBES.first_look).clamp(1, TUBES.thin_out))
+        .map(|&i| points[i as usize])
+        .collect();
     let coarse_tree = Neighbours::build(&coarse, ctx)?;
     let (mut covered, mut looked) = (vec![false; n], vec![false; n]);
     let mut candidates: Vec<Candidate> = Vec::new();
     let unit = |i: usize| f64::from(sampling.spacing[i]).max(0.8 * sigma);
     let look = |i: usize, found: &mut Vec<Neighbour>| {
-        SCALES.iter().find_map(|scale| {
+        TUBES.scales.iter().find_map(|scale| {
             let radius = scale * unit(i);
             coarse_tree.within(points[i], radius, found);
             grow(cut, &elongated(&coarse, found, radius)?, found)
@@ -120,7 +105,8 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
     let mut next = order.iter().map(|&i| i as usize);
     loop {
         ctx.check()?;
-        let seeds: Vec<usize> = next.by_ref().filter(|&i| !covered[i] && !looked[i]).take(AT_ONCE).collect();
+        let seeds: Vec<usize> =
+            next.by_ref().filter(|&i| !covered[i] && !looked[i]).take(TUBES.at_once).collect();
         if seeds.is_empty() {
             break;
         }
@@ -132,14 +118,14 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
                 continue;
             }
             let Some(candidate) = candidate else {
-                tree.within(points[i], 0.5 * SCALES[0] * unit(i), &mut near);
+                tree.within(points[i], 0.5 * TUBES.scales[0] * unit(i), &mut near);
                 near.iter().for_each(|f| looked[f.index as usize] = true);
                 continue;
             };
             let open = open_ends(&candidate, points);
             for &m in &candidate.members {
                 let s = candidate.tube.foot(points[m as usize]).s;
-                if (s > -CORE || open[0]) && (s < CORE || open[1]) {
+                if (s > -PARTITION.core || open[0]) && (s < PARTITION.core || open[1]) {
                     covered[m as usize] = true;
                 }
             }
@@ -151,12 +137,12 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
 
 /// The neighbourhood of these points, if it is long and round enough for a tube.
 fn elongated(points: &[Vec3], found: &[Neighbour], radius: f64) -> Option<Neighbourhood> {
-    if found.len() < FEWEST {
+    if found.len() < TUBES.fewest {
         return None;
     }
     let near = found.iter().map(|f| (points[f.index as usize], 1.0));
     let Principal { mean, variances: spread, axes: [_, _, along] } = principal(near)?;
-    let tube = spread[1] <= ELONGATED * spread[2] && spread[0] >= ROUND * spread[1];
+    let tube = spread[1] <= TUBES.elongated * spread[2] && spread[0] >= TUBES.round * spread[1];
     tube.then_some(Neighbourhood { mean, along, radius, spread })
 }
 

@@ -2,8 +2,9 @@
 //!
 //! In: a candidate. Out: a fitted chart with its members, or nothing where the points turn out to be no tube.
 
+use super::constants::TUBES;
 use super::extent::{gap, lopsided, mask};
-use super::grow::{Candidate, MAX_SLOPE};
+use super::grow::Candidate;
 use super::rice::rice_radius;
 use crate::atlas::tube::{HARMONICS, harmonics};
 use crate::atlas::{Chart, FittedChart, Map, Tube};
@@ -12,15 +13,12 @@ use crate::numeric::robust::{TUKEY, tukey};
 use crate::numeric::special::mean_cosine;
 use crate::numeric::spline::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
 use crate::numeric::vec3::Vec3;
-use crate::partition::CORE;
+use crate::partition::constants::PARTITION;
 use crate::prior::evidence::{Problem, Work};
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use rayon::prelude::*;
 use std::sync::LazyLock;
-
-/// Above this ratio of noise to radius the shape of the cross-section is lost; a circle is fitted.
-pub(super) const CIRCLE: f64 = 0.4;
 
 /// A fitted tube.
 pub(super) struct FittedTube {
@@ -71,10 +69,6 @@ const COEFFS: usize = SIDE * HARMONICS;
 /// Functions without energy: constant and linear radius, constant and linear shift of the axis in two
 /// directions.
 const FREE: usize = 6;
-/// Smoothness that is tried, natural logarithm: from interpolation to a cone.
-const LOG_KAPPA: (f64, f64) = (-25.0, 5.0);
-/// Where the search begins.
-const LIKELY: f64 = -5.0;
 
 /// Fits the radius of one tube.
 fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) -> Option<FittedTube> {
@@ -88,7 +82,7 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
     let ratio = sigma / tube.mean_radius;
     let mut weights = vec![1.0; inner.len()];
     let mut own = sigma;
-    if ratio < CIRCLE {
+    if ratio < TUBES.circle {
         for _ in 0..3 {
             own = shape(&mut tube, &inner, &weights, sigma)?.max(0.3 * sigma);
             for (w, l) in weights.iter_mut().zip(&inner) {
@@ -108,7 +102,11 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
     let open = [-1.0, 1.0].map(|s| tube.mask_at(s) < 0.5);
     let mut near = Vec::new();
     let reach = 1.7 * tube.mean_radius + tail;
-    tree.within(tube.center, tube.half_length * (1.0 + MAX_SLOPE * MAX_SLOPE) * past + reach, &mut near);
+    tree.within(
+        tube.center,
+        tube.half_length * (1.0 + TUBES.max_slope * TUBES.max_slope) * past + reach,
+        &mut near,
+    );
     near.sort_unstable_by_key(|f| f.index);
     let (mut members, mut covered) = (Vec::new(), Vec::new());
     for f in &near {
@@ -117,10 +115,10 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
             continue;
         }
         let e = d - tube.radius_at(s, theta).value;
-        if e < tail && ((s > -CORE || open[0]) && (s < CORE || open[1])) {
+        if e < tail && ((s > -PARTITION.core || open[0]) && (s < PARTITION.core || open[1])) {
             covered.push(f.index);
         }
-        let w = if ratio < CIRCLE { tukey(e, tail) } else { f64::from(u8::from(e < tail)) };
+        let w = if ratio < TUBES.circle { tukey(e, tail) } else { f64::from(u8::from(e < tail)) };
         if s.abs() <= 1.0 && w > 0.0 {
             members.push((f.index, w as f32));
         }
@@ -175,8 +173,9 @@ fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Op
             }
         }
     }
-    let problem = Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: LOG_KAPPA };
-    let fit = problem.solve(LIKELY, &mut Work::default(), |kappa, system| {
+    let problem =
+        Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: TUBES.log_kappa };
+    let fit = problem.solve(TUBES.likely, &mut Work::default(), |kappa, system| {
         for ((x, a), p) in system.iter_mut().zip(&a).zip(&penalty) {
             *x = a + kappa * p;
         }

@@ -3,6 +3,7 @@
 //! In: distances from tubes' axes. Out: the likeliest radius at a known noise; the one noise that explains
 //! all tubes best.
 
+use super::constants::TUBES;
 use super::grow::Candidate;
 use crate::numeric::special::{bessel_scaled, mean_cosine};
 use crate::numeric::stats::median;
@@ -42,14 +43,6 @@ fn rice_likelihood(distances: &[f64], r: f64, sigma: f64) -> f64 {
         .sum()
 }
 
-/// Steps of the search for the noise.
-const NOISE_STEPS: usize = 28;
-
-/// Distances that say about where it is, ...
-const POOLED: usize = 6000;
-/// ... to within so many steps.
-const WITHIN_STEPS: usize = 2;
-
 /// The one noise that explains the distances from all axes best.
 pub(super) fn pooled_noise(candidates: &[Candidate], points: &[Vec3]) -> f64 {
     let distances: Vec<Vec<f64>> = candidates
@@ -70,10 +63,10 @@ pub(super) fn pooled_noise(candidates: &[Candidate], points: &[Vec3]) -> f64 {
             .collect();
         likely.into_iter().fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a }).1
     };
-    let step = (distances.iter().map(Vec::len).sum::<usize>() / POOLED).max(1);
+    let step = (distances.iter().map(Vec::len).sum::<usize>() / TUBES.pooled).max(1);
     let few: Vec<Vec<f64>> = distances.iter().map(|d| d.iter().step_by(step).copied().collect()).collect();
-    let about = likeliest(0..=NOISE_STEPS, &few);
-    sigma(likeliest(about.saturating_sub(WITHIN_STEPS)..=about + WITHIN_STEPS, &distances))
+    let about = likeliest(0..=TUBES.noise_steps, &few);
+    sigma(likeliest(about.saturating_sub(TUBES.within_steps)..=about + TUBES.within_steps, &distances))
 }
 
 #[cfg(test)]

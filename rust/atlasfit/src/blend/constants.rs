@@ -1,0 +1,104 @@
+//! The numbers of blending charts: one place, each with its unit and where it is from.
+//!
+//! "Chosen" stands where no derivation is on record; `tests/constants.py NAME` shows what halving and
+//! doubling a number does.
+
+/// The numbers, see [`BLEND`].
+pub(crate) struct BlendConstants {
+    /// Charts are evaluated up to this far from their surface, in voxels: the corners of every crossed voxel
+    /// lie within sqrt(3), and the rest lets the field be filled in from both sides of a gap. At least 1.74.
+    /// Source: derived, and margin.
+    pub band: f64,
+    /// Least blended mask, in [0, 1], at which the charts' distance at a corner is believed. Sensible: below
+    /// 0.5, where the data end. Source: chosen.
+    pub min_support: f64,
+    /// Voxels from the origin within which surfaces are built. Source: derived, 2^20 blocks of 4 voxels, less
+    /// room for what a point reaches.
+    pub range: f64,
+    /// A sheet this many voxels away counts half as much as one at the corner itself when charts disagree
+    /// which sheet a corner belongs to. Source: chosen.
+    pub near: f64,
+    /// Added to the mask, in [0, 1], in that choice: where no chart has data the nearest still leads. Source:
+    /// chosen.
+    pub mask_floor: f64,
+    /// Charts whose distances differ by less than so many voxels ... Source: chosen.
+    pub same_sheet_voxels: f64,
+    /// ... plus so many standard deviations of the noise see the same sheet. Source: chosen.
+    pub same_sheet_sigmas: f64,
+    /// So do charts whose normals' cosine is above this (60 degrees). Source: chosen.
+    pub same_way: f64,
+    /// Charts with less than this share of the weight at a corner are not evaluated there. Source: derived,
+    /// they would move the corner by less than a thousandth of what charts disagree by.
+    pub least_share: f64,
+    /// Pairs of a block and a point handled at a time: bounds the memory, costs a look at all points each
+    /// time. Changes no result. Source: chosen.
+    pub pairs: usize,
+    /// One in so many pairs takes part in the choice of what is handled at a time. Changes no result. Source:
+    /// chosen.
+    pub pair_sample: usize,
+    /// Blocks or points that one worker handles between two checks. Changes no result. Source: chosen.
+    pub chunk: usize,
+    /// Bytes for one block: its corners, the blocks around it, its charts; and the vertices and quads in it.
+    /// Source: measured; the command is not on record.
+    pub bytes_per_block: u64,
+    /// Bytes for one chart at this stage. Source: measured; the command is not on record.
+    pub bytes_per_chart: u64,
+    /// Bytes for one point at this stage. Source: measured; the command is not on record.
+    pub bytes_per_point: u64,
+    /// Rounds of filling: each extends the field by one voxel, so that gaps of up to twice as many voxels
+    /// close. Source: chosen.
+    pub fill_rounds: u8,
+    /// Sweeps that smooth the filled values. Source: chosen.
+    pub relax: usize,
+    /// Filled values may differ by this many voxels along an edge that no two sheets are the ends of. At
+    /// least 2. Source: derived, values one voxel on either side of the surface differ by two; the rest is
+    /// margin.
+    pub fill_jump: f64,
+    /// Reach of a point's influence, in point spacings. Gaps between random points are seldom wider than
+    /// twice this. Source: derived, a circle of radius r spacings is empty with probability exp(-pi r^2),
+    /// 1e-8 at 2.4.
+    pub reach: f64,
+    /// Squared point spacings, added to the squared distance: at the point itself the weight stays finite.
+    /// Source: chosen.
+    pub softening: f64,
+    /// Half the diagonal of a block, in its sides. Source: derived, sqrt(3) / 2, rounded up.
+    pub half_diagonal: f64,
+    /// What a curved surface leaves its tangent plane by within a point's reach, as a share of it. Source:
+    /// chosen.
+    pub curved: f64,
+    /// Charts whose members are listed between two checks. Changes no result. Source: chosen.
+    pub check_charts: usize,
+}
+
+/// Their values.
+pub(crate) const BLEND: BlendConstants = BlendConstants {
+    band: 2.2,
+    min_support: 0.25,
+    range: 4e6,
+    near: 0.5,
+    mask_floor: 0.02,
+    same_sheet_voxels: 1.0,
+    same_sheet_sigmas: 1.0,
+    same_way: 0.5,
+    least_share: 1e-3,
+    pairs: 1 << 22,
+    pair_sample: 64,
+    chunk: 64,
+    bytes_per_block: 1560,
+    bytes_per_chart: 900,
+    bytes_per_point: 300,
+    fill_rounds: 4,
+    relax: 8,
+    fill_jump: 2.2,
+    reach: 2.4,
+    softening: 0.3,
+    half_diagonal: 0.87,
+    curved: 0.5,
+    check_charts: 256,
+};
+
+// Sizes of arrays.
+
+/// Voxels along one side of a block. Small blocks follow the surface closely, large ones share more corners.
+/// Changes no result. Source: chosen, for speed.
+pub(crate) const BLOCK: i32 = 4;

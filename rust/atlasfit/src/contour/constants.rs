@@ -1,0 +1,94 @@
+//! The numbers of contouring the distance and cleaning the surface: one place, each with its unit and where
+//! it is from.
+//!
+//! "Chosen" stands where no derivation is on record; `tests/constants.py NAME` shows what halving and
+//! doubling a number does.
+
+/// The numbers, see [`CONTOUR`].
+pub(crate) struct ContourConstants {
+    /// An edge whose ends differ by more than this many voxels joins two different sheets: no surface passes
+    /// between. At least 1. Source: derived, a distance changes by at most one along an edge; the rest is
+    /// room for noise and the disagreement of charts.
+    pub max_jump: f64,
+    /// A crossing keeps this share of an edge away from its ends: where the surface passes through a corner
+    /// of the grid the vertices of the voxels about it would meet there. In (0, 0.5). Source: chosen, small.
+    pub end_margin: f64,
+    /// Squared voxels, added to a chart's squared distance where normals are blended: a tenth of a voxel, so
+    /// that a chart that passes through the vertex has a finite weight. Source: chosen.
+    pub near2: f64,
+    /// Share of an edge that a vertex at the boundary moves along it at the most: at its end it would meet
+    /// its neighbour. In (0, 1). Source: chosen.
+    pub farthest: f64,
+    /// Share of the way to its fan's centroid that a split vertex moves: visible to no one, but not equal. In
+    /// (0, 1). Source: chosen.
+    pub step_apart: f64,
+    /// A part is an open sheet when its mean normal is longer than this: 1 is flat, 0.5 a hemisphere, 0
+    /// closed. Source: chosen between a hemisphere and closed.
+    pub open_facing: f64,
+    /// ... and the volume that it spans with its centroid, relative to a sphere of its area, is less than
+    /// this. In (0, 1). Source: chosen.
+    pub open_volume: f64,
+    /// A cut is at most this many times as long as the widest slit. Source: chosen.
+    pub cut: f64,
+    /// A slit is nowhere wider than this many times the widest mean. Source: chosen.
+    pub across: f64,
+    /// A slit's filling may have at most this share of the area of the surface around it: else the surface is
+    /// a ribbon, and the filling its back. Source: chosen.
+    pub ribbon: f64,
+    /// Blocks that one worker handles between two checks. Changes no result. Source: chosen.
+    pub chunk: usize,
+    /// Rings of more edges are cut, or left open: a triangulation costs the cube of it. Source: chosen, for
+    /// speed.
+    pub max_edges: usize,
+    /// A cut leaves at least this many times its greatest length of boundary on either side: else it would
+    /// cut a corner of the outline, not across a slit. At least 1. Source: chosen.
+    pub behind: f64,
+    /// Double sweeps of the smoothing. Source: chosen.
+    pub sweeps: usize,
+    /// Steps of a double sweep, as shares of the way to the mean of a vertex's neighbours: in, and out again
+    /// by most of it, so that tips keep most of their length. Source: after Taubin 1995; the values are
+    /// chosen.
+    pub taubin: [f64; 2],
+    /// A normal that is off its triangles by a smaller cosine (more than 60 degrees) is not the surface's.
+    /// Source: chosen.
+    pub astray: f64,
+    /// Rings about free vertices that are smoothed too. Source: chosen.
+    pub spread: usize,
+    /// Neighbouring triangles whose normals' cosine is below this (65 degrees) make a spike at the scale of a
+    /// voxel: no data carries it. Source: chosen.
+    pub spike: f64,
+    /// Triangles handled between two checks. Changes no result. Source: chosen.
+    pub check: usize,
+    /// Blended mask, in [0, 1], at the end of the data: the surface stops there. Source: derived, the middle
+    /// of the mask's slope.
+    pub end_of_data: f32,
+    /// Stands for the blended mask of a vertex whose voxel has data at a corner that is too far from the
+    /// charts to be believed. What is filled in there says nothing, so it counts as beyond the end of the
+    /// data. Below 0, where no mask is. Source: a mark, not a measure.
+    pub off_band: f32,
+}
+
+/// Their values.
+pub(crate) const CONTOUR: ContourConstants = ContourConstants {
+    max_jump: 1.9,
+    end_margin: 0.01,
+    near2: 0.01,
+    farthest: 0.9,
+    step_apart: 0.05,
+    open_facing: 0.3,
+    open_volume: 0.3,
+    cut: 1.5,
+    across: 4.0,
+    ribbon: 0.2,
+    chunk: 64,
+    max_edges: 400,
+    behind: 2.0,
+    sweeps: 6,
+    taubin: [0.5, -0.43],
+    astray: 0.5,
+    spread: 1,
+    spike: 0.42,
+    check: 1 << 15,
+    end_of_data: 0.5,
+    off_band: -1.0,
+};

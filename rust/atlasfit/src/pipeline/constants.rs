@@ -1,0 +1,98 @@
+//! The numbers of the steps of the main job: one place, each with its unit and where it is from.
+//!
+//! "Chosen" stands where no derivation is on record; `tests/constants.py NAME` shows what halving and
+//! doubling a number does.
+
+/// The numbers, see [`PIPELINE`].
+pub(crate) struct PipelineConstants {
+    /// Bytes for one point until the surface is contoured: points, tree, neighbours, memberships, charts.
+    /// Source: measured as peak resident memory over points at 64,000 and 1,000,000 points.
+    pub bytes_per_point: u64,
+    /// Scans smaller or larger than this, in any unit, cannot be computed with. Source: derived, sums and
+    /// quotients of such lengths stay within f64's 1e-308 to 1e308.
+    pub size: (f64, f64),
+    /// Share of the points beyond each side of the frame: one stray point far away must not squeeze the rest
+    /// into rounding noise. In (0, 0.5). Source: chosen.
+    pub beyond: f64,
+    /// Points farther than this many of the scan's sizes are stray. Source: chosen.
+    pub far: f64,
+    /// Points whose neighbours are this many times farther than their neighbours' neighbours are stray. Above
+    /// 1. Source: chosen.
+    pub stray: f64,
+    /// Spacing, as a share of the scan's size, that rounding alone could make. Source: derived, some thousand
+    /// times the rounding of f64.
+    pub least_spacing: f64,
+    /// Noise beyond this share of the scan's size leaves no shape. Source: chosen.
+    pub most_noise: f64,
+    /// Points hang together when they are nearer than this many spacings. Source: chosen.
+    pub link: f64,
+    /// Neighbours that a point may hang together with. Source: chosen.
+    pub links: usize,
+    /// Fewer points that hang together are no part of a scan. Source: chosen.
+    pub part: usize,
+    /// A given noise below this share of what the scan shows is worth a warning. In (0, 1). Changes no
+    /// result. Source: chosen.
+    pub noise_told: f64,
+    /// Times that patches near another sheet are cut anew, with what the fit before says of which point
+    /// belongs to which. The second time brings a third of what the first brings, a third one a third of
+    /// that. Source: chosen.
+    pub sheet_rounds: usize,
+    /// Side of a voxel, in point spacings: finer ones follow the surface no better, coarser ones begin to
+    /// cost completeness; triangles are then about four times as many as the points. Source: chosen.
+    pub voxel: f64,
+    /// Voxels are at least this share of the root mean square of the spacing: where clumps set the median,
+    /// voxels of its size would be many times as many as the points. Source: chosen.
+    pub voxel_spread: f64,
+    /// A point alone covers a disk as wide as this many spacings. Source: chosen.
+    pub alone: f64,
+    /// Holes with a boundary up to this many point spacings long are gaps of the sampling and always filled.
+    /// Source: derived, random points leave gaps about four spacings wide.
+    pub gap: f64,
+    /// Slits up to this many spacings wide are closed: at the rim of a thin part its two sides end within a
+    /// patch of each other. Source: chosen.
+    pub slit: f64,
+    /// Parts of the surface with fewer triangles are specks: those of about fifty points, at voxels of the
+    /// usual size. Source: chosen.
+    pub speck: f64,
+    /// Whatever the voxels, fewer triangles are a speck. Source: chosen.
+    pub least_speck: f64,
+    /// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a
+    /// few strays make one of any size. Source: chosen.
+    pub unsupported: f64,
+    /// Bytes for one triangle while UVs are laid out. Source: measured as for points.
+    pub bytes_per_triangle: u64,
+    /// UV charts of the denoised surface may stretch this much at the 95th percentile. Above 1. Source:
+    /// chosen, below the project's target of 1.3.
+    pub uv_stretch: f64,
+}
+
+/// Their values.
+pub(crate) const PIPELINE: PipelineConstants = PipelineConstants {
+    bytes_per_point: 700,
+    size: (1e-280, 1e280),
+    beyond: 0.005,
+    far: 1e6,
+    stray: 4.0,
+    least_spacing: 1e-12,
+    most_noise: 0.25,
+    link: 5.0,
+    links: 8,
+    part: 10,
+    noise_told: 0.25,
+    sheet_rounds: 2,
+    voxel: 0.75,
+    voxel_spread: 0.2,
+    alone: 4.2,
+    gap: 16.0,
+    slit: 3.0,
+    speck: 180.0,
+    least_speck: 8.0,
+    unsupported: 12.0,
+    bytes_per_triangle: 250,
+    uv_stretch: 1.25,
+};
+
+// Sizes of arrays.
+
+/// Points that an attribute of a vertex is averaged over. Source: chosen. Changes attributes only.
+pub(crate) const TRANSFER_K: usize = 4;

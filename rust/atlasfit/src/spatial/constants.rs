@@ -1,0 +1,46 @@
+//! The numbers of nearest neighbours, boxes and the point spacing: one place, each with its unit and where it
+//! is from.
+//!
+//! "Chosen" stands where no derivation is on record; `tests/constants.py NAME` shows what halving and
+//! doubling a number does.
+
+/// The numbers, see [`SPATIAL`].
+pub(crate) struct SpatialConstants {
+    /// Primitives per leaf of a tree of boxes: few enough that a leaf is cheap, many enough that boxes do not
+    /// dominate the memory. Changes no result. Source: chosen, for speed.
+    pub leaf: usize,
+    /// Subtrees of fewer primitives are built on one thread: starting a task costs more. Changes no result.
+    /// Source: chosen, for speed.
+    pub parallel: usize,
+    /// Points of one search tree: built in a few milliseconds, so that a cancel need not wait, and on all
+    /// threads. Source: chosen, for speed.
+    pub block: usize,
+    /// Points that a split is chosen from. Source: derived, the rank of their median has a standard deviation
+    /// of 0.5 / sqrt(511) = 2 %.
+    pub sample: usize,
+    /// Points carry the surface no farther than if their spacing were this many times the median: beyond, a
+    /// scan is too thin to show one, and the voxels needed to bridge the gaps grow with the square. Source:
+    /// chosen.
+    pub widest: f64,
+    /// Neighbours that the local spacing is taken from. Source: chosen; its use is derived: 8 points on a
+    /// surface of density 1/s^2 lie within r with pi r^2 = 8 s^2.
+    pub spacing_k: usize,
+    /// Scanners sample in lines: within a line the nearest points are close, the next line is far. So many
+    /// neighbours see both. Source: chosen.
+    pub wide_k: usize,
+    /// Share of their estimate that is taken: on an even sampling it is the smaller one then. In (0, 1).
+    /// Source: chosen.
+    pub wide_share: f64,
+}
+
+/// Their values.
+pub(crate) const SPATIAL: SpatialConstants = SpatialConstants {
+    leaf: 4,
+    parallel: 4096,
+    block: 1 << 15,
+    sample: 511,
+    widest: 6.0,
+    spacing_k: 8,
+    wide_k: 32,
+    wide_share: 0.85,
+};
