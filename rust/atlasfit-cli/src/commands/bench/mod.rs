@@ -1,5 +1,6 @@
 //! `atlasfit bench`: the project's figures beside its peers', one file or folder per benchmark.
 
+mod against;
 mod denoise;
 mod paper;
 mod peers;

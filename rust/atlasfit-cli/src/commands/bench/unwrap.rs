@@ -4,6 +4,7 @@
 //! by the same code and, on request, by an independent judge too. What counts is the median, over the meshes,
 //! of the ratios to a peer.
 
+use super::against::Against;
 use super::peers::python;
 use super::shared::{STYLE, cancelled, median};
 use crate::commands::render::write_png;
@@ -54,6 +55,10 @@ pub struct Args {
     /// measure
     #[arg(long, value_name = "DIR")]
     judge: Option<PathBuf>,
+    /// Time this build and another one (a program) in turn instead: `unwrap` of each mesh, --repeat runs of
+    /// each; nothing else is measured
+    #[arg(long, value_name = "PROGRAM", conflicts_with_all = ["pictures", "judge", "markdown"])]
+    against: Option<PathBuf>,
     /// Write the table as Markdown
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
@@ -90,6 +95,9 @@ const FIGURES: [Figure; 5] = [
 /// Runs the benchmark.
 pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     let meshes = list(&args.meshes)?;
+    if let Some(other) = &args.against {
+        return in_turn(&meshes, other, args, folder, console);
+    }
     let script = args.scripts.join("uv.py");
     let peers = installed(args, &script, console)?;
     if let Some(pictures) = &args.pictures {
@@ -155,6 +163,22 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     if failed.iter().any(|f| f.contains(" atlasfit: ")) {
         bail!("not every mesh was unwrapped")
     }
+    Ok(())
+}
+
+/// Times each mesh with this build and another one.
+fn in_turn(meshes: &[PathBuf], other: &Path, args: &Args, folder: &Path, console: &Console) -> Result<()> {
+    let mut times = Against::new(other, args.repeat);
+    let (stretch, threads) = (args.max_stretch.to_string(), args.run.threads.to_string());
+    let out = folder.join("in-turn.obj");
+    for mesh in meshes {
+        console.check()?;
+        let name = mesh.file_stem().unwrap_or_default().to_string_lossy();
+        let arguments: [&dyn AsRef<OsStr>; 8] =
+            [&"unwrap", mesh, &"-o", &out, &"--max-stretch", &stretch, &"--threads", &threads];
+        times.time(&name, &arguments.map(AsRef::as_ref), console)?;
+    }
+    times.report(console);
     Ok(())
 }
 

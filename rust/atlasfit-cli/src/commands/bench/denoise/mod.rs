@@ -7,6 +7,7 @@
 mod row;
 mod table;
 
+use super::against::Against;
 use super::peers::{MeshlabJob, Scripts};
 use super::shared::{cancelled, median};
 use crate::console::{Console, RunArgs};
@@ -18,6 +19,7 @@ use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface, uv};
 use atlasfit::pipeline::Denoised;
 use row::{Cache, POINT_FIGURES, Row, UV_FIGURES};
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -55,6 +57,10 @@ pub struct Args {
     /// *
     #[arg(long, value_name = "FILE")]
     peer_cache: Option<PathBuf>,
+    /// Time this build and another one (a program) in turn instead: `denoise` of each cell with default
+    /// options, --repeat runs of each; nothing else is measured
+    #[arg(long, value_name = "PROGRAM", conflicts_with_all = ["only_peers", "markdown", "csv", "peer_cache"])]
+    against: Option<PathBuf>,
     /// Write the table as Markdown
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
@@ -105,6 +111,9 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         rows: Vec::new(),
         failed: Vec::new(),
     };
+    if let Some(other) = &args.against {
+        return bench.in_turn(other);
+    }
     for &sigma in &args.sigmas {
         for shape in &args.shapes {
             console.check()?;
@@ -133,6 +142,23 @@ impl<'a> Bench<'a> {
         self.scripts().run("shapes.py", &[&shape, &spread, &truth, &scan, &"--count", &count])?;
         let truth = files::load(&truth, &self.args.run, self.console)?.into_mesh();
         Ok(Cell { shape, sigma, scan, truth })
+    }
+
+    /// Times each cell with this build and another one.
+    fn in_turn(&self, other: &Path) -> Result<()> {
+        let mut times = Against::new(other, self.args.repeat);
+        let (out, threads) = (self.folder.join("in-turn.ply"), self.args.run.threads.to_string());
+        for &sigma in &self.args.sigmas {
+            for shape in &self.args.shapes {
+                self.console.check()?;
+                let cell = self.cell(shape, sigma)?;
+                let arguments: [&dyn AsRef<OsStr>; 6] =
+                    [&"denoise", &cell.scan, &"-o", &out, &"--threads", &threads];
+                times.time(&format!("{shape} {sigma}"), &arguments.map(AsRef::as_ref), self.console)?;
+            }
+        }
+        times.report(self.console);
+        Ok(())
     }
 
     /// Adds our own row of a cell. One that fails must not cost the others.
