@@ -11,6 +11,9 @@
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
 
+#[cfg(feature = "benchmarks")]
+#[doc(hidden)]
+pub mod benchmarks;
 mod chart;
 mod checked;
 mod cut;
