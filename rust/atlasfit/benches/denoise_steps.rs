@@ -34,17 +34,23 @@ fn steps(c: &mut Criterion) {
     for n in [4_000, 16_000] {
         let steps = Steps::new(&torus(n)).expect("a torus is denoised");
         group.throughput(Throughput::Elements(n as u64));
-        group.bench_function(BenchmarkId::new("partition", n), |b| b.iter(|| steps.partition()));
-        group.bench_function(BenchmarkId::new("fit", n), |b| b.iter(|| steps.fit()));
+        group.bench_function(BenchmarkId::new("partition", n), |b| {
+            b.iter(|| steps.partition().expect("it is cut"))
+        });
+        group.bench_function(BenchmarkId::new("fit", n), |b| b.iter(|| steps.fit().expect("it is fitted")));
         group.bench_function(BenchmarkId::new("contour", n), |b| {
             b.iter_batched(
                 || steps.distance().expect("a torus has a distance"),
-                Steps::contour,
+                |distance| Steps::contour(distance).expect("it is contoured"),
                 BatchSize::PerIteration,
             );
         });
         group.bench_function(BenchmarkId::new("clean", n), |b| {
-            b.iter_batched(|| steps.quads(), |quads| steps.clean(quads), BatchSize::PerIteration);
+            b.iter_batched(
+                || steps.quads(),
+                |quads| steps.clean(quads).expect("it is cleaned"),
+                BatchSize::PerIteration,
+            );
         });
     }
     group.finish();

@@ -33,12 +33,22 @@ fn steps(c: &mut Criterion) {
         let faces = mesh.triangles.len();
         let steps = Steps::new(&mesh).expect("a torus unwraps");
         group.throughput(Throughput::Elements(faces as u64));
-        group.bench_function(BenchmarkId::new("segment", faces), |b| b.iter(|| steps.segment()));
+        group.bench_function(BenchmarkId::new("segment", faces), |b| {
+            b.iter(|| steps.segment().expect("it is cut"))
+        });
         group.bench_function(BenchmarkId::new("merge", faces), |b| {
-            b.iter_batched(|| steps.first(), |first| steps.merge(first), BatchSize::PerIteration);
+            b.iter_batched(
+                || steps.first(),
+                |first| steps.merge(first).expect("they are merged"),
+                BatchSize::PerIteration,
+            );
         });
         group.bench_function(BenchmarkId::new("pack", faces), |b| {
-            b.iter_batched(|| steps.merged(), |merged| steps.pack(merged), BatchSize::PerIteration);
+            b.iter_batched(
+                || steps.merged(),
+                |merged| steps.pack(merged).expect("they are packed"),
+                BatchSize::PerIteration,
+            );
         });
     }
     group.finish();
