@@ -55,7 +55,7 @@ pub(crate) fn tighten(
     job: &PackJob<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<Packed>> {
-    let Packed { placements, density } = packed;
+    let Packed { placements, density, padding } = packed;
     if charts.len() > MOST || charts.iter().map(|c| c.border.len()).sum::<usize>() > MOST_EDGES {
         return Ok(None);
     }
@@ -97,7 +97,7 @@ pub(crate) fn tighten(
     let moved = (placements.iter().zip(&shifts))
         .map(|(p, d)| Placement { shift: [0, 1].map(|k| p.shift[k] + d[k] * unit), ..*p })
         .collect();
-    Ok(Some(Packed { placements: moved, density: density * UNITS / side }))
+    Ok(Some(Packed { placements: moved, density: density * UNITS / side, padding: *padding }))
 }
 
 /// Shifts charts until all are apart and on the page. Gives their least distance; `None` where that was not
@@ -215,9 +215,9 @@ mod tests {
             packer: Packing::Own(Packer::Shapes),
             seed: 0,
         };
-        let packed = Packed { placements, density: 1024.0 / side };
+        let packed = Packed { placements, density: 1024.0 / side, padding: PADDING };
         let run = |ctx: &Context<'_>| tighten(&charts, &packed, &job, ctx);
-        let Packed { placements, density } = Run::default().execute(run).expect("nothing cancels")?;
+        let Packed { placements, density, .. } = Run::default().execute(run).expect("nothing cancels")?;
         Some((placements.iter().map(|p| p.shift).collect(), 1024.0 / density))
     }
 
