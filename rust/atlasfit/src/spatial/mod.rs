@@ -3,6 +3,7 @@
 
 pub mod bvh;
 pub mod edges;
+pub(crate) mod inject;
 pub mod neighbours;
 pub mod sets;
 pub mod spacing;

@@ -1,7 +1,8 @@
 //! One chart: faces with their own vertex numbering and planar positions.
 
-use super::planar::{hull, thinned, twice_area};
+use super::planar::{hull, thinned};
 use super::surface::{NONE, Surface};
+use crate::numeric::plane::twice_area;
 use crate::run::Context;
 
 /// Squared length of the longest chart that fits on a page without making it larger, some way to its

@@ -45,6 +45,9 @@ use segment::Segmentation;
 use surface::Surface;
 use warnings::warnings;
 
+#[cfg(test)]
+mod tests;
+
 /// Meshes with more faces than this have their charts found on a coarse stand-in. Source not recorded; judge
 /// it by `atlasfit bench unwrap`.
 const LARGE: usize = 20_000;

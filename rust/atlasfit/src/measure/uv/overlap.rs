@@ -3,6 +3,7 @@
 //! In: UVs on the unit square. Out: texels covered once and more than once; the number of overlapping faces,
 //! exactly.
 
+use super::apart::surely_apart;
 use super::layout::FaceUv;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -100,10 +101,6 @@ fn cover(c: &FaceUv, first_row: usize, count: &mut [u8]) {
 
 /// Number of faces whose inside meets the inside of another: exact, whatever the size of the overlap.
 pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) -> Result<usize> {
-    let orient = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
-        let [a, b, c] = [a, b, c].map(|p| Coord { x: p[0], y: p[1] });
-        orient2d(a, b, c)
-    };
     // Counter-clockwise faces with area; the others cover nothing.
     let solid: Vec<FaceUv> = uvs
         .iter()
@@ -117,6 +114,21 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
         .collect();
     let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| Vec3([p[0], p[1], 0.0])))).collect();
     let tree = Bvh::build(&boxes, ctx)?;
+    if surely_apart(&solid, &tree, ctx)? {
+        return Ok(0);
+    }
+    counted(&solid, &boxes, &tree, ctx)
+}
+
+/// Twice the signed area of a triangle; its sign is exact.
+fn orient(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    let [a, b, c] = [a, b, c].map(|p| Coord { x: p[0], y: p[1] });
+    orient2d(a, b, c)
+}
+
+/// The number of counter-clockwise faces whose inside meets the inside of another, by comparing all whose
+/// boxes meet.
+pub(super) fn counted(solid: &[FaceUv], boxes: &[Aabb], tree: &Bvh, ctx: &Context<'_>) -> Result<usize> {
     // Convex shapes have disjoint insides exactly where a side of one has all of the other on its far side or
     // on it.
     let parted =
@@ -127,9 +139,13 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
         .map(|block| {
             let mut found = 0;
             for &i in block {
-                ctx.check()?;
                 let (a, region) = (&solid[i], &boxes[i]);
+                let mut met = 0;
                 let hit = tree.meeting(region, |j| {
+                    met += 1;
+                    if ctx.check_at(met).is_err() {
+                        return ControlFlow::Break(());
+                    }
                     let (b, other) = (&solid[j as usize], &boxes[j as usize]);
                     // Boxes that only touch cannot share an inside.
                     let apart =
@@ -140,6 +156,7 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
                         ControlFlow::Break(())
                     }
                 });
+                ctx.check()?;
                 found += usize::from(hit.is_break());
             }
             Ok(found)

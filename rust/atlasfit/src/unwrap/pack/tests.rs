@@ -2,8 +2,8 @@
 
 use super::placement::Placement;
 use super::*;
+use crate::numeric::plane::{corners, twice_area};
 use crate::run::Run;
-use crate::unwrap::planar::{corners, twice_area};
 use proptest::prelude::*;
 
 /// Texels per 1024 of the page by which a gap may be too small: what `tighten` leaves, and rounding to f32.

@@ -74,7 +74,7 @@ pub(crate) fn tighten(
     // No step may bring charts through each other. Two charts come nearer by at most the step's share of the
     // distance of their middles, and that distance is at most the page's diagonal.
     let slow = SLOW / shape[0].hypot(shape[1]);
-    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side)), page(side));
+    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side), ctx)?, page(side));
     for _ in 0..TRIES {
         step = step.min(slow * least);
         let target = side - step;
@@ -119,7 +119,7 @@ fn separate(
         if !near.holds(shapes, shifts, page) {
             *near = Near::find(shapes, shifts, page, ctx)?;
         }
-        let contacts = near.contacts(shapes, shifts, page);
+        let contacts = near.contacts(shapes, shifts, page, ctx)?;
         let least = least_gap(&contacts, page);
         let off_page = |(s, d): (&Shape, &[f64; 2])| {
             let beyond = |k: usize| (-s.lo[k] - d[k]).max(s.hi[k] + d[k] - page.size[k]);
