@@ -87,8 +87,21 @@ fn cover(c: &FaceUv, first_row: usize, count: &mut [u8]) {
     let margin = INSIDE * size;
     let row0 = first_row as f64;
     for y in range(1, row0, row0 + BAND as f64) {
-        for x in range(0, 0.0, size) {
-            let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
+        let py = y as f64 + 0.5;
+        // Where the row meets the face, and a texel more each way for rounding: all of a needle's box would be
+        // very much more.
+        let (mut from, mut to) = (0.0, size);
+        for k in 0..3 {
+            let (a, b) = (p[k], p[(k + 1) % 3]);
+            let x = a[0] + (b[0] - a[0]) * (py - a[1]) / (b[1] - a[1]);
+            if b[1] > a[1] && x < to {
+                to = x;
+            } else if b[1] < a[1] && x > from {
+                from = x;
+            }
+        }
+        for x in range(0, (from - 1.5).floor().max(0.0), (to + 1.5).ceil().min(size)) {
+            let px = x as f64 + 0.5;
             let inside =
                 |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0]) > margin;
             if inside(p[0], p[1]) && inside(p[1], p[2]) && inside(p[2], p[0]) {

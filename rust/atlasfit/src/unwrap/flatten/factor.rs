@@ -14,6 +14,12 @@ use crate::unwrap::surface::NONE;
 const LEAF: usize = 24;
 /// Neighbours beyond a cut that make a vertex a hub: about twice those of a vertex of an even mesh.
 const HUB: usize = 12;
+/// Vertices of more neighbours than this are not crossed where the graph is followed from end to end: across a
+/// hub, everything is near.
+const MOST_CROSSED: usize = 48;
+/// A separator of more than this times the square root of what it parts is one that the coordinates give badly:
+/// that of an even sheet has one to two times as many.
+const WIDE: f64 = 4.0;
 /// A separator is left as it is unless hubs make it smaller by more than this many vertices, and to less than
 /// half: the cuts of even meshes have no hubs worth it.
 const LEAST_SAVED: usize = 16;
@@ -211,14 +217,20 @@ impl<'a> Dissection<'a> {
         set.select_nth_unstable_by(half, |a, b| {
             xy[*a as usize][axis].total_cmp(&xy[*b as usize][axis]).then(a.cmp(b))
         });
-        self.last_mark += 2;
-        let (left, right) = (self.last_mark - 1, self.last_mark);
-        for (i, &v) in set.iter().enumerate() {
-            self.mark[v as usize] = if i < half { left } else { right };
-        }
         // Left vertices that touch the right half are the separator, and hubs of the right half that many of
         // them touch; they go last.
-        self.take_hubs(set, half);
+        let size = self.split(set, half);
+        if size as f64 > WIDE * (set.len() as f64).sqrt() {
+            // Needles: their ends lie in two rows, and the cut between them is through all. Cuts along the
+            // rows are found by the graph.
+            let near_first = self.breadth_first(set);
+            if 2 * self.split(&near_first, half) < size {
+                set.copy_from_slice(&near_first);
+            } else {
+                self.split(set, half);
+            }
+        }
+        let (left, right) = (self.last_mark - 1, self.last_mark);
         let (mut keep, mut left_len) = (0, 0);
         for i in 0..set.len() {
             let v = set[i];
@@ -235,6 +247,53 @@ impl<'a> Dissection<'a> {
         let (left, right) = set[..keep].split_at_mut(left_len);
         self.dissect(left);
         self.dissect(right);
+    }
+
+    /// Marks the halves of a set, and takes hubs into the separator. Gives the separator's size.
+    fn split(&mut self, set: &[u32], half: usize) -> usize {
+        self.last_mark += 2;
+        let (left, right) = (self.last_mark - 1, self.last_mark);
+        for (i, &v) in set.iter().enumerate() {
+            self.mark[v as usize] = if i < half { left } else { right };
+        }
+        self.take_hubs(set, half);
+        self.separator.len() + self.touching(&set[..half], right)
+    }
+
+    /// The vertices of a set from one end to the other: those nearer to a far vertex first, in steps along
+    /// edges, but not across hubs.
+    fn breadth_first(&mut self, set: &[u32]) -> Vec<u32> {
+        let mut order: Vec<u32> = Vec::with_capacity(set.len());
+        let mut from = set[0];
+        // The last one from anywhere is far away.
+        for _ in 0..2 {
+            self.last_mark += 2;
+            let (open, seen) = (self.last_mark - 1, self.last_mark);
+            set.iter().for_each(|&v| self.mark[v as usize] = open);
+            order.clear();
+            for v in std::iter::once(from).chain(set.iter().copied()) {
+                let mut next = order.len();
+                if std::mem::replace(&mut self.mark[v as usize], seen) == open {
+                    order.push(v);
+                }
+                while let Some(&v) = order.get(next) {
+                    next += 1;
+                    let row = self.graph.row(v);
+                    if row.len() > MOST_CROSSED {
+                        continue;
+                    }
+                    for e in row {
+                        let to = self.graph.to[e];
+                        if self.mark[to as usize] == open {
+                            self.mark[to as usize] = seen;
+                            order.push(to);
+                        }
+                    }
+                }
+            }
+            from = order[order.len() - 1];
+        }
+        order
     }
 
     /// Puts the hubs of the right half, `set[half..]`, into the separator where that makes it much smaller,
@@ -297,6 +356,17 @@ mod tests {
         ((0..n * wide).flat_map(quad).collect(), points.collect())
     }
 
+    /// A strip far wider than it is long, turned by an angle.
+    fn needles(n: u32, angle: f64) -> (Vec<[u32; 3]>, Vec<[f64; 2]>) {
+        let (tris, mut at) = band(n, 1);
+        let (s, c) = angle.sin_cos();
+        at.iter_mut().for_each(|p| {
+            let [x, y] = [p[0] / f64::from(n), 10.0 * p[1]];
+            *p = [c * x - s * y, s * x + c * y];
+        });
+        (tris, at)
+    }
+
     /// Two fans whose rims are glued to a band: a closed can, cut open along its side and flattened somehow.
     fn can(n: u32) -> (Vec<[u32; 3]>, Vec<[f64; 2]>) {
         let (mut tris, mut at) = band(n, 1);
@@ -313,6 +383,8 @@ mod tests {
                 ("fan", fan(n, true)),
                 ("fan from the rim", fan(n, false)),
                 ("strip", band(n / 2, 1)),
+                ("needles", needles(n / 2, 0.0)),
+                ("slanting needles", needles(n / 2, 0.7)),
                 ("can", can(n / 2)),
                 ("sheet", band(f64::from(n).sqrt() as u32, f64::from(n).sqrt() as u32)),
             ] {

@@ -37,7 +37,8 @@ const SHRINK: f64 = 0.02;
 /// Times that a larger page is tried because the padding came out too small: it is of a fixed number of cells,
 /// on a page of about as many.
 const PAGES_TRIED: usize = 8;
-/// An order is not searched for on a page whose padding comes out smaller than this share of what is asked for.
+/// No order is searched for on a page whose padding comes out smaller than this share of what is asked for, or
+/// smaller at all once a larger page was tried.
 const PADDING_NEAR: f64 = 0.8;
 /// Share of the padding that may be lost to rounding.
 const ROUNDING: f64 = 1e-9;
@@ -55,7 +56,7 @@ pub(crate) fn one_page(
 ) -> Result<Option<Packed>> {
     let many = charts.len() > ORDER_WORK;
     let mut side = rough_side(charts, upright, job, ctx)?;
-    for _ in 0..PAGES_TRIED {
+    for tried in 0..PAGES_TRIED {
         let density = f64::from(job.page[0]) / side;
         if density < job.least_density(charts) || !Board::has_cells_for(charts.len(), job) {
             break;
@@ -64,7 +65,8 @@ pub(crate) fn one_page(
         let width = (side * ROOM / board.cell) as usize;
         let Some(mut filled) = first(&board, width, if many { 1 } else { 2 }, ctx)? else { break };
         let padding = |size: usize| board.grow as f64 * f64::from(job.page[0]) / size as f64;
-        if padding(filled.size) >= PADDING_NEAR * f64::from(job.padding) {
+        let near = if tried == 0 { PADDING_NEAR } else { 1.0 };
+        if padding(filled.size) >= near * f64::from(job.padding) {
             filled = improve(&board, filled, job.seed, ctx)?;
             let placements: Vec<Placement> = (filled.placements.iter().zip(&board.poses))
                 .map(|(s, p)| p[s.pose].at(s.x + board.grow, s.y + board.grow, board.cell))
