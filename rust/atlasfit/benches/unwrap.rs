@@ -1,6 +1,6 @@
 //! How long `unwrap` takes on tori of a small and of a larger number of faces (the larger takes the coarse
-//! way), and on what CAD programs make: discs that are one fan, cans, strips. The latter by number of faces: it
-//! should grow no faster than n log n.
+//! way), and on what CAD programs make: discs that are one fan, cans, strips. The latter by number of faces:
+//! it should grow no faster than n log n.
 //!
 //! `cargo bench -p atlasfit --bench unwrap`. A measurement: what else the machine does counts too.
 

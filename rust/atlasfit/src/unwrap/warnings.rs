@@ -20,8 +20,8 @@ pub(super) fn warnings(s: &Surface, checked: &Checked, options: &UnwrapOptions) 
         && density < DENSITY_KEPT * asked
     {
         out.push(format!(
-            "the density was lowered from {asked} to {density:.4} texels per unit: the {charts} charts do not \
-             fit the pages. Allow more or larger pages"
+            "the density was lowered from {asked} to {density:.4} texels per unit: the {charts} charts do \
+             not fit the pages. Allow more or larger pages"
         ));
     }
     if packed.padding < options.padding_px {
@@ -36,8 +36,8 @@ pub(super) fn warnings(s: &Surface, checked: &Checked, options: &UnwrapOptions) 
     let texels = area * packed.density.powi(2) / charts.max(1) as f64;
     if texels < LEAST_TEXELS {
         out.push(format!(
-            "the {charts} charts have {texels:.2} texels each on pages of {width} by {height}: too few to hold a \
-             picture. Give larger pages or more of them, weld the mesh's vertices where it falls apart, or \
+            "the {charts} charts have {texels:.2} texels each on pages of {width} by {height}: too few to \
+             hold a picture. Give larger pages or more of them, weld the mesh's vertices where it falls apart, or \
              allow more stretch for fewer charts"
         ));
     }

@@ -88,8 +88,8 @@ fn cover(c: &FaceUv, first_row: usize, count: &mut [u8]) {
     let row0 = first_row as f64;
     for y in range(1, row0, row0 + BAND as f64) {
         let py = y as f64 + 0.5;
-        // Where the row meets the face, and a texel more each way for rounding: all of a needle's box would be
-        // very much more.
+        // Where the row meets the face, and a texel more each way for rounding: all of a needle's box would
+        // be very much more.
         let (mut from, mut to) = (0.0, size);
         for k in 0..3 {
             let (a, b) = (p[k], p[(k + 1) % 3]);

@@ -3,8 +3,8 @@
 //! In: a symmetric positive definite matrix on the edges of a chart's triangulation and the vertices' planar
 //! coordinates. Out: solutions for two right-hand sides at once (u and v). Up-looking factorisation after
 //! Davis 2005 ("Algorithm 849: a concise sparse Cholesky factorization package"); the coordinates make the
-//! ordering of George 1973 a few lines, with O(n log n) fill. Hubs (the middle of a disc that is one fan) belong
-//! to the separators: their rows are dense anyway.
+//! ordering of George 1973 a few lines, with O(n log n) fill. Hubs (the middle of a disc that is one fan)
+//! belong to the separators: their rows are dense anyway.
 
 use super::graph::Graph;
 use crate::run::Context;
@@ -14,11 +14,11 @@ use crate::unwrap::surface::NONE;
 const LEAF: usize = 24;
 /// Neighbours beyond a cut that make a vertex a hub: about twice those of a vertex of an even mesh.
 const HUB: usize = 12;
-/// Vertices of more neighbours than this are not crossed where the graph is followed from end to end: across a
-/// hub, everything is near.
+/// Vertices of more neighbours than this are not crossed where the graph is followed from end to end: across
+/// a hub, everything is near.
 const MOST_CROSSED: usize = 48;
-/// A separator of more than this times the square root of what it parts is one that the coordinates give badly:
-/// that of an even sheet has one to two times as many.
+/// A separator of more than this times the square root of what it parts is one that the coordinates give
+/// badly: that of an even sheet has one to two times as many.
 const WIDE: f64 = 4.0;
 /// A separator is left as it is unless hubs make it smaller by more than this many vertices, and to less than
 /// half: the cuts of even meshes have no hubs worth it.

@@ -34,11 +34,11 @@ const HALVINGS: usize = 2;
 /// The page shrinks by this share of its side at a time, at first. Source not recorded; judge it by `atlasfit
 /// bench unwrap`.
 const SHRINK: f64 = 0.02;
-/// Times that a larger page is tried because the padding came out too small: it is of a fixed number of cells,
-/// on a page of about as many.
+/// Times that a larger page is tried because the padding came out too small: it is of a fixed number of
+/// cells, on a page of about as many.
 const PAGES_TRIED: usize = 8;
-/// No order is searched for on a page whose padding comes out smaller than this share of what is asked for, or
-/// smaller at all once a larger page was tried.
+/// No order is searched for on a page whose padding comes out smaller than this share of what is asked for,
+/// or smaller at all once a larger page was tried.
 const PADDING_NEAR: f64 = 0.8;
 /// Share of the padding that may be lost to rounding.
 const ROUNDING: f64 = 1e-9;
