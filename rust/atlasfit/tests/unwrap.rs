@@ -203,6 +203,36 @@ fn pages_have_the_size_and_the_density_asked_for() {
 }
 
 #[test]
+fn what_could_not_be_kept_is_reported() {
+    let plain = run(&cube(), &UnwrapOptions::default(), 0).unwrap();
+    assert_eq!((plain.padding_px, plain.warnings.len()), (2, 0), "{:?}", plain.warnings);
+    // Two hundred triangles far apart: seven by seven is all that a page holds with this padding.
+    let mut soup = TriMesh::default();
+    for i in 0..200u32 {
+        let [x, y] = [f64::from(i % 20), f64::from(i / 20)];
+        soup.positions.extend([[x, y, 0.0], [x + 0.9, y, 0.0], [x, y + 0.9, 0.0]]);
+        soup.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+    }
+    for packer in [Packer::Shapes, Packer::Boxes] {
+        let options = UnwrapOptions::default().with_packer(packer).with_padding_px(128);
+        let uv = run(&soup, &options, 0).unwrap();
+        check(&soup, &uv);
+        assert!(uv.corner_uv.iter().all(|t| twice(t) * 1024.0 * 1024.0 > 1.0), "a face has collapsed");
+        assert!((16..128).contains(&uv.padding_px), "{}", uv.padding_px);
+        assert!(matches!(&uv.warnings[..], [w] if w.contains("padding")), "{:?}", uv.warnings);
+        // A density that one page cannot hold.
+        let options = options.with_padding_px(2).with_texels_per_unit(Some(1000.0)).with_pages(Some(1));
+        let uv = run(&soup, &options, 0).unwrap();
+        assert!(matches!(&uv.warnings[..], [w] if w.contains("density")), "{:?}", uv.warnings);
+        // A page with hardly a texel for each.
+        let tiny = UnwrapOptions::default().with_packer(packer).with_page_size([16; 2]);
+        let uv = run(&soup, &tiny, 0).unwrap();
+        check(&soup, &uv);
+        assert!(uv.warnings.iter().any(|w| w.contains("texels each")), "{:?}", uv.warnings);
+    }
+}
+
+#[test]
 fn seams_of_the_old_uvs_and_fewer_charts_are_kept_when_asked_for() {
     let mut mesh = torus(24);
     let loose = run(&mesh, &UnwrapOptions::default().with_max_charts(Some(4)), 0).unwrap();
@@ -284,6 +314,12 @@ fn what_cannot_be_unwrapped_is_a_clear_error() {
     assert!(matches!(run(&TriMesh::default(), &UnwrapOptions::default(), 0), Err(Error::Degenerate { .. })));
     let bad = TriMesh::new(vec![[0.0; 3]], vec![[0, 1, 2]]);
     assert!(matches!(run(&bad, &UnwrapOptions::default(), 0), Err(Error::IndexOutOfRange { .. })));
+    let seam = UnwrapOptions::default().with_seam_edges(Some(vec![[0, 1], [7, 8]]));
+    let error = run(&cube(), &seam, 0);
+    assert!(
+        matches!(&error, Err(Error::IndexOutOfRange { what, value: 8, .. }) if what == "seam edge 1"),
+        "{error:?}"
+    );
     for max_stretch in [1.0, f64::NAN, f64::INFINITY] {
         let options = UnwrapOptions::default().with_max_stretch(max_stretch);
         assert!(matches!(run(&cube(), &options, 0), Err(Error::InvalidArgument { .. })));

@@ -2,6 +2,7 @@
 //! weights, special functions, order statistics, random numbers, sorting.
 
 pub mod dense;
+pub(crate) mod plane;
 pub mod rng;
 pub mod robust;
 pub mod sort;

@@ -4,6 +4,7 @@
 pub mod bvh;
 pub(crate) mod constants;
 pub mod edges;
+pub(crate) mod inject;
 pub mod neighbours;
 pub mod sets;
 pub mod spacing;

@@ -1,7 +1,8 @@
 //! One chart: faces with their own vertex numbering and planar positions.
 
-use super::planar::{hull, twice_area};
+use super::planar::{hull, thinned};
 use super::surface::{NONE, Surface};
+use crate::numeric::plane::twice_area;
 use crate::run::Context;
 
 /// Squared length of the longest chart that fits on a page without making it larger, some way to its
@@ -9,7 +10,7 @@ use crate::run::Context;
 const PAGE: f64 = 2.0;
 
 /// A connected piece of the surface, flattened. Units: the surface has area 1.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Chart {
     /// Faces of the surface.
     pub faces: Vec<u32>,
@@ -135,8 +136,9 @@ impl Chart {
         let of_hull: f64 =
             (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>()
                 * 0.5;
+        let few = thinned(&hull);
         let longest =
-            (hull.iter().flat_map(|p| hull.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
+            (few.iter().flat_map(|p| few.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
                 .fold(0.0, f64::max);
         (of_hull - self.area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
     }

@@ -4,13 +4,13 @@
 
 use super::chart::Chart;
 use super::cut::{cut, halves, whole_cells};
-use super::flatten::inject;
 use super::options::{MOST_PAGES, UnwrapOptions};
 use super::pack::{self, PackJob, Packed, Packing};
-use super::planar::corners;
 use super::surface::Surface;
 use crate::error::{Error, Result};
+use crate::numeric::plane::corners;
 use crate::run::Context;
+use crate::spatial::inject;
 use rayon::prelude::*;
 
 /// Rounds of cutting out what single precision spoils; in the last, spoiled charts fall apart into single
@@ -47,8 +47,8 @@ pub(crate) fn pack_checked(
     for round in 0.. {
         let packed = pack::pack(&charts, &job, ctx)?;
         let spoiled: Vec<Option<Vec<bool>>> = (charts.par_iter().zip(&packed.placements))
-            .map(|(c, p)| spoiled(s, c, &p.positions(&c.uv), round))
-            .collect();
+            .map(|(c, p)| ctx.check().map(|()| spoiled(s, c, &p.positions(&c.uv), round)))
+            .collect::<Result<_>>()?;
         if round == REPAIRS || spoiled.iter().all(Option::is_none) {
             return Ok(Checked { charts, packed, repaired });
         }

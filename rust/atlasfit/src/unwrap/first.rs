@@ -6,13 +6,13 @@
 use super::chart::Chart;
 use super::cut::{halves, pieces, whole_cells};
 use super::flatten::arap::Arap;
-use super::flatten::inject;
 use super::flatten::project::{blend_without_flips, mean_normal, project};
 use super::flatten::shape::{all_positive, over_area};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::inject;
 use rayon::prelude::*;
 
 /// As-rigid-as-possible iterations for a first chart. Source not recorded; judge it by `atlasfit bench

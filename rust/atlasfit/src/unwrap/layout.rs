@@ -23,6 +23,10 @@ pub struct UvLayout {
     pub width: u32,
     /// Height of a page in texels.
     pub height: u32,
+    /// Free texels between charts and at a page's border: the padding asked for, or less where with that
+    /// charts would have less than 4 texels each on average. Rounding takes up to a hundredth of a texel per
+    /// 1024 texels of the page.
+    pub padding_px: u32,
     /// Texels per user unit of length on the surface.
     pub texels_per_unit: f64,
     /// The stretch bound that was held: `max_stretch`, or more where `max_charts` asked for it.
@@ -39,6 +43,8 @@ pub struct UvLayout {
     pub repaired_charts: usize,
     /// Polygons that could not stay in one piece because they do not lie flat.
     pub split_polygons: usize,
+    /// What the user should hear: the padding or the density was lowered, charts have hardly any texels.
+    pub warnings: Vec<String>,
 }
 
 /// What each face gets.

@@ -28,6 +28,7 @@ mod planar;
 mod segment;
 mod shorten;
 mod surface;
+mod warnings;
 
 pub use layout::UvLayout;
 pub use options::{Packer, STRETCH_LIMIT, UnwrapOptions};
@@ -45,6 +46,10 @@ use merge::Charts;
 use pack::Packing;
 use segment::Segmentation;
 use surface::Surface;
+use warnings::warnings;
+
+#[cfg(test)]
+mod tests;
 
 /// Meshes with more faces than this have their charts found on a coarse stand-in. Source not recorded; judge
 /// it by `atlasfit bench unwrap`.
@@ -79,7 +84,7 @@ const LOOSEN: f64 = 1.6;
 ///
 /// # Errors
 /// [`Error::InvalidArgument`](crate::Error::InvalidArgument) for options out of range,
-/// [`Error::IndexOutOfRange`](crate::Error::IndexOutOfRange) for a bad triangle,
+/// [`Error::IndexOutOfRange`](crate::Error::IndexOutOfRange) for a bad triangle or seam edge,
 /// [`Error::Degenerate`](crate::Error::Degenerate) for a mesh without any area, and those of
 /// [`Context::check`].
 pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<UvLayout> {
@@ -133,9 +138,11 @@ fn packed_by(
     let known = UvLayout {
         width,
         height,
+        padding_px: checked.packed.padding,
         texels_per_unit: checked.packed.density / s.unit,
         stretch_bound: bound,
         repaired_charts: checked.repaired,
+        warnings: warnings(&s, &checked, options),
         ..UvLayout::default()
     };
     Ok(layout(&s, &checked, options.face_polygon.as_deref(), known))

@@ -31,7 +31,8 @@ pub struct UnwrapOptions {
     pub max_charts: Option<usize>,
     /// Width and height of a page in texels, each 16 to 65536. Default 1024 by 1024.
     pub page_size: [u32; 2],
-    /// Free texels between charts and at the page's border, at most an eighth of the page. Default 2.
+    /// Free texels between charts and at the page's border, at most an eighth of the page. Halved, and again,
+    /// where charts would otherwise have less than 4 texels each on average; the layout says so. Default 2.
     pub padding_px: u32,
     /// Texels per user unit of length on the surface, positive; `None` = what fills the pages.
     pub texels_per_unit: Option<f64>,
@@ -45,7 +46,7 @@ pub struct UnwrapOptions {
     /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are
     /// then those of the polygon. One entry per triangle; any numbers.
     pub face_polygon: Option<Vec<u32>>,
-    /// Edges that must be seams, as pairs of vertices.
+    /// Edges that must be seams, as pairs of vertices; a pair that is no edge does nothing.
     pub seam_edges: Option<Vec<[u32; 2]>>,
     /// Whether the seams of the UVs that the mesh already has stay seams.
     pub keep_uv_seams: bool,
@@ -130,6 +131,17 @@ impl UnwrapOptions {
             && !(0.0..=180.0).contains(&a)
         {
             return Err(Error::invalid(format!("hard_edge_angle is {a}"), "Give 0 to 180 degrees, or none"));
+        }
+        let vertices = mesh.positions.len();
+        for (i, edge) in self.seam_edges.iter().flatten().enumerate() {
+            if let Some(&bad) = edge.iter().find(|&&v| v as usize >= vertices) {
+                return Err(Error::IndexOutOfRange {
+                    what: format!("seam edge {i}"),
+                    value: u64::from(bad),
+                    limit: vertices as u64,
+                    of: "vertices",
+                });
+            }
         }
         for (name, column) in [("face_group", &self.face_group), ("face_polygon", &self.face_polygon)] {
             if let Some(c) = column

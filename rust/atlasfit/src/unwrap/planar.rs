@@ -1,16 +1,6 @@
-//! Small geometry of the plane.
+//! Boxes and hulls of the plane.
 
-/// Twice the signed area of a planar triangle.
-#[inline]
-pub(crate) fn twice_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// The corners of a triangle.
-#[inline]
-pub(crate) fn corners(tri: [u32; 3], uv: &[[f64; 2]]) -> [[f64; 2]; 3] {
-    tri.map(|v| uv[v as usize])
-}
+use crate::numeric::plane::twice_area;
 
 /// The box of some points.
 pub(crate) fn bounds(p: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
@@ -27,6 +17,15 @@ pub(crate) fn bounds(p: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
 /// Points turned by (c, s).
 pub(crate) fn rotated(uv: &[[f64; 2]], r: [f64; 2]) -> Vec<[f64; 2]> {
     uv.iter().map(|p| [r[0] * p[0] - r[1] * p[1], r[1] * p[0] + r[0] * p[1]]).collect()
+}
+
+/// Corners of a hull that are enough to turn it upright, or to see how long it is: an even polygon of as many
+/// corners is a circle to one part in 100,000.
+const ENOUGH_CORNERS: usize = 1024;
+
+/// A hull with its corners thinned out evenly where there are very many: for what compares all pairs of them.
+pub(crate) fn thinned(hull: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    hull.iter().copied().step_by(hull.len().div_ceil(ENOUGH_CORNERS).max(1)).collect()
 }
 
 /// The convex hull, counter-clockwise (Andrew 1979).
@@ -52,9 +51,9 @@ pub(crate) fn hull(uv: &[[f64; 2]]) -> Vec<[f64; 2]> {
     hull
 }
 
-/// The rotation that gives the bounding box of least area, its long side along x.
+/// The rotation that gives the bounding box of (nearly) least area, its long side along x.
 pub(crate) fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
-    let hull = hull(uv);
+    let hull = thinned(&hull(uv));
     let mut best = (f64::INFINITY, [1.0, 0.0]);
     for i in 0..hull.len() {
         let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);

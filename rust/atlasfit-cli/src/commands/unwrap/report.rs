@@ -38,14 +38,7 @@ pub fn notes(layout: &UvLayout, options: &UnwrapOptions, console: &Console) {
             layout.charts
         ));
     }
-    if let Some(density) = options.texels_per_unit
-        && layout.texels_per_unit < 0.999 * density
-    {
-        console.note(format_args!(
-            "the density was lowered to {} texels per unit: the charts did not fit",
-            short(layout.texels_per_unit)
-        ));
-    }
+    layout.warnings.iter().for_each(|w| console.note(w));
 }
 
 /// What was done.
@@ -117,7 +110,8 @@ impl Done<'_> {
             "coverage": number(quality.coverage), "texels_per_unit": number(layout.texels_per_unit),
             "degenerate_faces": layout.degenerate_faces, "duplicate_faces": layout.duplicate_faces,
             "non_manifold_edges": layout.non_manifold_edges, "repaired_charts": layout.repaired_charts,
-            "split_polygons": layout.split_polygons, "seconds": number(self.seconds),
+            "split_polygons": layout.split_polygons, "padding": layout.padding_px,
+            "warnings": layout.warnings, "seconds": number(self.seconds),
             "stages": stages_json(self.stages),
             "files": self.files,
         })

@@ -2,6 +2,7 @@
 //!
 //! In: a mesh with texture coordinates per corner. Out: charts, seams, stretch, flips, overlaps, coverage.
 
+mod apart;
 mod charts;
 mod layout;
 mod overlap;

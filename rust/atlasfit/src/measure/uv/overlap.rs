@@ -3,6 +3,7 @@
 //! In: UVs on the unit square. Out: texels covered once and more than once; the number of overlapping faces,
 //! exactly.
 
+use super::apart::surely_apart;
 use super::layout::FaceUv;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -86,8 +87,21 @@ fn cover(c: &FaceUv, first_row: usize, count: &mut [u8]) {
     let margin = INSIDE * size;
     let row0 = first_row as f64;
     for y in range(1, row0, row0 + BAND as f64) {
-        for x in range(0, 0.0, size) {
-            let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
+        let py = y as f64 + 0.5;
+        // Where the row meets the face, and a texel more each way for rounding: all of a needle's box would
+        // be very much more.
+        let (mut from, mut to) = (0.0, size);
+        for k in 0..3 {
+            let (a, b) = (p[k], p[(k + 1) % 3]);
+            let x = a[0] + (b[0] - a[0]) * (py - a[1]) / (b[1] - a[1]);
+            if b[1] > a[1] && x < to {
+                to = x;
+            } else if b[1] < a[1] && x > from {
+                from = x;
+            }
+        }
+        for x in range(0, (from - 1.5).floor().max(0.0), (to + 1.5).ceil().min(size)) {
+            let px = x as f64 + 0.5;
             let inside =
                 |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0]) > margin;
             if inside(p[0], p[1]) && inside(p[1], p[2]) && inside(p[2], p[0]) {
@@ -100,10 +114,6 @@ fn cover(c: &FaceUv, first_row: usize, count: &mut [u8]) {
 
 /// Number of faces whose inside meets the inside of another: exact, whatever the size of the overlap.
 pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) -> Result<usize> {
-    let orient = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
-        let [a, b, c] = [a, b, c].map(|p| Coord { x: p[0], y: p[1] });
-        orient2d(a, b, c)
-    };
     // Counter-clockwise faces with area; the others cover nothing.
     let solid: Vec<FaceUv> = uvs
         .iter()
@@ -117,6 +127,21 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
         .collect();
     let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| Vec3([p[0], p[1], 0.0])))).collect();
     let tree = Bvh::build(&boxes, ctx)?;
+    if surely_apart(&solid, &tree, ctx)? {
+        return Ok(0);
+    }
+    counted(&solid, &boxes, &tree, ctx)
+}
+
+/// Twice the signed area of a triangle; its sign is exact.
+fn orient(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    let [a, b, c] = [a, b, c].map(|p| Coord { x: p[0], y: p[1] });
+    orient2d(a, b, c)
+}
+
+/// The number of counter-clockwise faces whose inside meets the inside of another, by comparing all whose
+/// boxes meet.
+pub(super) fn counted(solid: &[FaceUv], boxes: &[Aabb], tree: &Bvh, ctx: &Context<'_>) -> Result<usize> {
     // Convex shapes have disjoint insides exactly where a side of one has all of the other on its far side or
     // on it.
     let parted =
@@ -127,9 +152,13 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
         .map(|block| {
             let mut found = 0;
             for &i in block {
-                ctx.check()?;
                 let (a, region) = (&solid[i], &boxes[i]);
+                let mut met = 0;
                 let hit = tree.meeting(region, |j| {
+                    met += 1;
+                    if ctx.check_at(met).is_err() {
+                        return ControlFlow::Break(());
+                    }
                     let (b, other) = (&solid[j as usize], &boxes[j as usize]);
                     // Boxes that only touch cannot share an inside.
                     let apart =
@@ -140,6 +169,7 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
                         ControlFlow::Break(())
                     }
                 });
+                ctx.check()?;
                 found += usize::from(hit.is_break());
             }
             Ok(found)

@@ -6,8 +6,8 @@
 use super::factor::Factor;
 use super::graph::Graph;
 use super::shape::cotangents;
+use crate::numeric::plane::corners;
 use crate::run::Context;
-use crate::unwrap::planar::corners;
 
 /// Charts with more vertices are solved iteratively: exact solves would cost n^1.5.
 const DIRECT: usize = 12_000;

@@ -10,8 +10,8 @@
 use super::factor::Factor;
 use super::graph::Graph;
 use super::shape::{all_positive, cotangents, singular, stretch};
+use crate::numeric::plane::{corners, twice_area};
 use crate::run::Context;
-use crate::unwrap::planar::{corners, twice_area};
 use crate::unwrap::surface::NONE;
 use std::f64::consts::PI;
 

@@ -39,18 +39,21 @@ impl Graph {
         }
         let mut out = Self { start: Vec::with_capacity(n + 1), to: Vec::new(), weight: Vec::new() };
         out.start.push(0);
+        // Where each vertex was last put: a search along the row would take the square of a hub's neighbours.
+        let mut place = vec![0usize; n];
         for i in 0..n {
             if ctx.check_at(i).is_err() {
                 return Self { start: vec![0; n + 1], to: Vec::new(), weight: Vec::new() };
             }
             let from = out.to.len();
             for &(j, w) in &raw[start[i] as usize..start[i + 1] as usize] {
-                match out.to[from..].iter().position(|&x| x == j) {
-                    Some(p) => out.weight[from + p] += w,
-                    None => {
-                        out.to.push(j);
-                        out.weight.push(w);
-                    }
+                let p = place[j as usize];
+                if p >= from && out.to.get(p) == Some(&j) {
+                    out.weight[p] += w;
+                } else {
+                    place[j as usize] = out.to.len();
+                    out.to.push(j);
+                    out.weight.push(w);
                 }
             }
             out.start.push(out.to.len() as u32);

@@ -5,6 +5,5 @@ pub(crate) mod arap;
 pub(crate) mod dirichlet;
 mod factor;
 pub(crate) mod graph;
-pub(crate) mod inject;
 pub(crate) mod project;
 pub(crate) mod shape;

@@ -1,7 +1,7 @@
 //! How far a triangle of the plane is from its rest shape `[l, x, y]`: corners (0, 0), (l, 0), (x, y).
 
+use crate::numeric::plane::{corners, twice_area};
 use crate::unwrap::chart::Chart;
-use crate::unwrap::planar::{corners, twice_area};
 use crate::unwrap::surface::Surface;
 
 /// Cotangent weights are kept inside this range, so that needles neither vanish nor rule.

@@ -27,15 +27,18 @@ pub(super) fn paths(shared: &[Shared]) -> Vec<Vec<Shared>> {
             sets.join(w[0].1, w[1].1);
         }
     }
-    let mut out: Vec<(u32, Vec<Shared>)> = Vec::new();
+    let mut out: Vec<Vec<Shared>> = Vec::new();
+    // Which run each set is.
+    let mut run = vec![usize::MAX; shared.len()];
     for (i, e) in shared.iter().enumerate() {
-        let r = sets.find(i as u32);
-        match out.iter_mut().find(|o| o.0 == r) {
-            Some(o) => o.1.push(*e),
-            None => out.push((r, vec![*e])),
+        let run = &mut run[sets.find(i as u32) as usize];
+        if *run == usize::MAX {
+            *run = out.len();
+            out.push(Vec::new());
         }
+        out[*run].push(*e);
     }
-    out.into_iter().map(|o| o.1).collect()
+    out
 }
 
 /// A planar rigid motion: rotation (c, s), then translation.

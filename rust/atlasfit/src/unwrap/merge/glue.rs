@@ -5,13 +5,13 @@
 
 use super::align::{Motion, Shared};
 use super::patch::{Pair, Patch, assemble, patch};
+use crate::numeric::plane::corners;
 use crate::run::Context;
+use crate::spatial::inject::{border_touches, injective, turns_once};
 use crate::unwrap::chart::Chart;
 use crate::unwrap::flatten::arap::Arap;
 use crate::unwrap::flatten::dirichlet::{self, Disk};
-use crate::unwrap::flatten::inject::{border_touches, injective, turns_once};
 use crate::unwrap::flatten::shape::{all_positive, over_area, stretch};
-use crate::unwrap::planar::corners;
 use crate::unwrap::surface::Surface;
 
 /// Most as-rigid-as-possible iterations spent on testing one merge. Source not recorded; judge it by

@@ -1,8 +1,10 @@
 //! Charts as cells for a page of one shape, and pages filled with them in some order.
 
 use super::mask::{Pose, poses};
-use super::placement::PackJob;
+use super::placement::{CELLS, PackJob};
 use super::strip::Strip;
+use crate::error::Result;
+use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -83,20 +85,36 @@ pub(super) struct Filled {
 
 impl Board {
     /// Makes the charts' masks. `upright` holds their upright rotations.
-    pub(super) fn new(charts: &[Chart], upright: &[[f64; 2]], job: &PackJob<'_>, grid: Grid) -> Self {
+    pub(super) fn new(
+        charts: &[Chart],
+        upright: &[[f64; 2]],
+        job: &PackJob<'_>,
+        grid: Grid,
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
         let Grid { side, cells, turns } = grid;
         let aspect = f64::from(job.page[1]) / f64::from(job.page[0]);
         let cell = side * aspect.max(1.0) / cells;
         let grow = grow(job, cells);
         let area: f64 = charts.iter().map(|c| c.area).sum();
         let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
-            .map(|(c, &r)| poses(c, r, cell, grow, turns[usize::from(c.area <= TURN_MORE * area)]))
-            .collect();
+            .map(|(c, &r)| {
+                ctx.check()?;
+                Ok(poses(c, r, cell, grow, turns[usize::from(c.area <= TURN_MORE * area)]))
+            })
+            .collect::<Result<_>>()?;
         let narrowest =
             poses.iter().map(|p| p.iter().map(|q| q.grown.width).min().unwrap_or(0)).max().unwrap_or(0);
         let faces: usize = charts.iter().map(|c| c.faces.len()).sum();
         let effort = (faces as f64 / EFFORT_FACES).clamp(1.0, MOST_EFFORT);
-        Self { cell, grow, poses, aspect, narrowest, effort }
+        Ok(Self { cell, grow, poses, aspect, narrowest, effort })
+    }
+
+    /// Whether a page holds so many charts of one cell each, with the padding round them.
+    pub(super) fn has_cells_for(charts: usize, job: &PackJob<'_>) -> bool {
+        let longer = f64::from(job.page[0].max(job.page[1]));
+        let cells = job.texels() * (CELLS / longer).powi(2);
+        charts as f64 * (1.0 + grow(job, CELLS) as f64).powi(2) <= cells
     }
 
     /// Rows of a page of some width.
@@ -104,18 +122,26 @@ impl Board {
         (width as f64 * self.aspect) as usize
     }
 
-    /// Fills a strip; the error is the chart that does not fit below the limit.
-    pub(super) fn fill(&self, order: Order<'_>) -> Result<Fill, usize> {
+    /// Fills a strip; the inner error is the chart that does not fit below the limit.
+    pub(super) fn fill(
+        &self,
+        order: Order<'_>,
+        ctx: &Context<'_>,
+    ) -> Result<std::result::Result<Fill, usize>> {
         match order.width.div_ceil(64) {
-            0..=4 => self.fill_words::<4>(order),
-            5..=8 => self.fill_words::<8>(order),
-            9..=16 => self.fill_words::<16>(order),
-            17..=32 => self.fill_words::<32>(order),
-            _ => self.fill_words::<128>(Order { width: order.width.min(128 * 64), ..order }),
+            0..=4 => self.fill_words::<4>(order, ctx),
+            5..=8 => self.fill_words::<8>(order, ctx),
+            9..=16 => self.fill_words::<16>(order, ctx),
+            17..=32 => self.fill_words::<32>(order, ctx),
+            _ => self.fill_words::<128>(Order { width: order.width.min(128 * 64), ..order }, ctx),
         }
     }
 
-    fn fill_words<const W: usize>(&self, order: Order<'_>) -> Result<Fill, usize> {
+    fn fill_words<const W: usize>(
+        &self,
+        order: Order<'_>,
+        ctx: &Context<'_>,
+    ) -> Result<std::result::Result<Fill, usize>> {
         let Order { charts, width, limit, top_counts } = order;
         let mut strip = Strip::<W>::new(width);
         let mut top = 0;
@@ -123,6 +149,7 @@ impl Board {
         // Where masks of a size were last put: below that there is no room for small ones of the same size.
         let mut lowest: HashMap<(usize, usize), usize> = HashMap::new();
         for &c in charts {
+            ctx.check()?;
             let poses = &self.poses[c];
             let tallest = poses.iter().map(|p| p.grown.height).max().unwrap_or(0);
             let mut found: Option<CellPlacement> = None;
@@ -142,16 +169,16 @@ impl Board {
                     }
                 }
             }
-            let Some(place) = found else { return Err(c) };
+            let Some(place) = found else { return Ok(Err(c)) };
             let pose = &poses[place.pose];
             strip.put(&pose.tight, place.x + self.grow, place.y + self.grow);
             top = top.max(place.y + pose.grown.height);
             if top > limit {
-                return Err(c);
+                return Ok(Err(c));
             }
             placements[c] = place;
         }
-        Ok(Fill { height: top, placements })
+        Ok(Ok(Fill { height: top, placements }))
     }
 }
 

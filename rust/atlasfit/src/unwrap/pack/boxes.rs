@@ -1,75 +1,130 @@
 //! Packing by bounding boxes, in rows.
 
 use super::placement::{PackJob, Packed, Placement};
+use crate::error::Result;
+use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::planar::{bounds, rotated};
 
 /// Factor on the density until the boxes fit.
 const LESS: f64 = 0.99;
+/// The same where they are very many, and need not fill the page as well.
+const LESS_FOR_CRUMBS: f64 = 0.95;
+/// Gap between very many charts, as a share of the side of the square that each has on average.
+const CRUMBS_GAP: f64 = 0.1;
+/// Texels between charts where no padding is asked for.
+const LEAST_GAP: f64 = 1.0;
 
-/// A chart's upright bounding box.
-fn upright_box(c: &Chart, r: [f64; 2]) -> [[f64; 2]; 2] {
-    let (lo, hi) = bounds(&rotated(&c.outline(), r));
-    [lo, hi]
+/// The charts' upright bounding boxes.
+struct Boxes<'a> {
+    /// Least and greatest coordinates of each.
+    ends: Vec<[[f64; 2]; 2]>,
+    /// Highest first.
+    order: Vec<usize>,
+    upright: &'a [[f64; 2]],
 }
 
-/// One page of rows of bounding boxes.
-pub(crate) fn one_page_of_boxes(charts: &[Chart], upright: &[[f64; 2]], job: &PackJob<'_>) -> Packed {
-    let boxes: Vec<[[f64; 2]; 2]> = charts.iter().zip(upright).map(|(c, &r)| upright_box(c, r)).collect();
-    let padded: f64 = charts.iter().map(|c| c.area).sum::<f64>();
-    let mut density = (f64::from(job.page[0]) * f64::from(job.page[1]) / padded).sqrt();
-    loop {
-        if let Some(placements) = shelves(&boxes, upright, job, density) {
-            return Packed { placements, density };
+impl<'a> Boxes<'a> {
+    fn new(charts: &[Chart], upright: &'a [[f64; 2]], ctx: &Context<'_>) -> Result<Self> {
+        let mut ends: Vec<[[f64; 2]; 2]> = Vec::with_capacity(charts.len());
+        for (c, &r) in charts.iter().zip(upright) {
+            ctx.check()?;
+            let (lo, hi) = bounds(&rotated(&c.outline(), r));
+            ends.push([lo, hi]);
         }
-        density *= LESS;
+        let height = |c: usize| ends[c][1][1] - ends[c][0][1];
+        let mut order: Vec<usize> = (0..ends.len()).collect();
+        order.sort_by(|&a, &b| height(b).total_cmp(&height(a)).then(a.cmp(&b)));
+        Ok(Self { ends, order, upright })
+    }
+
+    /// Rows of the boxes at a density, `gap` texels apart and from the border.
+    fn rows(&self, job: &PackJob<'_>, gap: f64, density: f64) -> Option<Vec<Placement>> {
+        let [width, height] = job.page.map(|p| f64::from(p) / density);
+        let gap = gap / density;
+        let (mut page, mut x, mut y, mut row) = (0, gap, gap, 0f64);
+        let mut out = vec![Placement::default(); self.ends.len()];
+        for &c in &self.order {
+            let [lo, hi] = self.ends[c];
+            let [w, h] = [0, 1].map(|k| hi[k] - lo[k]);
+            if x + w + gap > width {
+                (x, y, row) = (gap, y + row + gap, 0.0);
+            }
+            if y + h + gap > height {
+                (page, x, y, row) = (page + 1, gap, gap, 0.0);
+            }
+            if page == job.pages || x + w + gap > width || y + h + gap > height {
+                return None;
+            }
+            out[c] = Placement {
+                page,
+                rotation: self.upright[c],
+                shift: [x - lo[0], y - lo[1]],
+                ..Placement::default()
+            };
+            x += w + gap;
+            row = row.max(h);
+        }
+        Some(out)
     }
 }
 
+/// The density at which the charts' area is that of all pages.
+fn full(charts: &[Chart], job: &PackJob<'_>) -> f64 {
+    (job.texels() * f64::from(job.pages) / charts.iter().map(|c| c.area).sum::<f64>()).sqrt()
+}
+
+/// One page of rows of bounding boxes; `None` where they do not fit with the padding.
+pub(super) fn one_page_of_boxes(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    job: &PackJob<'_>,
+    ctx: &Context<'_>,
+) -> Result<Option<Packed>> {
+    let boxes = Boxes::new(charts, upright, ctx)?;
+    let least = job.least_density(charts);
+    let mut density = full(charts, job);
+    while density >= least {
+        ctx.check()?;
+        if let Some(placements) = boxes.rows(job, f64::from(job.padding).max(LEAST_GAP), density) {
+            return Ok(Some(Packed { placements, density, padding: job.padding }));
+        }
+        density *= LESS;
+    }
+    Ok(None)
+}
+
 /// Places the charts at a density on at most as many pages as allowed, in rows.
-pub(crate) fn fill_boxes(
+pub(super) fn fill_boxes(
     charts: &[Chart],
     upright: &[[f64; 2]],
     job: &PackJob<'_>,
     density: f64,
-) -> Option<Vec<Placement>> {
-    let boxes: Vec<[[f64; 2]; 2]> = charts.iter().zip(upright).map(|(c, &r)| upright_box(c, r)).collect();
-    shelves(&boxes, upright, job, density)
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<Placement>>> {
+    let boxes = Boxes::new(charts, upright, ctx)?;
+    Ok(boxes.rows(job, f64::from(job.padding).max(LEAST_GAP), density))
 }
 
-/// Rows of bounding boxes, highest first.
-fn shelves(
-    boxes: &[[[f64; 2]; 2]],
+/// Charts that have hardly a texel each: in rows, apart by a share of that. They fit at some density: ten by
+/// ten gaps for each chart leave room for points, and boxes shrink to points.
+pub(super) fn crumbs(
+    charts: &[Chart],
     upright: &[[f64; 2]],
     job: &PackJob<'_>,
-    density: f64,
-) -> Option<Vec<Placement>> {
-    let [width, height] = job.page.map(|p| f64::from(p) / density);
-    let gap = f64::from(job.padding.max(1)) / density;
-    let size = |c: usize| [0, 1].map(|k| boxes[c][1][k] - boxes[c][0][k]);
-    let mut order: Vec<usize> = (0..boxes.len()).collect();
-    order.sort_by(|&a, &b| size(b)[1].total_cmp(&size(a)[1]).then(a.cmp(&b)));
-    let (mut page, mut x, mut y, mut row) = (0, gap, gap, 0f64);
-    let mut out = vec![Placement::default(); boxes.len()];
-    for c in order {
-        let [w, h] = size(c);
-        if x + w + gap > width {
-            (x, y, row) = (gap, y + row + gap, 0.0);
+    ctx: &Context<'_>,
+) -> Result<Packed> {
+    let boxes = Boxes::new(charts, upright, ctx)?;
+    let [width, height] = job.page.map(f64::from);
+    let square = (job.texels() * f64::from(job.pages) / charts.len() as f64).sqrt();
+    let gap = (CRUMBS_GAP * square.min(width).min(height)).min(LEAST_GAP);
+    let full = full(charts, job);
+    let mut density = job.density.map_or(full, |d| d.min(full));
+    loop {
+        ctx.check()?;
+        if let Some(placements) = boxes.rows(job, gap, density) {
+            return Ok(Packed { placements, density, padding: 0 });
         }
-        if y + h + gap > height {
-            (page, x, y, row) = (page + 1, gap, gap, 0.0);
-        }
-        if page == job.pages || x + w + gap > width || y + h + gap > height {
-            return None;
-        }
-        out[c] = Placement {
-            page,
-            rotation: upright[c],
-            shift: [x - boxes[c][0][0], y - boxes[c][0][1]],
-            ..Placement::default()
-        };
-        x += w + gap;
-        row = row.max(h);
+        density *= LESS_FOR_CRUMBS;
     }
-    Some(out)
 }

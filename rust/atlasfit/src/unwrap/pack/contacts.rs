@@ -140,11 +140,18 @@ impl Near {
     }
 
     /// The nearest places of charts that are near each other, one for every direction between two of them.
-    pub(super) fn contacts(&self, shapes: &[Shape], shifts: &[[f64; 2]], page: Page) -> Vec<Contact> {
+    pub(super) fn contacts(
+        &self,
+        shapes: &[Shape],
+        shifts: &[[f64; 2]],
+        page: Page,
+        ctx: &Context<'_>,
+    ) -> Result<Vec<Contact>> {
         let reach = page.gap + REACH;
         let of = |i: usize| {
             let mut nearest: FxHashMap<(u32, u8), Contact> = FxHashMap::default();
-            for &[n, j, e] in &self.pairs[i] {
+            for (at, &[n, j, e]) in self.pairs[i].iter().enumerate() {
+                ctx.check_at(at)?;
                 let p = plus(shapes[i].edges[n as usize][0], shifts[i]);
                 let other = shapes[j as usize].edges[e as usize].map(|q| plus(q, shifts[j as usize]));
                 let d = away(p, other);
@@ -162,10 +169,10 @@ impl Near {
             }
             let mut found: Vec<_> = nearest.into_iter().collect();
             found.sort_unstable_by_key(|f| f.0);
-            found
+            Ok(found)
         };
-        let found: Vec<Vec<_>> = (0..shapes.len()).into_par_iter().map(of).collect();
-        found.into_iter().flatten().map(|f| f.1).collect()
+        let found: Vec<Vec<_>> = (0..shapes.len()).into_par_iter().map(of).collect::<Result<_>>()?;
+        Ok(found.into_iter().flatten().map(|f| f.1).collect())
     }
 }
 

@@ -25,32 +25,39 @@ const TURNS: usize = 2;
 /// Words of a page's row.
 const WORDS: usize = CELLS as usize / 64;
 
-/// Fills pages of fixed size: at the density asked for, or the highest at which all fit.
+/// Fills pages of fixed size: at the density asked for, or the highest at which all fit. `None` where that
+/// would be less than the least at which the padding is kept.
 pub(super) fn several_pages(
     charts: &[Chart],
     upright: &[[f64; 2]],
     job: &PackJob<'_>,
     ctx: &Context<'_>,
-) -> Result<Packed> {
+) -> Result<Option<Packed>> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
+    let least = job.least_density(charts);
+    let padding = job.padding;
     let try_at = |density: f64| match job.packer {
         Packing::Own(Packer::Shapes) => fill_shapes(charts, upright, job, density, ctx),
-        Packing::Own(Packer::Boxes) => Ok(fill_boxes(charts, upright, job, density)),
+        Packing::Own(Packer::Boxes) => fill_boxes(charts, upright, job, density, ctx),
         Packing::External(packer) => fill_external(packer, charts, upright, job, density, ctx),
     };
     let full = |fill: f64| {
-        let texels = f64::from(job.page[0]) * f64::from(job.page[1]) * f64::from(job.pages);
+        let texels = job.texels() * f64::from(job.pages);
         (texels * fill / area).sqrt()
     };
     // Too high a density cannot fit; the highest that does lies between these.
     let (mut low, mut high): (Option<Packed>, f64) = (None, full(1.0));
     let mut at = job.density.unwrap_or_else(|| full(EXPECTED_FILL)).min(high);
     for _ in 0..SCALES {
+        if at < least {
+            break;
+        }
+        ctx.check()?;
         match try_at(at)? {
             Some(placements) if job.density.is_some_and(|d| at >= d) => {
-                return Ok(Packed { placements, density: at });
+                return Ok(Some(Packed { placements, density: at, padding }));
             }
-            Some(placements) => low = Some(Packed { placements, density: at }),
+            Some(placements) => low = Some(Packed { placements, density: at, padding }),
             None => high = at,
         }
         at = match &low {
@@ -59,15 +66,12 @@ pub(super) fn several_pages(
             None => at * LESS,
         };
     }
-    loop {
-        if let Some(found) = low {
-            return Ok(found);
-        }
-        if let Some(placements) = try_at(at)? {
-            return Ok(Packed { placements, density: at });
-        }
+    while low.is_none() && at >= least {
+        ctx.check()?;
+        low = try_at(at)?.map(|placements| Packed { placements, density: at, padding });
         at *= MUCH_LESS;
     }
+    Ok(low)
 }
 
 /// Places the charts at a density on at most as many pages as allowed, by shape.
@@ -92,8 +96,9 @@ fn fill_shapes(
         return Ok(None);
     }
     let grow = ((f64::from(job.padding) / texels).ceil() as usize).max(1);
-    let poses: Vec<Vec<Pose>> =
-        charts.par_iter().zip(upright).map(|(c, &r)| poses(c, r, cell, grow, TURNS)).collect();
+    let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
+        .map(|(c, &r)| ctx.check().map(|()| poses(c, r, cell, grow, TURNS)))
+        .collect::<Result<_>>()?;
     let mut pages: Vec<Strip<WORDS>> = Vec::new();
     let mut placements = vec![Placement::default(); charts.len()];
     'charts: for c in largest_first(&poses) {

@@ -4,8 +4,9 @@
 //! are rasterised to bit masks (`bitmap`, `mask`) in several rotations and put at the lowest free place
 //! (`strip`). For one page, the order of placing is searched for (`search` on a `board`), then the charts are
 //! pushed together (`tighten`, by their `contacts`). Several pages, or a given density, are pages of fixed
-//! size filled one after the other (`fixed`). `boxes` is the fast way; `external` asks a packer that is no
-//! part of the library, a `packer`.
+//! size filled one after the other (`fixed`). `boxes` is the fast way, and the last one where charts are very
+//! many; `external` asks a packer that is no part of the library, a `packer`. Where the padding asked for
+//! leaves hardly any texels to the charts, it is lowered.
 
 mod bitmap;
 mod board;
@@ -21,31 +22,80 @@ mod strip;
 mod tighten;
 
 pub use packer::{ChartPosition, FlatChart, PagePacker, Pages};
-pub(crate) use placement::{EXPECTED_FILL, PackJob, Packed, Packing};
+pub(crate) use placement::{EXPECTED_FILL, LEAST_TEXELS, PackJob, Packed, Packing};
 
 use super::chart::Chart;
 use super::options::Packer;
 use super::planar::upright;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::run::Context;
-use boxes::one_page_of_boxes;
+use boxes::{crumbs, one_page_of_boxes};
 use fixed::several_pages;
 use rayon::prelude::*;
 use search::one_page;
 
-/// Packs the charts.
+/// Packs the charts. The padding is that of the job or, where charts would be too small with it, half of it
+/// or less; see [`LEAST_TEXELS`].
+///
+/// # Errors
+/// Those of an external packer, also where it packs at no density; those of [`Context::check`].
 pub(crate) fn pack(charts: &[Chart], job: &PackJob<'_>, ctx: &Context<'_>) -> Result<Packed> {
     if charts.is_empty() {
-        return Ok(Packed { placements: Vec::new(), density: 1.0 });
+        return Ok(Packed { placements: Vec::new(), density: 1.0, padding: job.padding });
     }
-    let upright: Vec<[f64; 2]> = charts.par_iter().map(|c| upright(&c.outline())).collect();
-    let mut packed = match (job.density, job.pages, job.packer) {
-        (None, 1, Packing::Own(Packer::Boxes)) => one_page_of_boxes(charts, &upright, job),
-        (None, 1, Packing::Own(Packer::Shapes)) => one_page(charts, &upright, job, ctx)?,
-        _ => several_pages(charts, &upright, job, ctx)?,
+    let upright: Vec<[f64; 2]> =
+        (charts.par_iter()).map(|c| ctx.check().map(|()| upright(&c.outline()))).collect::<Result<_>>()?;
+    let mut job = *job;
+    let mut packed = loop {
+        if let Some(packed) = pack_padded(charts, &upright, &job, ctx)? {
+            break packed;
+        }
+        if job.padding > 0 {
+            job.padding /= 2;
+        } else if let Packing::Own(_) = job.packer {
+            break crumbs(charts, &upright, &job, ctx)?;
+        } else {
+            let [width, height] = job.page;
+            return Err(Error::invalid(
+                format!(
+                    "the packer finds no room for {} charts on {} of {width} by {height} texels",
+                    charts.len(),
+                    if job.pages == 1 { "a page".into() } else { format!("{} pages", job.pages) },
+                ),
+                "Give larger pages or more of them, or use another packer",
+            ));
+        }
     };
     for p in &mut packed.placements {
         p.scale = job.page.map(|texels| packed.density / f64::from(texels));
     }
     Ok(packed)
 }
+
+/// Packs with just the padding of the job; `None` where that leaves too few texels to the charts.
+fn pack_padded(
+    charts: &[Chart],
+    upright: &[[f64; 2]],
+    job: &PackJob<'_>,
+    ctx: &Context<'_>,
+) -> Result<Option<Packed>> {
+    if job.is_hopeless(charts) {
+        return Ok(None);
+    }
+    let fills_one = job.density.is_none() && job.pages == 1;
+    let packed = match job.packer {
+        Packing::Own(Packer::Boxes) if fills_one => one_page_of_boxes(charts, upright, job, ctx)?,
+        Packing::Own(Packer::Shapes) if fills_one => one_page(charts, upright, job, ctx)?,
+        _ => several_pages(charts, upright, job, ctx)?,
+    };
+    match job.packer {
+        // Shapes are packed in whole cells; boxes have no such grain.
+        Packing::Own(Packer::Shapes) if packed.is_none() => {
+            pack_padded(charts, upright, &PackJob { packer: Packing::Own(Packer::Boxes), ..*job }, ctx)
+        }
+        _ => Ok(packed),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,15 @@
 //! What to pack for, and where a chart goes.
 
 use super::packer::PagePacker;
+use crate::unwrap::chart::Chart;
 use crate::unwrap::options::Packer;
 
 /// Share of the page expected to be covered, for a first guess.
 pub(crate) const EXPECTED_FILL: f64 = 0.62;
+
+/// Texels that an island covers on average, at least: two each way. With fewer it holds no picture, and
+/// rather than that the padding gives way.
+pub(crate) const LEAST_TEXELS: f64 = 4.0;
 
 /// Cells along the longer side of a page.
 pub(super) const CELLS: f64 = 512.0;
@@ -24,6 +29,32 @@ pub(crate) struct PackJob<'a> {
     pub packer: Packing<'a>,
     /// For the search.
     pub seed: u64,
+}
+
+impl PackJob<'_> {
+    /// The page's texels.
+    pub(super) fn texels(&self) -> f64 {
+        f64::from(self.page[0]) * f64::from(self.page[1])
+    }
+
+    /// The least density at which the padding is kept: islands have [`LEAST_TEXELS`] on average there, or as
+    /// many as the density asked for gives them.
+    pub(super) fn least_density(&self, charts: &[Chart]) -> f64 {
+        let area: f64 = charts.iter().map(|c| c.area).sum();
+        let least = (LEAST_TEXELS * charts.len() as f64 / area).sqrt();
+        self.density.map_or(least, |d| d.min(least))
+    }
+
+    /// Whether the padding alone is more than the pages hold, at the least density too. Half of it round each
+    /// chart is on no other's, and within half of it from the pages' borders.
+    pub(super) fn is_hopeless(&self, charts: &[Chart]) -> bool {
+        let area: f64 = charts.iter().map(|c| c.area).sum();
+        let padding = f64::from(self.padding);
+        let needed = area * self.least_density(charts).powi(2)
+            + charts.len() as f64 * std::f64::consts::PI * (0.5 * padding).powi(2);
+        let [width, height] = self.page.map(|p| f64::from(p) - padding);
+        needed > width * height * f64::from(self.pages)
+    }
 }
 
 /// Who packs.
@@ -68,4 +99,6 @@ pub(crate) struct Packed {
     pub placements: Vec<Placement>,
     /// Texels per unit of the surface's frame.
     pub density: f64,
+    /// Texels kept free between charts and at the page's border.
+    pub padding: u32,
 }

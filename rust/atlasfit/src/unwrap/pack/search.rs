@@ -5,7 +5,6 @@
 //! most fail early.
 
 use super::board::{Board, Fill, Filled, Grid, Order};
-use super::boxes::one_page_of_boxes;
 use super::mask::largest_first;
 use super::placement::{CELLS, EXPECTED_FILL, PackJob, Packed, Placement};
 use super::tighten::tighten;
@@ -35,17 +34,60 @@ const HALVINGS: usize = 2;
 /// The page shrinks by this share of its side at a time, at first. Source not recorded; judge it by `atlasfit
 /// bench unwrap`.
 const SHRINK: f64 = 0.02;
+/// Times that a larger page is tried because the padding came out too small: it is of a fixed number of
+/// cells, on a page of about as many.
+const PAGES_TRIED: usize = 8;
+/// No order is searched for on a page whose padding comes out smaller than this share of what is asked for,
+/// or smaller at all once a larger page was tried.
+const PADDING_NEAR: f64 = 0.8;
+/// Share of the padding that may be lost to rounding.
+const ROUNDING: f64 = 1e-9;
 /// Rotations, in quarters, of the large charts and of the others. Source not recorded; judge it by `atlasfit
 /// bench unwrap`.
 const TURNS: [usize; 2] = [6, 2];
 
-/// Fills one page as far as possible. Gives the places and texels per unit.
+/// Fills one page as far as possible. Gives the places and texels per unit; `None` where the padding leaves
+/// too few texels to the charts.
 pub(crate) fn one_page(
     charts: &[Chart],
     upright: &[[f64; 2]],
     job: &PackJob<'_>,
     ctx: &Context<'_>,
-) -> Result<Packed> {
+) -> Result<Option<Packed>> {
+    let many = charts.len() > ORDER_WORK;
+    let mut side = rough_side(charts, upright, job, ctx)?;
+    for tried in 0..PAGES_TRIED {
+        let density = f64::from(job.page[0]) / side;
+        if density < job.least_density(charts) || !Board::has_cells_for(charts.len(), job) {
+            break;
+        }
+        let board = Board::new(charts, upright, job, Grid { side, cells: CELLS, turns: TURNS }, ctx)?;
+        let width = (side * ROOM / board.cell) as usize;
+        let Some(mut filled) = first(&board, width, if many { 1 } else { 2 }, ctx)? else { break };
+        let padding = |size: usize| board.grow as f64 * f64::from(job.page[0]) / size as f64;
+        let near = if tried == 0 { PADDING_NEAR } else { 1.0 };
+        if padding(filled.size) >= near * f64::from(job.padding) {
+            filled = improve(&board, filled, job.seed, ctx)?;
+            let placements: Vec<Placement> = (filled.placements.iter().zip(&board.poses))
+                .map(|(s, p)| p[s.pose].at(s.x + board.grow, s.y + board.grow, board.cell))
+                .collect();
+            let density = f64::from(job.page[0]) / (filled.size as f64 * board.cell);
+            let packed = Packed { placements, density, padding: job.padding };
+            if let Some(tight) = tighten(charts, &packed, job, ctx)? {
+                return Ok(Some(tight));
+            }
+            if padding(filled.size) >= (1.0 - ROUNDING) * f64::from(job.padding) {
+                return Ok(Some(packed));
+            }
+        }
+        // All cells of this page, and the padding in proportion.
+        side = filled.size as f64 * board.cell / ROOM;
+    }
+    Ok(None)
+}
+
+/// The width of the page in units of the surface, about.
+fn rough_side(charts: &[Chart], upright: &[[f64; 2]], job: &PackJob<'_>, ctx: &Context<'_>) -> Result<f64> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
     let aspect = f64::from(job.page[1]) / f64::from(job.page[0]);
     // A chart far longer than the page's expected side decides the page, and so the cells.
@@ -56,27 +98,14 @@ pub(crate) fn one_page(
             (hi[0] - lo[0]).hypot(hi[1] - lo[1])
         })
         .fold(0.0, f64::max);
-    let many = charts.len() > ORDER_WORK;
-    let mut side = (area / EXPECTED_FILL / aspect).sqrt().max(longest * 0.8 / aspect.max(1.0));
-    if !many {
-        let rough = Board::new(charts, upright, job, Grid { side, cells: ROUGH, turns: [1, 1] });
-        let width = (area / 0.8 / aspect).sqrt() / rough.cell;
-        if let Some(filled) = first(&rough, width as usize, WIDTHS, ctx)? {
-            side = filled.size as f64 * rough.cell / ROOM;
-        }
+    let side = (area / EXPECTED_FILL / aspect).sqrt().max(longest * 0.8 / aspect.max(1.0));
+    if charts.len() > ORDER_WORK {
+        return Ok(side);
     }
-    let board = Board::new(charts, upright, job, Grid { side, cells: CELLS, turns: TURNS });
-    let width = (side * ROOM / board.cell) as usize;
-    let Some(first) = first(&board, width, if many { 1 } else { 2 }, ctx)? else {
-        return Ok(one_page_of_boxes(charts, upright, job));
-    };
-    let filled = improve(&board, first, job.seed, ctx)?;
-    let placements: Vec<Placement> = (filled.placements.iter().zip(&board.poses))
-        .map(|(s, p)| p[s.pose].at(s.x + board.grow, s.y + board.grow, board.cell))
-        .collect();
-    let density = f64::from(job.page[0]) / (filled.size as f64 * board.cell);
-    let packed = Packed { placements, density };
-    Ok(tighten(charts, &packed, job, ctx)?.unwrap_or(packed))
+    let rough = Board::new(charts, upright, job, Grid { side, cells: ROUGH, turns: [1, 1] }, ctx)?;
+    let width = (area / 0.8 / aspect).sqrt() / rough.cell;
+    let filled = first(&rough, width as usize, WIDTHS, ctx)?;
+    Ok(filled.map_or(side, |f| f.size as f64 * rough.cell / ROOM))
 }
 
 /// Strips of several widths; the one that makes the smallest page.
@@ -89,7 +118,7 @@ fn first(board: &Board, width: usize, widths: usize, ctx: &Context<'_>) -> Resul
         width = width.max(board.narrowest);
         let limit = best.as_ref().map_or(usize::MAX / 4, |b| board.rows(b.size));
         let strip = Order { charts: &order, width, limit, top_counts: false };
-        let Ok(Fill { height, placements }) = board.fill(strip) else { break };
+        let Ok(Fill { height, placements }) = board.fill(strip, ctx)? else { break };
         let top = (height as f64 / board.aspect).ceil() as usize;
         let size = top.max(width);
         if best.as_ref().is_none_or(|b| size < b.size) {
@@ -136,10 +165,10 @@ fn improve(board: &Board, mut best: Filled, seed: u64, ctx: &Context<'_>) -> Res
                 advance(&mut order, c, &mut random);
                 let limit = board.rows(target);
                 let strip = Order { charts: &order, width: target, limit, top_counts: v % 2 == 1 };
-                let filled = board.fill(strip);
-                (order, filled)
+                let filled = board.fill(strip, ctx)?;
+                Ok((order, filled))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         urgent.clear();
         let mut better: Option<(usize, Filled)> = None;
         for (order, filled) in tries {

@@ -55,7 +55,7 @@ pub(crate) fn tighten(
     job: &PackJob<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<Packed>> {
-    let Packed { placements, density } = packed;
+    let Packed { placements, density, padding } = packed;
     if charts.len() > MOST || charts.iter().map(|c| c.border.len()).sum::<usize>() > MOST_EDGES {
         return Ok(None);
     }
@@ -74,7 +74,7 @@ pub(crate) fn tighten(
     // No step may bring charts through each other. Two charts come nearer by at most the step's share of the
     // distance of their middles, and that distance is at most the page's diagonal.
     let slow = SLOW / shape[0].hypot(shape[1]);
-    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side)), page(side));
+    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side), ctx)?, page(side));
     for _ in 0..TRIES {
         step = step.min(slow * least);
         let target = side - step;
@@ -97,7 +97,7 @@ pub(crate) fn tighten(
     let moved = (placements.iter().zip(&shifts))
         .map(|(p, d)| Placement { shift: [0, 1].map(|k| p.shift[k] + d[k] * unit), ..*p })
         .collect();
-    Ok(Some(Packed { placements: moved, density: density * UNITS / side }))
+    Ok(Some(Packed { placements: moved, density: density * UNITS / side, padding: *padding }))
 }
 
 /// Shifts charts until all are apart and on the page. Gives their least distance; `None` where that was not
@@ -119,7 +119,7 @@ fn separate(
         if !near.holds(shapes, shifts, page) {
             *near = Near::find(shapes, shifts, page, ctx)?;
         }
-        let contacts = near.contacts(shapes, shifts, page);
+        let contacts = near.contacts(shapes, shifts, page, ctx)?;
         let least = least_gap(&contacts, page);
         let off_page = |(s, d): (&Shape, &[f64; 2])| {
             let beyond = |k: usize| (-s.lo[k] - d[k]).max(s.hi[k] + d[k] - page.size[k]);
@@ -215,9 +215,9 @@ mod tests {
             packer: Packing::Own(Packer::Shapes),
             seed: 0,
         };
-        let packed = Packed { placements, density: 1024.0 / side };
+        let packed = Packed { placements, density: 1024.0 / side, padding: PADDING };
         let run = |ctx: &Context<'_>| tighten(&charts, &packed, &job, ctx);
-        let Packed { placements, density } = Run::default().execute(run).expect("nothing cancels")?;
+        let Packed { placements, density, .. } = Run::default().execute(run).expect("nothing cancels")?;
         Some((placements.iter().map(|p| p.shift).collect(), 1024.0 / density))
     }
 

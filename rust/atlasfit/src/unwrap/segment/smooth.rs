@@ -26,6 +26,7 @@ pub(super) fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: 
         ctx.check()?;
         let mut moved = 0;
         for c in 0..s.cells.as_ref().map_or(label.len(), Cells::count) as u32 {
+            ctx.check_at(c as usize)?;
             let own = [c];
             let faces = s.cells.as_ref().map_or(&own[..], |cells| cells.faces(c));
             let first = faces[0] as usize;

@@ -5,7 +5,7 @@
 //! injective: the degree of the map is then 1 inside by the turning numbers of the border (Hopf) and the
 //! Euler characteristic. Orientation signs are exact (Shewchuk 1997, crate `robust`).
 
-use crate::unwrap::planar::{corners, twice_area};
+use crate::numeric::plane::{corners, twice_area};
 use robust::{Coord, orient2d};
 use std::f64::consts::PI;
 
