@@ -253,9 +253,7 @@ fn glb_comes_back_joined_and_far_coordinates_survive() {
     let folder = Folder::new();
     let path = folder.join("a.glb");
     let png = [0x89, b'P', b'N', b'G'];
-    let saved =
-        save_mesh(&path, &mesh, &SaveMesh::default().with_texture(Some(Texture::Png(&png))))
-            .unwrap();
+    let saved = save_mesh(&path, &mesh, &SaveMesh::default().with_texture(Some(Texture::Png(&png)))).unwrap();
     assert!(saved.lost.is_empty(), "{:?}", saved.lost);
     let back = load(&path, &LoadOptions::default()).unwrap().into_mesh();
     assert_eq!(back.positions, mesh.positions);
@@ -360,8 +358,7 @@ fn a_textured_obj_comes_with_its_material_and_image() {
     let folder = Folder::new();
     let path = folder.join("my mesh.obj");
     let saved =
-        save_mesh(&path, &cube(), &SaveMesh::default().with_texture(Some(Texture::Png(b"png"))))
-            .unwrap();
+        save_mesh(&path, &cube(), &SaveMesh::default().with_texture(Some(Texture::Png(b"png")))).unwrap();
     let names: Vec<_> = saved.files.iter().map(|f| f.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["my mesh.obj", "my_mesh.png", "my_mesh.mtl"]);
     assert!(std::fs::read_to_string(&saved.files[2]).unwrap().contains("map_Kd my_mesh.png"));
