@@ -250,7 +250,7 @@ fn the_program_names_itself_and_counts_and_options_read_well() {
         ("denoise /scan.xyz -o /out.ply --noise -1", "give a positive number"),
         ("denoise /scan.xyz -o /out.ply --fill-holes -0.5", "give a number, 0 or more"),
         ("denoise /scan.xyz -o /out.ply --time-limit -3", "give a positive number of seconds"),
-        ("unwrap /mesh.obj -o /out.ply --density -2", "density"),
+        ("unwrap /mesh.obj -o /out.ply --density -2", "Give a positive number"),
     ] {
         refused(&folder, line, 2, hint);
     }

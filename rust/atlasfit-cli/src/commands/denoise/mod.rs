@@ -7,7 +7,7 @@ use crate::files::{self, InputArgs};
 use crate::output::{self, Holds, Output, OutputArgs, Writer, Written};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
-use atlasfit::bake::{BakeOptions, Colors, bake};
+use atlasfit::bake::{BakeOptions, Colors, bake, side_for};
 use atlasfit::pipeline::{self, Denoised};
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
@@ -225,7 +225,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 fn options(args: &Args, points: usize) -> DenoiseOptions {
     let texture_size = match args.texture_size {
         Some(size) => size,
-        None if args.bake => texture_size(points),
+        None if args.bake => side_for(points),
         None => DenoiseOptions::default().texture_size,
     };
     DenoiseOptions::default()
@@ -262,11 +262,4 @@ fn save(outcome: &mut Denoised, texture_size: u32, args: &Args, console: &Consol
         writer.cloud(output, &outcome.points)?;
     }
     Ok(writer.written)
-}
-
-/// Side of a texture with about four texels per point, a power of two.
-fn texture_size(points: usize) -> u32 {
-    // Charts cover about 70 % of it.
-    let side = (4.0 * points as f64 / 0.7).sqrt();
-    (side as u32).next_power_of_two().clamp(512, 8192)
 }
