@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
 
 /// A mistake on the command line that only shows once the input is known.
 #[derive(Debug)]
@@ -71,6 +72,12 @@ struct Told {
     notes: Vec<String>,
     warnings: Vec<String>,
 }
+
+/// Stack of a thread that is left behind: that of a program's first thread on Linux.
+const STACK_BYTES: usize = 8 << 20;
+/// How often Ctrl-C and the time limit are looked at while such a thread works: well inside the 100 ms that a
+/// cancel may take.
+const TICK: Duration = Duration::from_millis(20);
 
 /// The program's voice.
 pub struct Console {
@@ -196,6 +203,29 @@ impl Console {
     /// Fails if Ctrl-C was pressed or the time is up: for work that is no run.
     pub fn check(&self, args: &RunArgs, doing: &'static str) -> Result<()> {
         Ok(self.stop(args).check(doing)?)
+    }
+
+    /// Runs `job`, which cannot be stopped and changes nothing outside, in a thread of its own, which is left
+    /// behind where the command ends before it.
+    pub fn apart<T: Send + 'static>(
+        &self,
+        args: &RunArgs,
+        doing: &'static str,
+        job: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T> {
+        let (give, take) = sync_channel(1);
+        let work = move || drop(give.send(job()));
+        std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work).context("cannot start a thread")?;
+        loop {
+            self.check(args, doing)?;
+            match take.recv_timeout(TICK) {
+                Ok(done) => return Ok(done),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(atlasfit::Error::internal(format!("a panic while {doing}")).into());
+                }
+            }
+        }
     }
 
     /// Something that the user may want to know, on standard error and in the JSON.

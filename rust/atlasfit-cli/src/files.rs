@@ -46,9 +46,12 @@ pub fn load_as(path: &Path, format: Option<Format>, args: &RunArgs, console: &Co
         .with_stop(console.stop(args));
     let loaded = if path == Path::new(STANDARD) {
         let data = standard_input(args, console)?;
-        atlasfit_io::load_bytes("standard input".as_ref(), &data, &options)?
+        console.apart(args, "reading", move || {
+            atlasfit_io::load_bytes("standard input".as_ref(), &data, &options)
+        })??
     } else {
-        atlasfit_io::load(path, &options)?
+        let path = path.to_owned();
+        console.apart(args, "reading", move || atlasfit_io::load(&path, &options))??
     };
     for note in &loaded.report.notes {
         console.note(format_args!("{}: {note}", path.display()));
@@ -118,8 +121,13 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     Ok(atlasfit_io::write_file(path, content.as_ref())?)
 }
 
+/// [`png`], which Ctrl-C and the time limit end.
+pub fn png_apart(image: Image, args: &RunArgs, console: &Console) -> Result<Vec<u8>> {
+    console.apart(args, "encoding the texture", move || png(&image))?
+}
+
 /// An image as the bytes of a PNG file; without alpha where all of it is opaque.
-pub fn png(image: &Image) -> Result<Vec<u8>> {
+fn png(image: &Image) -> Result<Vec<u8>> {
     let opaque = image.rgba.iter().all(|c| c[3] == 255);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, image.width, image.height);

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Location, Result};
 use crate::report::LoadReport;
+use crate::stopping::{READING, is_stopped, watched};
 use crate::text::Lines;
 use atlasfit::Stop;
 use std::fs::File;
@@ -28,17 +29,6 @@ pub(crate) struct Input<'a> {
     /// What ends the reading. A reader that is stopped sees its input end; the door tells it from an end.
     stop: Option<&'a Stop>,
 }
-
-/// How many lines, rows or points are read between two looks at what ends the reading: about a millisecond.
-pub(crate) const ITEMS_PER_LOOK: usize = 4096;
-
-/// Whether the reading is to end.
-pub(crate) fn is_stopped(stop: Option<&Stop>) -> bool {
-    stop.is_some_and(|s| s.check(READING).is_err())
-}
-
-/// The stage that a time limit's error names.
-const READING: &str = "reading";
 
 impl<'a> Input<'a> {
     /// A file whose bytes are all in memory.
@@ -68,9 +58,7 @@ impl<'a> Input<'a> {
 
     /// `items`, which end early when the reading is to end.
     pub fn watched<I: Iterator>(&self, items: I) -> impl Iterator<Item = I::Item> + use<'a, I> {
-        let stop = self.stop;
-        let goes_on = move |i: usize| !i.is_multiple_of(ITEMS_PER_LOOK) || !is_stopped(stop);
-        items.enumerate().map_while(move |(i, item)| goes_on(i).then_some(item))
+        watched(self.stop, items)
     }
 
     /// The lines from byte `at` on, of which `number` were read before.

@@ -31,6 +31,7 @@ mod error;
 mod input;
 mod job;
 mod report;
+mod stopping;
 
 // Tools that the readers and writers share.
 mod bad_lines;

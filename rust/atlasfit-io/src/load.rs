@@ -5,6 +5,7 @@ use crate::error::{Error, Location, Result};
 use crate::format::Format;
 use crate::input::Input;
 use crate::report::LoadReport;
+use crate::stopping::READING;
 use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
 use atlasfit::Stop;
 use atlasfit::geometry::{PointCloud, TriMesh};
@@ -139,7 +140,7 @@ fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOpt
             action: "read it",
             source,
         })?;
-        options.stop.check("reading").map_err(Error::Stopped)?;
+        options.stop.check(READING).map_err(Error::Stopped)?;
         if (read as u64) < chunk {
             break;
         }

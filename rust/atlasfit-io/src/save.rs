@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::job::{Job, Texture, Written};
 use crate::staged::{Staged, is_special};
+use crate::stopping::WRITING;
 use crate::{gltf, obj, off, ply, stl, xyz};
 use atlasfit::Stop;
 use atlasfit::geometry::{PointCloud, TriMesh};
@@ -109,7 +110,7 @@ pub fn write_cloud(out: impl Write, cloud: &PointCloud, options: &SaveCloud) -> 
 /// What a stream is called in messages.
 const STREAM: &str = "the output stream";
 
-fn cloud_job<'j>(path: &Path, cloud: &'j PointCloud, options: &SaveCloud) -> Job<'j> {
+fn cloud_job<'j>(path: &Path, cloud: &'j PointCloud, options: &'j SaveCloud) -> Job<'j> {
     Job {
         positions: &cloud.positions,
         normals: cloud.normals.as_deref(),
@@ -123,6 +124,7 @@ fn cloud_job<'j>(path: &Path, cloud: &'j PointCloud, options: &SaveCloud) -> Job
         ascii: options.ascii,
         stem: stem(path),
         extension: extension(path, options.format),
+        stop: &options.stop,
     }
 }
 
@@ -158,7 +160,7 @@ pub fn write_mesh(out: impl Write, mesh: &TriMesh, options: &SaveMesh<'_>) -> Re
     stream(out, options.format, &mesh_job(STREAM.as_ref(), mesh, options), &options.stop)
 }
 
-fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &SaveMesh<'j>) -> Job<'j> {
+fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &'j SaveMesh<'j>) -> Job<'j> {
     Job {
         positions: &mesh.positions,
         normals: mesh.normals.as_deref(),
@@ -172,6 +174,7 @@ fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &SaveMesh<'j>) -> Job<'
         ascii: options.ascii,
         stem: stem(path),
         extension: extension(path, options.format),
+        stop: &options.stop,
     }
 }
 
@@ -251,9 +254,6 @@ fn alone(written: Written) -> Vec<String> {
     let beside = written.beside.iter().map(|f| format!("{}, which belongs beside it", f.name));
     written.lost.into_iter().chain(beside).collect()
 }
-
-/// The stage that a time limit's error names.
-const WRITING: &str = "writing";
 
 /// An output that fails when the writing is to end.
 struct Watched<'s, W> {

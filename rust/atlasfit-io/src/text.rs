@@ -1,6 +1,6 @@
 //! Lines, words and numbers of text files, over bytes: line ends LF, CRLF and CR, no allocation per word.
 
-use crate::input::{ITEMS_PER_LOOK, is_stopped};
+use crate::stopping::{ITEMS_PER_LOOK, is_stopped};
 use atlasfit::Stop;
 use std::borrow::Cow;
 

@@ -80,10 +80,9 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     output::check(&[output], &[&args.file], write, console)?;
     let mut loaded = files::load_as(&args.file, args.read.input_format, &args.run, console)?;
     let texture = loaded.texture.take().filter(|_| !args.plain && loaded.corner_uv.is_some());
-    let texture = texture.and_then(|bytes| {
-        files::read_png(&bytes)
-            .inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}")))
-            .ok()
+    let texture = texture.map(|bytes| console.apart(&args.run, "reading", move || files::read_png(&bytes)));
+    let texture = texture.transpose()?.and_then(|image| {
+        image.inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}"))).ok()
     });
     let mesh = loaded.into_mesh();
     let mode = args.mode.unwrap_or(if mesh.triangles.is_empty() { Mode::Points } else { Mode::Shaded });
@@ -107,12 +106,13 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
             (counted(picture.not_shown, "face or point"), if picture.not_shown == 1 { "is" } else { "are" });
         console.note(format_args!("{what} {are} not finite and {are} not shown"));
     }
-    Writer::new(write, &args.run, console).bytes(output, &png(&picture)?)?;
-    let text = format!("{}: {}x{}\n", args.output.display(), picture.size[0], picture.size[1]);
+    let [width, height] = picture.size;
+    let text = format!("{}: {width}x{height}\n", args.output.display());
     let json = json!({
-        "file": files::text(&args.output), "width": picture.size[0], "height": picture.size[1],
-        "not_shown": picture.not_shown,
+        "file": files::text(&args.output), "width": width, "height": height, "not_shown": picture.not_shown,
     });
+    let bytes = console.apart(&args.run, "encoding the picture", move || png(&picture))??;
+    Writer::new(write, &args.run, console).bytes(output, &bytes)?;
     console.report(&text, &json);
     Ok(())
 }

@@ -252,7 +252,7 @@ fn save(outcome: &mut Denoised, texture_size: u32, args: &Args, console: &Consol
         let image = console.start(&args.run).execute(|ctx| bake(mesh, points, &options, ctx))?;
         // The vertices' colours would tint the texture.
         outcome.surface.colors = None;
-        png = Some(files::png(&image)?);
+        png = Some(files::png_apart(image, &args.run, console)?);
     }
     console.part_to(1.0);
     if let Some(output) = args.surface() {

@@ -274,5 +274,5 @@ fn baked(
     let options = BakeOptions::default().with_size(args.texture_size);
     let image = console.start(&args.run).execute(|ctx| bake(mesh, source, &options, ctx))?;
     mesh.colors = None;
-    files::png(&image).map(Some)
+    files::png_apart(image, &args.run, console).map(Some)
 }
