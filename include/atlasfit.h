@@ -268,7 +268,7 @@ typedef int32_t atlasfit_status;
  * @param user     The atlasfit_run's progress_user.
  * @param stage    The running stage; atlasfit_stage_name() gives its name. A stage may come again, and later
  *                 versions may add stages.
- * @param fraction Share of the stage that is done, in [0, 1].
+ * @param fraction Share of the stage that is done, in [0, 1]. See also overall of the atlasfit_run.
  * @return 0 to cancel, anything else to go on.
  */
 typedef int32_t (*atlasfit_progress_fn)(void *user, uint32_t stage, double fraction);
@@ -314,6 +314,11 @@ typedef struct {
    * A token that cancels the run from another thread; may be NULL. Borrowed for the call. Default NULL.
    */
   const atlasfit_cancel *cancel;
+  /**
+   * Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for one
+   * bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
+   */
+  double *overall;
 } atlasfit_run;
 
 /**

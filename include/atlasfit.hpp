@@ -241,6 +241,8 @@ struct Run {
   std::function<bool(std::uint32_t stage, double fraction)> progress;
   /// May be null; must outlive the call.
   const CancelToken *cancel = nullptr;
+  /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress; it never falls. May be null.
+  double *overall = nullptr;
 };
 
 namespace detail {
@@ -255,6 +257,7 @@ class Call {
     c_.time_limit_s = run.time_limit_s;
     c_.memory_limit_bytes = run.memory_limit_bytes;
     c_.cancel = run.cancel ? run.cancel->handle() : nullptr;
+    c_.overall = run.overall;
     if (run.progress) {
       c_.progress = &Call::told;
       c_.progress_user = this;

@@ -35,10 +35,18 @@ int main() {
   }
   int calls = 0;
   atlasfit::Run run;
-  run.progress = [&calls](std::uint32_t, double) { return ++calls > 0; };
+  double overall = -1.0, before = 0.0;
+  bool falls = false;
+  run.overall = &overall;
+  run.progress = [&](std::uint32_t, double) {
+    falls = falls || overall < before || overall > 1.0;
+    before = overall;
+    return ++calls > 0;
+  };
   atlasfit::Denoised one = atlasfit::denoise(atlasfit::Points(xyz), {}, run);
   atlasfit::Denoised clean = std::move(one);
   want(calls > 0, "progress is told");
+  want(overall >= 0.0 && !falls, "the overall share never falls");
   want(clean.report().parts == 1 && clean.report().points == 3000, "one part, all points");
   want(clean.point_positions().size() == 9000 && clean.surface_corner_uv().size() == 6 * clean.report().triangles, "sizes");
   want(status_of([&] { clean.surface_colors(); }) == ATLASFIT_NOT_AVAILABLE, "no colours");

@@ -50,7 +50,7 @@ pub unsafe extern "C" fn atlasfit_cancel_free(token: *mut atlasfit_cancel) -> at
 /// @param user     The atlasfit_run's progress_user.
 /// @param stage    The running stage; atlasfit_stage_name() gives its name. A stage may come again, and later
 ///                 versions may add stages.
-/// @param fraction Share of the stage that is done, in [0, 1].
+/// @param fraction Share of the stage that is done, in [0, 1]. See also overall of the atlasfit_run.
 /// @return 0 to cancel, anything else to go on.
 pub type atlasfit_progress_fn =
     Option<unsafe extern "C" fn(user: *mut c_void, stage: u32, fraction: f64) -> i32>;
@@ -78,12 +78,15 @@ pub struct atlasfit_run {
     pub progress_user: *mut c_void,
     /// A token that cancels the run from another thread; may be NULL. Borrowed for the call. Default NULL.
     pub cancel: *const atlasfit_cancel,
+    /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for one
+    /// bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
+    pub overall: *mut f64,
 }
 
 // SAFETY: numbers and pointers, size first.
 unsafe impl Sized for atlasfit_run {
     const NAME: &str = "atlasfit_run";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, overall);
     fn defaults() -> Self {
         Self {
             struct_size: size_of::<Self>(),
@@ -95,6 +98,7 @@ unsafe impl Sized for atlasfit_run {
             progress: None,
             progress_user: std::ptr::null_mut(),
             cancel: std::ptr::null(),
+            overall: std::ptr::null_mut(),
         }
     }
 }
@@ -135,9 +139,15 @@ pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>>
         memory_limit_bytes: (r.memory_limit_bytes > 0).then_some(r.memory_limit_bytes),
         cancel,
         progress: r.progress.map(|callback| -> Box<dyn FnMut(atlasfit::Progress) -> bool> {
-            // SAFETY: the caller's function, with the caller's pointer, on the caller's thread.
-            Box::new(move |p| unsafe { callback(r.progress_user, p.stage as u32, p.fraction) != 0 })
+            // SAFETY: the caller's function, with the caller's pointers, on the caller's thread.
+            Box::new(move |p| unsafe {
+                if let Some(overall) = r.overall.as_mut() {
+                    *overall = p.overall;
+                }
+                callback(r.progress_user, p.stage as u32, p.fraction) != 0
+            })
         }),
+        ..Run::default()
     })
 }
 

@@ -1,11 +1,17 @@
 //! How the program talks: progress, notes, reports, Ctrl-C.
 //!
-//! A bar on a terminal, one plain line per stage elsewhere, nothing with `--quiet`.
+//! A bar on a terminal, one plain line per stage elsewhere, nothing with `--quiet`. One deadline and one Ctrl-C
+//! end the whole command: reading, working, baking, writing.
 
 use anyhow::{Context as _, Result};
-use atlasfit::{CancelToken, Progress, Run, Stage};
+use atlasfit::{CancelToken, Deadline, Progress, Run, Stage, Stop};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
 use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
 
 /// A mistake on the command line that only shows once the input is known.
 #[derive(Debug)]
@@ -29,7 +35,7 @@ pub struct RunArgs {
     /// Seed of everything random
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub seed: u64,
-    /// Give up after this many seconds
+    /// Give up after this many seconds of the whole command (of each run of a benchmark)
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time_limit: Option<f64>,
     /// Give up rather than use more memory, for example 2G or 500M
@@ -60,11 +66,33 @@ fn bytes(s: &str) -> Result<u64, String> {
     }
 }
 
+/// What the program has told so far.
+#[derive(Default)]
+struct Told {
+    notes: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// Stack of a thread that is left behind: that of a program's first thread on Linux.
+const STACK_BYTES: usize = 8 << 20;
+/// How often Ctrl-C and the time limit are looked at while such a thread works: well inside the 100 ms that a
+/// cancel may take.
+const TICK: Duration = Duration::from_millis(20);
+
 /// The program's voice.
 pub struct Console {
     quiet: bool,
     json: bool,
     cancel: CancelToken,
+    /// When the command began: its time limit counts from here.
+    started: Instant,
+    told: Mutex<Told>,
+    /// The part of the command that runs: shares of the whole where it begins and ends, in [0, 1].
+    part: Mutex<Option<[f64; 2]>>,
+    /// Whether standard output holds a file, so that the report goes to standard error.
+    output_taken: AtomicBool,
+    /// Whether each run has the time limit to itself: in benchmarks.
+    runs_alone: AtomicBool,
 }
 
 impl Console {
@@ -79,17 +107,53 @@ impl Console {
             token.cancel();
         })
         .context("cannot listen to Ctrl-C")?;
-        Ok(Self { quiet, json, cancel })
+        Ok(Self {
+            quiet,
+            json,
+            cancel,
+            started: Instant::now(),
+            told: Mutex::default(),
+            part: Mutex::default(),
+            output_taken: AtomicBool::new(false),
+            runs_alone: AtomicBool::new(false),
+        })
+    }
+
+    /// What ends the command before it is done.
+    pub fn stop(&self, args: &RunArgs) -> Stop {
+        let limit = args.time_limit.filter(|_| !self.runs_alone.load(Ordering::Relaxed));
+        // The command line has checked the seconds.
+        let deadline = limit.and_then(|s| Deadline::new(self.started, s).ok());
+        Stop::default().with_cancel(Some(self.cancel.clone())).with_deadline(deadline)
+    }
+
+    /// From here on each run has the time limit to itself.
+    pub fn run_alone(&self) {
+        self.runs_alone.store(true, Ordering::Relaxed);
+    }
+
+    /// The report goes to standard error: standard output holds a file.
+    pub fn take_output(&self) {
+        self.output_taken.store(true, Ordering::Relaxed);
+    }
+
+    /// The next part of the command begins, which takes up the bar to `end`, a share of the whole in [0, 1].
+    pub fn part_to(&self, end: f64) {
+        if let Ok(mut part) = self.part.lock() {
+            *part = Some([part.map_or(0.0, |p| p[1]), end]);
+        }
     }
 
     /// A run with these options whose progress is shown.
     pub fn start(&self, args: &RunArgs) -> Run<'static> {
+        let stop = self.stop(args);
         Run {
             seed: args.seed,
             threads: args.threads,
-            time_limit_s: args.time_limit,
+            time_limit_s: args.time_limit.filter(|_| stop.deadline.is_none()),
+            deadline: stop.deadline,
             memory_limit_bytes: args.max_memory,
-            cancel: Some(self.cancel.clone()),
+            cancel: stop.cancel,
             progress: self.progress(),
         }
     }
@@ -113,10 +177,12 @@ impl Console {
                 true
             }));
         }
+        let [from, to] = self.part.lock().ok().and_then(|p| *p).unwrap_or([0.0, 1.0]);
         let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
         if let Ok(style) = ProgressStyle::with_template("{msg:24} {bar:30} {percent:>3}% {elapsed}") {
             bar.set_style(style);
         }
+        let bar = bar.with_elapsed(self.started.elapsed());
         // Dropped with the run: the bar clears itself.
         struct Clearing(ProgressBar);
         impl Drop for Clearing {
@@ -129,31 +195,93 @@ impl Console {
             if stage.replace(p.stage) != Some(p.stage) {
                 bar.0.set_message(p.stage.name());
             }
-            bar.0.set_position((1000.0 * p.fraction) as u64);
+            bar.0.set_position((1000.0 * (from + (to - from) * p.overall)) as u64);
             true
         }))
     }
 
-    /// Fails if Ctrl-C was pressed: for work that is no run.
-    pub fn check(&self) -> Result<()> {
-        if self.cancel.is_cancelled() { Err(atlasfit::Error::Cancelled.into()) } else { Ok(()) }
+    /// Fails if Ctrl-C was pressed or the time is up: for work that is no run.
+    pub fn check(&self, args: &RunArgs, doing: &'static str) -> Result<()> {
+        Ok(self.stop(args).check(doing)?)
     }
 
-    /// Something that the user should know, on standard error.
+    /// Runs `job`, which cannot be stopped and changes nothing outside, in a thread of its own, which is left
+    /// behind where the command ends before it.
+    pub fn apart<T: Send + 'static>(
+        &self,
+        args: &RunArgs,
+        doing: &'static str,
+        job: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T> {
+        let (give, take) = sync_channel(1);
+        let work = move || drop(give.send(job()));
+        std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work).context("cannot start a thread")?;
+        loop {
+            self.check(args, doing)?;
+            match take.recv_timeout(TICK) {
+                Ok(done) => return Ok(done),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(atlasfit::Error::internal(format!("a panic while {doing}")).into());
+                }
+            }
+        }
+    }
+
+    /// Something that the user may want to know, on standard error and in the JSON.
     pub fn note(&self, text: impl std::fmt::Display) {
+        self.tell("note", text.to_string(), |told| &mut told.notes);
+    }
+
+    /// Something that may make the result wrong, on standard error and in the JSON.
+    pub fn warn(&self, text: impl std::fmt::Display) {
+        self.tell("warning", text.to_string(), |told| &mut told.warnings);
+    }
+
+    fn tell(&self, kind: &str, text: String, list: fn(&mut Told) -> &mut Vec<String>) {
         if !self.quiet {
-            eprintln!("note: {text}");
+            eprintln!("{kind}: {text}");
+        }
+        if let Ok(mut told) = self.told.lock() {
+            list(&mut told).push(text);
         }
     }
 
-    /// The report of a command: text, or the JSON with `--json`. `--quiet` silences the text.
-    pub fn report(&self, text: &str, json: &serde_json::Value) {
-        use std::io::Write as _;
-        let out = if self.json { format!("{json:#}\n") } else { text.to_owned() };
-        if self.json || !self.quiet {
-            // A closed pipe (`| head`) is no failure.
-            let _ = std::io::stdout().write_all(out.as_bytes());
+    /// The report of a command: text, or the JSON with `--json`, with all notes and warnings. `--quiet`
+    /// silences the text.
+    pub fn report(&self, text: &str, json: &Value) {
+        let out = if self.json { format!("{:#}\n", self.with_told(json.clone())) } else { text.to_owned() };
+        if !self.json && self.quiet {
+            return;
         }
+        // A closed pipe (`| head`) is no failure.
+        use std::io::Write as _;
+        let _ = if self.output_taken.load(Ordering::Relaxed) {
+            std::io::stderr().write_all(out.as_bytes())
+        } else {
+            std::io::stdout().write_all(out.as_bytes())
+        };
+    }
+
+    /// The report of a command that failed.
+    pub fn failed(&self, kind: &str, text: &str, code: u8) {
+        eprintln!("atlasfit: {text}");
+        if self.json {
+            self.report("", &json!({ "error": { "kind": kind, "text": text }, "exit_code": code }));
+        }
+    }
+
+    /// A report with all that was told besides.
+    fn with_told(&self, mut json: Value) -> Value {
+        if let (Some(object), Ok(told)) = (json.as_object_mut(), self.told.lock()) {
+            for (name, list) in [("notes", &told.notes), ("warnings", &told.warnings)] {
+                let all = object.entry(name).or_insert_with(|| json!([]));
+                if let Some(all) = all.as_array_mut() {
+                    all.extend(list.iter().map(|t| json!(t)));
+                }
+            }
+        }
+        json
     }
 }
 

@@ -1,20 +1,108 @@
-//! Reads input files and tells what had to be repaired; checks output names.
+//! Reads input files and tells what had to be repaired; PNG files in and out. `-` is standard input.
 
 use crate::console::{Console, RunArgs, Usage};
 use anyhow::{Context as _, Result};
 use atlasfit::bake::Image;
 use atlasfit_io::{Format, LoadOptions, Loaded};
 use serde_json::{Value, json};
+use std::io::Read as _;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+/// How input is read.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct InputArgs {
+    /// Format of the input by its extension (ply, obj, las, ...), where its content must not decide
+    #[arg(long, value_name = "FORMAT", value_parser = format_named, help_heading = "Files")]
+    pub input_format: Option<Format>,
+}
+
+/// The format of an extension.
+pub fn format_named(s: &str) -> Result<Format, String> {
+    let path = Path::new("file").with_extension(s.trim_start_matches('.'));
+    Format::from_path(&path).ok_or_else(|| "give ply, obj, off, stl, xyz, pcd, las, e57 or glb".into())
+}
+
+/// The name of standard input and of standard output.
+pub const STANDARD: &str = "-";
+
+/// A path as text, for JSON too: what is not UTF-8 is replaced.
+pub fn text(path: &Path) -> String {
+    path.display().to_string()
+}
 
 /// Reads a cloud or mesh; repairs are notes.
 pub fn load(path: &Path, args: &RunArgs, console: &Console) -> Result<Loaded> {
-    let loaded = atlasfit_io::load(path, &LoadOptions { max_memory_bytes: args.max_memory })?;
+    load_as(path, None, args, console)
+}
+
+/// Reads a cloud or mesh of the format given, or of the one that its content says.
+pub fn load_as(path: &Path, format: Option<Format>, args: &RunArgs, console: &Console) -> Result<Loaded> {
+    let options = LoadOptions::default()
+        .with_max_memory_bytes(args.max_memory)
+        .with_format(format)
+        .with_stop(console.stop(args));
+    let loaded = if path == Path::new(STANDARD) {
+        let data = standard_input(args, console)?;
+        console.apart(args, "reading", move || {
+            atlasfit_io::load_bytes("standard input".as_ref(), &data, &options)
+        })??
+    } else {
+        let path = path.to_owned();
+        console.apart(args, "reading", move || atlasfit_io::load(&path, &options))??
+    };
     for note in &loaded.report.notes {
         console.note(format_args!("{}: {note}", path.display()));
     }
-    console.check()?;
+    console.check(args, "reading")?;
     Ok(loaded)
+}
+
+/// All bytes of standard input, which may make us wait: another thread reads, so that Ctrl-C is heard.
+fn standard_input(args: &RunArgs, console: &Console) -> Result<Vec<u8>> {
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+    if TAKEN.swap(true, Ordering::Relaxed) {
+        return Err(
+            Usage("standard input can be read only once. Give a file for the other input".into()).into()
+        );
+    }
+    let (give, take) = sync_channel::<std::io::Result<Vec<u8>>>(4);
+    std::thread::spawn(move || {
+        let mut input = std::io::stdin().lock();
+        loop {
+            let mut chunk = vec![0; 1 << 20];
+            let read = input.read(&mut chunk);
+            let over = !matches!(read, Ok(n) if n > 0);
+            // Nobody listens any more once the command has ended.
+            if give
+                .send(read.map(|n| {
+                    chunk.truncate(n);
+                    chunk
+                }))
+                .is_err()
+                || over
+            {
+                return;
+            }
+        }
+    });
+    let mut data = Vec::new();
+    loop {
+        console.check(args, "reading")?;
+        match take.recv_timeout(Duration::from_millis(20)) {
+            Ok(Ok(chunk)) if chunk.is_empty() => return Ok(data),
+            Ok(chunk) => data.extend(chunk.context("cannot read standard input")?),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(data),
+        }
+        if let Some(most) = args.max_memory
+            && data.len() as u64 > most
+        {
+            anyhow::bail!("standard input holds more bytes than the memory limit of {most}. Raise the limit");
+        }
+    }
 }
 
 /// What had to be repaired, as JSON.
@@ -28,31 +116,18 @@ pub fn repairs(loaded: &Loaded) -> Value {
         .into()
 }
 
-/// The format that an output's extension asks for. A wrong one must not cost the work.
-pub fn output_format(path: &Path) -> Result<Format> {
-    match Format::from_path(path) {
-        Some(format) if format.can_write() => Ok(format),
-        Some(format) => Err(Usage(format!(
-            "{}: {} files are only read, not written. Use .ply, .obj, .glb, .off, .stl or .xyz",
-            path.display(),
-            format.name()
-        ))
-        .into()),
-        None => Err(Usage(format!(
-            "{}: no known format has this extension. Use .ply, .obj, .glb, .off, .stl or .xyz",
-            path.display()
-        ))
-        .into()),
-    }
+/// Writes a file of a benchmark.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    Ok(atlasfit_io::write_file(path, content.as_ref())?)
 }
 
-/// Writes a file of a benchmark, in place: the other commands write beside the output first, then rename.
-pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
-    std::fs::write(path, content).with_context(|| format!("cannot write {}", path.display()))
+/// [`png`], which Ctrl-C and the time limit end.
+pub fn png_apart(image: Image, args: &RunArgs, console: &Console) -> Result<Vec<u8>> {
+    console.apart(args, "encoding the texture", move || png(&image))?
 }
 
 /// An image as the bytes of a PNG file; without alpha where all of it is opaque.
-pub fn png(image: &Image) -> Result<Vec<u8>> {
+fn png(image: &Image) -> Result<Vec<u8>> {
     let opaque = image.rgba.iter().all(|c| c[3] == 255);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, image.width, image.height);

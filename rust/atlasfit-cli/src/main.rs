@@ -1,22 +1,25 @@
 //! The `atlasfit` program: denoises scans, unwraps meshes, tells what files hold, converts them, measures
 //! results, draws pictures.
 //!
-//! Results go to standard output (text, or one JSON object with `--json`), progress and warnings to standard
-//! error. Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
+//! Results go to standard output (text, or one JSON object with `--json`, also of a command that failed),
+//! progress and warnings to standard error. Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
 
 mod commands;
 mod console;
+mod failure;
 mod files;
 mod number;
+mod output;
 mod render;
 
-use clap::{Parser, Subcommand};
-use console::{Console, Usage};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use console::Console;
+use failure::Failure;
 use std::process::ExitCode;
 
 /// Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one clean surface, chart UVs.
 #[derive(Parser)]
-#[command(version, propagate_version = true)]
+#[command(name = "atlasfit", version, propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -48,11 +51,21 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    // Before the command line is understood there is no console to ask.
+    let json = std::env::args_os().any(|a| a == "--json");
+    let cli =
+        match with_negative_numbers(Cli::command()).try_get_matches().and_then(|m| Cli::from_arg_matches(&m))
+        {
+            Ok(cli) => cli,
+            Err(e) => return not_understood(&e, json),
+        };
     silence_handled_panics();
     let console = match Console::new(cli.quiet, cli.json) {
         Ok(console) => console,
-        Err(e) => return fail(&e),
+        Err(e) => {
+            eprintln!("atlasfit: {e:#}");
+            return ExitCode::FAILURE;
+        }
     };
     let done = match &cli.command {
         Command::Denoise(args) => commands::denoise::run(args, &console),
@@ -63,7 +76,37 @@ fn main() -> ExitCode {
         Command::Measure(args) => commands::measure::run(args, &console),
         Command::Render(args) => commands::render::run(args, &console),
     };
-    done.map_or_else(|e| fail(&e), |()| ExitCode::SUCCESS)
+    let Err(error) = done else { return ExitCode::SUCCESS };
+    let Failure { kind, code, text } = Failure::of(&error);
+    console.failed(kind, &text, code);
+    ExitCode::from(code)
+}
+
+/// The command line, where the value of an option may begin with a minus: each option then says itself what it
+/// takes, instead of "unexpected argument".
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| {
+            let takes_value = arg.get_action().takes_values() && !arg.is_positional();
+            if takes_value { arg.allow_negative_numbers(true) } else { arg }
+        })
+        .mut_subcommands(with_negative_numbers)
+}
+
+/// Help and version are no failure; the rest is one, in JSON too where that is asked for.
+fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
+    // A closed pipe (`| head`) is no failure.
+    let _ = error.print();
+    if json && error.use_stderr() {
+        let text = error.to_string();
+        let text = text.trim_start_matches("error: ").trim_end();
+        let failure = serde_json::json!({ "kind": "usage", "text": text });
+        println!(
+            "{:#}",
+            serde_json::json!({ "error": failure, "exit_code": 2, "notes": [], "warnings": [] })
+        );
+    }
+    ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }
 
 /// Panics of third-party readers on damaged files become errors, which say more than the panic's own text.
@@ -74,22 +117,4 @@ fn silence_handled_panics() {
             tell(panic);
         }
     }));
-}
-
-fn fail(error: &anyhow::Error) -> ExitCode {
-    let code = match error.downcast_ref::<atlasfit::Error>() {
-        Some(atlasfit::Error::Cancelled) => 130,
-        Some(atlasfit::Error::InvalidArgument { .. }) => 2,
-        _ if error.is::<Usage>() => 2,
-        _ => 1,
-    };
-    // Some errors name their cause themselves.
-    let mut text = error.to_string();
-    for cause in error.chain().skip(1).map(ToString::to_string) {
-        if !text.contains(&cause) {
-            text = format!("{text}: {cause}");
-        }
-    }
-    eprintln!("atlasfit: {text}");
-    ExitCode::from(code)
 }

@@ -29,6 +29,26 @@ pub fn count(n: usize) -> String {
     out
 }
 
+/// A count and what is counted: "1 loop", "2 loops".
+pub fn counted(n: usize, what: &str) -> String {
+    format!("{} {what}{}", count(n), if n == 1 { "" } else { "s" })
+}
+
+/// The word for so many vertices.
+pub fn vertex(n: usize) -> &'static str {
+    if n == 1 { "vertex" } else { "vertices" }
+}
+
+/// A count of vertices.
+pub fn vertices(n: usize) -> String {
+    format!("{} {}", count(n), vertex(n))
+}
+
+/// Edges of a boundary, and the loops that they make.
+pub fn boundary(edges: usize, loops: usize) -> String {
+    format!("{} in {}", counted(edges, "edge"), counted(loops, "loop"))
+}
+
 /// Seconds of all the work, and of each stage that took any.
 pub fn seconds(all: f64, stages: &[(Stage, f64)]) -> String {
     let some = stages.iter().filter(|s| s.1 >= 0.005);
@@ -57,6 +77,7 @@ mod tests {
             "1.000 12.35 123456 0.001235 1.500e-7"
         );
         assert_eq!([0, 999, 1000, 1234567].map(count).join(" "), "0 999 1,000 1,234,567");
+        assert_eq!([0, 1, 1500].map(|n| counted(n, "loop")).join(", "), "0 loops, 1 loop, 1,500 loops");
         assert!(json(f64::INFINITY).is_null());
     }
 }

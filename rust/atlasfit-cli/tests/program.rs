@@ -1,46 +1,11 @@
 //! The program as a user meets it: exit codes, what goes to which stream, files that stay untouched.
 
+mod common;
+
+use common::{Folder, command, err, out, run};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-
-/// A folder of its own for each test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("atlasfit-program-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn file(&self, name: &str, content: &str) -> PathBuf {
-        let path = self.0.join(name);
-        std::fs::write(&path, content).unwrap();
-        path
-    }
-    fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = std::fs::read_dir(&self.0)
-            .unwrap()
-            .map(|f| f.unwrap().file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn command() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_atlasfit"))
-}
-
-fn run(args: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
-    command().args(args.iter().map(|a| a.as_ref())).output().unwrap()
-}
 
 /// Runs, but fails the test when the program does not end in time.
 fn run_for(seconds: u64, args: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
@@ -59,14 +24,6 @@ fn run_for(seconds: u64, args: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     child.wait_with_output().unwrap()
-}
-
-fn out(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn err(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// A unit cube without its top, with one chart per side laid out in a row.
@@ -164,7 +121,7 @@ fn measure_reports_topology_uvs_and_distances_as_text_and_as_json() {
     let folder = Folder::new("measure");
     let mesh = folder.file("box.obj", BOX);
     let text = out(&run(&[&"measure", &mesh]));
-    assert!(text.contains("10 faces, 1 part") && text.contains("4 edges in 1 loops"), "{text}");
+    assert!(text.contains("10 faces, 1 part") && text.contains("4 edges in 1 loop"), "{text}");
     assert!(text.contains("0 flips, 0 overlapping faces"), "{text}");
 
     let output = run(&[&"measure", &mesh, &"--against", &mesh, &"--json"]);

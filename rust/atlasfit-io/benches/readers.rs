@@ -93,7 +93,7 @@ fn pcd(cloud: &PointCloud) -> Vec<u8> {
 fn readers(criterion: &mut Criterion) {
     let mesh = surface();
     let cloud = mesh.to_cloud();
-    let ascii_cloud = SaveCloud { ascii: true, ..SaveCloud::default() };
+    let ascii_cloud = SaveCloud::default().with_ascii(true);
     let of_cloud = |name: &str, how: &SaveCloud| {
         bytes_of(name, |path| drop(save_cloud(path, &cloud, how).expect("the folder takes files")))
     };

@@ -2,7 +2,7 @@
 //! `tests/io_zoo_counts.py` compares these lines with other programs' counts.
 
 fn main() {
-    let options = atlasfit_io::LoadOptions { max_memory_bytes: Some(8 << 30) };
+    let options = atlasfit_io::LoadOptions::default().with_max_memory_bytes(Some(8 << 30));
     for name in std::env::args().skip(1) {
         let start = std::time::Instant::now();
         match atlasfit_io::load(std::path::Path::new(&name), &options) {

@@ -74,7 +74,7 @@ fn scans(input: &mut Input<'_>) -> Result<Content> {
             Err(e) => return Err(damaged(input, e)),
         };
         points.intensity_to_color(false);
-        for point in points {
+        for point in input.watched(points) {
             let point = match point {
                 Ok(p) => p,
                 Err(e) if out.cloud.positions.is_empty() => return Err(damaged(input, e)),

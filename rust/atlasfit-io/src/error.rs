@@ -74,6 +74,24 @@ pub enum Error {
         /// The limit.
         limit_bytes: u64,
     },
+    /// The caller cancelled, or the time limit passed.
+    #[error(transparent)]
+    Stopped(atlasfit::Error),
+}
+
+impl Error {
+    /// What kind of error this is, in a word or two that stay the same from version to version. The core's
+    /// kinds are those of [`atlasfit::Error::kind`].
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Io { .. } => "io",
+            Self::Malformed { .. } => "malformed",
+            Self::Unsupported { .. } => "unsupported",
+            Self::OutOfMemory { .. } => "out of memory",
+            Self::Stopped(e) => e.kind(),
+        }
+    }
 }
 
 /// This crate's result type.

@@ -50,6 +50,40 @@ impl Format {
         !matches!(self, Self::Pcd | Self::Las | Self::E57)
     }
 
+    /// The extension of its files, lower case.
+    #[must_use]
+    pub const fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+            Self::Off => "off",
+            Self::Stl => "stl",
+            Self::Xyz => "xyz",
+            Self::Pcd => "pcd",
+            Self::Las => "las",
+            Self::E57 => "e57",
+            Self::Gltf => "glb",
+        }
+    }
+
+    /// Whether it holds points that no face names.
+    #[must_use]
+    pub const fn holds_points(self) -> bool {
+        !matches!(self, Self::Stl)
+    }
+
+    /// Whether it holds faces.
+    #[must_use]
+    pub const fn holds_faces(self) -> bool {
+        !matches!(self, Self::Xyz | Self::Pcd | Self::Las | Self::E57)
+    }
+
+    /// Whether it holds texture coordinates per corner as this crate writes it, and names a texture.
+    #[must_use]
+    pub const fn holds_uv(self) -> bool {
+        matches!(self, Self::Ply | Self::Obj | Self::Gltf)
+    }
+
     /// The format that a file name asks for.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {

@@ -2,6 +2,9 @@
 
 use crate::error::{Error, Location, Result};
 use crate::report::LoadReport;
+use crate::stopping::{READING, is_stopped, watched};
+use crate::text::Lines;
+use atlasfit::Stop;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path};
@@ -23,6 +26,8 @@ pub(crate) struct Input<'a> {
     limit: Option<u64>,
     /// Bytes accounted for so far.
     used: u64,
+    /// What ends the reading. A reader that is stopped sees its input end; the door tells it from an end.
+    stop: Option<&'a Stop>,
 }
 
 impl<'a> Input<'a> {
@@ -37,7 +42,28 @@ impl<'a> Input<'a> {
             rest: None,
             limit,
             used: 0,
+            stop: None,
         }
+    }
+
+    /// The same input, whose reading `stop` ends.
+    pub fn until(self, stop: &'a Stop) -> Self {
+        Input { stop: Some(stop), ..self }
+    }
+
+    /// Fails when the reading is to end.
+    pub fn check(&self) -> Result<()> {
+        self.stop.map_or(Ok(()), |s| s.check(READING)).map_err(Error::Stopped)
+    }
+
+    /// `items`, which end early when the reading is to end.
+    pub fn watched<I: Iterator>(&self, items: I) -> impl Iterator<Item = I::Item> + use<'a, I> {
+        watched(self.stop, items)
+    }
+
+    /// The lines from byte `at` on, of which `number` were read before.
+    pub fn lines(&self, at: usize, number: u64) -> Lines<'a> {
+        Lines::from(self.data, at, number).until(self.stop)
     }
 
     /// The same file of `len` bytes, of which `rest` holds those behind `data`.
@@ -67,9 +93,10 @@ impl<'a> Input<'a> {
         block: usize,
         mut each: impl FnMut(&[u8]),
     ) -> Result<()> {
+        let stop = self.stop;
         let Some(rest) = self.rest.take() else {
-            self.data[at..at + length].chunks(block.max(1)).for_each(each);
-            return Ok(());
+            self.data[at..at + length].chunks(block.max(1)).take_while(|_| !is_stopped(stop)).for_each(each);
+            return self.check();
         };
         let mut here = &self.data[at..];
         let mut buffer = vec![0; block.min(length)];
@@ -86,6 +113,7 @@ impl<'a> Input<'a> {
             })?;
             left -= block.len();
             each(block);
+            self.check()?;
         }
         Ok(())
     }

@@ -1,6 +1,8 @@
 //! What every writer gets and gives back: a mesh, or a cloud as a mesh without faces.
 
 use crate::content::Polygons;
+use crate::stopping::{WRITING, watched};
+use atlasfit::Stop;
 use atlasfit::geometry::Attribute;
 
 /// A texture for a mesh.
@@ -35,6 +37,8 @@ pub(crate) struct Job<'a> {
     pub stem: String,
     /// The output's extension, lower case.
     pub extension: String,
+    /// What ends the writing. What is written through the output is watched by the door already.
+    pub stop: &'a Stop,
 }
 
 /// A file that belongs beside the output.
@@ -126,6 +130,16 @@ impl Job<'_> {
             uv.push(first);
         }
         true
+    }
+
+    /// Fails when the writing is to end: for work before the first byte.
+    pub fn check(&self) -> std::io::Result<()> {
+        self.stop.check(WRITING).map_err(std::io::Error::other)
+    }
+
+    /// `items`, which end early when the writing is to end; then [`Self::check`] fails.
+    pub fn watched<I: Iterator>(&self, items: I) -> impl Iterator<Item = I::Item> {
+        watched(Some(self.stop), items)
     }
 
     /// Number of faces that [`Self::each_face`] gives.

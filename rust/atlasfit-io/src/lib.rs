@@ -4,12 +4,14 @@
 //! there are any, and a [`LoadReport`] that counts every repair in words. The content decides the format, the
 //! file's name only breaks ties. A header's claim never allocates memory before bytes exist to back it.
 //! [`save_cloud`] and [`save_mesh`] write beside the output and rename, so that a failed run never touches
-//! what was there, and say what the format could not hold.
+//! what was there, and say what the format could not hold; [`check_output`] tells beforehand whether that can
+//! work.
 //!
 //! ```no_run
 //! use atlasfit_io::{LoadOptions, SaveMesh, load, save_mesh};
 //! # fn main() -> atlasfit_io::Result<()> {
-//! let loaded = load("scan.e57".as_ref(), &LoadOptions { max_memory_bytes: Some(8 << 30) })?;
+//! let options = LoadOptions::default().with_max_memory_bytes(Some(8 << 30));
+//! let loaded = load("scan.e57".as_ref(), &options)?;
 //! for note in &loaded.report.notes {
 //!     eprintln!("{note}"); // "12 points marked as invalid by the scanner, left out"
 //! }
@@ -29,6 +31,7 @@ mod error;
 mod input;
 mod job;
 mod report;
+mod stopping;
 
 // Tools that the readers and writers share.
 mod bad_lines;
@@ -54,6 +57,7 @@ mod xyz;
 mod format;
 mod load;
 mod save;
+mod staged;
 
 pub use content::Polygons;
 pub use error::{Error, Location, Result};
@@ -62,4 +66,5 @@ pub use format::Format;
 pub use job::Texture;
 pub use load::{LoadOptions, Loaded, load, load_bytes, load_reader};
 pub use report::{LoadReport, Note};
-pub use save::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh};
+pub use save::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh, write_cloud, write_mesh};
+pub use staged::{check_output, is_same_file, write_file};

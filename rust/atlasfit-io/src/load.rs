@@ -5,17 +5,30 @@ use crate::error::{Error, Location, Result};
 use crate::format::Format;
 use crate::input::Input;
 use crate::report::LoadReport;
+use crate::stopping::READING;
 use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
+use atlasfit::Stop;
 use atlasfit::geometry::{PointCloud, TriMesh};
 use std::io::{Read, Seek};
 use std::path::Path;
 
 /// How to read.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct LoadOptions {
     /// Most bytes that reading may hold at a time, the file's own bytes included; `None` = no limit.
     pub max_memory_bytes: Option<u64>,
+    /// The format; `None` = what the content says.
+    pub format: Option<Format>,
+    /// What ends the reading early: a cancel, a deadline. Heard within 100 ms.
+    pub stop: Stop,
 }
+
+atlasfit::setters!(LoadOptions {
+    with_max_memory_bytes: max_memory_bytes: Option<u64>,
+    with_format: format: Option<Format>,
+    with_stop: stop: Stop,
+});
 
 /// A file's content.
 #[derive(Debug, Clone)]
@@ -70,7 +83,7 @@ impl Loaded {
 /// ```
 ///
 /// # Errors
-/// [`Error`]: unreadable, of no known format, broken beyond repair, or over the memory limit.
+/// [`Error`]: unreadable, of no known format, broken beyond repair, over the memory limit, or stopped.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
     let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
     let mut file = std::fs::File::open(path).map_err(io("open it"))?;
@@ -85,9 +98,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
     if about.is_file() && about.len() > HEAD as u64 {
         let mut head = vec![0; HEAD];
         file.read_exact(&mut head).map_err(io("read it"))?;
-        let input = Input::whole(path, &head, options.max_memory_bytes);
+        let input = Input::whole(path, &head, options.max_memory_bytes).until(&options.stop);
         let input = input.with_rest(&mut file, about.len() as usize);
-        if let Some(format) = format_of_rows(&input) {
+        if let Some(format) = format_of_rows(&input, options.format) {
             return read(input, format);
         }
         file.rewind().map_err(io("read it"))?;
@@ -101,8 +114,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
 const HEAD: usize = 1 << 16;
 
 /// The format of a file that is rows of bytes behind its header, which `input.data` holds as a whole.
-fn format_of_rows(input: &Input<'_>) -> Option<Format> {
-    let format = Format::detect(input.data, input.path)?;
+fn format_of_rows(input: &Input<'_>, asked: Option<Format>) -> Option<Format> {
+    let format = asked.or_else(|| Format::detect(input.data, input.path))?;
     let rows = match format {
         Format::Ply => ply::is_rows(input),
         Format::Pcd => pcd::is_rows(input),
@@ -116,13 +129,22 @@ fn format_of_rows(input: &Input<'_>) -> Option<Format> {
 fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOptions) -> Result<Vec<u8>> {
     // Special files claim any length: beyond this the buffer grows with what is there.
     const AT_ONCE: u64 = 1 << 30;
+    // What is read between two looks at what ends the reading: about a millisecond.
+    const CHUNK: u64 = 4 << 20;
     let most = options.max_memory_bytes.unwrap_or(u64::MAX).saturating_add(1);
     let mut data = Vec::with_capacity(expected.min(most).min(AT_ONCE) as usize);
-    reader.by_ref().take(most).read_to_end(&mut data).map_err(|source| Error::Io {
-        file: name.display().to_string(),
-        action: "read it",
-        source,
-    })?;
+    while (data.len() as u64) < most {
+        let chunk = CHUNK.min(most - data.len() as u64);
+        let read = reader.by_ref().take(chunk).read_to_end(&mut data).map_err(|source| Error::Io {
+            file: name.display().to_string(),
+            action: "read it",
+            source,
+        })?;
+        options.stop.check(READING).map_err(Error::Stopped)?;
+        if (read as u64) < chunk {
+            break;
+        }
+    }
     Ok(data)
 }
 
@@ -163,8 +185,9 @@ pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Res
 /// As [`load`].
 pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loaded> {
     let data = &*text::utf8(data);
-    let input = Input::whole(name, data, options.max_memory_bytes);
-    let format = if data.trim_ascii().is_empty() { None } else { Format::detect(data, name) };
+    let input = Input::whole(name, data, options.max_memory_bytes).until(&options.stop);
+    let empty = data.trim_ascii().is_empty();
+    let format = if empty { None } else { options.format.or_else(|| Format::detect(data, name)) };
     match format {
         Some(format) => read(input, format),
         None => Err(unknown(&input)),
@@ -174,17 +197,20 @@ pub fn load_bytes(name: &Path, data: &[u8], options: &LoadOptions) -> Result<Loa
 /// Reads the file with the reader of its format, and checks what that gives.
 fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
     input.reserve(input.data.len(), 1)?;
-    let mut content = match format {
-        Format::Ply => ply::read(&mut input)?,
-        Format::Obj => obj::read(&mut input)?,
-        Format::Off => off::read(&mut input)?,
-        Format::Stl => stl::read(&mut input)?,
-        Format::Xyz => xyz::read(&mut input)?,
-        Format::Pcd => pcd::read(&mut input)?,
-        Format::Las => las::read(&mut input)?,
-        Format::E57 => e57::read(&mut input)?,
-        Format::Gltf => gltf::read(&mut input)?,
+    let content = match format {
+        Format::Ply => ply::read(&mut input),
+        Format::Obj => obj::read(&mut input),
+        Format::Off => off::read(&mut input),
+        Format::Stl => stl::read(&mut input),
+        Format::Xyz => xyz::read(&mut input),
+        Format::Pcd => pcd::read(&mut input),
+        Format::Las => las::read(&mut input),
+        Format::E57 => e57::read(&mut input),
+        Format::Gltf => gltf::read(&mut input),
     };
+    // A reader that is stopped sees a file that ends early: this is why.
+    input.check()?;
+    let mut content = content?;
     // A column whose length does not fit would make every user of the cloud check it again.
     let n = content.cloud.positions.len();
     debug_assert!(content.cloud.normals.as_ref().is_none_or(|c| c.len() == n));

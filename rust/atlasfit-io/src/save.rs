@@ -1,18 +1,24 @@
-//! Writing, the door: checks the data, calls the format's writer. The file is written beside the output
-//! first, then renamed, so that a run that fails never touches what was there.
+//! Writing, the door: checks the data, calls the format's writer.
+//!
+//! In: a mesh or a cloud. Out: a file, written whole or not at all (`staged`), or the same bytes in a stream;
+//! what the format could not hold, in words.
 
 use crate::content::Polygons;
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::job::{Job, Texture, Written};
+use crate::staged::{Staged, is_special};
+use crate::stopping::WRITING;
 use crate::{gltf, obj, off, ply, stl, xyz};
+use atlasfit::Stop;
 use atlasfit::geometry::{PointCloud, TriMesh};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// How to write a mesh.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct SaveMesh<'a> {
     /// The format; `None` = what the file name says.
     pub format: Option<Format>,
@@ -23,16 +29,42 @@ pub struct SaveMesh<'a> {
     /// The polygons that the triangles were cut from: OBJ, PLY and OFF then get those. One whose UVs differ
     /// at a corner between its triangles is written as its triangles.
     pub polygons: Option<&'a Polygons>,
+    /// What ends the writing early: a cancel, a deadline. Nothing is written then.
+    pub stop: Stop,
 }
 
+impl<'a> SaveMesh<'a> {
+    /// These options with another [`texture`](Self::texture).
+    #[must_use]
+    pub fn with_texture(self, texture: Option<Texture<'a>>) -> Self {
+        Self { texture, ..self }
+    }
+    /// These options with other [`polygons`](Self::polygons).
+    #[must_use]
+    pub fn with_polygons(self, polygons: Option<&'a Polygons>) -> Self {
+        Self { polygons, ..self }
+    }
+}
+
+atlasfit::setters!(SaveMesh<'_> { with_format: format: Option<Format>, with_ascii: ascii: bool, with_stop: stop: Stop });
+
 /// How to write a cloud.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct SaveCloud {
     /// The format; `None` = what the file name says.
     pub format: Option<Format>,
     /// Text instead of binary where a format has both.
     pub ascii: bool,
+    /// What ends the writing early: a cancel, a deadline. Nothing is written then.
+    pub stop: Stop,
 }
+
+atlasfit::setters!(SaveCloud {
+    with_format: format: Option<Format>,
+    with_ascii: ascii: bool,
+    with_stop: stop: Stop,
+});
 
 /// What was written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -61,9 +93,25 @@ pub struct Saved {
 /// ```
 ///
 /// # Errors
-/// [`Error::Unsupported`] for an unknown extension, [`Error::Io`].
+/// [`Error::Unsupported`] for an unknown extension, [`Error::Io`], [`Error::Stopped`].
 pub fn save_cloud(path: &Path, cloud: &PointCloud, options: &SaveCloud) -> Result<Saved> {
-    let job = Job {
+    save(path, options.format, &cloud_job(path, cloud, options), &options.stop)
+}
+
+/// Writes a point cloud to a stream, which holds one file: `options.format` says which, and what belongs
+/// beside it is among what was lost, which is returned.
+///
+/// # Errors
+/// As [`save_cloud`].
+pub fn write_cloud(out: impl Write, cloud: &PointCloud, options: &SaveCloud) -> Result<Vec<String>> {
+    stream(out, options.format, &cloud_job(STREAM.as_ref(), cloud, options), &options.stop)
+}
+
+/// What a stream is called in messages.
+const STREAM: &str = "the output stream";
+
+fn cloud_job<'j>(path: &Path, cloud: &'j PointCloud, options: &'j SaveCloud) -> Job<'j> {
+    Job {
         positions: &cloud.positions,
         normals: cloud.normals.as_deref(),
         colors: cloud.colors.as_deref(),
@@ -75,9 +123,9 @@ pub fn save_cloud(path: &Path, cloud: &PointCloud, options: &SaveCloud) -> Resul
         polygons: None,
         ascii: options.ascii,
         stem: stem(path),
-        extension: extension(path),
-    };
-    save(path, options.format, &job)
+        extension: extension(path, options.format),
+        stop: &options.stop,
+    }
 }
 
 /// Writes a mesh.
@@ -101,7 +149,19 @@ pub fn save_cloud(path: &Path, cloud: &PointCloud, options: &SaveCloud) -> Resul
 /// As [`save_cloud`]; also [`Error::Unsupported`] when a column of the mesh has a wrong length or a triangle
 /// names a missing vertex.
 pub fn save_mesh(path: &Path, mesh: &TriMesh, options: &SaveMesh<'_>) -> Result<Saved> {
-    let job = Job {
+    save(path, options.format, &mesh_job(path, mesh, options), &options.stop)
+}
+
+/// Writes a mesh to a stream; as [`write_cloud`].
+///
+/// # Errors
+/// As [`save_mesh`].
+pub fn write_mesh(out: impl Write, mesh: &TriMesh, options: &SaveMesh<'_>) -> Result<Vec<String>> {
+    stream(out, options.format, &mesh_job(STREAM.as_ref(), mesh, options), &options.stop)
+}
+
+fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &'j SaveMesh<'j>) -> Job<'j> {
+    Job {
         positions: &mesh.positions,
         normals: mesh.normals.as_deref(),
         colors: mesh.colors.as_deref(),
@@ -113,14 +173,17 @@ pub fn save_mesh(path: &Path, mesh: &TriMesh, options: &SaveMesh<'_>) -> Result<
         polygons: options.polygons,
         ascii: options.ascii,
         stem: stem(path),
-        extension: extension(path),
-    };
-    save(path, options.format, &job)
+        extension: extension(path, options.format),
+        stop: &options.stop,
+    }
 }
 
-/// The extension of a file name, lower case.
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+/// The extension of a file name, lower case; of a name without one that of the format.
+fn extension(path: &Path, format: Option<Format>) -> String {
+    match path.extension() {
+        Some(e) => e.to_string_lossy().to_lowercase(),
+        None => format.map_or("", Format::extension).into(),
+    }
 }
 
 /// The file name without folder and extension; what a URI or an MTL cannot hold becomes an underscore.
@@ -131,7 +194,8 @@ fn stem(path: &Path) -> String {
     if name.is_empty() { "out".into() } else { name }
 }
 
-fn save(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Saved> {
+/// The format to write `job` in, once nothing is wrong with either.
+fn checked(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Format> {
     let unsupported = |what: String, advice: &str| Error::Unsupported {
         file: path.display().to_string(),
         what,
@@ -145,29 +209,79 @@ fn save(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Saved> {
         return Err(unsupported(what, "Use .ply, .obj, .glb, .off, .stl or .xyz"));
     }
     check(job).map_err(|what| unsupported(what, "Correct the mesh before it is written"))?;
-    let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
-    // A device or a pipe cannot be replaced: it is written to.
-    if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        let mut out = BufWriter::new(File::create(path).map_err(io("open it"))?);
-        let written =
-            write(format, job, &mut out).and_then(|w| out.flush().map(|()| w)).map_err(io("write it"))?;
-        return Ok(Saved { files: vec![path.into()], lost: written.lost });
+    Ok(format)
+}
+
+fn save(path: &Path, format: Option<Format>, job: &Job<'_>, stop: &Stop) -> Result<Saved> {
+    let format = checked(path, format, job)?;
+    let failed = |action: &'static str| {
+        move |source| match stop.check(WRITING) {
+            Err(stopped) => Error::Stopped(stopped),
+            Ok(()) => Error::Io { file: path.display().to_string(), action, source },
+        }
+    };
+    if is_special(path) {
+        let out = File::create(path).map_err(failed("open it"))?;
+        let written = write(format, job, Watched { out, stop }).map_err(failed("write it"))?;
+        return Ok(Saved { files: vec![path.into()], lost: alone(written) });
     }
     let mut staged = Staged::default();
-    let mut out = staged.create(path).map_err(io("write beside it"))?;
-    let written =
-        write(format, job, &mut out).and_then(|w| out.flush().map(|()| w)).map_err(io("write beside it"))?;
-    drop(out);
+    let out = staged.create(path).map_err(failed("write beside it"))?;
+    let written = write(format, job, Watched { out, stop }).map_err(failed("write beside it"))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     for file in &written.beside {
-        let mut out = staged.create(&folder.join(&file.name)).map_err(io("write beside it"))?;
-        out.write_all(&file.bytes).and_then(|()| out.flush()).map_err(io("write beside it"))?;
+        let out = staged.create(&folder.join(&file.name)).map_err(failed("write beside it"))?;
+        let mut out = Watched { out, stop };
+        out.write_all(&file.bytes).and_then(|()| out.flush()).map_err(failed("write beside it"))?;
     }
-    let files = staged.commit().map_err(io("rename the finished file to it"))?;
+    stop.check(WRITING).map_err(Error::Stopped)?;
+    let files = staged.commit().map_err(failed("rename the finished file to it"))?;
     Ok(Saved { files, lost: written.lost })
 }
 
-fn write(format: Format, job: &Job<'_>, out: &mut impl Write) -> std::io::Result<Written> {
+/// Writes to a stream; gives what was lost.
+fn stream(out: impl Write, format: Option<Format>, job: &Job<'_>, stop: &Stop) -> Result<Vec<String>> {
+    let format = checked(STREAM.as_ref(), format, job)?;
+    let written = write(format, job, Watched { out, stop }).map_err(|source| match stop.check(WRITING) {
+        Err(stopped) => Error::Stopped(stopped),
+        Ok(()) => Error::Io { file: STREAM.into(), action: "write to it", source },
+    })?;
+    Ok(alone(written))
+}
+
+/// What is lost where nothing can be written beside the output.
+fn alone(written: Written) -> Vec<String> {
+    let beside = written.beside.iter().map(|f| format!("{}, which belongs beside it", f.name));
+    written.lost.into_iter().chain(beside).collect()
+}
+
+/// An output that fails when the writing is to end.
+struct Watched<'s, W> {
+    out: W,
+    stop: &'s Stop,
+}
+
+impl<W: Write> Write for Watched<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        // A large piece is cut, so that what ends the writing is looked at about every millisecond.
+        const PIECE: usize = 1 << 20;
+        self.stop.check(WRITING).map_err(std::io::Error::other)?;
+        self.out.write(&bytes[..bytes.len().min(PIECE)])
+    }
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
+fn write(format: Format, job: &Job<'_>, out: impl Write) -> std::io::Result<Written> {
+    // Writers write single numbers.
+    let mut out = BufWriter::with_capacity(1 << 16, out);
+    let written = write_as(format, job, &mut out)?;
+    out.flush()?;
+    Ok(written)
+}
+
+fn write_as(format: Format, job: &Job<'_>, out: &mut impl Write) -> std::io::Result<Written> {
     match format {
         Format::Ply => ply::write(job, out),
         Format::Obj => obj::write(job, out),
@@ -207,54 +321,5 @@ fn check(job: &Job<'_>) -> std::result::Result<(), String> {
     match job.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= n)) {
         Some(i) => Err(format!("triangle {i} names a vertex that is not there")),
         None => Ok(()),
-    }
-}
-
-/// Files written under a hidden name beside their final one. Dropped without [`Staged::commit`], they vanish.
-#[derive(Default)]
-struct Staged {
-    files: Vec<StagedFile>,
-}
-
-struct StagedFile {
-    hidden: PathBuf,
-    target: PathBuf,
-}
-
-impl Staged {
-    fn create(&mut self, path: &Path) -> std::io::Result<BufWriter<File>> {
-        let name = path.file_name().ok_or_else(|| std::io::Error::other("this is not a file name"))?;
-        for attempt in 0..100 {
-            let mut hidden = std::ffi::OsString::from(".");
-            hidden.push(name);
-            hidden.push(format!(".{}-{attempt}.part", std::process::id()));
-            let hidden = path.with_file_name(hidden);
-            match File::create_new(&hidden) {
-                Ok(file) => {
-                    self.files.push(StagedFile { hidden, target: path.to_owned() });
-                    return Ok(BufWriter::with_capacity(1 << 16, file));
-                }
-                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
-                Err(e) => return Err(e),
-            }
-        }
-        Err(std::io::Error::other("a hundred unfinished files lie beside it already: delete *.part"))
-    }
-    /// Renames all, the output itself last: once it is there, all it needs is there.
-    fn commit(mut self) -> std::io::Result<Vec<PathBuf>> {
-        let done: Vec<PathBuf> = self.files.iter().map(|f| f.target.clone()).collect();
-        while let Some(file) = self.files.last() {
-            std::fs::rename(&file.hidden, &file.target)?;
-            self.files.pop();
-        }
-        Ok(done)
-    }
-}
-
-impl Drop for Staged {
-    fn drop(&mut self) {
-        for file in &self.files {
-            let _ = std::fs::remove_file(&file.hidden);
-        }
     }
 }

@@ -9,7 +9,7 @@ use crate::error::{Location, Result};
 use crate::faces::Faces;
 use crate::input::Input;
 use crate::job::{Job, Written};
-use crate::text::{self, Lines};
+use crate::text;
 use crate::weld::{bits, weld};
 use atlasfit::Vec3;
 use atlasfit::geometry::PointCloud;
@@ -48,7 +48,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
         .is_some_and(|n| HEADER as u64 + RECORD as u64 * u64::from(n) == input.data.len() as u64);
     let corners = if !whole && is_ascii(input.data) { ascii(input)? } else { binary(input)? };
     input.reserve(corners.len(), 60)?;
-    let welded = weld(corners.iter().map(|&p| bits(p)));
+    let welded = weld(input.watched(corners.iter().map(|&p| bits(p))));
     let positions: Vec<[f64; 3]> = welded.first.iter().map(|&i| corners[i as usize]).collect();
     let joined = corners.len() - positions.len();
     input.report.add("repeated corners of triangles, joined where exactly equal", joined as u64, None);
@@ -70,7 +70,7 @@ fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     let mut corners = Vec::new();
     input.reserve(there, 72)?;
     let mut implausible = 0;
-    for record in body.chunks_exact(RECORD).take(read) {
+    for record in input.watched(body.chunks_exact(RECORD).take(read)) {
         let mut v = [0.0f64; 12];
         for (v, b) in v.iter_mut().zip(record.chunks_exact(4)) {
             *v = f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
@@ -112,7 +112,7 @@ fn ascii(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     let mut facet: Vec<[f64; 3]> = Vec::new();
     let (mut bad, mut first_bad) = (0, None);
     let (mut odd, mut first_odd) = (0, None);
-    for line in Lines::new(input.data) {
+    for line in input.lines(0, 0) {
         let mut words = text::tokens(line.text);
         while let Some(word) = words.next() {
             if word.eq_ignore_ascii_case(b"vertex") {

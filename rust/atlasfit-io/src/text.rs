@@ -1,5 +1,7 @@
 //! Lines, words and numbers of text files, over bytes: line ends LF, CRLF and CR, no allocation per word.
 
+use crate::stopping::{ITEMS_PER_LOOK, is_stopped};
+use atlasfit::Stop;
 use std::borrow::Cow;
 
 /// One line without its end.
@@ -17,11 +19,12 @@ pub(crate) struct Lines<'a> {
     data: &'a [u8],
     at: usize,
     number: u64,
+    stop: Option<&'a Stop>,
 }
 
 impl<'a> Lines<'a> {
     pub fn new(data: &'a [u8]) -> Self {
-        Self { data, at: 0, number: 0 }
+        Self { data, at: 0, number: 0, stop: None }
     }
     /// Byte offset of the next line.
     pub fn offset(&self) -> usize {
@@ -33,7 +36,11 @@ impl<'a> Lines<'a> {
     }
     /// Starts at byte `at`, with `number` lines already read.
     pub fn from(data: &'a [u8], at: usize, number: u64) -> Self {
-        Self { data, at, number }
+        Self { data, at, number, stop: None }
+    }
+    /// The same lines, which end early when the reading is to end.
+    pub fn until(self, stop: Option<&'a Stop>) -> Self {
+        Self { stop, ..self }
     }
     /// The next line with a word on it.
     pub fn next_filled(&mut self) -> Option<Line<'a>> {
@@ -45,6 +52,9 @@ impl<'a> Iterator for Lines<'a> {
     type Item = Line<'a>;
     fn next(&mut self) -> Option<Line<'a>> {
         let rest = self.data.get(self.at..).filter(|r| !r.is_empty())?;
+        if self.number.is_multiple_of(ITEMS_PER_LOOK as u64) && is_stopped(self.stop) {
+            return None;
+        }
         self.number += 1;
         let end = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
         self.at += end + 1;

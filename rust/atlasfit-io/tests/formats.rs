@@ -32,7 +32,7 @@ fn every_sample_is_recognised_by_its_content_alone() {
 fn ply_of_every_encoding_gives_the_same() {
     let mesh = cube();
     let little = common::saved_mesh("a.ply", &mesh, &SaveMesh::default());
-    let ascii = common::saved_mesh("a.ply", &mesh, &SaveMesh { ascii: true, ..SaveMesh::default() });
+    let ascii = common::saved_mesh("a.ply", &mesh, &SaveMesh::default().with_ascii(true));
     assert_eq!(read("a.ply", &little).into_mesh(), mesh);
     assert_eq!(read("a.ply", &ascii).into_mesh(), mesh);
     let mut big = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty short z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n".to_vec();
@@ -136,7 +136,7 @@ fn stl_corners_are_joined_and_a_cut_file_says_so() {
         ..cube()
     };
     for ascii in [false, true] {
-        let data = common::saved_mesh("a.stl", &mesh, &SaveMesh { ascii, ..SaveMesh::default() });
+        let data = common::saved_mesh("a.stl", &mesh, &SaveMesh::default().with_ascii(ascii));
         let l = read("a.stl", &data);
         assert_eq!((l.cloud.len(), l.faces.len()), (8, 12));
         assert!(notes(&l).contains("28 repeated corners"), "{}", notes(&l));
@@ -253,9 +253,7 @@ fn glb_comes_back_joined_and_far_coordinates_survive() {
     let folder = Folder::new();
     let path = folder.join("a.glb");
     let png = [0x89, b'P', b'N', b'G'];
-    let saved =
-        save_mesh(&path, &mesh, &SaveMesh { texture: Some(Texture::Png(&png)), ..SaveMesh::default() })
-            .unwrap();
+    let saved = save_mesh(&path, &mesh, &SaveMesh::default().with_texture(Some(Texture::Png(&png)))).unwrap();
     assert!(saved.lost.is_empty(), "{:?}", saved.lost);
     let back = load(&path, &LoadOptions::default()).unwrap().into_mesh();
     assert_eq!(back.positions, mesh.positions);
@@ -334,7 +332,7 @@ fn errors_name_file_place_finding_and_expectation() {
 #[test]
 fn the_memory_limit_holds_for_every_format() {
     for (name, data) in common::samples() {
-        let options = LoadOptions { max_memory_bytes: Some(data.len() as u64 + 100) };
+        let options = LoadOptions::default().with_max_memory_bytes(Some(data.len() as u64 + 100));
         let result = load_bytes(Path::new(name), &data, &options);
         assert!(matches!(result, Err(Error::OutOfMemory { .. })), "{name}: {:?}", result.map(|l| l.format));
     }
@@ -360,8 +358,7 @@ fn a_textured_obj_comes_with_its_material_and_image() {
     let folder = Folder::new();
     let path = folder.join("my mesh.obj");
     let saved =
-        save_mesh(&path, &cube(), &SaveMesh { texture: Some(Texture::Png(b"png")), ..SaveMesh::default() })
-            .unwrap();
+        save_mesh(&path, &cube(), &SaveMesh::default().with_texture(Some(Texture::Png(b"png")))).unwrap();
     let names: Vec<_> = saved.files.iter().map(|f| f.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["my mesh.obj", "my_mesh.png", "my_mesh.mtl"]);
     assert!(std::fs::read_to_string(&saved.files[2]).unwrap().contains("map_Kd my_mesh.png"));
@@ -412,7 +409,7 @@ fn the_bytes_of_a_file_of_rows_take_no_memory() {
     let path = folder.join("a.ply");
     save_cloud(&path, &cloud, &SaveCloud::default()).unwrap();
     let columns = 24 * n as u64;
-    let within = |bytes| load(&path, &LoadOptions { max_memory_bytes: Some(bytes) });
+    let within = |bytes| load(&path, &LoadOptions::default().with_max_memory_bytes(Some(bytes)));
     assert_eq!(within(columns + (1 << 17)).unwrap().cloud, cloud);
     assert!(matches!(within(columns).unwrap_err(), Error::OutOfMemory { .. }));
 }

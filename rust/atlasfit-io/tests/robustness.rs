@@ -38,7 +38,7 @@ fn check(name: &str, l: &Loaded) {
 }
 
 fn try_load(name: &str, data: &[u8]) -> bool {
-    let options = LoadOptions { max_memory_bytes: Some(MEMORY) };
+    let options = LoadOptions::default().with_max_memory_bytes(Some(MEMORY));
     match load_bytes(Path::new(name), data, &options) {
         Ok(l) => {
             check(name, &l);

@@ -97,7 +97,7 @@ fn mesh(w: Wanted, seeds: &[u32]) -> TriMesh {
 fn through(name: &str, mesh: &TriMesh, ascii: bool) -> (TriMesh, Vec<String>) {
     let folder = Folder::new();
     let path = folder.join(name);
-    let saved = save_mesh(&path, mesh, &SaveMesh { ascii, ..SaveMesh::default() }).unwrap();
+    let saved = save_mesh(&path, mesh, &SaveMesh::default().with_ascii(ascii)).unwrap();
     let loaded = load(&path, &LoadOptions::default()).unwrap();
     (loaded.into_mesh(), saved.lost)
 }

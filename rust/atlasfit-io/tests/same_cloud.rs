@@ -62,8 +62,7 @@ fn the_same_cloud_in_every_format_gives_the_same_bytes() {
     for name in ["binary.ply", "text.ply", "a.obj", "a.off", "a.xyz", "a.csv", "a.pts", "a.glb", "text.gltf"]
     {
         let path = folder.join(name);
-        save_cloud(&path, &plain, &SaveCloud { ascii: name.starts_with("text"), ..SaveCloud::default() })
-            .unwrap();
+        save_cloud(&path, &plain, &SaveCloud::default().with_ascii(name.starts_with("text"))).unwrap();
         files.push((name.into(), std::fs::read(path).unwrap()));
     }
     let mut las = common::las_header(n as u32, 0, &[], 20);

@@ -101,6 +101,22 @@ impl Error {
     pub fn degenerate(what: impl Into<String>, advice: impl Into<String>) -> Self {
         Self::Degenerate { what: what.into(), advice: advice.into() }
     }
+    /// What kind of error this is, in a word or two that stay the same from version to version.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::EmptyInput { .. } => "empty input",
+            Self::InvalidArgument { .. } => "invalid argument",
+            Self::IndexOutOfRange { .. } => "index out of range",
+            Self::Degenerate { .. } => "degenerate",
+            Self::Cancelled => "cancelled",
+            Self::TimedOut { .. } => "timed out",
+            Self::OutOfMemory { .. } => "out of memory",
+            Self::Diverged { .. } => "diverged",
+            Self::BadFile { .. } => "bad file",
+            Self::Internal { .. } => "internal",
+        }
+    }
     /// [`Error::Internal`]: `what` should not have happened.
     pub fn internal(what: impl Into<String>) -> Self {
         Self::Internal { what: what.into() }

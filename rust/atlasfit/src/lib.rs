@@ -51,4 +51,4 @@ mod setters;
 pub use error::{Error, Result};
 pub use numeric::Vec3;
 pub use pipeline::{DenoiseOptions, Denoised, denoise};
-pub use run::{CancelToken, Context, Progress, Run, Stage};
+pub use run::{CancelToken, Context, Deadline, Progress, Run, Stage, Stop};

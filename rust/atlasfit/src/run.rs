@@ -1,20 +1,31 @@
-//! How long work is run: seed, threads, progress, cancel, limits.
+//! How long work is run: seed, threads, progress (`overall`: of the whole job), cancel and deadline (`stop`),
+//! limits.
 //!
 //! In: a [`Run`] made by the caller. [`Run::execute`] starts a thread pool of its own, runs the job in it,
 //! and keeps the calling thread free to report progress: the callback runs on the calling thread only,
 //! which is what GUI event loops and Python's lock need. The job gets a [`Context`] and asks
 //! [`Context::check`] often enough that a cancel takes effect within 100 ms.
 
+mod overall;
+mod stop;
+
+pub use stop::{CancelToken, Deadline, Stop};
+
 use crate::error::{Error, Result};
+use overall::Overall;
+#[cfg(test)]
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
 /// How often the calling thread wakes to report progress and to look at the cancel token. Well inside the
 /// 100 ms that a cancel may take, and slow enough to cost nothing.
 const TICK: Duration = Duration::from_millis(20);
 
-/// A stage of the work, in the order in which they run.
+/// A stage of the work. They are numbered in the order in which each is first entered when a scan is denoised;
+/// `unwrap` packs (and may flatten again) after flattening. Any stage may be entered again, also after a later
+/// one: sheets that are separated are cut and fitted anew, for example. [`Progress::overall`] never falls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u32)]
 #[non_exhaustive]
@@ -80,32 +91,16 @@ impl Stage {
 
 /// What a progress callback is told.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Progress {
     /// The running stage.
     pub stage: Stage,
-    /// Share of the stage that is done, in [0, 1].
+    /// Share of the stage that is done, in [0, 1]. It begins at 0 when a stage is entered, also when it is
+    /// entered again, and does not fall in between.
     pub fraction: f64,
-}
-
-/// Cancels a run from any thread. Clones share one flag.
-#[derive(Debug, Clone, Default)]
-pub struct CancelToken(Arc<AtomicBool>);
-
-impl CancelToken {
-    /// A token that is not cancelled.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-    /// Asks every run that holds this token to stop.
-    pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-    /// Whether [`Self::cancel`] was called.
-    #[must_use]
-    pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
+    /// Share of the whole job that is done, in [0, 1], as far as that can be told beforehand: for a bar. It
+    /// never falls.
+    pub overall: f64,
 }
 
 /// A progress callback: returns false to cancel. Called on the thread that started the run.
@@ -118,8 +113,10 @@ pub struct Run<'a> {
     pub seed: u64,
     /// Worker threads; 0 = all cores. The result does not depend on it.
     pub threads: usize,
-    /// Wall-clock limit in seconds; `None` = no limit.
+    /// Wall-clock limit of each [`Run::execute`] in seconds; `None` = no limit.
     pub time_limit_s: Option<f64>,
+    /// A moment that ends the run, which may be shared with other work; `None` = no such moment.
+    pub deadline: Option<Deadline>,
     /// Limit on the memory that the run may use in bytes (an estimate is checked before large
     /// allocations); `None` = no limit.
     pub memory_limit_bytes: Option<u64>,
@@ -138,6 +135,7 @@ struct Shared {
     total: AtomicU64,
     stop: AtomicBool,
     times: Mutex<Vec<(Stage, Instant)>>,
+    overall: Mutex<Overall>,
 }
 
 /// What a running job sees of its [`Run`].
@@ -146,15 +144,27 @@ pub struct Context<'s> {
     pub seed: u64,
     shared: &'s Shared,
     cancel: Option<&'s CancelToken>,
-    deadline: Option<(Instant, f64)>,
+    deadline: Option<Deadline>,
     memory_limit: Option<u64>,
     #[cfg(test)]
     watch: Option<Arc<watch::Watch>>,
 }
 
 impl Context<'_> {
+    /// Tells the stages to come in the order in which they are expected, each with its share of the job's
+    /// time (in any unit), for [`Progress::overall`]. Only the first call of a run counts: work that is part
+    /// of a larger job is in that job's plan.
+    pub fn plan(&self, shares: &[(Stage, f64)]) {
+        if let Ok(mut overall) = self.shared.overall.lock() {
+            overall.plan(shares);
+        }
+    }
     /// Enters a stage of `total` steps (any unit).
     pub fn stage(&self, stage: Stage, total: usize) {
+        // What is reported meanwhile waits: the steps done belong to the stage.
+        let Ok(mut overall) = self.shared.overall.lock() else { return };
+        overall.at(self.shared.fraction());
+        overall.enter(stage);
         self.shared.done.store(0, Ordering::Relaxed);
         self.shared.total.store(total.max(1) as u64, Ordering::Relaxed);
         self.shared.stage.store(stage as u32, Ordering::Relaxed);
@@ -181,10 +191,9 @@ impl Context<'_> {
             return Ok(());
         }
         match self.deadline {
-            Some((at, limit_s)) if Instant::now() >= at => Err(Error::TimedOut {
-                limit_s,
-                stage: stage_of(self.shared.stage.load(Ordering::Relaxed)).name(),
-            }),
+            Some(deadline) if deadline.has_passed() => {
+                Err(deadline.error(stage_of(self.shared.stage.load(Ordering::Relaxed)).name()))
+            }
             _ => Err(Error::Cancelled),
         }
     }
@@ -227,6 +236,24 @@ impl Context<'_> {
     }
 }
 
+impl Shared {
+    /// Share of the running stage that is done.
+    fn fraction(&self) -> f64 {
+        let done = self.done.load(Ordering::Relaxed) as f64;
+        (done / self.total.load(Ordering::Relaxed) as f64).clamp(0.0, 1.0)
+    }
+    /// What the callback is told.
+    fn progress(&self) -> Progress {
+        // A poisoned lock stays at the end of the bar: the job is about to fail.
+        let Ok(mut overall) = self.overall.lock() else {
+            return Progress { stage: Stage::Prepare, fraction: 0.0, overall: 1.0 };
+        };
+        let fraction = self.fraction();
+        let stage = stage_of(self.stage.load(Ordering::Relaxed));
+        Progress { stage, fraction, overall: overall.at(fraction) }
+    }
+}
+
 fn stage_of(value: u32) -> Stage {
     Stage::ALL[(value as usize).min(Stage::ALL.len() - 1)]
 }
@@ -239,19 +266,8 @@ impl Run<'_> {
     /// pool cannot start or the job panics.
     pub fn execute<T: Send>(&mut self, job: impl FnOnce(&Context<'_>) -> Result<T> + Send) -> Result<T> {
         let started = Instant::now();
-        let deadline = match self.time_limit_s {
-            None => None,
-            Some(s) if s.is_finite() && s >= 0.0 => {
-                // A limit too far away for the clock is no limit.
-                Duration::try_from_secs_f64(s).ok().and_then(|d| started.checked_add(d)).map(|at| (at, s))
-            }
-            Some(s) => {
-                return Err(Error::invalid(
-                    format!("time_limit_s is {s}"),
-                    "Give a finite number of seconds, or none",
-                ));
-            }
-        };
+        let limit = self.time_limit_s.map(|s| Deadline::new(started, s)).transpose()?;
+        let deadline = Deadline::first(self.deadline, limit);
         let threads = self.threads;
         let shared = Shared {
             stage: AtomicU32::new(0),
@@ -259,6 +275,7 @@ impl Run<'_> {
             total: AtomicU64::new(1),
             stop: AtomicBool::new(false),
             times: Mutex::new(vec![(Stage::Prepare, started)]),
+            overall: Mutex::default(),
         };
         let finished = (Mutex::new(false), Condvar::new());
         let cancel = self.cancel.clone();
@@ -304,15 +321,12 @@ impl Run<'_> {
             });
             let mut over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
             loop {
-                let expired = deadline.is_some_and(|(at, _)| Instant::now() >= at);
+                let expired = deadline.is_some_and(|d| d.has_passed());
                 let cancelled = cancel.as_ref().is_some_and(CancelToken::is_cancelled);
                 let mut go_on = !(expired || cancelled);
                 if go_on && let Some(callback) = progress.as_mut() {
-                    let done = shared.done.load(Ordering::Relaxed) as f64;
-                    let total = shared.total.load(Ordering::Relaxed) as f64;
-                    let stage = stage_of(shared.stage.load(Ordering::Relaxed));
                     drop(over);
-                    go_on = callback(Progress { stage, fraction: (done / total).clamp(0.0, 1.0) });
+                    go_on = callback(shared.progress());
                     over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
                 }
                 if !go_on {

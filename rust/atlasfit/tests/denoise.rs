@@ -381,10 +381,12 @@ fn a_cancel_in_any_stage_is_seen() {
 #[test]
 fn progress_runs_through_the_stages_in_order() {
     let mut seen: Vec<Stage> = Vec::new();
+    let mut overall = vec![0.0];
     let mut run = Run {
         progress: Some(Box::new(|p| {
             assert!((0.0..=1.0).contains(&p.fraction));
             seen.push(p.stage);
+            overall.push(p.overall);
             true
         })),
         ..Run::default()
@@ -393,6 +395,8 @@ fn progress_runs_through_the_stages_in_order() {
         denoise(&cloud(&sphere(3000, 21).noisy(0.3, 21)), &DenoiseOptions::default(), &mut run).unwrap();
     drop(run);
     assert!(seen.windows(2).all(|w| w[0] <= w[1]), "{seen:?}");
+    assert!(overall.windows(2).all(|w| w[0] <= w[1]), "the share of the whole never falls: {overall:?}");
+    assert!(overall.last().is_some_and(|&o| (0.3..=1.0).contains(&o)), "it moves: {overall:?}");
     let stages: Vec<Stage> = out.report.seconds.iter().map(|s| s.0).collect();
     assert!(stages.windows(2).all(|w| w[0] < w[1]), "{stages:?}");
     assert!(stages.contains(&Stage::Fit) && stages.contains(&Stage::Pack));

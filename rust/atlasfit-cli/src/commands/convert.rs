@@ -1,62 +1,64 @@
 //! `atlasfit convert`: a file in another format, with all that the format can hold.
 
 use crate::console::{Console, RunArgs, Usage};
-use crate::files;
-use crate::number::count;
+use crate::files::{self, InputArgs};
+use crate::number::counted;
+use crate::output::{self, Holds, Output, OutputArgs, Writer};
 use anyhow::Result;
-use atlasfit_io::{Format, SaveCloud, SaveMesh, save_cloud, save_mesh};
 use serde_json::json;
 use std::path::PathBuf;
 
 /// Options of `convert`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The file to read; its content decides the format
+    /// The file to read, or - for standard input; its content decides the format
     input: PathBuf,
-    /// The file to write; its extension decides the format: .ply, .obj, .glb, .off, .stl or .xyz
+    /// The file to write, or - for standard output; its extension decides the format: .ply, .obj, .glb, .off,
+    /// .stl or .xyz
     output: PathBuf,
-    /// Write text where the format has both text and binary
-    #[arg(long)]
-    ascii: bool,
+    #[command(flatten)]
+    read: InputArgs,
+    #[command(flatten)]
+    write: OutputArgs,
     #[command(flatten)]
     run: RunArgs,
 }
 
 /// Converts. What the output's format cannot hold is a note.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
-    let format = files::output_format(&args.output)?;
-    let mut loaded = files::load(&args.input, &args.run, console)?;
-    if format == Format::Stl && loaded.faces.is_empty() {
+    let output = Output { option: "OUTPUT", path: &args.output, holds: Holds::Anything };
+    output::check(&[output], &[&args.input], args.write, console)?;
+    let format = output.format(args.write)?;
+    let mut loaded = files::load_as(&args.input, args.read.input_format, &args.run, console)?;
+    if !format.holds_points() && loaded.faces.is_empty() {
         return Err(Usage(format!(
-            "{} has no faces, and STL holds nothing else. Use .ply or .xyz",
-            args.input.display()
+            "{} has no faces, and {} holds nothing else. Use .ply or .xyz",
+            args.input.display(),
+            format.name()
         ))
         .into());
     }
     let (from, points, faces) = (loaded.format, loaded.cloud.len(), loaded.faces.len());
     let repairs = files::repairs(&loaded);
-    let saved = if faces == 0 {
-        save_cloud(&args.output, &loaded.cloud, &SaveCloud { ascii: args.ascii, ..SaveCloud::default() })?
+    let mut writer = Writer::new(args.write, &args.run, console);
+    if faces == 0 {
+        writer.cloud(output, &loaded.cloud)?;
     } else {
         let polygons = loaded.polygons.take();
-        let how = SaveMesh { ascii: args.ascii, polygons: polygons.as_ref(), ..SaveMesh::default() };
-        save_mesh(&args.output, &loaded.into_mesh(), &how)?
-    };
-    for lost in &saved.lost {
-        console.note(format_args!("{}: not kept: {lost}", args.output.display()));
+        writer.mesh(output, &loaded.into_mesh(), polygons.as_ref(), None, |_| false)?;
     }
-    let files: Vec<String> = saved.files.iter().map(|f| f.display().to_string()).collect();
+    let written = writer.written;
     let text = format!(
-        "{} from {} to {}: {} points, {} faces\n",
-        files.join(", "),
+        "{} from {} to {}: {}, {}\n",
+        written.files.join(", "),
         from.name(),
         format.name(),
-        count(points),
-        count(faces)
+        counted(points, "point"),
+        counted(faces, "face")
     );
     let json = json!({
-        "file": args.input, "format": from.name(), "points": points, "faces": faces, "repairs": repairs,
-        "written": format.name(), "lost": saved.lost, "files": files,
+        "file": files::text(&args.input), "format": from.name(), "points": points, "faces": faces,
+        "repairs": repairs, "written": format.name(), "lost": written.lost, "files": written.files,
     });
     console.report(&text, &json);
     Ok(())

@@ -5,7 +5,7 @@
 
 use crate::commands::measure::{BYTES_PER_FACE, topology_json, topology_text};
 use crate::console::{Console, RunArgs};
-use crate::files;
+use crate::files::{self, InputArgs};
 use crate::number::{count, json as number, short};
 use anyhow::Result;
 use atlasfit::geometry::{ScalarKind, TriMesh};
@@ -22,8 +22,10 @@ use std::path::PathBuf;
 /// Options of `info`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Points or a mesh, in any format
+    /// Points or a mesh, in any format, or - for standard input
     file: PathBuf,
+    #[command(flatten)]
+    read: InputArgs,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -57,13 +59,13 @@ const BYTES_PER_POINT: u64 = 250;
 /// Tells.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let bytes = std::fs::metadata(&args.file).map(|m| m.len()).unwrap_or_default();
-    let loaded = files::load(&args.file, &args.run, console)?;
+    let loaded = files::load_as(&args.file, args.read.input_format, &args.run, console)?;
     let (format, repairs) = (loaded.format, files::repairs(&loaded));
     let mesh = loaded.into_mesh();
     let facts = console.start(&args.run).execute(|ctx| facts(&mesh, ctx))?;
     let warnings = warnings(&mesh, &facts);
     let json = json!({
-        "file": args.file, "format": format.name(), "bytes": bytes, "points": mesh.positions.len(),
+        "file": files::text(&args.file), "format": format.name(), "bytes": bytes, "points": mesh.positions.len(),
         "faces": mesh.triangles.len(), "attributes": attributes(&mesh),
         "extent": facts.extent.map(|[min, max]| json!({ "min": min.map(number), "max": max.map(number) })),
         "not_finite": facts.not_finite, "duplicates": facts.duplicates,

@@ -1,8 +1,8 @@
 //! `atlasfit measure`: distances, topology, UV quality.
 
 use crate::console::{Console, RunArgs, Usage};
-use crate::files;
-use crate::number::{count, json as number, short};
+use crate::files::{self, InputArgs};
+use crate::number::{boundary, count, counted, json as number, short, vertex, vertices};
 use anyhow::Result;
 use atlasfit::measure::{
     DistanceOptions, Distances, PointDistance, SurfaceDistance, Topology, UvQuality, points, surface,
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// Options of `measure`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A mesh or points
+    /// A mesh or points, or - for standard input
     result: PathBuf,
     /// The true surface, in the same frame
     #[arg(long, value_name = "TRUTH")]
@@ -33,6 +33,8 @@ pub struct Args {
     #[arg(long, value_name = "LENGTH")]
     threshold: Option<f64>,
     #[command(flatten)]
+    read: InputArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -45,7 +47,7 @@ const BYTES_PER_SEARCHED_FACE: u64 = 220;
 
 /// Measures.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
-    let loaded = files::load(&args.result, &args.run, console)?;
+    let loaded = files::load_as(&args.result, args.read.input_format, &args.run, console)?;
     let as_points = args.points || loaded.faces.is_empty();
     let mesh = loaded.into_mesh();
     let options = DistanceOptions::default()
@@ -54,13 +56,13 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         .with_threshold(args.threshold);
     let mut run = console.start(&args.run);
     let mut known = None;
-    let (mut text, mut json) = (String::new(), json!({ "file": args.result }));
+    let (mut text, mut json) = (String::new(), json!({ "file": files::text(&args.result) }));
     if let Some(path) = &args.against {
         let truth = files::load(path, &args.run, console)?.into_mesh();
         if truth.triangles.is_empty() {
             return Err(Usage(format!("{} has no faces: the truth must be a surface", path.display())).into());
         }
-        json["against"] = json!(path);
+        json["against"] = json!(files::text(path));
         if as_points {
             let cloud = mesh.to_cloud();
             let bytes = BYTES_PER_SEARCHED_FACE * truth.triangles.len() as u64;
@@ -147,7 +149,7 @@ pub fn surface_json(d: &SurfaceDistance) -> Value {
 
 fn point_text(d: &PointDistance) -> String {
     let bad = if d.not_finite > 0 {
-        format!("not finite     {} points, left out\n", count(d.not_finite))
+        format!("not finite     {}, left out\n", counted(d.not_finite, "point"))
     } else {
         String::new()
     };
@@ -169,27 +171,26 @@ fn point_json(d: &PointDistance) -> Value {
 /// A topology for people.
 pub fn topology_text(t: &Topology) -> String {
     let mut s = format!(
-        "mesh           {} vertices, {} edges, {} faces, {} part{}\n",
-        count(t.vertices),
-        count(t.edges),
-        count(t.faces),
-        count(t.parts),
-        if t.parts == 1 { "" } else { "s" }
+        "mesh           {}, {}, {}, {}\n",
+        vertices(t.vertices),
+        counted(t.edges, "edge"),
+        counted(t.faces, "face"),
+        counted(t.parts, "part")
     );
     let genus = t.genus.map_or_else(|| "undefined".into(), |g| g.to_string());
     let sides = if t.orientable { "orientable" } else { "one-sided" };
     let _ = writeln!(s, "shape          Euler {}, genus {genus}, {sides}", t.euler);
-    let _ =
-        writeln!(s, "boundary       {} edges in {} loops", count(t.boundary_edges), count(t.boundary_loops));
+    let _ = writeln!(s, "boundary       {}", boundary(t.boundary_edges, t.boundary_loops));
     let _ = writeln!(
         s,
-        "defects        {} non-manifold edges, {} non-manifold vertices, {} inconsistent edges, \
-         {} degenerate faces, {} unused vertices",
-        count(t.non_manifold_edges),
+        "defects        {}, {} non-manifold {}, {}, {}, {} unused {}",
+        counted(t.non_manifold_edges, "non-manifold edge"),
         count(t.non_manifold_vertices),
-        count(t.inconsistent_edges),
-        count(t.degenerate_faces),
-        count(t.unused_vertices)
+        vertex(t.non_manifold_vertices),
+        counted(t.inconsistent_edges, "inconsistent edge"),
+        counted(t.degenerate_faces, "degenerate face"),
+        count(t.unused_vertices),
+        vertex(t.unused_vertices)
     );
     s
 }
@@ -220,11 +221,11 @@ fn uv_text(q: &UvQuality) -> String {
     );
     let _ = writeln!(
         s,
-        "UV defects     {} flips, {} overlapping faces, {} of texels overlap, {} degenerate faces",
-        count(q.flips),
-        count(q.overlapping_faces),
+        "UV defects     {}, {}, {} of texels overlap, {}",
+        counted(q.flips, "flip"),
+        counted(q.overlapping_faces, "overlapping face"),
         short(q.overlap),
-        count(q.degenerate)
+        counted(q.degenerate, "degenerate face")
     );
     let place = match (q.finite, q.inside) {
         (false, _) => "some not finite",

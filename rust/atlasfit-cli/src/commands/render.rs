@@ -1,8 +1,9 @@
 //! `atlasfit render`: a picture of a mesh or of points.
 
 use crate::console::{Console, RunArgs};
-use crate::files;
-use crate::number::count;
+use crate::files::{self, InputArgs};
+use crate::number::counted;
+use crate::output::{self, Holds, Output, OutputArgs, Writer};
 use crate::render::camera::{Up, View};
 use crate::render::{Mode, Picture, Style, render};
 use anyhow::{Context as _, Result};
@@ -12,9 +13,9 @@ use std::path::{Path, PathBuf};
 /// Options of `render`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A mesh or points
+    /// A mesh or points, or - for standard input
     file: PathBuf,
-    /// The PNG picture to write
+    /// The PNG picture to write, or - for standard output
     #[arg(short, long, value_name = "PNG")]
     output: PathBuf,
     /// front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees
@@ -41,6 +42,11 @@ pub struct Args {
     /// Diameter of a point in pixels
     #[arg(long, value_name = "PIXELS", value_parser = diameter)]
     point_size: Option<f64>,
+    /// Let the output replace the input
+    #[arg(long, help_heading = "Files")]
+    force: bool,
+    #[command(flatten)]
+    read: InputArgs,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -69,12 +75,14 @@ const BYTES_PER_PIXEL: usize = 40;
 
 /// Draws.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
-    let mut loaded = files::load(&args.file, &args.run, console)?;
+    let output = Output { option: "--output", path: &args.output, holds: Holds::Picture };
+    let write = OutputArgs { output_format: None, ascii: false, force: args.force };
+    output::check(&[output], &[&args.file], write, console)?;
+    let mut loaded = files::load_as(&args.file, args.read.input_format, &args.run, console)?;
     let texture = loaded.texture.take().filter(|_| !args.plain && loaded.corner_uv.is_some());
-    let texture = texture.and_then(|bytes| {
-        files::read_png(&bytes)
-            .inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}")))
-            .ok()
+    let texture = texture.map(|bytes| console.apart(&args.run, "reading", move || files::read_png(&bytes)));
+    let texture = texture.transpose()?.and_then(|image| {
+        image.inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}"))).ok()
     });
     let mesh = loaded.into_mesh();
     let mode = args.mode.unwrap_or(if mesh.triangles.is_empty() { Mode::Points } else { Mode::Shaded });
@@ -94,23 +102,28 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         render(&mesh, texture.as_ref(), &style, ctx)
     })?;
     if picture.not_shown > 0 {
-        console.note(format_args!(
-            "{} faces or points are not finite and are not shown",
-            count(picture.not_shown)
-        ));
+        let (what, are) =
+            (counted(picture.not_shown, "face or point"), if picture.not_shown == 1 { "is" } else { "are" });
+        console.note(format_args!("{what} {are} not finite and {are} not shown"));
     }
-    write_png(&args.output, &picture)?;
-    let text = format!("{}: {}x{}\n", args.output.display(), picture.size[0], picture.size[1]);
+    let [width, height] = picture.size;
+    let text = format!("{}: {width}x{height}\n", args.output.display());
     let json = json!({
-        "file": args.output, "width": picture.size[0], "height": picture.size[1],
-        "not_shown": picture.not_shown,
+        "file": files::text(&args.output), "width": width, "height": height, "not_shown": picture.not_shown,
     });
+    let bytes = console.apart(&args.run, "encoding the picture", move || png(&picture))??;
+    Writer::new(write, &args.run, console).bytes(output, &bytes)?;
     console.report(&text, &json);
     Ok(())
 }
 
-/// Writes beside the output, then renames: a failed run leaves what was there.
+/// Writes a picture of a benchmark.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
+    files::write(path, png(picture)?)
+}
+
+/// The bytes of a PNG file.
+fn png(picture: &Picture) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.size[0] as u32, picture.size[1] as u32);
     encoder.set_color(png::ColorType::Rgb);
@@ -120,10 +133,5 @@ pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
         .write_header()
         .and_then(|mut w| w.write_image_data(&picture.rgb))
         .context("cannot encode the picture")?;
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(format!(".{}.part", std::process::id()));
-    std::fs::write(&beside, &bytes)
-        .and_then(|()| std::fs::rename(&beside, path))
-        .inspect_err(|_| drop(std::fs::remove_file(&beside)))
-        .with_context(|| format!("cannot write {}", path.display()))
+    Ok(bytes)
 }

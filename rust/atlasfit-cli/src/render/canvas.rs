@@ -3,12 +3,15 @@
 //! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample. The picture is cut
 //! into bands of rows; each thread fills its own bands, so that the result does not depend on the threads.
 
+use atlasfit::{Context, Result};
 use rayon::prelude::*;
 
 /// Samples per pixel along each axis.
 pub const OVER: usize = 2;
 /// Rows of samples per band.
 const BAND: usize = 32;
+/// Primitives that are drawn between two looks at what ends the run.
+const PRIMITIVES_PER_CHECK: usize = 64;
 /// No primitive here.
 pub const NOTHING: u32 = u32::MAX;
 
@@ -35,10 +38,11 @@ pub struct Canvas {
 
 impl Canvas {
     /// Draws primitives. Those that are not finite are left out.
-    pub fn draw(size: [usize; 2], primitives: &[Primitive]) -> Self {
+    pub fn draw(size: [usize; 2], primitives: &[Primitive], ctx: &Context<'_>) -> Result<Self> {
         let [width, height] = size;
         let mut bands: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
         for (i, p) in primitives.iter().enumerate() {
+            ctx.check_at(i)?;
             let (lo, hi) = p.rows();
             if lo.is_finite() && hi.is_finite() && hi >= 0.0 && lo < height as f32 {
                 let last = (hi as usize / BAND).min(bands.len() - 1);
@@ -53,13 +57,18 @@ impl Canvas {
             .zip(depth.par_chunks_mut(BAND * width))
             .zip(bands)
             .enumerate()
-            .for_each(|(b, ((id, depth), band))| {
+            .try_for_each(|(b, ((id, depth), band))| {
                 let mut rows = Rows { first: b * BAND, count: id.len() / width, width, id, depth };
-                for i in band {
+                for (n, i) in band.into_iter().enumerate() {
+                    // A large primitive takes up to a millisecond per band.
+                    if n.is_multiple_of(PRIMITIVES_PER_CHECK) {
+                        ctx.check()?;
+                    }
                     rows.draw(i, &primitives[i as usize]);
                 }
-            });
-        Self { size, id, depth }
+                Ok(())
+            })?;
+        Ok(Self { size, id, depth })
     }
 }
 
@@ -199,7 +208,7 @@ mod tests {
         all.extend(square(0.1, 30.0));
         let bad = Primitive::Triangle([[f32::NAN; 3], [0.0; 3], [9.0, 60.0, -1.0]]);
         all.push(bad);
-        let canvas = Canvas::draw([64, 64], &all);
+        let canvas = atlasfit::Run::default().execute(|ctx| Canvas::draw([64, 64], &all, ctx)).unwrap();
         assert!(canvas.id.iter().all(|i| *i == NOTHING || *i < 4));
         for y in 3..60 {
             for x in 3..59 {

@@ -26,7 +26,7 @@ pub use style::{Mode, Picture, Style};
 pub fn render(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context<'_>) -> Result<Picture> {
     mesh.validate()?;
     match style.mode {
-        Mode::Points => Ok(points::points(mesh, style)),
+        Mode::Points => points::points(mesh, style, ctx),
         _ if mesh.triangles.is_empty() => Err(Error::EmptyInput {
             what: "there are no faces to show".into(),
             advice: "Show the points (--mode points)".into(),

@@ -7,10 +7,11 @@ use crate::render::shade::{finish, finite, light, samples};
 use crate::render::style::{Picture, Style};
 use atlasfit::geometry::TriMesh;
 use atlasfit::numeric::vec3::Vec3;
+use atlasfit::{Context, Result};
 use rayon::prelude::*;
 
 /// Draws the vertices of a mesh as discs: in the light where they have normals, else darker with depth.
-pub fn points(mesh: &TriMesh, style: &Style) -> Picture {
+pub fn points(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Picture> {
     let size = samples(style);
     let shown: Vec<u32> =
         (0..mesh.positions.len() as u32).filter(|&i| finite(&mesh.positions[i as usize])).collect();
@@ -26,7 +27,7 @@ pub fn points(mesh: &TriMesh, style: &Style) -> Picture {
         .par_iter()
         .map(|p| Primitive::Disc { centre: camera.project(*p), radius: radius.max(0.5), bulge })
         .collect();
-    let canvas = Canvas::draw(size, &primitives);
+    let canvas = Canvas::draw(size, &primitives, ctx)?;
     let colors = mesh.colors.as_ref().filter(|_| style.colors);
     let near = canvas.depth.iter().copied().fold(f32::INFINITY, f32::min);
     let far = canvas.depth.iter().copied().filter(|d| d.is_finite()).fold(near, f32::max);
@@ -48,7 +49,7 @@ pub fn points(mesh: &TriMesh, style: &Style) -> Picture {
             }
         }
     };
-    finish(&canvas, shade, mesh.positions.len() - shown.len())
+    finish(&canvas, shade, mesh.positions.len() - shown.len(), ctx)
 }
 
 /// How much of its brightness a sample keeps: less where its neighbours stand nearer to the viewer. Shows

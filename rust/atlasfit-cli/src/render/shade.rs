@@ -35,25 +35,29 @@ pub fn chart_of_faces(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<u32>> {
 }
 
 /// Averages samples to pixels.
-pub fn finish(canvas: &Canvas, shade: impl Fn(usize) -> Rgb + Sync, not_shown: usize) -> Picture {
+pub fn finish(
+    canvas: &Canvas,
+    shade: impl Fn(usize) -> Rgb + Sync,
+    not_shown: usize,
+    ctx: &Context<'_>,
+) -> Result<Picture> {
     let size = canvas.size.map(|s| s / OVER);
-    let rgb = (0..size[1])
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            let shade = &shade;
-            (0..size[0]).flat_map(move |x| {
-                let mut sum = [0.0; 3];
-                for dy in 0..OVER {
-                    for dx in 0..OVER {
-                        let c = shade((y * OVER + dy) * canvas.size[0] + x * OVER + dx);
-                        for k in 0..3 {
-                            sum[k] += c[k].clamp(0.0, 1.0);
-                        }
+    let mut rgb = vec![0; 3 * size[0] * size[1]];
+    rgb.par_chunks_exact_mut(3 * size[0].max(1)).enumerate().try_for_each(|(y, row)| {
+        ctx.check()?;
+        for (x, pixel) in row.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            let mut sum = [0.0; 3];
+            for dy in 0..OVER {
+                for dx in 0..OVER {
+                    let c = shade((y * OVER + dy) * canvas.size[0] + x * OVER + dx);
+                    for k in 0..3 {
+                        sum[k] += c[k].clamp(0.0, 1.0);
                     }
                 }
-                sum.map(|s| (255.0 * s / (OVER * OVER) as f32).round() as u8)
-            })
-        })
-        .collect();
-    Picture { size, rgb, not_shown }
+            }
+            *pixel = sum.map(|s| (255.0 * s / (OVER * OVER) as f32).round() as u8);
+        }
+        Ok(())
+    })?;
+    Ok(Picture { size, rgb, not_shown })
 }

@@ -45,7 +45,7 @@ pub fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Con
     ctx.check()?;
     let not_shown = mesh.triangles.len() - shown.len();
     let shading = Shading::new(mesh, texture, style, Shown { faces: shown, chart, camera });
-    let canvas = Canvas::draw(size, &primitives);
+    let canvas = Canvas::draw(size, &primitives, ctx)?;
     let shade = |at: usize| -> Rgb {
         let id = canvas.id[at] as usize;
         if canvas.id[at] == NOTHING {
@@ -60,7 +60,7 @@ pub fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Con
         });
         shading.color(id, weights)
     };
-    Ok(finish(&canvas, shade, not_shown))
+    finish(&canvas, shade, not_shown, ctx)
 }
 
 /// A line of a colour.

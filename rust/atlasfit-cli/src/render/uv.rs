@@ -37,7 +37,7 @@ pub fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pic
     // Of faces at one depth the first one drawn stays. Drawn in reverse order, the last one does: where the
     // two differ, faces overlap.
     let reversed: Vec<Primitive> = primitives.iter().rev().copied().collect();
-    let (first, last) = (Canvas::draw(size, &primitives), Canvas::draw(size, &reversed));
+    let (first, last) = (Canvas::draw(size, &primitives, ctx)?, Canvas::draw(size, &reversed, ctx)?);
     let faces = primitives.len();
     let mut line = |a: [f32; 2], b: [f32; 2], width: f32, z: f32, color: Rgb| {
         primitives.push(Primitive::Line {
@@ -58,7 +58,7 @@ pub fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pic
     ] {
         line(a, b, 1.0, -1.0, [0.5, 0.5, 0.5]);
     }
-    let canvas = Canvas::draw(size, &primitives);
+    let canvas = Canvas::draw(size, &primitives, ctx)?;
     let shade = |at: usize| -> Rgb {
         let id = canvas.id[at];
         if id == NOTHING {
@@ -71,7 +71,7 @@ pub fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pic
         if twice { OVERLAP } else { colors[id as usize] }
     };
     let bad = uv.iter().filter(|c| !c.iter().flatten().all(|x| x.is_finite())).count();
-    Ok(finish(&canvas, shade, bad))
+    finish(&canvas, shade, bad, ctx)
 }
 
 /// Whether two faces share a corner in the texture. Rounding may then give a sample on their common side to

@@ -9,7 +9,7 @@ pub fn quiet() {
 }
 
 pub fn run(name: &str, data: &[u8]) {
-    let options = LoadOptions { max_memory_bytes: Some(1 << 28) };
+    let options = LoadOptions::default().with_max_memory_bytes(Some(1 << 28));
     if let Ok(l) = load_bytes(Path::new(name), data, &options) {
         let n = l.cloud.len();
         assert!(l.faces.iter().flatten().all(|&v| (v as usize) < n));

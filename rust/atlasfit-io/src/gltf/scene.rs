@@ -60,7 +60,7 @@ impl Scene {
             return Ok(out);
         }
         input.reserve(self.positions.len(), 64)?;
-        let welded = self.weld();
+        let welded = self.weld(input);
         let joined = welded.ids.len() - welded.first.len();
         let what = "vertices split for texture coordinates or normals, joined where exactly equal";
         input.report.add(what, joined as u64, None);
@@ -92,14 +92,15 @@ impl Scene {
     }
 
     /// Joins vertices of equal position, colour and attributes.
-    fn weld(&self) -> Welded {
+    fn weld(&self, input: &Input<'_>) -> Welded {
         let attributes = |i: usize| {
             let numbers = self.attributes.iter().flat_map(|a| &a.values[i * a.width..(i + 1) * a.width]);
             // FNV-1a.
             numbers.fold(0xCBF2_9CE4_8422_2325u64, |h, v| (h ^ v.to_bits()).wrapping_mul(0x0100_0000_01B3))
         };
         let color = |i: usize| self.colors.get(i).map(|c| c.map(f32::to_bits));
-        weld((0..self.positions.len()).map(|i| (bits(self.positions[i]), color(i), attributes(i))))
+        let places = input.watched(0..self.positions.len());
+        weld(places.map(|i| (bits(self.positions[i]), color(i), attributes(i))))
     }
 
     /// The normals of joined vertices: the mean where they differ.

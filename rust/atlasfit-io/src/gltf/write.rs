@@ -95,32 +95,35 @@ struct Split {
 }
 
 impl Split {
-    fn of(job: &Job<'_>) -> Self {
+    fn of(job: &Job<'_>) -> Result<Self> {
         match job.corner_uv {
             Some(uv) if !job.triangles.is_empty() => Self::by_uv(job, uv),
             _ => {
                 let vertex = |old| Vertex { old, uv: [0.0; 2] };
                 let vertices = (0..job.positions.len() as u32).map(vertex).collect();
-                Self { vertices, triangles: job.triangles.to_vec() }
+                Ok(Self { vertices, triangles: job.triangles.to_vec() })
             }
         }
     }
 
     /// One vertex per distinct pair of vertex and texture coordinate, ordered by vertex, so that readers
     /// which weld them again get the vertices in their old order.
-    fn by_uv(job: &Job<'_>, uv: &[[[f32; 2]; 3]]) -> Self {
+    fn by_uv(job: &Job<'_>, uv: &[[[f32; 2]; 3]]) -> Result<Self> {
         let key = |t: usize, k: usize| (job.triangles[t][k], uv[t][k].map(f32::to_bits));
         let mut keys: Vec<(u32, [u32; 2])> =
             (0..job.triangles.len()).flat_map(|t| (0..3).map(move |k| key(t, k))).collect();
         let mut used = vec![false; job.positions.len()];
         job.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
         keys.extend(used.iter().enumerate().filter(|u| !u.1).map(|(v, _)| (v as u32, [0; 2])));
+        job.check()?;
         keys.sort_unstable();
         keys.dedup();
         let id = |k: (u32, [u32; 2])| keys.partition_point(|&x| x < k) as u32;
-        let triangles = (0..job.triangles.len()).map(|t| [0, 1, 2].map(|k| id(key(t, k)))).collect();
+        let faces = job.watched(0..job.triangles.len());
+        let triangles = faces.map(|t| [0, 1, 2].map(|k| id(key(t, k)))).collect();
+        job.check()?;
         let vertex = |(old, uv): (u32, [u32; 2])| Vertex { old, uv: uv.map(f32::from_bits) };
-        Self { vertices: keys.into_iter().map(vertex).collect(), triangles }
+        Ok(Self { vertices: keys.into_iter().map(vertex).collect(), triangles })
     }
 }
 
@@ -210,7 +213,7 @@ fn columns(
     }
     if let Some(colors) = job.colors {
         let linear = |c: [f32; 4]| [to_linear(c[0]), to_linear(c[1]), to_linear(c[2]), c[3]];
-        let rows = vertices.iter().map(|v| linear(colors[v.old as usize]));
+        let rows = job.watched(vertices.iter()).map(|v| linear(colors[v.old as usize]));
         out.push(column("COLOR_0", buffer.floats(rows, "")));
     }
     if job.corner_uv.is_some() && !job.triangles.is_empty() {
@@ -278,10 +281,12 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         written.lost.push("chart numbers of the faces".into());
     }
     let mut buffer = Buffer::default();
-    let Split { vertices, triangles } = Split::of(job);
+    let Split { vertices, triangles } = Split::of(job)?;
     let centre = centre(job);
     note_lost_positions(job, centre, &mut written);
+    job.check()?;
     let columns = columns(job, &vertices, centre, &mut buffer, &mut written);
+    job.check()?;
     let attributes: Vec<String> =
         columns.iter().map(|c| format!("{}:{}", quoted(&c.name), c.accessor)).collect();
     let mut primitive = format!("\"attributes\":{{{}}}", attributes.join(","));

@@ -32,6 +32,7 @@ pub(super) fn unpack(input: &mut Input<'_>, reader: &mut Points) -> Result<()> {
     let mut left = points;
     while left > 0 {
         let mut n = left.min(BLOCK as u64) as usize;
+        input.check()?;
         input.reserve(n, per_point)?;
         let mut whole = 0;
         let result = guarded(|| {

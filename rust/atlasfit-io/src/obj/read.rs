@@ -44,7 +44,7 @@ struct Reader {
 }
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
-    let mut lines = Lines::new(input.data);
+    let mut lines = input.lines(0, 0);
     let mut r = Reader::default();
     let mut bad = BadLines::default();
     while let Some(line) = lines.next() {

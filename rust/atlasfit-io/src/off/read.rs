@@ -102,7 +102,7 @@ impl<'d> Rows<'d> {
 }
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
-    let mut rows = Rows { lines: Lines::new(input.data), rest: Vec::new(), by_line: false };
+    let mut rows = Rows { lines: input.lines(0, 0), rest: Vec::new(), by_line: false };
     let kind = read_keyword(input, &mut rows)?;
     let mut counts = [0u64; 2];
     for (count, expected) in counts.iter_mut().zip(["the number of vertices", "the number of faces"]) {

@@ -7,7 +7,7 @@ use crate::bad_lines::BadLines;
 use crate::content::Content;
 use crate::error::{Error, Location, Result};
 use crate::input::Input;
-use crate::text::{self, Lines};
+use crate::text;
 use atlasfit::geometry::ScalarKind;
 
 /// Points taken at a time: their bytes stay in the cache while field after field is taken from them.
@@ -72,7 +72,7 @@ fn points_there(input: &Input<'_>, header: &Header, bytes: usize) -> Result<usiz
 /// Reads points as lines of text. A line that cannot be read becomes a point that is not finite.
 fn ascii(input: &mut Input<'_>, header: &Header) -> Result<Content> {
     let numbers = header.numbers();
-    let mut lines = Lines::from(input.data, header.end, header.lines);
+    let mut lines = input.lines(header.end, header.lines);
     let cut_off = |input: &Input<'_>, line: u64, points: u64| {
         input.malformed(
             Location::Line(line),

@@ -23,7 +23,7 @@ impl<'i, 'd> Body<'i, 'd> {
     pub fn new(input: &'i mut Input<'d>, header: &Header) -> Self {
         Self {
             at: header.end,
-            lines: Lines::from(input.data, header.end, header.lines),
+            lines: input.lines(header.end, header.lines),
             list: Vec::new(),
             input,
             encoding: header.encoding,
@@ -108,7 +108,7 @@ impl<'i, 'd> Body<'i, 'd> {
         }
         match (self.encoding, element.stride()) {
             (Encoding::Ascii, _) => {
-                for row in 0..element.count {
+                for row in self.input.watched(0..element.count) {
                     if self.next_line().is_none() {
                         return Err(self.cut_off(element, row));
                     }
@@ -116,7 +116,7 @@ impl<'i, 'd> Body<'i, 'd> {
             }
             (_, Some(stride)) => self.at += element.count as usize * stride,
             (_, None) => {
-                for row in 0..element.count {
+                for row in self.input.watched(0..element.count) {
                     for p in &element.properties {
                         if self.take(p.list, p.kind).is_none() {
                             return Err(self.cut_off(element, row));

@@ -102,7 +102,7 @@ pub(super) fn read(body: &mut Body<'_, '_>, element: &Element, faces: &mut Faces
     let mut row = Row::default();
     let mut done = element.count;
     let (mut bad, mut first_bad) = (0, None);
-    for i in 0..element.count {
+    for i in body.input.watched(0..element.count) {
         if common && let Some(corners) = take_triangle(body) {
             faces.push(&corners, &[]);
             continue;
@@ -189,7 +189,7 @@ fn binary_row(body: &mut Body<'_, '_>, element: &Element, kept: &Kept, row: &mut
 
 /// Reads triangle strips (Stanford): indices with -1 between strips, every second triangle turned over.
 pub(super) fn read_strips(body: &mut Body<'_, '_>, element: &Element, faces: &mut Faces) -> Result<()> {
-    for row in 0..element.count {
+    for row in body.input.watched(0..element.count) {
         for p in &element.properties {
             body.list.clear();
             if body.encoding == Encoding::Ascii {

@@ -50,7 +50,7 @@ pub(super) fn read(body: &mut Body<'_, '_>, element: &Element, has_faces: bool) 
 /// Binary rows of differing length.
 fn with_lists(body: &mut Body<'_, '_>, element: &Element, columns: &mut Columns) -> Result<()> {
     let targets = columns.targets.clone();
-    for row in 0..element.count {
+    for row in body.input.watched(0..element.count) {
         for (p, &target) in element.properties.iter().zip(&targets) {
             let Some(single) = body.take(p.list, p.kind) else { return Err(body.cut_off(element, row)) };
             match target {
@@ -68,7 +68,7 @@ fn with_lists(body: &mut Body<'_, '_>, element: &Element, columns: &mut Columns)
 /// Rows as lines of text. A line that cannot be read becomes a vertex that is not finite.
 fn ascii(body: &mut Body<'_, '_>, element: &Element, columns: &mut Columns) -> Result<()> {
     let mut bad = BadLines::default();
-    for row in 0..element.count {
+    for row in body.input.watched(0..element.count) {
         let Some(line) = body.next_line() else { return Err(body.cut_off(element, row)) };
         if ascii_row(body, element, columns, row as usize, line.text)? {
             continue;

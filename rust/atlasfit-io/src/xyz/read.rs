@@ -21,7 +21,7 @@ struct Preamble {
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let layout = layout(input.data);
     let mut bad = BadLines::default();
-    let mut lines = Lines::new(input.data);
+    let mut lines = input.lines(0, 0);
     let preamble = preamble(&mut lines, layout, &mut bad);
     let table = table(input, lines, layout, preamble.header.as_deref(), &mut bad)?;
     let rows = table.rows();

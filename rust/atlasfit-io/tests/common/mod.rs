@@ -248,7 +248,7 @@ pub fn e57() -> Vec<u8> {
 pub fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let cube = cube();
     let binary = SaveMesh::default();
-    let text = SaveMesh { ascii: true, ..binary };
+    let text = SaveMesh::default().with_ascii(true);
     let cloud = cube.to_cloud();
     let mut out: Vec<(&'static str, Vec<u8>)> = vec![
         ("binary.ply", saved_mesh("a.ply", &cube, &binary)),

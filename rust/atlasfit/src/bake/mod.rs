@@ -25,6 +25,11 @@ const POINTS: usize = 4;
 const SOFTNESS: f64 = 0.1;
 /// Added to a squared distance that may be 0, below any other.
 const LEAST_DISTANCE2: f64 = 1e-300;
+/// Texels for each point of a scan, so that its colours survive. Derived: twice the points' density along each
+/// axis.
+const TEXELS_PER_POINT: f64 = 4.0;
+/// Share of a page that charts cover, for estimates. Measured with `atlasfit bench unwrap`.
+const COVERAGE: f64 = 0.7;
 /// Memory per texel: owner, colour, state and front of the spreading, rounded up.
 const BYTES_PER_TEXEL: u64 = 20;
 
@@ -70,6 +75,18 @@ impl Default for BakeOptions {
     fn default() -> Self {
         Self { size: [1024; 2], dilation: 16 }
     }
+}
+
+/// Side in texels of a square texture that keeps the colours of so many points: about four texels per point, a
+/// power of two from 512 to 8192.
+///
+/// ```
+/// assert_eq!(atlasfit::bake::side_for(1_000_000), 4096);
+/// ```
+#[must_use]
+pub fn side_for(points: usize) -> u32 {
+    let side = (TEXELS_PER_POINT * points as f64 / COVERAGE).sqrt();
+    (side as u32).next_power_of_two().clamp(512, 8192)
 }
 
 /// Bakes colours into a texture for the mesh's UVs; faces or parts outside [0, 1] are left out.

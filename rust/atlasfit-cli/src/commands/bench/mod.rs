@@ -23,6 +23,7 @@ pub enum Bench {
 
 /// Runs a benchmark. Its files lie in a temporary folder unless they are to be kept.
 pub fn run(bench: &Bench, console: &Console) -> Result<()> {
+    console.run_alone();
     let temporary = std::env::temp_dir().join(format!("atlasfit-bench-{}", std::process::id()));
     let keep = match bench {
         Bench::Denoise(args) => args.keep.clone(),

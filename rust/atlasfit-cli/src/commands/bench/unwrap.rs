@@ -107,7 +107,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     let mut failed: Vec<String> = Vec::new();
     let mut disagreement: Vec<(&str, f64)> = Vec::new();
     for path in &meshes {
-        console.check()?;
+        console.check(&args.run, "measuring")?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let loaded = files::load(path, &args.run, console)?;
         let mut mesh = TriMesh::new(loaded.cloud.positions, loaded.faces);

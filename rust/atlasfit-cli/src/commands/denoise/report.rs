@@ -1,6 +1,7 @@
 //! What `denoise` tells, as text and as JSON.
 
-use crate::number::{count, json as number, seconds, short, stages_json};
+use crate::files;
+use crate::number::{boundary, count, counted, json as number, seconds, short, stages_json, vertices};
 use atlasfit::geometry::TriMesh;
 use atlasfit::pipeline::Report;
 use serde_json::{Value, json};
@@ -30,19 +31,13 @@ impl Done<'_> {
         let mut text = self.scan_text();
         let _ = writeln!(
             text,
-            "surface        {} vertices, {} faces, {} part{}{}",
-            count(mesh.positions.len()),
-            count(mesh.triangles.len()),
-            r.parts,
-            if r.parts == 1 { "" } else { "s" },
+            "surface        {}, {}, {}{}",
+            vertices(mesh.positions.len()),
+            counted(mesh.triangles.len(), "face"),
+            counted(r.parts, "part"),
             if r.one_sided { ", one-sided" } else { "" }
         );
-        let _ = writeln!(
-            text,
-            "boundary       {} edges in {} loops",
-            count(r.boundary_edges),
-            count(r.boundary_loops)
-        );
+        let _ = writeln!(text, "boundary       {}", boundary(r.boundary_edges, r.boundary_loops));
         if self.uv {
             let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
         }
@@ -54,19 +49,19 @@ impl Done<'_> {
     /// What was found in the scan.
     fn scan_text(&self) -> String {
         let r = self.report;
-        let mut text = format!("scan           {} points in {}\n", count(r.points), self.path.display());
+        let mut text = format!("scan           {} in {}\n", counted(r.points, "point"), self.path.display());
         if r.not_finite + r.duplicates > 0 {
             let _ = writeln!(
                 text,
-                "repairs        {} points not finite and left out, {} duplicates",
-                count(r.not_finite),
-                count(r.duplicates)
+                "repairs        {} not finite and left out, {}",
+                counted(r.not_finite, "point"),
+                counted(r.duplicates, "duplicate")
             );
         }
         let given = if self.noise_given { " as given" } else { "" };
         let _ = writeln!(text, "spacing        {}", short(r.spacing));
         let _ = writeln!(text, "noise          {}{given}", short(r.noise));
-        let _ = writeln!(text, "outliers       {} points set aside", count(r.outliers));
+        let _ = writeln!(text, "outliers       {} set aside", counted(r.outliers, "point"));
         let _ = writeln!(text, "charts         {}", count(r.charts));
         text
     }
@@ -75,13 +70,13 @@ impl Done<'_> {
     pub fn json(&self) -> Value {
         let (r, mesh) = (self.report, self.surface);
         json!({
-            "scan": self.path, "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
+            "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
             "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise),
             "charts": r.charts, "voxel": number(r.voxel), "vertices": mesh.positions.len(),
             "faces": mesh.triangles.len(), "parts": r.parts, "one_sided": r.one_sided,
             "boundary_edges": r.boundary_edges,
             "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),
-            "stages": stages_json(&r.seconds), "files": self.files, "warnings": r.warnings,
+            "stages": stages_json(&r.seconds), "files": self.files,
         })
     }
 }

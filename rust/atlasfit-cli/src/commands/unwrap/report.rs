@@ -1,7 +1,8 @@
 //! What `unwrap` tells: notes on the mesh and the layout, the report as text and as JSON.
 
 use crate::console::Console;
-use crate::number::{count, json as number, seconds, short, stages_json};
+use crate::files;
+use crate::number::{count, counted, json as number, seconds, short, stages_json, vertices};
 use atlasfit::Stage;
 use atlasfit::measure::UvQuality;
 use atlasfit::unwrap::{UnwrapOptions, UvLayout};
@@ -64,10 +65,10 @@ impl Done<'_> {
     pub fn text(&self) -> String {
         let (layout, quality) = (self.layout, self.quality);
         let mut text = format!(
-            "mesh           {} vertices, {} triangles{} in {}\n",
-            count(self.vertices),
-            count(self.triangles),
-            self.polygons.map_or(String::new(), |n| format!(" of {} faces", count(n))),
+            "mesh           {}, {}{} in {}\n",
+            vertices(self.vertices),
+            counted(self.triangles, "triangle"),
+            self.polygons.map_or(String::new(), |n| format!(" of {}", counted(n, "face"))),
             self.path.display()
         );
         let _ = writeln!(text, "charts         {}", count(layout.charts));
@@ -100,7 +101,7 @@ impl Done<'_> {
     pub fn json(&self) -> Value {
         let (layout, quality) = (self.layout, self.quality);
         json!({
-            "mesh": self.path, "vertices": self.vertices, "triangles": self.triangles,
+            "mesh": files::text(self.path), "vertices": self.vertices, "triangles": self.triangles,
             "polygons": self.polygons, "charts": layout.charts,
             "stretch_bound": number(layout.stretch_bound), "over_stretched": number(layout.over_stretched),
             "stretch_p95": number(quality.stretch_p95), "stretch_l2": number(quality.stretch_l2),

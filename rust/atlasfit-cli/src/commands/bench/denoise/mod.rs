@@ -116,7 +116,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     }
     for &sigma in &args.sigmas {
         for shape in &args.shapes {
-            console.check()?;
+            console.check(&args.run, "measuring")?;
             let cell = bench.cell(shape, sigma)?;
             if !args.only_peers {
                 bench.fit(&cell)?;
