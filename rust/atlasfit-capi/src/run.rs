@@ -108,18 +108,9 @@ pub unsafe extern "C" fn atlasfit_run_init(run: *mut atlasfit_run, struct_size: 
     guard("atlasfit_run_init", || unsafe { sized::init(run, struct_size) })
 }
 
-/// Worker threads, at the most: more than any machine has cores, so a larger number is garbage.
-const MOST_THREADS: u32 = 4096;
-
 /// The core's run. It calls the caller's callback, so it must stay on this thread.
 pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>> {
     let r = unsafe { sized::read_or_default(run) }?;
-    if r.threads > MOST_THREADS {
-        return Err(Failure::invalid(format!(
-            "threads is {}. Give 0 (all cores) to {MOST_THREADS}",
-            r.threads
-        )));
-    }
     sized::zero(r.reserved)?;
     if !(r.time_limit_s >= 0.0 && r.time_limit_s.is_finite()) {
         return Err(Failure::invalid(format!(

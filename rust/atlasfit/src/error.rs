@@ -53,13 +53,33 @@ pub enum Error {
     },
     /// The memory limit would be exceeded.
     #[error(
-        "this needs about {needed_bytes} bytes, more than the memory limit of {limit_bytes}. Raise the limit or give fewer points"
+        "this needs about {} of memory, more than the limit of {}. {advice}",
+        crate::run::text_of_bytes(*needed_bytes), crate::run::text_of_bytes(*limit_bytes)
     )]
     OutOfMemory {
         /// Estimated need.
         needed_bytes: u64,
         /// The limit.
         limit_bytes: u64,
+        /// What the caller can do.
+        advice: &'static str,
+    },
+    /// The system gives no more memory.
+    #[error(
+        "out of memory: the system gives no {}. Close other programs, or give less data",
+        crate::run::text_of_bytes(*bytes)
+    )]
+    AllocationFailed {
+        /// What was asked for.
+        bytes: u64,
+    },
+    /// The system refuses something that is no memory: threads.
+    #[error("{what}. {advice}")]
+    ResourceExhausted {
+        /// What was refused.
+        what: String,
+        /// What the caller can do.
+        advice: String,
     },
     /// An iteration left the finite numbers.
     #[error("the fit diverged: {what}. {advice}")]

@@ -11,7 +11,7 @@ mod owners;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::Vec3;
-use crate::run::{Context, Stage};
+use crate::run::{Context, PER_THREAD_BYTES, Stage, try_vec};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
@@ -25,8 +25,11 @@ const POINTS: usize = 4;
 const SOFTNESS: f64 = 0.1;
 /// Added to a squared distance that may be 0, below any other.
 const LEAST_DISTANCE2: f64 = 1e-300;
-/// Memory per texel: owner, colour, state and front of the spreading, rounded up.
+/// Bytes for one texel: owner, colour, state and front of the spreading; twice, and encoding the image is
+/// covered too. Measured by `tests/memory.py --measure`.
 const BYTES_PER_TEXEL: u64 = 20;
+/// Bytes for one point whose colours are baked: its place in the search tree. Measured as for texels.
+const BYTES_PER_POINT: u64 = 110;
 
 /// An image of 8 bits per channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,6 +75,32 @@ impl Default for BakeOptions {
     }
 }
 
+/// Bytes that [`bake`] needs at its peak with so many threads for a mesh of so many vertices and faces, which
+/// are included, and the colours of so many points (0 for those of the vertices). A rough upper bound.
+///
+/// ```
+/// use atlasfit::bake::{BakeOptions, memory_needed};
+/// let options = BakeOptions::default().with_size([4096; 2]);
+/// assert!(memory_needed(50_000, 100_000, 0, &options, 2) > 16 << 24);
+/// ```
+#[must_use]
+pub fn memory_needed(
+    vertices: usize,
+    faces: usize,
+    points: usize,
+    options: &BakeOptions,
+    threads: usize,
+) -> u64 {
+    // Positions and colours; corners and their UVs; a cloud of positions and colours.
+    let held = 40 * vertices as u64 + 36 * faces as u64 + (40 + BYTES_PER_POINT) * points as u64;
+    held + texel_bytes(options, threads)
+}
+
+/// Bytes of the texture and of the threads that fill it.
+fn texel_bytes(options: &BakeOptions, threads: usize) -> u64 {
+    BYTES_PER_TEXEL * options.size.map(u64::from).iter().product::<u64>() + PER_THREAD_BYTES * threads as u64
+}
+
 /// Bakes colours into a texture for the mesh's UVs; faces or parts outside [0, 1] are left out.
 ///
 /// # Errors
@@ -94,7 +123,14 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         return Err(Error::invalid(format!("the texture is {width} by {height}"), "Give 1 to 65536 texels"));
     }
     mesh.validate()?;
-    ctx.reserve((width * height) as u64 * BYTES_PER_TEXEL)?;
+    let points = match colors {
+        Colors::Vertices => 0,
+        Colors::Points(cloud) => cloud.bytes() + BYTES_PER_POINT * cloud.len() as u64,
+    };
+    ctx.reserve(
+        mesh.bytes() + points + texel_bytes(options, ctx.threads()),
+        "Raise the limit, or ask for a smaller texture",
+    )?;
     ctx.stage(Stage::Bake, height);
     let uv = mesh.corner_uv.as_ref().filter(|uv| !uv.is_empty() && uv.len() == mesh.triangles.len());
     let uv = uv.ok_or_else(|| Error::empty("the mesh has no UVs", "Unwrap it first"))?;
@@ -103,7 +139,7 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         Colors::Points(cloud) => of_points(mesh, cloud, ctx)?,
     };
     let owner = owners(uv, width, height, ctx)?;
-    let mut rgba = vec![[0u8; 4]; width * height];
+    let mut rgba = try_vec([0u8; 4], width * height)?;
     rgba.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS)).enumerate().try_for_each(
         |(block, (texels, owner))| {
             ctx.check()?;

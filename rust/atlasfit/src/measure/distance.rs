@@ -6,6 +6,7 @@
 
 use super::chamfer::chamfer;
 use super::locate::{Foot, Locator};
+use super::memory::{Counts, reserve_distances};
 use super::sample::{Sample, area_vector, uniform};
 use super::statistics::Distances;
 use super::topology::{Topology, topology};
@@ -111,6 +112,8 @@ pub fn surface(
     ctx: &Context<'_>,
 ) -> Result<SurfaceDistance> {
     check(options)?;
+    let counts = Counts { points: result.positions.len(), faces: result.triangles.len() };
+    reserve_distances(result.bytes(), counts, truth, options, ctx)?;
     ctx.stage(Stage::Measure, 2 * options.samples + 4 * options.chamfer_samples);
     let (to_truth, to_result) = (Locator::new(truth, ctx)?, Locator::new(result, ctx)?);
     ctx.check()?;
@@ -186,6 +189,8 @@ pub fn points_each(
     ctx: &Context<'_>,
 ) -> Result<(PointDistance, Vec<f64>)> {
     check(options)?;
+    let counts = Counts { points: cloud.len(), faces: 0 };
+    reserve_distances(cloud.bytes(), counts, truth, options, ctx)?;
     let finite: Vec<Vec3> =
         cloud.positions.iter().copied().map(Vec3).filter(|p| p.iter().all(|x| x.is_finite())).collect();
     if finite.is_empty() {

@@ -6,6 +6,7 @@
 mod chamfer;
 pub mod distance;
 pub mod locate;
+mod memory;
 pub mod sample;
 #[cfg(test)]
 mod shapes;
@@ -16,6 +17,7 @@ pub mod uv;
 pub use chamfer::chamfer;
 pub use distance::{DistanceOptions, PointDistance, SurfaceDistance, points, points_each, surface};
 pub use locate::{Foot, Locator};
+pub use memory::{distance_memory_needed, memory_needed};
 pub use statistics::Distances;
 pub use topology::{Topology, topology};
 pub use uv::{Charts, UvQuality, charts, uv};

@@ -3,7 +3,7 @@
 //! In: what was built, the mesh with the scan's attributes. Out: [`Denoised`].
 
 use super::options::{DenoiseOptions, Outliers};
-use super::prepare::{BYTES_PER_POINT, InputMap};
+use super::prepare::InputMap;
 use super::report::{Denoised, Report};
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
@@ -15,8 +15,6 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::unwrap::{self, UnwrapOptions};
 
-/// Memory for one triangle while UVs are laid out. Bytes; measured as for points.
-const BYTES_PER_TRIANGLE: u64 = 250;
 /// UV charts of the denoised surface may stretch this much at the 95th percentile.
 const UV_STRETCH: f64 = 1.25;
 
@@ -41,7 +39,7 @@ pub(super) fn finish(
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     let Built { charts, projected, frame, input, .. } = built;
-    let uv_charts = if options.uv { lay_out(&mut mesh, projected.len(), options, ctx)? } else { 0 };
+    let uv_charts = if options.uv { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
     for p in &mut mesh.positions {
         *p = frame.to_user(Vec3(*p)).0;
@@ -82,12 +80,14 @@ pub(super) fn finish(
     })
 }
 
-/// Lays out the mesh's UVs; returns how many charts they have. `points` are still in memory.
-fn lay_out(mesh: &mut TriMesh, points: usize, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
-    let (own, faces) = (BYTES_PER_POINT / 3 * points as u64, mesh.triangles.len() as u64);
-    ctx.reserve(own + BYTES_PER_TRIANGLE * faces)?;
-    let how = UnwrapOptions::default().with_max_stretch(UV_STRETCH).with_page_size([options.texture_size; 2]);
-    let layout = unwrap::unwrap(mesh, &how, ctx)?;
+/// How the UVs are laid out.
+pub(super) fn uv_options(options: &DenoiseOptions) -> UnwrapOptions {
+    UnwrapOptions::default().with_max_stretch(UV_STRETCH).with_page_size([options.texture_size; 2])
+}
+
+/// Lays out the mesh's UVs; returns how many charts they have.
+fn lay_out(mesh: &mut TriMesh, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
+    let layout = unwrap::unwrap(mesh, &uv_options(options), ctx)?;
     mesh.corner_uv = Some(layout.corner_uv);
     mesh.face_chart = Some(layout.face_chart);
     Ok(layout.charts)

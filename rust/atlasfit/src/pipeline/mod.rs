@@ -9,6 +9,7 @@ mod attributes;
 mod finish;
 mod fit_atlas;
 pub mod guide;
+mod memory;
 mod options;
 pub mod prepare;
 mod report;
@@ -16,6 +17,7 @@ mod sheets;
 mod surface;
 
 pub use guide::Guide;
+pub use memory::memory_needed;
 pub use options::{DenoiseOptions, Outliers};
 pub use report::{Denoised, Report};
 
@@ -74,9 +76,12 @@ fn denoise_in(
     guide: Option<&dyn Guide>,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
-    ctx.reserve(prepare::BYTES_PER_POINT * cloud.len() as u64)?;
+    // What the scan holds beside its positions is held all the time.
+    let columns = cloud.bytes() - 24 * cloud.len() as u64;
+    memory::reserve(cloud.len(), columns, options, ctx)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let mut scan = prepare::prepare(distinct, options.noise, ctx)?;
+    memory::reserve_scan(&scan, columns, options, ctx)?;
     let scan_noise = scan.noise;
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;

@@ -16,9 +16,6 @@ use crate::spatial::sets::Sets;
 use crate::spatial::spacing::{Sampling, WIDEST, spacing};
 use rayon::prelude::*;
 
-/// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts. Bytes;
-/// measured as peak resident memory over points at 64,000 and 1,000,000 points.
-pub(super) const BYTES_PER_POINT: u64 = 700;
 /// The least number of distinct points that make a surface.
 pub const MIN_POINTS: usize = 12;
 /// Scans smaller or larger than this, in any unit, cannot be computed with.

@@ -122,11 +122,15 @@ pub(super) fn build(
     })
 }
 
-/// Side of the voxels for a detail of 1.
-fn voxel(sampling: &Sampling) -> f64 {
+/// Area of the surface, about: the squares that the points stand for.
+pub(super) fn area(sampling: &Sampling) -> f64 {
     let widest = ALONE * WIDEST * sampling.median;
-    let squares = sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
-    let spread = (squares.sum::<f64>() / sampling.spacing.len() as f64).sqrt();
+    sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
+}
+
+/// Side of the voxels for a detail of 1.
+pub(super) fn voxel(sampling: &Sampling) -> f64 {
+    let spread = (area(sampling) / sampling.spacing.len() as f64).sqrt();
     (VOXEL * sampling.median).max(VOXEL_SPREAD * spread)
 }
 

@@ -18,6 +18,7 @@ mod first;
 mod flatten;
 mod large;
 mod layout;
+mod memory;
 mod merge;
 mod options;
 mod pack;
@@ -27,6 +28,7 @@ mod shorten;
 mod surface;
 
 pub use layout::UvLayout;
+pub use memory::memory_needed;
 pub use options::{Packer, STRETCH_LIMIT, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
 
@@ -106,6 +108,7 @@ fn packed_by(
     ctx: &Context<'_>,
 ) -> Result<UvLayout> {
     options.validate(mesh)?;
+    memory::reserve(mesh, options, ctx)?;
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options, ctx)?;
     ctx.check()?;
