@@ -36,7 +36,7 @@ def test_a_limit_is_kept_or_the_run_is_refused_before_it_works(program, files, t
     assert enough is None or outcomes[-1] == 0, "a limit far above what is needed is enough"
 
 
-@pytest.mark.parametrize("command, more", [("unwrap", ["-o", "{}/u.ply"]), ("info", []), ("convert", ["{}/c.ply"])])
+@pytest.mark.parametrize("command, more", [("unwrap", ["-o", "{}/u.ply"]), ("info", []), ("measure", [])])
 def test_where_the_system_gives_no_memory_the_run_ends_with_an_error(program, files, tmp_path, command, more):
     resource = pytest.importorskip("resource")
     import subprocess

@@ -5,7 +5,9 @@
 use anyhow::{Context as _, Result};
 use atlasfit::{CancelToken, Progress, Run, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::collections::BTreeSet;
 use std::io::IsTerminal;
+use std::sync::Mutex;
 
 /// A mistake on the command line that only shows once the input is known.
 #[derive(Debug)]
@@ -65,6 +67,8 @@ pub struct Console {
     quiet: bool,
     json: bool,
     cancel: CancelToken,
+    /// Notes told so far: several runs of a command may say the same.
+    told: Mutex<BTreeSet<String>>,
 }
 
 impl Console {
@@ -79,19 +83,23 @@ impl Console {
             token.cancel();
         })
         .context("cannot listen to Ctrl-C")?;
-        Ok(Self { quiet, json, cancel })
+        Ok(Self { quiet, json, cancel, told: Mutex::default() })
     }
 
     /// A run with these options whose progress is shown.
     pub fn start(&self, args: &RunArgs) -> Run<'static> {
-        Run {
+        let run = Run {
             seed: args.seed,
             threads: args.threads,
             time_limit_s: args.time_limit,
             memory_limit_bytes: args.max_memory,
             cancel: Some(self.cancel.clone()),
             progress: self.progress(),
+        };
+        if let Some(warning) = run.threads_warning() {
+            self.note(warning);
         }
+        run
     }
 
     /// The same run without progress: for many short runs in a row.
@@ -139,9 +147,11 @@ impl Console {
         if self.cancel.is_cancelled() { Err(atlasfit::Error::Cancelled.into()) } else { Ok(()) }
     }
 
-    /// Something that the user should know, on standard error.
+    /// Something that the user should know, on standard error; the same only once.
     pub fn note(&self, text: impl std::fmt::Display) {
-        if !self.quiet {
+        let text = text.to_string();
+        let new = self.told.lock().map_or(true, |mut told| told.insert(text.clone()));
+        if !self.quiet && new {
             eprintln!("note: {text}");
         }
     }

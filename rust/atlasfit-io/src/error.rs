@@ -1,6 +1,6 @@
 //! The one error type of this crate: file, place, what was found, what was expected, what to do.
 
-use atlasfit::run::text_of_bytes;
+use atlasfit::error::text_of_bytes;
 use std::fmt;
 
 /// Where in a file something was met.

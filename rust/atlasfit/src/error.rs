@@ -54,7 +54,7 @@ pub enum Error {
     /// The memory limit would be exceeded.
     #[error(
         "this needs about {} of memory, more than the limit of {}. {advice}",
-        crate::run::text_of_bytes(*needed_bytes), crate::run::text_of_bytes(*limit_bytes)
+        text_of_bytes(*needed_bytes), text_of_bytes(*limit_bytes)
     )]
     OutOfMemory {
         /// Estimated need.
@@ -67,7 +67,7 @@ pub enum Error {
     /// The system gives no more memory.
     #[error(
         "out of memory: the system gives no {}. Close other programs, or give less data",
-        crate::run::text_of_bytes(*bytes)
+        text_of_bytes(*bytes)
     )]
     AllocationFailed {
         /// What was asked for.
@@ -124,5 +124,21 @@ impl Error {
     /// [`Error::Internal`]: `what` should not have happened.
     pub fn internal(what: impl Into<String>) -> Self {
         Self::Internal { what: what.into() }
+    }
+}
+
+/// A number of bytes for people, in the units that `--max-memory` takes: "1.5 GB" is 1.5 * 2^30 bytes.
+///
+/// ```
+/// use atlasfit::error::text_of_bytes;
+/// assert_eq!([700, 52_428_800, 3 << 29].map(text_of_bytes), ["700 bytes", "50.0 MB", "1.50 GB"]);
+/// ```
+#[must_use]
+pub fn text_of_bytes(bytes: u64) -> String {
+    let of = |unit: u32| bytes as f64 / 2f64.powi(unit as i32);
+    match bytes {
+        0..10_000 => format!("{bytes} bytes"),
+        10_000..0x4000_0000 => format!("{:.1} MB", of(20)),
+        _ => format!("{:.2} GB", of(30)),
     }
 }

@@ -36,7 +36,9 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let (from, points, faces) = (loaded.format, loaded.cloud.len(), loaded.faces.len());
     let repairs = files::repairs(&loaded);
     let needed = loaded.memory_to_write(format);
-    console.start_silent(&args.run).execute(|ctx| ctx.reserve(needed, "Raise the limit, or write a PLY file"))?;
+    console
+        .start_silent(&args.run)
+        .execute(|ctx| ctx.reserve(needed, "Raise the limit, or write a PLY file"))?;
     let saved = if faces == 0 {
         save_cloud(&args.output, &loaded.cloud, &SaveCloud { ascii: args.ascii, ..SaveCloud::default() })?
     } else {

@@ -82,7 +82,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     let n = mesh.positions.len();
     let of_faces = measure::memory_needed(0, mesh.triangles.len(), ctx.threads());
-    ctx.reserve(mesh.bytes() + BYTES_PER_POINT * n as u64 + of_faces, "Raise the limit, or give fewer points")?;
+    ctx.reserve(
+        mesh.bytes() + BYTES_PER_POINT * n as u64 + of_faces,
+        "Raise the limit, or give fewer points",
+    )?;
     let found = prepare::distinct(vec3::of(&mesh.positions), ctx)?;
     let mut out = Facts { not_finite: found.not_finite, duplicates: found.duplicates, ..Facts::default() };
     if !mesh.triangles.is_empty() {

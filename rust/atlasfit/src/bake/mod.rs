@@ -11,7 +11,7 @@ mod owners;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::Vec3;
-use crate::run::{Context, PER_THREAD_BYTES, Stage, try_vec};
+use crate::run::{Context, PER_THREAD_BYTES, Stage, total_bytes, try_vec};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
@@ -92,13 +92,14 @@ pub fn memory_needed(
     threads: usize,
 ) -> u64 {
     // Positions and colours; corners and their UVs; a cloud of positions and colours.
-    let held = 40 * vertices as u64 + 36 * faces as u64 + (40 + BYTES_PER_POINT) * points as u64;
-    held + texel_bytes(options, threads)
+    let held = [(vertices, 40), (faces, 36), (points, 40 + BYTES_PER_POINT)];
+    total_bytes(&held).saturating_add(texel_bytes(options, threads))
 }
 
 /// Bytes of the texture and of the threads that fill it.
 fn texel_bytes(options: &BakeOptions, threads: usize) -> u64 {
-    BYTES_PER_TEXEL * options.size.map(u64::from).iter().product::<u64>() + PER_THREAD_BYTES * threads as u64
+    let [width, height] = options.size.map(|s| s as usize);
+    total_bytes(&[(width.saturating_mul(height), BYTES_PER_TEXEL), (threads, PER_THREAD_BYTES)])
 }
 
 /// Bakes colours into a texture for the mesh's UVs; faces or parts outside [0, 1] are left out.

@@ -7,7 +7,7 @@ use super::options::DenoiseOptions;
 use super::prepare::Scan;
 use super::surface;
 use crate::error::Result;
-use crate::run::{Context, PER_THREAD_BYTES};
+use crate::run::{Context, PER_THREAD_BYTES, total_bytes};
 use crate::unwrap;
 
 /// Bytes for one point while the surface is contoured: the user's columns, points, charts. Measured, as all
@@ -49,19 +49,20 @@ pub fn memory_needed(points: usize, options: &DenoiseOptions, threads: usize) ->
 
 /// Bytes for so many points and a surface of so many vertices.
 fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
-    let (n, v) = (points as u64, vertices as u64);
-    let pairs = PAIRS_BYTES_PER_POINT.saturating_mul(n).min(PAIRS_BYTES);
-    let contouring = (BYTES_PER_POINT.saturating_mul(n))
-        .saturating_add(BYTES_PER_SURFACE_VERTEX.saturating_mul(v))
-        .saturating_add(pairs + PER_THREAD_BYTES * threads as u64);
+    let pairs = total_bytes(&[(points, PAIRS_BYTES_PER_POINT)]).min(PAIRS_BYTES);
+    let contouring = total_bytes(&[
+        (points, BYTES_PER_POINT),
+        (vertices, BYTES_PER_SURFACE_VERTEX),
+        (1, pairs),
+        (threads, PER_THREAD_BYTES),
+    ]);
     if !options.uv {
         return contouring;
     }
     let how = super::finish::uv_options(options);
-    let unwrapping = unwrap::memory_needed(vertices, vertices.saturating_mul(2), &how, threads)
-        .saturating_add(BYTES_PER_HELD_VERTEX.saturating_mul(v))
-        .saturating_add(BYTES_PER_POINT_WITH_UV.saturating_mul(n));
-    contouring.max(unwrapping)
+    let unwrapping = unwrap::memory_needed(vertices, vertices.saturating_mul(2), &how, threads);
+    let with_uv = [(points, BYTES_PER_POINT_WITH_UV), (vertices, BYTES_PER_HELD_VERTEX), (1, unwrapping)];
+    contouring.max(total_bytes(&with_uv))
 }
 
 /// Fails where so many points usually need more than the run may use.
@@ -70,7 +71,12 @@ pub(super) fn reserve(points: usize, extra: u64, options: &DenoiseOptions, ctx: 
 }
 
 /// Fails where this scan needs more than the run may use.
-pub(super) fn reserve_scan(scan: &Scan, extra: u64, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<()> {
+pub(super) fn reserve_scan(
+    scan: &Scan,
+    extra: u64,
+    options: &DenoiseOptions,
+    ctx: &Context<'_>,
+) -> Result<()> {
     let side = surface::voxel(&scan.sampling) / options.detail;
     let vertices = VERTICES_PER_VOXEL * surface::area(&scan.sampling) / (side * side);
     let own = needed(scan.points.len(), vertices as usize, options, ctx.threads());

@@ -67,7 +67,9 @@ pub fn denoise_guided(
     if let Some(guide) = guide {
         guide.validate()?;
     }
-    run.execute(|ctx| denoise_in(cloud, options, guide, ctx))
+    let mut denoised = run.execute(|ctx| denoise_in(cloud, options, guide, ctx))?;
+    denoised.report.warnings.extend(run.threads_warning());
+    Ok(denoised)
 }
 
 fn denoise_in(

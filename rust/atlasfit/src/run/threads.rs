@@ -34,10 +34,9 @@ fn most(cores: usize) -> usize {
 pub(super) fn granted(asked: usize) -> Result<usize> {
     match asked {
         0 => Ok(cores()),
-        n if n > MOST_THREADS => Err(Error::invalid(
-            format!("threads is {n}"),
-            format!("Give 0 (all cores) to {MOST_THREADS}"),
-        )),
+        n if n > MOST_THREADS => {
+            Err(Error::invalid(format!("threads is {n}"), format!("Give 0 (all cores) to {MOST_THREADS}")))
+        }
         n => Ok(n.min(most(cores()))),
     }
 }

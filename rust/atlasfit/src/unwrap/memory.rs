@@ -5,7 +5,7 @@
 use super::options::UnwrapOptions;
 use crate::error::Result;
 use crate::geometry::TriMesh;
-use crate::run::{Context, PER_THREAD_BYTES};
+use crate::run::{Context, PER_THREAD_BYTES, total_bytes};
 
 /// Bytes for one triangle: adjacency, normals, its charts and their matrices, its UVs. Measured, as below, as
 /// the largest of the surfaces of `tests/memory.py --measure`.
@@ -29,12 +29,14 @@ const FACES_PER_VERTEX: usize = 2;
 /// ```
 #[must_use]
 pub fn memory_needed(vertices: usize, faces: usize, options: &UnwrapOptions, threads: usize) -> u64 {
-    let lists = [&options.face_group, &options.face_polygon].iter().filter(|l| l.is_some()).count() as u64;
-    let extra = vertices.saturating_sub(faces / FACES_PER_VERTEX) as u64;
-    let per_face = BYTES_PER_FACE + BYTES_PER_ENTRY * lists;
-    (per_face.saturating_mul(faces as u64))
-        .saturating_add(BYTES_PER_EXTRA_VERTEX.saturating_mul(extra))
-        .saturating_add(PER_THREAD_BYTES * threads as u64)
+    let lists = [&options.face_group, &options.face_polygon].iter().filter(|l| l.is_some()).count();
+    let extra = vertices.saturating_sub(faces / FACES_PER_VERTEX);
+    total_bytes(&[
+        (faces, BYTES_PER_FACE),
+        (extra, BYTES_PER_EXTRA_VERTEX),
+        (lists.saturating_mul(faces), BYTES_PER_ENTRY),
+        (threads, PER_THREAD_BYTES),
+    ])
 }
 
 /// Fails where the mesh needs more than the run may use.
@@ -42,7 +44,7 @@ pub(super) fn reserve(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>
     let bare = (24 * mesh.positions.len() + 12 * mesh.triangles.len()) as u64;
     let needed = memory_needed(mesh.positions.len(), mesh.triangles.len(), options, ctx.threads());
     ctx.reserve(
-        needed + mesh.bytes() - bare,
+        needed.saturating_add(mesh.bytes() - bare),
         "Raise the limit, or give fewer faces: simplify the mesh first, or unwrap it in parts",
     )
 }
