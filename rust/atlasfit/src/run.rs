@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 mod memory;
 mod threads;
 
-pub(crate) use memory::{PER_THREAD_BYTES, total_bytes, try_vec};
+pub(crate) use memory::{total_bytes, try_vec, with_threads};
 pub use threads::MOST_THREADS;
 
 /// How often the calling thread wakes to report progress and to look at the cancel token. Well inside the

@@ -11,7 +11,7 @@ mod owners;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::Vec3;
-use crate::run::{Context, PER_THREAD_BYTES, Stage, total_bytes, try_vec};
+use crate::run::{Context, Stage, total_bytes, try_vec, with_threads};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
@@ -99,7 +99,7 @@ pub fn memory_needed(
 /// Bytes of the texture and of the threads that fill it.
 fn texel_bytes(options: &BakeOptions, threads: usize) -> u64 {
     let [width, height] = options.size.map(|s| s as usize);
-    total_bytes(&[(width.saturating_mul(height), BYTES_PER_TEXEL), (threads, PER_THREAD_BYTES)])
+    with_threads(total_bytes(&[(width.saturating_mul(height), BYTES_PER_TEXEL)]), threads)
 }
 
 /// Bakes colours into a texture for the mesh's UVs; faces or parts outside [0, 1] are left out.

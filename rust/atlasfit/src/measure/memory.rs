@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::geometry::TriMesh;
-use crate::run::{Context, PER_THREAD_BYTES, total_bytes};
+use crate::run::{Context, total_bytes, with_threads};
 
 /// Bytes for one face while a topology or UVs are measured: edges, fans, patches.
 const BYTES_PER_FACE: u64 = 100;
@@ -41,12 +41,8 @@ pub(super) struct Counts {
 }
 
 fn work(vertices: usize, faces: usize, threads: usize) -> u64 {
-    total_bytes(&[
-        (vertices, BYTES_PER_VERTEX),
-        (faces, BYTES_PER_FACE),
-        (1, RASTER_BYTES),
-        (threads, PER_THREAD_BYTES),
-    ])
+    let work = total_bytes(&[(vertices, BYTES_PER_VERTEX), (faces, BYTES_PER_FACE), (1, RASTER_BYTES)]);
+    with_threads(work, threads)
 }
 
 /// Bytes of work while distances between a result and a truth are measured with so many samples in all,

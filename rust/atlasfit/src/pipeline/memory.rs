@@ -7,7 +7,7 @@ use super::options::DenoiseOptions;
 use super::prepare::Scan;
 use super::surface;
 use crate::error::Result;
-use crate::run::{Context, PER_THREAD_BYTES, total_bytes};
+use crate::run::{Context, total_bytes, with_threads};
 use crate::unwrap;
 
 /// Bytes for one point while the surface is contoured: the user's columns, points, charts. Measured, as all
@@ -16,7 +16,7 @@ const BYTES_PER_POINT: u64 = 290;
 /// Bytes for one point while UVs are laid out: the user's columns, the points on the charts, the charts.
 const BYTES_PER_POINT_WITH_UV: u64 = 230;
 /// Bytes for one vertex of the surface while it is contoured: the blocks of voxels about it, its faces.
-const BYTES_PER_SURFACE_VERTEX: u64 = 330;
+const BYTES_PER_SURFACE_VERTEX: u64 = 350;
 /// Bytes for one vertex of the surface while UVs are laid out, beside what unwrapping needs: its columns.
 const BYTES_PER_HELD_VERTEX: u64 = 40;
 /// Bytes of the pairs of a point and a block that are contoured at a time.
@@ -24,7 +24,7 @@ const PAIRS_BYTES: u64 = 60 << 20;
 /// Bytes of the pairs of one point: small scans do not fill the above.
 const PAIRS_BYTES_PER_POINT: u64 = 900;
 /// Vertices of the surface for each square of a voxel's side on it.
-const VERTICES_PER_VOXEL: f64 = 1.17;
+const VERTICES_PER_VOXEL: f64 = 1.35;
 /// Vertices of the surface for one point of an even sampling: a point stands for 1 / 0.75^2 squares.
 const VERTICES_PER_POINT: f64 = 2.1;
 
@@ -50,12 +50,8 @@ pub fn memory_needed(points: usize, options: &DenoiseOptions, threads: usize) ->
 /// Bytes for so many points and a surface of so many vertices.
 fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
     let pairs = total_bytes(&[(points, PAIRS_BYTES_PER_POINT)]).min(PAIRS_BYTES);
-    let contouring = total_bytes(&[
-        (points, BYTES_PER_POINT),
-        (vertices, BYTES_PER_SURFACE_VERTEX),
-        (1, pairs),
-        (threads, PER_THREAD_BYTES),
-    ]);
+    let contouring = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SURFACE_VERTEX), (1, pairs)];
+    let contouring = with_threads(total_bytes(&contouring), threads);
     if !options.uv {
         return contouring;
     }

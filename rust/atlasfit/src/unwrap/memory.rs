@@ -5,7 +5,7 @@
 use super::options::UnwrapOptions;
 use crate::error::Result;
 use crate::geometry::TriMesh;
-use crate::run::{Context, PER_THREAD_BYTES, total_bytes};
+use crate::run::{Context, total_bytes, with_threads};
 
 /// Bytes for one triangle: adjacency, normals, its charts and their matrices, its UVs. Measured, as below, as
 /// the largest of the surfaces of `tests/memory.py --measure`.
@@ -31,12 +31,12 @@ const FACES_PER_VERTEX: usize = 2;
 pub fn memory_needed(vertices: usize, faces: usize, options: &UnwrapOptions, threads: usize) -> u64 {
     let lists = [&options.face_group, &options.face_polygon].iter().filter(|l| l.is_some()).count();
     let extra = vertices.saturating_sub(faces / FACES_PER_VERTEX);
-    total_bytes(&[
+    let work = total_bytes(&[
         (faces, BYTES_PER_FACE),
         (extra, BYTES_PER_EXTRA_VERTEX),
         (lists.saturating_mul(faces), BYTES_PER_ENTRY),
-        (threads, PER_THREAD_BYTES),
-    ])
+    ]);
+    with_threads(work, threads)
 }
 
 /// Fails where the mesh needs more than the run may use.
