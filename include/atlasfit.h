@@ -291,8 +291,8 @@ typedef struct {
    */
   uint64_t seed;
   /**
-   * Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started: the
-   * report of a denoised scan says so. The result does not depend on it. Default 0.
+   * Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
+   * the report of a denoised scan says so. The result does not depend on it. Default 0.
    */
   uint32_t threads;
   /**

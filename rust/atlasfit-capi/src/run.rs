@@ -63,8 +63,8 @@ pub struct atlasfit_run {
     pub struct_size: usize,
     /// Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
     pub seed: u64,
-    /// Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started: the
-    /// report of a denoised scan says so. The result does not depend on it. Default 0.
+    /// Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
+    /// the report of a denoised scan says so. The result does not depend on it. Default 0.
     pub threads: u32,
     /// Must be 0.
     pub reserved: u32,

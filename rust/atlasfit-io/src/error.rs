@@ -64,7 +64,8 @@ pub enum Error {
     },
     /// The data would not fit the memory limit.
     #[error(
-        "{file}: this needs about {} of memory, more than the limit of {}. Raise the limit or give a smaller file",
+        "{file}: this needs about {} of memory, more than the limit of {}. Raise the limit or give a smaller \
+         file",
         text_of_bytes(*needed_bytes), text_of_bytes(*limit_bytes)
     )]
     OutOfMemory {

@@ -257,7 +257,8 @@ impl Run<'_> {
     ///
     /// # Errors
     /// What the job returns; [`Error::InvalidArgument`] for a bad time limit or number of threads;
-    /// [`Error::ResourceExhausted`] when the threads cannot be started; [`Error::Internal`] when the job panics.
+    /// [`Error::ResourceExhausted`] when the threads cannot be started; [`Error::Internal`] when the job
+    /// panics.
     pub fn execute<T: Send>(&mut self, job: impl FnOnce(&Context<'_>) -> Result<T> + Send) -> Result<T> {
         let started = Instant::now();
         let deadline = match self.time_limit_s {

@@ -52,7 +52,7 @@ struct Groups {
 }
 
 /// Bytes for one point: copies, tree, neighbours (measured, rounded up).
-const BYTES_PER_POINT: u64 = 90;
+const BYTES_PER_POINT: u64 = 130;
 
 /// Tells.
 pub fn run(args: &Args, console: &Console) -> Result<()> {

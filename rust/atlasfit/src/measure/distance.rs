@@ -213,8 +213,8 @@ pub fn points_each(
     Ok((all, feet.iter().map(|f| f.as_ref().map_or(f64::INFINITY, distance)).collect()))
 }
 
-/// Bytes that [`surface()`] needs at its peak with so many threads, both meshes included: a rough upper bound.
-/// For [`points()`] the result is a mesh without triangles.
+/// Bytes that [`surface()`] needs at its peak with so many threads, both meshes included: a rough upper
+/// bound. For [`points()`] the result is a mesh without triangles.
 ///
 /// ```
 /// use atlasfit::{geometry::TriMesh, measure::{DistanceOptions, distance_memory_needed}};

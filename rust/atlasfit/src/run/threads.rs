@@ -1,7 +1,8 @@
 //! The threads of a run.
 //!
-//! In: the number that the caller asks for. Out: a pool of that many, or of fewer where the machine has far
-//! fewer cores. The environment has no say: neither `RAYON_NUM_THREADS` nor `RUST_MIN_STACK` changes anything.
+//! In: the number that the caller asks for. Out: a pool of that many, or of fewer where the machine has
+//! far fewer cores. The environment has no say: neither `RAYON_NUM_THREADS` nor `RUST_MIN_STACK` changes
+//! anything.
 
 use crate::error::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};

@@ -19,8 +19,8 @@ const BYTES_PER_ENTRY: u64 = 12;
 const FACES_PER_VERTEX: usize = 2;
 
 /// Bytes that [`unwrap`](super::unwrap) needs at its peak with so many threads, the mesh's positions and
-/// triangles included; other columns of the mesh come on top. A rough upper bound: a mesh may need half of it.
-/// No option changes it by much. A run whose limit is lower is refused before it starts.
+/// triangles included; other columns of the mesh come on top. A rough upper bound: a mesh may need half of
+/// it. No option changes it by much. A run whose limit is lower is refused before it starts.
 ///
 /// ```
 /// use atlasfit::unwrap::{UnwrapOptions, memory_needed};
