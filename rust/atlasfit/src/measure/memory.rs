@@ -21,7 +21,7 @@ const RASTER_BYTES: u64 = 4 << 20;
 /// What else than a higher limit helps.
 pub(super) const ADVICE: &str = "Raise the limit, or give fewer faces and samples";
 
-/// Bytes that [`topology`](super::topology) or [`uv`](super::uv()) need at their peak with so many threads,
+/// Bytes that [`topology`](super::topology()) or [`uv`](super::uv()) need at their peak with so many threads,
 /// positions and triangles included. A rough upper bound.
 ///
 /// ```
