@@ -131,6 +131,11 @@
 #define ATLASFIT_NOT_AVAILABLE 13
 
 /**
+ * The system refuses what a run needs beside memory: it starts no more threads.
+ */
+#define ATLASFIT_RESOURCE_EXHAUSTED 14
+
+/**
  * A defect of this library; please report it with the input that caused it.
  */
 #define ATLASFIT_INTERNAL 100
@@ -286,7 +291,8 @@ typedef struct {
    */
   uint64_t seed;
   /**
-   * Worker threads, 0 = all cores. The result does not depend on it. Default 0.
+   * Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
+   * the report of a denoised scan says so. The result does not depend on it. Default 0.
    */
   uint32_t threads;
   /**
@@ -298,8 +304,8 @@ typedef struct {
    */
   double time_limit_s;
   /**
-   * Bytes of memory: a run whose own estimate is larger fails with #ATLASFIT_OUT_OF_MEMORY; 0 = no limit.
-   * Default 0.
+   * Bytes of memory for the work, its input and its result: a run whose own estimate is larger fails with
+   * #ATLASFIT_OUT_OF_MEMORY before it works; 0 = no limit. Default 0.
    */
   uint64_t memory_limit_bytes;
   /**
@@ -1238,7 +1244,7 @@ atlasfit_status atlasfit_denoise_options_init(atlasfit_denoise_options *options,
  * @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
  * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
  *         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
- *         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ *         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
  */
 ATLASFIT_API
 atlasfit_status atlasfit_denoise(const atlasfit_points *points,

@@ -170,7 +170,7 @@ pub unsafe extern "C" fn atlasfit_denoise_options_init(
 /// @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
 /// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
 ///         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
-///         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+///         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_denoise(
     points: *const atlasfit_points,

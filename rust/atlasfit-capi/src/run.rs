@@ -63,14 +63,15 @@ pub struct atlasfit_run {
     pub struct_size: usize,
     /// Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
     pub seed: u64,
-    /// Worker threads, 0 = all cores. The result does not depend on it. Default 0.
+    /// Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
+    /// the report of a denoised scan says so. The result does not depend on it. Default 0.
     pub threads: u32,
     /// Must be 0.
     pub reserved: u32,
     /// Seconds after which the run gives up with #ATLASFIT_TIMED_OUT; 0 = no limit. Default 0.
     pub time_limit_s: f64,
-    /// Bytes of memory: a run whose own estimate is larger fails with #ATLASFIT_OUT_OF_MEMORY; 0 = no limit.
-    /// Default 0.
+    /// Bytes of memory for the work, its input and its result: a run whose own estimate is larger fails with
+    /// #ATLASFIT_OUT_OF_MEMORY before it works; 0 = no limit. Default 0.
     pub memory_limit_bytes: u64,
     /// The callback that is told how far the run is; may be NULL. Default NULL.
     pub progress: atlasfit_progress_fn,
@@ -112,18 +113,9 @@ pub unsafe extern "C" fn atlasfit_run_init(run: *mut atlasfit_run, struct_size: 
     guard("atlasfit_run_init", || unsafe { sized::init(run, struct_size) })
 }
 
-/// Worker threads, at the most: more than any machine has cores, so a larger number is garbage.
-const MOST_THREADS: u32 = 4096;
-
 /// The core's run. It calls the caller's callback, so it must stay on this thread.
 pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>> {
     let r = unsafe { sized::read_or_default(run) }?;
-    if r.threads > MOST_THREADS {
-        return Err(Failure::invalid(format!(
-            "threads is {}. Give 0 (all cores) to {MOST_THREADS}",
-            r.threads
-        )));
-    }
     sized::zero(r.reserved)?;
     if !(r.time_limit_s >= 0.0 && r.time_limit_s.is_finite()) {
         return Err(Failure::invalid(format!(

@@ -47,6 +47,8 @@ pub const ATLASFIT_DEGENERATE: i32 = 11;
 pub const ATLASFIT_BAD_FILE: i32 = 12;
 /// The result does not hold what is asked for (UVs of a run without UVs, for example).
 pub const ATLASFIT_NOT_AVAILABLE: i32 = 13;
+/// The system refuses what a run needs beside memory: it starts no more threads.
+pub const ATLASFIT_RESOURCE_EXHAUSTED: i32 = 14;
 /// A defect of this library; please report it with the input that caused it.
 pub const ATLASFIT_INTERNAL: i32 = 100;
 
@@ -79,7 +81,8 @@ impl From<Error> for Failure {
             Error::Degenerate { .. } => ATLASFIT_DEGENERATE,
             Error::Cancelled => ATLASFIT_CANCELLED,
             Error::TimedOut { .. } => ATLASFIT_TIMED_OUT,
-            Error::OutOfMemory { .. } => ATLASFIT_OUT_OF_MEMORY,
+            Error::ResourceExhausted { .. } => ATLASFIT_RESOURCE_EXHAUSTED,
+            Error::OutOfMemory { .. } | Error::AllocationFailed { .. } => ATLASFIT_OUT_OF_MEMORY,
             Error::Diverged { .. } => ATLASFIT_DIVERGED,
             Error::BadFile { .. } => ATLASFIT_BAD_FILE,
             // The enum may grow; what is unknown here is a defect until it is given its own status.
@@ -146,6 +149,7 @@ pub extern "C" fn atlasfit_status_name(status: atlasfit_status) -> *const c_char
         ATLASFIT_DEGENERATE => c"degenerate input",
         ATLASFIT_BAD_FILE => c"bad file",
         ATLASFIT_NOT_AVAILABLE => c"not available",
+        ATLASFIT_RESOURCE_EXHAUSTED => c"resource exhausted",
         ATLASFIT_INTERNAL => c"internal error",
         _ => c"unknown status",
     };

@@ -147,7 +147,7 @@ impl Console {
     /// A run with these options whose progress is shown.
     pub fn start(&self, args: &RunArgs) -> Run<'static> {
         let stop = self.stop(args);
-        Run {
+        let run = Run {
             seed: args.seed,
             threads: args.threads,
             time_limit_s: args.time_limit.filter(|_| stop.deadline.is_none()),
@@ -155,7 +155,11 @@ impl Console {
             memory_limit_bytes: args.max_memory,
             cancel: stop.cancel,
             progress: self.progress(),
+        };
+        if let Some(warning) = run.threads_warning() {
+            self.note(warning);
         }
+        run
     }
 
     /// The same run without progress: for many short runs in a row.
@@ -239,10 +243,12 @@ impl Console {
     }
 
     fn tell(&self, kind: &str, text: String, list: fn(&mut Told) -> &mut Vec<String>) {
-        if !self.quiet {
-            eprintln!("{kind}: {text}");
-        }
-        if let Ok(mut told) = self.told.lock() {
+        let Ok(mut told) = self.told.lock() else { return };
+        // Several runs of a command may say the same.
+        if !list(&mut told).contains(&text) {
+            if !self.quiet {
+                eprintln!("{kind}: {text}");
+            }
             list(&mut told).push(text);
         }
     }

@@ -248,10 +248,14 @@ fn limits_are_errors_that_name_the_limit() {
     let picture = folder.0.join("out.png");
     let output = run(&[&"render", &mesh, &"-o", &picture, &"--size", &"2000x2000", &"--max-memory", &"1M"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(err(&output).contains("1048576") && !picture.exists(), "{}", err(&output));
+    assert!(err(&output).contains("limit of 1.0 MB") && !picture.exists(), "{}", err(&output));
     let output = run(&[&"measure", &mesh, &"--max-memory", &"100"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(err(&output).contains("100"), "{}", err(&output));
+    assert!(err(&output).contains("limit of 100 bytes"), "{}", err(&output));
+    let unwrapped = folder.0.join("unwrapped.ply");
+    let output = run(&[&"unwrap", &mesh, &"-o", &unwrapped, &"--max-memory", &"100k"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err(&output).contains("simplify the mesh") && !unwrapped.exists(), "{}", err(&output));
 }
 
 #[test]

@@ -10,6 +10,8 @@ pub(crate) fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
     /// More threads wait for each other in the system.
     const MOST_THREADS: usize = 8;
     const PAGE: usize = 4096;
+    /// Stack of a thread that touches pages, in bytes.
+    const STACK: usize = 64 << 10;
     let mut out = vec![zero; n];
     let threads = std::thread::available_parallelism().map_or(1, |t| t.get().min(MOST_THREADS));
     if n * size_of::<T>() >= LARGE && threads > 1 {
@@ -17,8 +19,10 @@ pub(crate) fn zeros<T: Copy + Send>(zero: T, n: usize) -> Vec<T> {
         std::thread::scope(|scope| {
             for part in out.chunks_mut(n.div_ceil(threads)) {
                 let touch = move || part.iter_mut().step_by(step).for_each(|x| *x = zero);
+                // The environment (RUST_MIN_STACK) does not decide how much stack there is.
+                let builder = std::thread::Builder::new().stack_size(STACK);
                 // Without a thread the pages are touched when they are filled.
-                let _ = std::thread::Builder::new().spawn_scoped(scope, touch);
+                let _ = builder.spawn_scoped(scope, touch);
             }
         });
     }

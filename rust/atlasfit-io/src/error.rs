@@ -1,5 +1,6 @@
 //! The one error type of this crate: file, place, what was found, what was expected, what to do.
 
+use atlasfit::error::text_of_bytes;
 use std::fmt;
 
 /// Where in a file something was met.
@@ -63,8 +64,9 @@ pub enum Error {
     },
     /// The data would not fit the memory limit.
     #[error(
-        "{file}: this needs about {needed_bytes} bytes of memory, more than the limit of {limit_bytes}. \
-         Raise the limit or give a smaller file"
+        "{file}: this needs about {} of memory, more than the limit of {}. Raise the limit or give a smaller \
+         file",
+        text_of_bytes(*needed_bytes), text_of_bytes(*limit_bytes)
     )]
     OutOfMemory {
         /// The file.
@@ -73,6 +75,17 @@ pub enum Error {
         needed_bytes: u64,
         /// The limit.
         limit_bytes: u64,
+    },
+    /// The system gives no more memory.
+    #[error(
+        "{file}: out of memory: the system gives no {}. Close other programs, or give a smaller file",
+        text_of_bytes(*bytes)
+    )]
+    AllocationFailed {
+        /// The file.
+        file: String,
+        /// What was asked for.
+        bytes: u64,
     },
     /// The caller cancelled, or the time limit passed.
     #[error(transparent)]
@@ -88,7 +101,7 @@ impl Error {
             Self::Io { .. } => "io",
             Self::Malformed { .. } => "malformed",
             Self::Unsupported { .. } => "unsupported",
-            Self::OutOfMemory { .. } => "out of memory",
+            Self::OutOfMemory { .. } | Self::AllocationFailed { .. } => "out of memory",
             Self::Stopped(e) => e.kind(),
         }
     }

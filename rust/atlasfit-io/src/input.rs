@@ -9,6 +9,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path};
 
+/// Bytes below which the system is not asked: any machine has as many.
+const SMALL: u64 = 1 << 20;
+
 pub(crate) struct Input<'a> {
     /// The file's name for messages.
     pub file: String,
@@ -28,6 +31,8 @@ pub(crate) struct Input<'a> {
     used: u64,
     /// What ends the reading. A reader that is stopped sees its input end; the door tells it from an end.
     stop: Option<&'a Stop>,
+    /// Bytes up to which the system was asked.
+    asked: u64,
 }
 
 impl<'a> Input<'a> {
@@ -43,6 +48,7 @@ impl<'a> Input<'a> {
             limit,
             used: 0,
             stop: None,
+            asked: SMALL,
         }
     }
 
@@ -118,12 +124,21 @@ impl<'a> Input<'a> {
         Ok(())
     }
 
-    /// Accounts for `count` more items of `bytes` bytes each.
+    /// Accounts for `count` more items of `bytes` bytes each, which are then allocated. Fails over the limit,
+    /// and where the system does not have as much: what the program cannot get then ends the reading, not the
+    /// process.
     pub fn reserve(&mut self, count: usize, bytes: usize) -> Result<()> {
-        self.used = self.used.saturating_add((count as u64).saturating_mul(bytes as u64));
+        let more = (count as u64).saturating_mul(bytes as u64);
+        self.used = self.used.saturating_add(more);
         match self.limit {
             Some(limit_bytes) if self.used > limit_bytes => {
                 Err(Error::OutOfMemory { file: self.file.clone(), needed_bytes: self.used, limit_bytes })
+            }
+            _ if self.used > self.asked => {
+                // Arrays that grow item by item grow to twice their size.
+                let ahead = more.max(self.used);
+                self.asked = self.used + ahead;
+                can_allocate(ahead, &self.file)
             }
             _ => Ok(()),
         }
@@ -150,4 +165,11 @@ impl<'a> Input<'a> {
     pub fn unsupported(&self, what: impl Into<String>, advice: impl Into<String>) -> Error {
         Error::Unsupported { file: self.file.clone(), what: what.into(), advice: advice.into() }
     }
+}
+
+/// Asks the system for so many bytes and gives them back untouched.
+pub(crate) fn can_allocate(bytes: u64, file: &str) -> Result<()> {
+    let refused = || Error::AllocationFailed { file: file.into(), bytes };
+    let room = usize::try_from(bytes).map_err(|_| refused())?;
+    Vec::<u8>::new().try_reserve_exact(room).map_err(|_| refused())
 }

@@ -3,7 +3,7 @@
 use crate::content::{Content, Polygons};
 use crate::error::{Error, Location, Result};
 use crate::format::Format;
-use crate::input::Input;
+use crate::input::{Input, can_allocate};
 use crate::report::LoadReport;
 use crate::stopping::READING;
 use crate::{e57, gltf, las, obj, off, pcd, ply, stl, text, xyz};
@@ -56,6 +56,22 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// Bytes of memory that writing this content in a format takes, the content included: a rough upper
+    /// bound. GLB is put together in memory, the other formats are written as they go.
+    #[must_use]
+    pub fn memory_to_write(&self, format: Format) -> u64 {
+        let uv = self.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
+        let corners = self.polygons.as_ref().map_or(0, |p| 4 * (p.sizes.len() + p.corners.len()));
+        let texture = self.texture.as_ref().map_or(0, Vec::len);
+        let faces = size_of_val(&self.faces[..]) + uv + corners + texture;
+        let own = self.cloud.bytes() + faces as u64;
+        match format {
+            // The file's bytes, in a buffer that grows to twice its size; with UVs vertices are split.
+            Format::Gltf => 2 * own + 4 * uv as u64,
+            _ => own,
+        }
+    }
+
     /// The content as a mesh (without triangles for a cloud).
     #[must_use]
     pub fn into_mesh(self) -> TriMesh {
@@ -127,19 +143,26 @@ fn format_of_rows(input: &Input<'_>, asked: Option<Format>) -> Option<Format> {
 
 /// The bytes of a stream, up to one more than the memory limit.
 fn read_all(name: &Path, mut reader: impl Read, expected: u64, options: &LoadOptions) -> Result<Vec<u8>> {
+    let file = || name.display().to_string();
     // Special files claim any length: beyond this the buffer grows with what is there.
     const AT_ONCE: u64 = 1 << 30;
     // What is read between two looks at what ends the reading: about a millisecond.
     const CHUNK: u64 = 4 << 20;
     let most = options.max_memory_bytes.unwrap_or(u64::MAX).saturating_add(1);
-    let mut data = Vec::with_capacity(expected.min(most).min(AT_ONCE) as usize);
+    if expected > most {
+        let needed_bytes = expected.saturating_sub(1);
+        return Err(Error::OutOfMemory { file: file(), needed_bytes, limit_bytes: most - 1 });
+    }
+    let at_once = expected.min(AT_ONCE);
+    can_allocate(at_once, &file())?;
+    let mut data = Vec::with_capacity(at_once as usize);
+    let io = |source: std::io::Error| match source.kind() {
+        std::io::ErrorKind::OutOfMemory => Error::AllocationFailed { file: file(), bytes: expected },
+        _ => Error::Io { file: file(), action: "read it", source },
+    };
     while (data.len() as u64) < most {
         let chunk = CHUNK.min(most - data.len() as u64);
-        let read = reader.by_ref().take(chunk).read_to_end(&mut data).map_err(|source| Error::Io {
-            file: name.display().to_string(),
-            action: "read it",
-            source,
-        })?;
+        let read = reader.by_ref().take(chunk).read_to_end(&mut data).map_err(io)?;
         options.stop.check(READING).map_err(Error::Stopped)?;
         if (read as u64) < chunk {
             break;

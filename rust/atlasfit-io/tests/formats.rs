@@ -339,6 +339,20 @@ fn the_memory_limit_holds_for_every_format() {
 }
 
 #[test]
+fn json_counts_with_what_it_takes_once_it_is_read() {
+    let many = vec!["{\"a\":[1,\"\\\"]\"]}"; 20_000].join(",");
+    let json = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"extras\":[{many}]}}");
+    let within = |bytes| {
+        let options = LoadOptions { max_memory_bytes: Some(bytes) };
+        load_bytes(Path::new("a.gltf"), json.as_bytes(), &options)
+    };
+    let refused = within(10 * json.len() as u64);
+    assert!(matches!(refused, Err(Error::OutOfMemory { .. })), "{:?}", refused.map(|l| l.format));
+    let read = within(200 * json.len() as u64);
+    assert!(read.is_ok(), "{:?}", read.map(|l| l.format));
+}
+
+#[test]
 fn a_failed_write_leaves_the_old_file_and_no_rest() {
     let folder = Folder::new();
     let path = folder.join("out.ply");

@@ -53,13 +53,33 @@ pub enum Error {
     },
     /// The memory limit would be exceeded.
     #[error(
-        "this needs about {needed_bytes} bytes, more than the memory limit of {limit_bytes}. Raise the limit or give fewer points"
+        "this needs about {} of memory, more than the limit of {}. {advice}",
+        text_of_bytes(*needed_bytes), text_of_bytes(*limit_bytes)
     )]
     OutOfMemory {
         /// Estimated need.
         needed_bytes: u64,
         /// The limit.
         limit_bytes: u64,
+        /// What the caller can do.
+        advice: &'static str,
+    },
+    /// The system gives no more memory.
+    #[error(
+        "out of memory: the system gives no {}. Close other programs, or give less data",
+        text_of_bytes(*bytes)
+    )]
+    AllocationFailed {
+        /// What was asked for.
+        bytes: u64,
+    },
+    /// The system refuses something that is no memory: threads.
+    #[error("{what}. {advice}")]
+    ResourceExhausted {
+        /// What was refused.
+        what: String,
+        /// What the caller can do.
+        advice: String,
     },
     /// An iteration left the finite numbers.
     #[error("the fit diverged: {what}. {advice}")]
@@ -120,5 +140,21 @@ impl Error {
     /// [`Error::Internal`]: `what` should not have happened.
     pub fn internal(what: impl Into<String>) -> Self {
         Self::Internal { what: what.into() }
+    }
+}
+
+/// A number of bytes for people, in the units that `--max-memory` takes: "1.5 GB" is 1.5 * 2^30 bytes.
+///
+/// ```
+/// use atlasfit::error::text_of_bytes;
+/// assert_eq!([700, 52_428_800, 3 << 29].map(text_of_bytes), ["700 bytes", "50.0 MB", "1.50 GB"]);
+/// ```
+#[must_use]
+pub fn text_of_bytes(bytes: u64) -> String {
+    let of = |unit: u32| bytes as f64 / 2f64.powi(unit as i32);
+    match bytes {
+        0..10_000 => format!("{bytes} bytes"),
+        10_000..0x4000_0000 => format!("{:.1} MB", of(20)),
+        _ => format!("{:.2} GB", of(30)),
     }
 }

@@ -19,6 +19,12 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
+mod memory;
+mod threads;
+
+pub(crate) use memory::{total_bytes, try_vec, with_threads};
+pub use threads::MOST_THREADS;
+
 /// How often the calling thread wakes to report progress and to look at the cancel token. Well inside the
 /// 100 ms that a cancel may take, and slow enough to cost nothing.
 const TICK: Duration = Duration::from_millis(20);
@@ -111,14 +117,15 @@ pub type ProgressFn<'a> = dyn FnMut(Progress) -> bool + 'a;
 pub struct Run<'a> {
     /// Seed of everything random. Same input + seed + version gives the same bytes.
     pub seed: u64,
-    /// Worker threads; 0 = all cores. The result does not depend on it.
+    /// Worker threads, at most [`MOST_THREADS`]; 0 = all cores. The result does not depend on it. Many times
+    /// more than there are cores are not started ([`Self::threads_warning`]).
     pub threads: usize,
     /// Wall-clock limit of each [`Run::execute`] in seconds; `None` = no limit.
     pub time_limit_s: Option<f64>,
     /// A moment that ends the run, which may be shared with other work; `None` = no such moment.
     pub deadline: Option<Deadline>,
-    /// Limit on the memory that the run may use in bytes (an estimate is checked before large
-    /// allocations); `None` = no limit.
+    /// Limit on the memory of the work in bytes, its input and its result included: each job compares its
+    /// estimate ([`crate::unwrap::memory_needed`] and the like) with it before it starts. `None` = no limit.
     pub memory_limit_bytes: Option<u64>,
     /// Cancels from another thread.
     pub cancel: Option<CancelToken>,
@@ -146,6 +153,7 @@ pub struct Context<'s> {
     cancel: Option<&'s CancelToken>,
     deadline: Option<Deadline>,
     memory_limit: Option<u64>,
+    threads: usize,
     #[cfg(test)]
     watch: Option<Arc<watch::Watch>>,
 }
@@ -206,16 +214,23 @@ impl Context<'_> {
     pub fn check_at(&self, item: usize) -> Result<()> {
         if item.is_multiple_of(4096) { self.check() } else { Ok(()) }
     }
-    /// Fails when a stage is about to need more memory than the run's limit.
+    /// Threads that the run works with.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+    /// Fails when `needed_bytes`, all that the job holds at its peak, its input included, are more than the
+    /// run's limit, or more than the system gives; `advice` tells the caller what else than a higher limit
+    /// helps. Call it before the work starts.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`].
-    pub fn reserve(&self, needed_bytes: u64) -> Result<()> {
+    /// [`Error::OutOfMemory`], [`Error::AllocationFailed`].
+    pub fn reserve(&self, needed_bytes: u64, advice: &'static str) -> Result<()> {
         match self.memory_limit {
             Some(limit_bytes) if needed_bytes > limit_bytes => {
-                Err(Error::OutOfMemory { needed_bytes, limit_bytes })
+                Err(Error::OutOfMemory { needed_bytes, limit_bytes, advice })
             }
-            _ => Ok(()),
+            _ => memory::probe(needed_bytes),
         }
     }
     /// Seconds spent in each stage so far, in the order entered; a stage entered twice is summed.
@@ -259,16 +274,23 @@ fn stage_of(value: u32) -> Stage {
 }
 
 impl Run<'_> {
+    /// What to tell the user where fewer threads are started than were asked for.
+    #[must_use]
+    pub fn threads_warning(&self) -> Option<String> {
+        threads::warning(self.threads)
+    }
+
     /// Runs `job` in a thread pool of its own and reports progress on the calling thread until it is done.
     ///
     /// # Errors
-    /// What the job returns; [`Error::InvalidArgument`] for a bad time limit; [`Error::Internal`] when the
-    /// pool cannot start or the job panics.
+    /// What the job returns; [`Error::InvalidArgument`] for a bad time limit or number of threads;
+    /// [`Error::ResourceExhausted`] when the threads cannot be started; [`Error::Internal`] when the job
+    /// panics.
     pub fn execute<T: Send>(&mut self, job: impl FnOnce(&Context<'_>) -> Result<T> + Send) -> Result<T> {
         let started = Instant::now();
         let limit = self.time_limit_s.map(|s| Deadline::new(started, s)).transpose()?;
         let deadline = Deadline::first(self.deadline, limit);
-        let threads = self.threads;
+        let threads = threads::granted(self.threads)?;
         let shared = Shared {
             stage: AtomicU32::new(0),
             done: AtomicU64::new(0),
@@ -285,12 +307,13 @@ impl Run<'_> {
             cancel: cancel.as_ref(),
             deadline,
             memory_limit: self.memory_limit_bytes,
+            threads,
             #[cfg(test)]
             watch: self.watch.clone(),
         };
         let progress = &mut self.progress;
         std::thread::scope(|scope| {
-            let worker = scope.spawn(|| {
+            let work = || {
                 // The guard tells the caller that the job is over, also when it panics.
                 struct Done<'d>(&'d (Mutex<bool>, Condvar));
                 impl Drop for Done<'_> {
@@ -302,23 +325,17 @@ impl Run<'_> {
                     }
                 }
                 let _done = Done(&finished);
-                // A scoped pool: its threads have ended when the run returns, none is left behind in the
-                // caller's process.
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build_scoped(
-                        |thread| thread.run(),
-                        |pool| {
-                            pool.install(|| {
-                                context.check()?;
-                                let result = job(&context)?;
-                                context.check()?;
-                                Ok(result)
-                            })
-                        },
-                    )
-                    .map_err(|e| Error::internal(format!("cannot start worker threads: {e}")))?
-            });
+                threads::in_pool(threads, threads::STACK_BYTES, || {
+                    context.check()?;
+                    let result = job(&context)?;
+                    context.check()?;
+                    Ok(result)
+                })
+            };
+            let worker = std::thread::Builder::new()
+                .stack_size(threads::WAITING_STACK_BYTES)
+                .spawn_scoped(scope, work)
+                .map_err(threads::refused)?;
             let mut over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
             loop {
                 let expired = deadline.is_some_and(|d| d.has_passed());

@@ -170,7 +170,7 @@ fn too_much_detail_for_the_memory_limit_is_refused_soon() {
     let mut run = Run { memory_limit_bytes: Some(60_000_000), ..Run::default() };
     let started = std::time::Instant::now();
     match denoise(&cloud(&points), &options, &mut run) {
-        Err(Error::OutOfMemory { needed_bytes, limit_bytes }) => assert!(needed_bytes > limit_bytes),
+        Err(Error::OutOfMemory { needed_bytes, limit_bytes, .. }) => assert!(needed_bytes > limit_bytes),
         other => panic!("{:?}", other.map(|o| o.report)),
     }
     assert!(started.elapsed() < Duration::from_secs(60));

@@ -40,6 +40,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     }
     let (from, points, faces) = (loaded.format, loaded.cloud.len(), loaded.faces.len());
     let repairs = files::repairs(&loaded);
+    let needed = loaded.memory_to_write(format);
+    console
+        .start_silent(&args.run)
+        .execute(|ctx| ctx.reserve(needed, "Raise the limit, or write a PLY file"))?;
     let mut writer = Writer::new(args.write, &args.run, console);
     if faces == 0 {
         writer.cloud(output, &loaded.cloud)?;

@@ -3,13 +3,13 @@
 //! Spacing and noise are those that `denoise` starts from: the core's estimates for the distinct finite
 //! points.
 
-use crate::commands::measure::{BYTES_PER_FACE, topology_json, topology_text};
+use crate::commands::measure::{topology_json, topology_text};
 use crate::console::{Console, RunArgs};
 use crate::files::{self, InputArgs};
 use crate::number::{count, json as number, short};
 use anyhow::Result;
 use atlasfit::geometry::{ScalarKind, TriMesh};
-use atlasfit::measure::{Topology, topology};
+use atlasfit::measure::{self, Topology, topology};
 use atlasfit::numeric::sort::sort;
 use atlasfit::numeric::vec3;
 use atlasfit::pipeline::prepare::{self, MIN_POINTS};
@@ -54,7 +54,7 @@ struct Groups {
 }
 
 /// Bytes for one point: copies, tree, neighbours (measured, rounded up).
-const BYTES_PER_POINT: u64 = 250;
+const BYTES_PER_POINT: u64 = 130;
 
 /// Tells.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
@@ -83,7 +83,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 /// Looks at the points and faces.
 fn facts(mesh: &TriMesh, ctx: &Context<'_>) -> atlasfit::Result<Facts> {
     let n = mesh.positions.len();
-    ctx.reserve(BYTES_PER_POINT * n as u64 + BYTES_PER_FACE * mesh.triangles.len() as u64)?;
+    let of_faces = measure::memory_needed(0, mesh.triangles.len(), ctx.threads());
+    ctx.reserve(
+        mesh.bytes() + BYTES_PER_POINT * n as u64 + of_faces,
+        "Raise the limit, or give fewer points",
+    )?;
     let found = prepare::distinct(vec3::of(&mesh.positions), ctx)?;
     let mut out = Facts { not_finite: found.not_finite, duplicates: found.duplicates, ..Facts::default() };
     if !mesh.triangles.is_empty() {

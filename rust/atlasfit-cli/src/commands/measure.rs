@@ -38,13 +38,6 @@ pub struct Args {
     run: RunArgs,
 }
 
-/// Bytes for one face of a mesh while its topology or its UVs are measured: edges, fans, patches (measured,
-/// rounded up).
-pub const BYTES_PER_FACE: u64 = 150;
-/// Bytes for one face of either mesh while distances are measured: the above, and the tree over the faces
-/// (measured, rounded up).
-const BYTES_PER_SEARCHED_FACE: u64 = 220;
-
 /// Measures.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let loaded = files::load_as(&args.result, args.read.input_format, &args.run, console)?;
@@ -65,19 +58,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         json["against"] = json!(files::text(path));
         if as_points {
             let cloud = mesh.to_cloud();
-            let bytes = BYTES_PER_SEARCHED_FACE * truth.triangles.len() as u64;
-            let d = run.execute(|ctx| {
-                ctx.reserve(bytes)?;
-                points(&cloud, &truth, &options, ctx)
-            })?;
+            let d = run.execute(|ctx| points(&cloud, &truth, &options, ctx))?;
             text += &point_text(&d);
             json["points"] = point_json(&d);
         } else {
-            let bytes = BYTES_PER_SEARCHED_FACE * (mesh.triangles.len() + truth.triangles.len()) as u64;
-            let d = run.execute(|ctx| {
-                ctx.reserve(bytes)?;
-                surface(&mesh, &truth, &options, ctx)
-            })?;
+            let d = run.execute(|ctx| surface(&mesh, &truth, &options, ctx))?;
             text += &surface_text(&d);
             json["surface"] = surface_json(&d);
             known = Some(d.topology);
@@ -92,10 +77,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     if !as_points {
         let t = match known {
             Some(t) => t,
-            None => run.execute(|ctx| {
-                ctx.reserve(BYTES_PER_FACE * mesh.triangles.len() as u64)?;
-                topology(&mesh, ctx)
-            })?,
+            None => run.execute(|ctx| topology(&mesh, ctx))?,
         };
         text += &topology_text(&t);
         json["topology"] = topology_json(&t);

@@ -68,10 +68,10 @@ fn diameter(s: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number of pixels from 0.1 to 200".into())
 }
 
-/// Bytes for one face while it is drawn (measured, rounded up).
-const BYTES_PER_FACE: usize = 200;
+/// Bytes for one face, or one point of a cloud, while it is drawn (measured, rounded up).
+const BYTES_PER_FACE: u64 = 200;
 /// Bytes for one pixel of the picture (measured, rounded up).
-const BYTES_PER_PIXEL: usize = 40;
+const BYTES_PER_PIXEL: u64 = 40;
 
 /// Draws.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
@@ -96,9 +96,12 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         colors: !args.plain,
         point_size: args.point_size,
     };
-    let bytes = BYTES_PER_FACE * mesh.triangles.len() + BYTES_PER_PIXEL * args.size[0] * args.size[1];
+    let pixels = BYTES_PER_PIXEL * (args.size[0] * args.size[1]) as u64;
+    let elements = BYTES_PER_FACE * mesh.triangles.len().max(mesh.positions.len()) as u64;
+    let image = texture.as_ref().map_or(0, |t| 8 * t.rgba.len() as u64);
+    let needed = mesh.bytes() + image + elements + pixels;
     let picture = console.start(&args.run).execute(|ctx| {
-        ctx.reserve(bytes as u64)?;
+        ctx.reserve(needed, "Raise the limit, or ask for a smaller picture")?;
         render(&mesh, texture.as_ref(), &style, ctx)
     })?;
     if picture.not_shown > 0 {

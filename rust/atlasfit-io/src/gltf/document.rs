@@ -29,6 +29,7 @@ impl<'d> Document<'d> {
         let data = input.data;
         let Chunks { json, binary } =
             if data.starts_with(b"glTF") { chunks(input)? } else { Chunks { json: data, binary: None } };
+        input.reserve(json_bytes(json), 1)?;
         let json: Value = serde_json::from_slice(json).map_err(|e| {
             input.malformed(
                 if data.starts_with(b"{") { Location::Line(e.line() as u64) } else { Location::Byte(20) },
@@ -67,7 +68,10 @@ impl<'d> Document<'d> {
         let image = list(&self.json, "images").get(image)?;
         match image["uri"].as_str() {
             Some(uri) => match uri.strip_prefix("data:") {
-                Some(data) => base64(data.split_once(',')?.1.as_bytes()),
+                Some(data) => {
+                    input.reserve(data.len() / 4, 3).ok()?;
+                    base64(data.split_once(',')?.1.as_bytes())
+                }
                 None => input.beside(&unescape(uri)),
             },
             None => {
@@ -77,6 +81,40 @@ impl<'d> Document<'d> {
             }
         }
     }
+}
+
+/// Bytes of memory that a JSON text takes when it is read, counted before it is: a rough upper bound. What an
+/// array or an object costs is far more than its two brackets.
+fn json_bytes(json: &[u8]) -> usize {
+    /// An array: room for four values.
+    const ARRAY: usize = 360;
+    /// An object: room for four names and values, and the table that finds them.
+    const OBJECT: usize = 640;
+    /// A further value of an array or an object; vectors have room for up to twice as many.
+    const VALUE: usize = 160;
+    /// A name or text beside its letters.
+    const TEXT: usize = 48;
+    let (mut sum, mut at) = (json.len(), 0);
+    while let Some(&byte) = json.get(at) {
+        at += 1;
+        sum += match byte {
+            b'[' => ARRAY,
+            b'{' => OBJECT,
+            b',' => VALUE,
+            b'"' => {
+                // To the quote that ends it: one without an odd number of backslashes before it.
+                while let Some(&inside) = json.get(at) {
+                    at += if inside == b'\\' { 2 } else { 1 };
+                    if inside == b'"' {
+                        break;
+                    }
+                }
+                TEXT
+            }
+            _ => 0,
+        };
+    }
+    sum
 }
 
 /// The chunks of a GLB.
@@ -121,6 +159,7 @@ fn buffers<'d>(input: &mut Input<'d>, json: &Value, binary: Option<&'d [u8]>) ->
             continue;
         };
         let bytes = if let Some(rest) = uri.strip_prefix("data:") {
+            input.reserve(rest.len() / 4, 3)?;
             rest.split_once(',').and_then(|(_, text)| base64(text.as_bytes()))
         } else {
             // Files beside this one only: a model has no business anywhere else.
@@ -145,7 +184,6 @@ fn buffers<'d>(input: &mut Input<'d>, json: &Value, binary: Option<&'d [u8]>) ->
                 "Put the file that it names beside the glTF file, or write a GLB",
             ));
         };
-        input.reserve(bytes.len(), 1)?;
         out.push(Cow::Owned(bytes));
     }
     Ok(out)

@@ -119,7 +119,8 @@ impl Trainer {
             Network::Dense => BYTES_PER_SAMPLE * (grid[0] * grid[1]) as u64 + BYTES_PER_DENSE,
             Network::Conv => BYTES_PER_CONV,
         };
-        ctx.reserve((options.charts as u64).saturating_mul(bytes))?;
+        let needed = (options.charts as u64).saturating_mul(bytes);
+        ctx.reserve(needed, "Raise the limit, or ask for fewer charts")?;
         let charts = (0..options.charts as u64)
             .into_par_iter()
             .map(|chart| {

@@ -134,6 +134,7 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
     options.validate()?;
     ctx.reserve(
         BYTES_PER_POINT * points.len() as u64 + BYTES_PER_VOXEL * (options.resolution as u64 + 3).pow(3),
+        "Raise the limit, lower the resolution, or give fewer points",
     )?;
     ctx.stage(Stage::Fit, options.iterations + 1);
     let epsilon = options.epsilon.unwrap_or(noise.max(EPSILON));

@@ -11,7 +11,7 @@ mod owners;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::Vec3;
-use crate::run::{Context, Stage};
+use crate::run::{Context, Stage, total_bytes, try_vec, with_threads};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
@@ -30,8 +30,11 @@ const LEAST_DISTANCE2: f64 = 1e-300;
 const TEXELS_PER_POINT: f64 = 4.0;
 /// Share of a page that charts cover, for estimates. Measured with `atlasfit bench unwrap`.
 const COVERAGE: f64 = 0.7;
-/// Memory per texel: owner, colour, state and front of the spreading, rounded up.
+/// Bytes for one texel: owner, colour, state and front of the spreading; twice, and encoding the image is
+/// covered too. Measured by `tests/memory.py --measure`.
 const BYTES_PER_TEXEL: u64 = 20;
+/// Bytes for one point whose colours are baked: its place in the search tree. Measured as for texels.
+const BYTES_PER_POINT: u64 = 110;
 
 /// An image of 8 bits per channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -89,6 +92,33 @@ pub fn side_for(points: usize) -> u32 {
     (side as u32).next_power_of_two().clamp(512, 8192)
 }
 
+/// Bytes that [`bake`] needs at its peak with so many threads for a mesh of so many vertices and faces, which
+/// are included, and the colours of so many points (0 for those of the vertices). A rough upper bound.
+///
+/// ```
+/// use atlasfit::bake::{BakeOptions, memory_needed};
+/// let options = BakeOptions::default().with_size([4096; 2]);
+/// assert!(memory_needed(50_000, 100_000, 0, &options, 2) > 16 << 24);
+/// ```
+#[must_use]
+pub fn memory_needed(
+    vertices: usize,
+    faces: usize,
+    points: usize,
+    options: &BakeOptions,
+    threads: usize,
+) -> u64 {
+    // Positions and colours; corners and their UVs; a cloud of positions and colours.
+    let held = [(vertices, 40), (faces, 36), (points, 40 + BYTES_PER_POINT)];
+    total_bytes(&held).saturating_add(texel_bytes(options, threads))
+}
+
+/// Bytes of the texture and of the threads that fill it.
+fn texel_bytes(options: &BakeOptions, threads: usize) -> u64 {
+    let [width, height] = options.size.map(|s| s as usize);
+    with_threads(total_bytes(&[(width.saturating_mul(height), BYTES_PER_TEXEL)]), threads)
+}
+
 /// Bakes colours into a texture for the mesh's UVs; faces or parts outside [0, 1] are left out.
 ///
 /// # Errors
@@ -111,7 +141,14 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         return Err(Error::invalid(format!("the texture is {width} by {height}"), "Give 1 to 65536 texels"));
     }
     mesh.validate()?;
-    ctx.reserve((width * height) as u64 * BYTES_PER_TEXEL)?;
+    let points = match colors {
+        Colors::Vertices => 0,
+        Colors::Points(cloud) => cloud.bytes() + BYTES_PER_POINT * cloud.len() as u64,
+    };
+    ctx.reserve(
+        mesh.bytes() + points + texel_bytes(options, ctx.threads()),
+        "Raise the limit, or ask for a smaller texture",
+    )?;
     ctx.stage(Stage::Bake, height);
     let uv = mesh.corner_uv.as_ref().filter(|uv| !uv.is_empty() && uv.len() == mesh.triangles.len());
     let uv = uv.ok_or_else(|| Error::empty("the mesh has no UVs", "Unwrap it first"))?;
@@ -120,7 +157,7 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         Colors::Points(cloud) => of_points(mesh, cloud, ctx)?,
     };
     let owner = owners(uv, width, height, ctx)?;
-    let mut rgba = vec![[0u8; 4]; width * height];
+    let mut rgba = try_vec([0u8; 4], width * height)?;
     rgba.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS)).enumerate().try_for_each(
         |(block, (texels, owner))| {
             ctx.check()?;

@@ -80,7 +80,10 @@ pub(crate) fn sample<'c>(
         // Stopping early beats running out of memory late.
         done += pairs.len();
         let blocks = (grid.blocks() + groups.len()) as f64 * grid.pairs as f64 / done.max(1) as f64;
-        ctx.reserve(fixed + BLEND.bytes_per_block * blocks as u64)?;
+        ctx.reserve(
+            fixed + BLEND.bytes_per_block * blocks as u64,
+            "Raise the limit, lower the detail, or give fewer points",
+        )?;
         append(&mut grid, blocks_of(&source, &groups, ctx)?, ctx)?;
         from = to;
     }

@@ -69,9 +69,27 @@ impl PointCloud {
     pub fn len(&self) -> usize {
         self.positions.len()
     }
+    /// Bytes that its arrays hold.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        point_bytes(&self.positions, &self.normals, &self.colors, &self.attributes)
+    }
     /// Whether there is no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
+}
+
+/// Bytes that the columns of points or vertices hold.
+pub(super) fn point_bytes(
+    positions: &[[f64; 3]],
+    normals: &Option<Vec<[f32; 3]>>,
+    colors: &Option<Vec<[f32; 4]>>,
+    attributes: &[Attribute],
+) -> u64 {
+    let normals = normals.as_ref().map_or(0, |c| size_of_val(&c[..]));
+    let colors = colors.as_ref().map_or(0, |c| size_of_val(&c[..]));
+    let others: usize = attributes.iter().map(|a| size_of_val(&a.values[..])).sum();
+    (size_of_val(positions) + normals + colors + others) as u64
 }

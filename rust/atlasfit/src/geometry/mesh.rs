@@ -1,6 +1,6 @@
 //! A triangle mesh with per-vertex attributes and per-corner texture coordinates.
 
-use super::cloud::{Attribute, PointCloud};
+use super::cloud::{Attribute, PointCloud, point_bytes};
 use crate::error::{Error, Result};
 
 /// A triangle mesh. Positions are f64 in the user's unit and frame. Counter-clockwise triangles face outward.
@@ -46,6 +46,15 @@ impl TriMesh {
             }
         }
         Ok(())
+    }
+
+    /// Bytes that its arrays hold.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let of_vertices = point_bytes(&self.positions, &self.normals, &self.colors, &self.attributes);
+        let uv = self.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
+        let chart = self.face_chart.as_ref().map_or(0, |c| size_of_val(&c[..]));
+        of_vertices + (size_of_val(&self.triangles[..]) + uv + chart) as u64
     }
 
     /// The vertices as a point cloud with their attributes.

@@ -6,6 +6,7 @@
 
 use super::chamfer::chamfer;
 use super::locate::{Foot, Locator};
+use super::memory::{ADVICE, Counts, distance_work};
 use super::sample::{Sample, area_vector, uniform};
 use super::statistics::Distances;
 use super::topology::{Topology, topology};
@@ -111,6 +112,7 @@ pub fn surface(
     ctx: &Context<'_>,
 ) -> Result<SurfaceDistance> {
     check(options)?;
+    ctx.reserve(distance_memory_needed(result, truth, options, ctx.threads()), ADVICE)?;
     ctx.stage(Stage::Measure, 2 * options.samples + 4 * options.chamfer_samples);
     let (to_truth, to_result) = (Locator::new(truth, ctx)?, Locator::new(result, ctx)?);
     ctx.check()?;
@@ -186,6 +188,9 @@ pub fn points_each(
     ctx: &Context<'_>,
 ) -> Result<(PointDistance, Vec<f64>)> {
     check(options)?;
+    let counts = Counts { points: cloud.len(), faces: 0 };
+    let work = distance_work(counts, counts_of(truth), samples(counts, options), ctx.threads());
+    ctx.reserve(cloud.bytes() + truth.bytes() + work, ADVICE)?;
     let finite: Vec<Vec3> =
         cloud.positions.iter().copied().map(Vec3).filter(|p| p.iter().all(|x| x.is_finite())).collect();
     if finite.is_empty() {
@@ -206,6 +211,38 @@ pub fn points_each(
         not_finite: cloud.len() - finite.len(),
     };
     Ok((all, feet.iter().map(|f| f.as_ref().map_or(f64::INFINITY, distance)).collect()))
+}
+
+/// Bytes that [`surface()`] needs at its peak with so many threads, both meshes included: a rough upper
+/// bound. For [`points()`] the result is a mesh without triangles.
+///
+/// ```
+/// use atlasfit::{geometry::TriMesh, measure::{DistanceOptions, distance_memory_needed}};
+/// let mesh = TriMesh::new(vec![[0.0; 3]; 10_000], vec![[0, 1, 2]; 20_000]);
+/// assert!(distance_memory_needed(&mesh, &mesh, &DistanceOptions::default(), 2) > 1 << 24);
+/// ```
+#[must_use]
+pub fn distance_memory_needed(
+    result: &TriMesh,
+    truth: &TriMesh,
+    options: &DistanceOptions,
+    threads: usize,
+) -> u64 {
+    let (of_result, of_truth) = (counts_of(result), counts_of(truth));
+    let work = distance_work(of_result, of_truth, samples(of_result, options), threads);
+    (result.bytes() + truth.bytes()).saturating_add(work)
+}
+
+fn counts_of(mesh: &TriMesh) -> Counts {
+    Counts { points: mesh.positions.len(), faces: mesh.triangles.len() }
+}
+
+/// Samples that are held at a time, measured points included.
+fn samples(result: Counts, options: &DistanceOptions) -> usize {
+    match result.faces {
+        0 => result.points.saturating_mul(2).saturating_add(options.chamfer_samples),
+        _ => options.samples.saturating_mul(2).saturating_add(options.chamfer_samples.saturating_mul(3)),
+    }
 }
 
 fn check(options: &DistanceOptions) -> Result<()> {

@@ -6,6 +6,7 @@
 mod chamfer;
 pub mod distance;
 pub mod locate;
+mod memory;
 pub mod sample;
 #[cfg(test)]
 mod shapes;
@@ -14,8 +15,11 @@ pub mod topology;
 pub mod uv;
 
 pub use chamfer::chamfer;
-pub use distance::{DistanceOptions, PointDistance, SurfaceDistance, points, points_each, surface};
+pub use distance::{
+    DistanceOptions, PointDistance, SurfaceDistance, distance_memory_needed, points, points_each, surface,
+};
 pub use locate::{Foot, Locator};
+pub use memory::memory_needed;
 pub use statistics::Distances;
 pub use topology::{Topology, topology};
 pub use uv::{Charts, UvQuality, charts, uv};

@@ -36,7 +36,6 @@ pub struct Sample {
 /// # Ok::<(), atlasfit::Error>(())
 /// ```
 pub fn uniform(mesh: &TriMesh, count: usize, seed: u64, ctx: &Context<'_>) -> Result<Vec<Sample>> {
-    ctx.reserve((count * 2 * size_of::<Sample>()) as u64)?;
     mesh.validate()?;
     let mut total = 0.0;
     let below: Vec<f64> = (0..mesh.triangles.len())

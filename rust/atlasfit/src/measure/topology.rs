@@ -4,6 +4,7 @@
 //! whose vertices are split along UV seams is judged as the surface that it shows. Faces that name a place
 //! twice are counted and set aside. Out: counts.
 
+use super::memory;
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::numeric::vec3::{self, Vec3};
@@ -76,6 +77,7 @@ impl Topology {
 /// ```
 pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
     mesh.validate()?;
+    memory::reserve(mesh, ctx)?;
     let triangles = welded(mesh, ctx)?;
     let (n, f) = (mesh.positions.len(), triangles.len());
     let mut named = vec![false; n];

@@ -37,7 +37,7 @@ pub(super) fn finish(
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     let Built { charts, projected, frame, input, .. } = built;
-    let uv_charts = if options.uv { lay_out(&mut mesh, projected.len(), options, ctx)? } else { 0 };
+    let uv_charts = if options.uv { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
     for p in &mut mesh.positions {
         *p = frame.to_user(Vec3(*p)).0;
@@ -78,14 +78,14 @@ pub(super) fn finish(
     })
 }
 
-/// Lays out the mesh's UVs; returns how many charts they have. `points` are still in memory.
-fn lay_out(mesh: &mut TriMesh, points: usize, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
-    let (own, faces) = (PIPELINE.bytes_per_point / 3 * points as u64, mesh.triangles.len() as u64);
-    ctx.reserve(own + PIPELINE.bytes_per_triangle * faces)?;
-    let how = UnwrapOptions::default()
-        .with_max_stretch(PIPELINE.uv_stretch)
-        .with_page_size([options.texture_size; 2]);
-    let layout = unwrap::unwrap(mesh, &how, ctx)?;
+/// How the UVs are laid out.
+pub(super) fn uv_options(options: &DenoiseOptions) -> UnwrapOptions {
+    UnwrapOptions::default().with_max_stretch(PIPELINE.uv_stretch).with_page_size([options.texture_size; 2])
+}
+
+/// Lays out the mesh's UVs; returns how many charts they have.
+fn lay_out(mesh: &mut TriMesh, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<usize> {
+    let layout = unwrap::unwrap(mesh, &uv_options(options), ctx)?;
     mesh.corner_uv = Some(layout.corner_uv);
     mesh.face_chart = Some(layout.face_chart);
     Ok(layout.charts)

@@ -13,6 +13,7 @@ pub(crate) mod constants;
 mod finish;
 mod fit_atlas;
 pub mod guide;
+mod memory;
 mod options;
 pub mod prepare;
 mod report;
@@ -20,6 +21,7 @@ mod sheets;
 mod surface;
 
 pub use guide::Guide;
+pub use memory::memory_needed;
 pub use options::{DenoiseOptions, Outliers};
 pub use report::{Denoised, Report};
 
@@ -69,7 +71,9 @@ pub fn denoise_guided(
     if let Some(guide) = guide {
         guide.validate()?;
     }
-    run.execute(|ctx| denoise_in(cloud, options, guide, ctx))
+    let mut denoised = run.execute(|ctx| denoise_in(cloud, options, guide, ctx))?;
+    denoised.report.warnings.extend(run.threads_warning());
+    Ok(denoised)
 }
 
 /// The stages to come and their shares of the time, for the overall progress. In per cent, measured with
@@ -94,9 +98,12 @@ fn denoise_in(
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     ctx.plan(&plan(guide.is_some(), options.uv));
-    ctx.reserve(constants::PIPELINE.bytes_per_point * cloud.len() as u64)?;
+    // What the scan holds beside its positions is held all the time.
+    let columns = cloud.bytes() - 24 * cloud.len() as u64;
+    memory::reserve(cloud.len(), columns, options, ctx)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let mut scan = prepare::prepare(distinct, options.noise, ctx)?;
+    memory::reserve_scan(&scan, columns, options, ctx)?;
     let scan_noise = scan.noise;
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;

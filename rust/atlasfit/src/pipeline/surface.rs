@@ -103,11 +103,15 @@ pub(super) fn build(
     })
 }
 
+/// Area of the surface, about: the squares that the points stand for.
+pub(super) fn area(sampling: &Sampling) -> f64 {
+    let widest = PIPELINE.alone * SPATIAL.widest * sampling.median;
+    sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
+}
+
 /// Side of the voxels for a detail of 1.
 pub(super) fn voxel(sampling: &Sampling) -> f64 {
-    let widest = PIPELINE.alone * SPATIAL.widest * sampling.median;
-    let squares = sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2));
-    let spread = (squares.sum::<f64>() / sampling.spacing.len() as f64).sqrt();
+    let spread = (area(sampling) / sampling.spacing.len() as f64).sqrt();
     (PIPELINE.voxel * sampling.median).max(PIPELINE.voxel_spread * spread)
 }
 

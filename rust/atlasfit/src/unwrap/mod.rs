@@ -21,6 +21,7 @@ mod first;
 mod flatten;
 mod large;
 mod layout;
+mod memory;
 mod merge;
 mod options;
 mod pack;
@@ -31,6 +32,7 @@ mod surface;
 mod warnings;
 
 pub use layout::UvLayout;
+pub use memory::memory_needed;
 pub use options::{Packer, STRETCH_LIMIT, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
 
@@ -117,6 +119,7 @@ fn packed_by(
     ctx: &Context<'_>,
 ) -> Result<UvLayout> {
     options.validate(mesh)?;
+    memory::reserve(mesh, options, ctx)?;
     ctx.plan(&SHARES);
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options, ctx)?;

@@ -172,7 +172,7 @@ fn in_turn(meshes: &[PathBuf], other: &Path, args: &Args, folder: &Path, console
     let (stretch, threads) = (args.max_stretch.to_string(), args.run.threads.to_string());
     let out = folder.join("in-turn.obj");
     for mesh in meshes {
-        console.check()?;
+        console.check(&args.run, "measuring")?;
         let name = mesh.file_stem().unwrap_or_default().to_string_lossy();
         let arguments: [&dyn AsRef<OsStr>; 8] =
             [&"unwrap", mesh, &"-o", &out, &"--max-stretch", &stretch, &"--threads", &threads];

@@ -13,6 +13,7 @@ pub use layout::{MOST_PAGES, Pages, coverage};
 pub use overlap::TEXELS;
 pub use stretch::face_stretch;
 
+use super::memory;
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::run::{Context, Stage};
@@ -86,6 +87,7 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
 /// [`IndexOutOfRange`](crate::Error::IndexOutOfRange) for the page of a face.
 pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQuality> {
     let laid = laid_out(mesh, pages)?;
+    memory::reserve(mesh, ctx)?;
     let uvs = laid.uvs;
     let m = uvs.len();
     ctx.stage(Stage::Measure, 4);

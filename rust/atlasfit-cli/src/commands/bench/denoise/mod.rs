@@ -150,7 +150,7 @@ impl<'a> Bench<'a> {
         let (out, threads) = (self.folder.join("in-turn.ply"), self.args.run.threads.to_string());
         for &sigma in &self.args.sigmas {
             for shape in &self.args.shapes {
-                self.console.check()?;
+                self.console.check(&self.args.run, "measuring")?;
                 let cell = self.cell(shape, sigma)?;
                 let arguments: [&dyn AsRef<OsStr>; 6] =
                     [&"denoise", &cell.scan, &"-o", &out, &"--threads", &threads];

@@ -1,0 +1,80 @@
+//! How much memory denoising needs.
+//!
+//! In: the number of points; then, once they are looked at, how far apart they lie. Out: bytes, known before
+//! charts are cut: first what a scan of this size usually needs, then what this one does.
+
+use super::options::DenoiseOptions;
+use super::prepare::Scan;
+use super::surface;
+use crate::error::Result;
+use crate::run::{Context, total_bytes, with_threads};
+use crate::unwrap;
+
+/// Bytes for one point while the surface is contoured: the user's columns, points, charts. Measured, as all
+/// below, as peak resident memory by `tests/memory.py --measure`.
+const BYTES_PER_POINT: u64 = 290;
+/// Bytes for one point while UVs are laid out: the user's columns, the points on the charts, the charts.
+const BYTES_PER_POINT_WITH_UV: u64 = 230;
+/// Bytes for one vertex of the surface while it is contoured: the blocks of voxels about it, its faces.
+const BYTES_PER_SURFACE_VERTEX: u64 = 350;
+/// Bytes for one vertex of the surface while UVs are laid out, beside what unwrapping needs: its columns.
+const BYTES_PER_HELD_VERTEX: u64 = 40;
+/// Bytes of the pairs of a point and a block that are contoured at a time.
+const PAIRS_BYTES: u64 = 60 << 20;
+/// Bytes of the pairs of one point: small scans do not fill the above.
+const PAIRS_BYTES_PER_POINT: u64 = 900;
+/// Vertices of the surface for each square of a voxel's side on it.
+const VERTICES_PER_VOXEL: f64 = 1.35;
+/// Vertices of the surface for one point of an even sampling: a point stands for 1 / 0.75^2 squares.
+const VERTICES_PER_POINT: f64 = 2.1;
+
+/// What else than a higher limit helps.
+const ADVICE: &str = "Raise the limit, lower the detail, leave out the UVs, or give fewer points";
+
+/// Bytes that [`denoise`](super::denoise) needs at its peak with so many threads for an evenly sampled scan
+/// of so many points, which are included. A scan whose spacing varies needs more: that is found, and refused if
+/// the run's limit is lower, once its spacing is known.
+///
+/// ```
+/// use atlasfit::pipeline::{DenoiseOptions, memory_needed};
+/// let options = DenoiseOptions::default();
+/// let with_uv = memory_needed(1_000_000, &options, 4);
+/// assert!(with_uv > 1 << 30 && with_uv > memory_needed(1_000_000, &options.with_uv(false), 4));
+/// ```
+#[must_use]
+pub fn memory_needed(points: usize, options: &DenoiseOptions, threads: usize) -> u64 {
+    let vertices = VERTICES_PER_POINT * points as f64 * options.detail.powi(2);
+    needed(points, vertices as usize, options, threads)
+}
+
+/// Bytes for so many points and a surface of so many vertices.
+fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
+    let pairs = total_bytes(&[(points, PAIRS_BYTES_PER_POINT)]).min(PAIRS_BYTES);
+    let contouring = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SURFACE_VERTEX), (1, pairs)];
+    let contouring = with_threads(total_bytes(&contouring), threads);
+    if !options.uv {
+        return contouring;
+    }
+    let how = super::finish::uv_options(options);
+    let unwrapping = unwrap::memory_needed(vertices, vertices.saturating_mul(2), &how, threads);
+    let with_uv = [(points, BYTES_PER_POINT_WITH_UV), (vertices, BYTES_PER_HELD_VERTEX), (1, unwrapping)];
+    contouring.max(total_bytes(&with_uv))
+}
+
+/// Fails where so many points usually need more than the run may use.
+pub(super) fn reserve(points: usize, extra: u64, options: &DenoiseOptions, ctx: &Context<'_>) -> Result<()> {
+    ctx.reserve(memory_needed(points, options, ctx.threads()).saturating_add(extra), ADVICE)
+}
+
+/// Fails where this scan needs more than the run may use.
+pub(super) fn reserve_scan(
+    scan: &Scan,
+    extra: u64,
+    options: &DenoiseOptions,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let side = surface::voxel(&scan.sampling) / options.detail;
+    let vertices = VERTICES_PER_VOXEL * surface::area(&scan.sampling) / (side * side);
+    let own = needed(scan.points.len(), vertices as usize, options, ctx.threads());
+    ctx.reserve(own.saturating_add(extra), ADVICE)
+}

@@ -1,0 +1,66 @@
+//! Memory: what work needs before it starts, and large arrays that may be refused.
+//!
+//! In: counts. Out: vectors, or the error that there is no room for them.
+//! The bytes for one element that the stages name are measured as peak resident memory by `tests/memory.py`.
+
+use crate::error::{Error, Result};
+
+/// What one worker thread takes at its peak, in bytes: its stack, its scratch arrays and the allocator's
+/// pools of its own. Measured as the difference between 8 threads and 1 (`tests/memory.py --measure`).
+const PER_THREAD_BYTES: u64 = 6 << 20;
+
+/// Bytes that a job needs of which one thread would need `work`: what the threads hold of their own is no
+/// more than that again.
+pub(crate) fn with_threads(work: u64, threads: usize) -> u64 {
+    work.saturating_add(PER_THREAD_BYTES.saturating_mul(threads as u64).min(work))
+}
+
+/// The bytes of several kinds of things: the sum of how many there are times the bytes for one, at most
+/// `u64::MAX`.
+pub(crate) fn total_bytes(kinds: &[(usize, u64)]) -> u64 {
+    kinds.iter().fold(0u64, |sum, &(n, each)| sum.saturating_add(each.saturating_mul(n as u64)))
+}
+
+/// Asks the system for so many bytes and gives them back untouched: where address space or committed memory
+/// is limited (`ulimit -v`, containers, Windows), work that cannot end is refused before it starts. What
+/// others take in the meantime is not foreseen.
+///
+/// # Errors
+/// [`Error::AllocationFailed`].
+pub(super) fn probe(bytes: u64) -> Result<()> {
+    let room = usize::try_from(bytes).map_err(|_| Error::AllocationFailed { bytes })?;
+    with_room::<u8>(room).map(drop)
+}
+
+/// `n` times `value`, for arrays that grow with the input: where the system has no room for them the run ends
+/// with an error, not the process.
+///
+/// # Errors
+/// [`Error::AllocationFailed`].
+pub(crate) fn try_vec<T: Clone>(value: T, n: usize) -> Result<Vec<T>> {
+    let mut out = with_room(n)?;
+    out.resize(n, value);
+    Ok(out)
+}
+
+/// An empty vector with room for `n`.
+fn with_room<T>(n: usize) -> Result<Vec<T>> {
+    let mut out = Vec::new();
+    let bytes = (n as u64).saturating_mul(size_of::<T>() as u64);
+    out.try_reserve_exact(n).map_err(|_| Error::AllocationFailed { bytes })?;
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_array_that_no_memory_holds_is_an_error() {
+        assert_eq!(try_vec(7u8, 3), Ok(vec![7; 3]));
+        let refused = try_vec(0u64, usize::MAX / 32);
+        assert!(matches!(refused, Err(Error::AllocationFailed { bytes }) if bytes > 1 << 60), "{refused:?}");
+        assert_eq!(probe(1 << 20), Ok(()));
+        assert_eq!(probe(1 << 60), Err(Error::AllocationFailed { bytes: 1 << 60 }));
+    }
+}

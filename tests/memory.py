@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+"""Does --max-memory hold? Runs the program on meshes and scans under limits and prints a table: command, input, threads, limit, accepted or
+refused, peak resident memory, seconds, what the refusal says. An accepted run may peak at 1.1 times its limit + 30 MB (the program itself and
+what the system keeps of freed memory); a refused one ends with status 1 and says how much is needed, before any work.
+
+    tests/memory.py target/release/atlasfit --data ../shared/data            # all; about half an hour on two cores
+    tests/memory.py target/release/atlasfit --only unwrap --limits 50M,300M   # a part
+    tests/memory.py target/release/atlasfit --measure                         # peaks without a limit: where the bytes per element come from
+
+The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render come from --measure.
+tests/python/test_memory.py runs a small case of this in CI.
+"""
+
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+MB = 1 << 20
+FACTOR, SLACK = 1.1, 30 * MB
+UNITS = {"": 1, "K": 1 << 10, "M": MB, "G": 1 << 30}
+
+
+def size(text):
+    number, unit = re.fullmatch(r"([\d.]+)([KMG]?)", text).groups()
+    return int(float(number) * UNITS[unit])
+
+
+def write_ply(path, points, faces=None):
+    """Binary PLY with single-precision positions, and triangles if there are any."""
+    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"] + [f"property float {c}" for c in "xyz"]
+    if faces is not None:
+        head += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    with open(path, "wb") as out:
+        out.write(("\n".join(head) + "\nend_header\n").encode())
+        out.write(np.asarray(points, "<f4").tobytes())
+        if faces is not None:
+            rows = np.zeros(len(faces), [("n", "u1"), ("v", "<i4", 3)])
+            rows["n"], rows["v"] = 3, faces
+            out.write(rows.tobytes())
+    return path
+
+
+def grid(n):
+    """A wavy sheet of n by n vertices."""
+    i = np.stack(np.meshgrid(np.arange(n), np.arange(n), indexing="ij"), -1).reshape(-1, 2)
+    at = np.c_[i / n, 0.05 * np.sin(i[:, 0] / 9) * np.cos(i[:, 1] / 13)]
+    k = np.arange(n * n).reshape(n, n)
+    a, b, c, d = k[:-1, :-1].ravel(), k[1:, :-1].ravel(), k[1:, 1:].ravel(), k[:-1, 1:].ravel()
+    return at, np.r_[np.c_[a, b, c], np.c_[a, c, d]]
+
+
+def soup(n):
+    """Triangles that share no vertices: each is a chart of its own."""
+    rng = np.random.default_rng(1)
+    at = rng.random((n, 1, 3)) + 0.01 * rng.normal(size=(n, 3, 3))
+    return at.reshape(-1, 3), np.arange(3 * n).reshape(-1, 3)
+
+
+def ball(n):
+    """Points of a bumpy ball with noise."""
+    rng = np.random.default_rng(1)
+    p = rng.normal(size=(n, 3))
+    p /= np.linalg.norm(p, axis=1)[:, None]
+    return p * (1 + 0.2 * np.sin(6 * p[:, :1]) * np.cos(5 * p[:, 1:2]) + 0.003 * rng.normal(size=(n, 1)))
+
+
+def deep_json(n):
+    """A glTF file whose JSON takes many times its bytes in memory once it is read."""
+    return '{"asset":{"version":"2.0"},"extras":[' + ",".join(['{"a":[1]}'] * n) + "]}"
+
+
+# A new process is charged with the memory of the one that started it: this small one stands between, and tells the peak on its output.
+LAUNCH = """
+import os, sys
+child = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ, file_actions=[(os.POSIX_SPAWN_DUP2, 2, 1)])
+_, status, used = os.wait4(child, 0)
+print(used.ru_maxrss, os.waitstatus_to_exitcode(status))
+"""
+
+
+def run(program, args, limit=None):
+    """Peak bytes, seconds, exit status, text on standard error."""
+    command = [str(program), *map(str, args), "--quiet", *(["--max-memory", str(limit)] if limit else [])]
+    started = time.monotonic()
+    done = subprocess.run([sys.executable, "-I", "-S", "-c", LAUNCH, *command], capture_output=True, text=True, errors="replace")
+    kilobytes, status = map(int, done.stdout.split())
+    return kilobytes * 1024, time.monotonic() - started, status, done.stderr.strip()
+
+
+def judge(peak, status, text, limit):
+    """What is wrong with a run under a limit; nothing if all is well."""
+    if peak > FACTOR * limit + SLACK:
+        return f"peak of {peak / MB:.0f} MB under a limit of {limit / MB:.0f} MB"
+    if status != 0 and not (status == 1 and "more than the limit" in text):
+        return f"exit status {status}: {text}"
+    return None
+
+
+def cases(folder, data):
+    """(command, file, further arguments). {out} is a folder for outputs."""
+    made = lambda name, *content: write_ply(folder / name, *content)
+    small, large = made("grid80k.ply", *grid(200)), made("grid977k.ply", *grid(700))
+    torn, scan, many = made("soup50k.ply", *soup(50_000)), made("ball100k.ply", ball(100_000)), made("ball1m.ply", ball(1_000_000))
+    json = folder / "deep.gltf"
+    json.write_text(deep_json(1_500_000))
+    shared = [data / p for p in ("denoise/dragon.ply", "uv/dragon_500k.ply")] if data else []
+    scans = [data / p for p in ("scans/table_kinect.ply", "scans/rabbit_scan.ply", "torture/outl20.ply")] if data else []
+    for mesh in [small, torn, large, *shared]:
+        yield "unwrap", mesh, ["-o", "{out}/u.ply"]
+        yield "info", mesh, []
+        yield "measure", mesh, []
+        yield "render", mesh, ["-o", "{out}/r.png"]
+        yield "convert", mesh, ["{out}/c.glb"]
+    yield "measure", small, ["--against", large]
+    yield "measure", small, ["--against", small, "--samples", "2000000"]
+    yield "measure", many, ["--against", small]
+    yield "render", small, ["-o", "{out}/r.png", "--size", "4000x4000"]
+    yield "convert", json, ["{out}/c.ply"]
+    for points in [scan, *scans, many]:
+        yield "denoise", points, ["--points", "{out}/p.ply"]
+        yield "denoise", points, ["-o", "{out}/d.ply"]
+        yield "info", points, []
+        yield "convert", points, ["{out}/c.xyz"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("--data", type=pathlib.Path, help="folder of the shared meshes and scans")
+    parser.add_argument("--only", default="", help="cases whose line holds this word")
+    parser.add_argument("--limits", default="20M,50M,100M,200M,400M,800M,1600M")
+    parser.add_argument("--threads", default="1,8")
+    parser.add_argument("--measure", action="store_true", help="no limits: peaks only")
+    options = parser.parse_args()
+    limits = [None] if options.measure else [size(s) for s in options.limits.split(",")]
+    print(f"{'command':9}{'input':20}{'threads':>8}{'limit MB':>10}  {'outcome':9}{'peak MB':>8}{'seconds':>9}  {'says'}")
+    wrong = 0
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        for command, file, more in cases(folder, options.data):
+            if options.only not in " ".join(map(str, [command, file.name, *more])):
+                continue
+            for threads in options.threads.split(","):
+                arguments = [command, file, *(str(a).format(out=folder) for a in more), "--threads", threads]
+                for limit in limits:
+                    peak, seconds, status, text = run(options.program, arguments, limit)
+                    problem = judge(peak, status, text, limit) if limit else (text if status else None)
+                    wrong += problem is not None
+                    outcome = "WRONG" if problem else "accepted" if status == 0 else "refused"
+                    says = problem or (text.split("needs about ")[-1].split(" of memory")[0] if status else "")
+                    told = f"{limit / MB:.0f}" if limit else "none"
+                    name = " ".join([file.name, *(str(m) for m in more if "{out}" not in str(m) and m != "-o")])
+                    print(f"{command:9}{name[-28:]:30}{threads:>4}{told:>6}  {outcome:9}{peak / MB:8.0f}{seconds:9.2f}  {says}", flush=True)
+                    if limit and status == 0:
+                        break  # a higher limit changes nothing
+    print(f"{wrong} wrong")
+    return wrong > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
