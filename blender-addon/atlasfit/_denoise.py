@@ -183,7 +183,8 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
         face_charts=copy("surface_face_charts", (t,), np.uint32) if raw.has_uv else None,
         colors=copy("surface_colors", (v, 4), np.float32) if raw.has_colors else None,
         attributes={
-            name: copy("surface_attribute", (v, *shape), np.float64, i) for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
+            name: columns.carried(i, copy("surface_attribute", (v, *shape), np.float64, i))
+            for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
         },
     )
     atlas = Handle("atlas")

@@ -10,9 +10,11 @@ use super::moments::{PatchPoints, fit_quadric, quad};
 use crate::atlas::Monge;
 use crate::atlas::Patch;
 use crate::atlas::ProjectedPoint;
+use crate::error::Result;
 use crate::numeric::dense::principal;
 use crate::numeric::robust::TUKEY;
 use crate::numeric::vec3::Vec3;
+use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 
 /// What growing needs to know of the scan.
@@ -55,6 +57,9 @@ const CURVED: f64 = 0.35;
 const MAX_LENGTHEN: f64 = 2.5;
 /// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
 const GROWTH: f64 = 1.3;
+/// A step that enlarges the radius by less than this factor is the last: a patch of a hundred points gains
+/// less than one by it.
+const LEAST_GROWTH: f64 = 1.004;
 /// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a
 /// few thousand tell as much.
 const MAX_FOUND: usize = 4096;
@@ -78,29 +83,19 @@ struct State {
     residual: f64,
 }
 
-/// Grows a patch from point `seed`.
-#[must_use]
+/// Grows a patch from point `seed`; none where there are too few points.
+///
+/// # Errors
+/// Cancelled or out of time.
 pub(crate) fn grow(
     points: &[Vec3],
     tree: &Neighbours,
     seed: usize,
     p: &GrowParams<'_>,
     scratch: &mut Scratch,
-) -> Option<Patch> {
-    let mut found = std::mem::take(&mut scratch.found);
-    let patch = grow_from(points, tree, seed, p, &mut found, &mut scratch.local);
-    scratch.found = found;
-    patch
-}
-
-fn grow_from(
-    points: &[Vec3],
-    tree: &Neighbours,
-    seed: usize,
-    p: &GrowParams<'_>,
-    found: &mut Vec<Neighbour>,
-    local: &mut PatchPoints,
-) -> Option<Patch> {
+    ctx: &Context<'_>,
+) -> Result<Option<Patch>> {
+    let Scratch { found, local } = scratch;
     let origin = points[seed];
     let same_sheet = |found: &mut Vec<Neighbour>| {
         if let Some(earlier) = p.earlier
@@ -117,7 +112,7 @@ fn grow_from(
         same_sheet(found);
         // The few nearest may stand a little beyond; strays have theirs far away.
         if found.len() < MIN_MEMBERS || found[MIN_MEMBERS - 1].dist2.sqrt() > 2.0 * p.max_radius {
-            return None;
+            return Ok(None);
         }
     }
     let mut all = thin(found);
@@ -130,6 +125,7 @@ fn grow_from(
     let mut accepted = false;
     let mut wide = false;
     loop {
+        ctx.check()?;
         let reach = radius * RIM * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
         let Some(mut next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, local) else {
@@ -147,10 +143,12 @@ fn grow_from(
         // Where curvature keeps a patch narrow it may grow longer: as many points, the same smoothing.
         let narrow = state.radii[0].min(state.radii[1]);
         let limit = p.max_radius * (0.6 * p.max_radius / narrow).clamp(1.0, MAX_LENGTHEN);
-        if !ok || bent || radius >= limit {
+        let larger = (radius * GROWTH).min(limit);
+        // A patch that becomes narrower with each step moves its own limit, ever less far.
+        if !ok || bent || larger < radius * LEAST_GROWTH {
             break;
         }
-        radius = (radius * GROWTH).min(limit);
+        radius = larger;
         if radius > p.max_radius && !wide {
             wide = true;
             tree.within(origin, MAX_LENGTHEN * p.max_radius * RIM, found);
@@ -158,9 +156,9 @@ fn grow_from(
             all = thin(found);
         }
     }
-    let s = best?;
+    let Some(s) = best else { return Ok(None) };
     let members = members(points, all.as_ref().unwrap_or(found), &s, p.sigma);
-    (members.len() >= MIN_MEMBERS).then_some(Patch {
+    Ok((members.len() >= MIN_MEMBERS).then_some(Patch {
         center: s.center,
         axes: s.axes,
         radii: s.radii,
@@ -170,7 +168,7 @@ fn grow_from(
         spacing: p.spacing,
         sigma: p.sigma,
         accepted,
-    })
+    }))
 }
 
 /// The plane through the principal directions of the nearest points, weighted towards the seed at `origin`.

@@ -6,6 +6,7 @@
 //! to the user's frame, report).
 
 mod attributes;
+mod copies;
 mod finish;
 mod fit_atlas;
 pub mod guide;

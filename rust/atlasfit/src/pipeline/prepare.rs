@@ -1,9 +1,10 @@
 //! A scan looked at for the first time: what is in it, and the frame in which everything else works.
 //!
-//! In: positions in the user's unit. Out: the distinct finite points that are not stray, moved to the origin
+//! In: positions in the user's unit. Out: the distinct finite points that are neither copies nor stray, moved to the origin
 //! and scaled to size 1, with search tree, spacing and noise; and how many points were left out, for which
 //! reason.
 
+use super::copies::{self, Places};
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate};
 use crate::numeric::dense::principal;
@@ -13,7 +14,7 @@ use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
 use crate::spatial::neighbours::Neighbours;
 use crate::spatial::sets::Sets;
-use crate::spatial::spacing::{Sampling, WIDEST, spacing};
+use crate::spatial::spacing::{Sampling, WIDEST};
 use rayon::prelude::*;
 
 /// Memory for one point until the surface is contoured: points, tree, neighbours, memberships, charts. Bytes;
@@ -132,7 +133,8 @@ pub struct InputMap {
     pub of_input: Vec<u32>,
     /// Positions with a coordinate that is not finite.
     pub not_finite: usize,
-    /// Positions that repeat an earlier one.
+    /// Positions that repeat an earlier one, or are copies of it: nearer than a thousandth of the distance to
+    /// the next.
     pub duplicates: usize,
     /// Distinct points that stand alone.
     pub stray: usize,
@@ -167,9 +169,12 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
         keep(&mut points, &mut of_input, &far);
     }
     check_surface(&points)?;
+    let distinct = points.len();
+    let places = copies::join(points, ctx)?;
+    places.rename(&mut of_input);
+    let Places { mut points, mut tree, mut spacing, .. } = places;
+    let copies = distinct - points.len();
     // Stray points are taken out once; the rest is then a scan of its own.
-    let mut tree = Neighbours::build(&points, ctx)?;
-    let mut spacing = spacing(&points, &tree, ctx)?;
     let lonely = stray(&points, &tree, &spacing, ctx)?;
     if lonely.contains(&true) {
         drop(tree);
@@ -195,7 +200,8 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
             NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
         }
     };
-    let stray = all - points.len();
+    let stray = all - copies - points.len();
+    let duplicates = duplicates + copies;
     let input = InputMap { of_input, not_finite, duplicates, stray, warnings };
     Ok(Scan { points, tree, sampling, noise, frame, input })
 }
