@@ -29,7 +29,7 @@ class Report:
     not_finite: int
     """Points given with a coordinate that is not finite. They are no part of the surface."""
     duplicates: int
-    """Points that repeat the position of an earlier one; they move with it."""
+    """Points that repeat the position of an earlier one, or lie within a thousandth of the distance to the next; they move with it."""
     outliers: int
     """Points that no chart claims: they belong to no surface."""
     points: int
@@ -53,6 +53,8 @@ class Report:
     """Side of the voxels that the surface was contoured with."""
     stage_seconds: dict[str, float]
     """Seconds spent in each stage that ran."""
+    warnings: tuple[str, ...]
+    """What the user should hear; empty where all is well."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +192,7 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
     atlas = Handle("atlas")
     check(lib().atlasfit_result_atlas(result.pointer, byref(atlas.pointer)))
     stages = {lib().atlasfit_stage_name(i).decode(): s for i, s in enumerate(raw.stage_seconds) if s > 0.0}
-    report = values(Report, raw) | {"stage_seconds": stages}
+    report = values(Report, raw) | {"stage_seconds": stages, "warnings": result.warnings()}
     return Denoised(
         points=copy("point_positions", (n, 3), np.float64),
         normals=copy("point_normals", (n, 3), np.float32),

@@ -28,6 +28,19 @@ pub(crate) struct Filled {
     pub(crate) holes: usize,
     /// Whether each vertex lies at one of them.
     pub(crate) touched: Vec<bool>,
+    /// What stays open.
+    pub(crate) left: Left,
+}
+
+/// Holes that stay open.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Left {
+    /// Those with a boundary longer than asked for.
+    pub(crate) longer: usize,
+    /// The shortest boundary among them.
+    pub(crate) shortest: f64,
+    /// Shorter ones that no triangles fit, because they would share edges with others, or would be too many.
+    pub(crate) tangled: usize,
 }
 
 /// Fills every hole whose boundary is at most `longest` long, and every slit that is at most `widest` wide in
@@ -39,7 +52,7 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
     let rings = loops::of(s, ctx)?;
     let mut touched = vec![false; s.positions.len()];
     if rings.is_empty() {
-        return Ok(Filled { holes: 0, touched });
+        return Ok(Filled { holes: 0, touched, left: Left::default() });
     }
     let mut of_ring = vec![false; s.positions.len()];
     for &v in rings.iter().flatten() {
@@ -64,8 +77,12 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
             Ok((length <= longest || slit).then_some(patch.triangles))
         })
         .collect::<Result<_>>()?;
-    let mut holes = 0;
-    for patch in patches.into_iter().flatten() {
+    let (mut holes, mut left) = (0, Left { shortest: f64::INFINITY, ..Left::default() });
+    for (patch, ring) in patches.into_iter().zip(&rings) {
+        let Some(patch) = patch else {
+            left.note(length(&s.positions, ring), longest);
+            continue;
+        };
         for &v in patch.iter().flatten() {
             touched[v as usize] = true;
         }
@@ -77,7 +94,19 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
         bowties::split(s, ctx)?;
         touched.resize(s.positions.len(), true);
     }
-    Ok(Filled { holes, touched })
+    Ok(Filled { holes, touched, left })
+}
+
+impl Left {
+    /// Notes a boundary of this length that stays open.
+    fn note(&mut self, length: f64, longest: f64) {
+        if length > longest {
+            self.longer += 1;
+            self.shortest = self.shortest.min(length);
+        } else {
+            self.tangled += 1;
+        }
+    }
 }
 
 /// Length of a closed ring.
@@ -190,7 +219,9 @@ mod tests {
     #[test]
     fn a_hole_longer_than_asked_stays() {
         let mut s = open_box();
-        let Filled { holes: filled, .. } = Run::default().execute(|ctx| fill(&mut s, 3.9, 0.0, ctx)).unwrap();
+        let Filled { holes: filled, left, .. } =
+            Run::default().execute(|ctx| fill(&mut s, 3.9, 0.0, ctx)).unwrap();
         assert_eq!((filled, boundary(&s)), (0, 4));
+        assert_eq!(left, Left { longer: 1, shortest: 4.0, tangled: 0 });
     }
 }

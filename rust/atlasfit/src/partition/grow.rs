@@ -156,19 +156,26 @@ pub(crate) fn grow(
             all = thin(found);
         }
     }
+    let found = all.as_ref().unwrap_or(found);
     let Some(s) = best else { return Ok(None) };
-    let members = members(points, all.as_ref().unwrap_or(found), &s, p.sigma);
-    Ok((members.len() >= MIN_MEMBERS).then_some(Patch {
-        center: s.center,
-        axes: s.axes,
-        radii: s.radii,
-        quadric: s.quadric,
+    let members = members(points, found, &s, p.sigma);
+    Ok(patch(s, members, accepted, p))
+}
+
+/// The patch, if enough points are its members.
+fn patch(s: State, members: Vec<u32>, accepted: bool, p: &GrowParams<'_>) -> Option<Patch> {
+    let State { center, axes, radii, quadric, residual } = s;
+    (members.len() >= MIN_MEMBERS).then_some(Patch {
+        center,
+        axes,
+        radii,
+        quadric,
         members,
-        residual: s.residual,
+        residual,
         spacing: p.spacing,
         sigma: p.sigma,
         accepted,
-    }))
+    })
 }
 
 /// The plane through the principal directions of the nearest points, weighted towards the seed at `origin`.

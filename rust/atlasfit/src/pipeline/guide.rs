@@ -58,7 +58,7 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     let sampling = Sampling::new(spacing);
     // A given noise is the scan's; what the guide leaves is always estimated, but then not questioned either.
     let source = if noise.is_given() { NoiseSource::Given } else { NoiseSource::Quadrics };
-    let noise = NoiseModel::new(estimate::noise(&points, &tree, ctx)?, source, sampling.median);
+    let noise = NoiseModel::new(estimate::noise(&points, &tree, ctx)?.sigma, source, sampling.median);
     Ok(Scan { points, tree, sampling, noise, input, frame: scan.frame })
 }
 

@@ -15,6 +15,7 @@ pub mod prepare;
 mod report;
 mod sheets;
 mod surface;
+mod warnings;
 
 pub use guide::Guide;
 pub use options::{DenoiseOptions, Outliers};

@@ -5,6 +5,7 @@
 //! reason.
 
 use super::copies::{self, Places};
+use super::warnings;
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate};
 use crate::numeric::dense::principal;
@@ -138,6 +139,8 @@ pub struct InputMap {
     pub duplicates: usize,
     /// Distinct points that stand alone.
     pub stray: usize,
+    /// Standard deviation of what rounding does to the positions, in the user's unit.
+    pub rounding: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -152,6 +155,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
     check_any(&points, of_input.len(), not_finite)?;
     let frame = frame(&points, of_input.len() - not_finite, ctx)?;
+    let rounding = warnings::rounding(&points);
     if let Some(noise) = given_noise
         && noise > MOST_NOISE * frame.scale
     {
@@ -191,18 +195,23 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
             "Cut away what lies far off, or give points that lie on a surface",
         ));
     }
-    let mut warnings = Vec::new();
     let local = estimate::noise(&points, &tree, ctx)?;
+    let mut warnings: Vec<String> = warnings::volume(&local).into_iter().collect();
     let noise = match given_noise {
-        None => check::by_patches(&points, &tree, &sampling, local, ctx)?,
+        None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
         Some(given) => {
-            warnings.extend(too_little_noise(given, local, &sampling, frame.scale));
+            warnings.extend(warnings::too_little_noise(
+                given / frame.scale,
+                local.sigma,
+                &sampling,
+                frame.scale,
+            ));
             NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
         }
     };
     let stray = all - copies - points.len();
     let duplicates = duplicates + copies;
-    let input = InputMap { of_input, not_finite, duplicates, stray, warnings };
+    let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings };
     Ok(Scan { points, tree, sampling, noise, frame, input })
 }
 
@@ -222,22 +231,6 @@ fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
     }
     Ok(())
 }
-
-/// What to tell a user whose `given` noise (in the user's unit) is far below what the scan shows.
-fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> Option<String> {
-    // Below a tenth of the spacing noise makes no difference.
-    let matters = local > 0.1 * sampling.median;
-    (matters && given / scale < NOISE_TOLD * local.min(sampling.median)).then(|| {
-        format!(
-            "the noise given is {:.3e}, but the scan shows about {:.3e}: the surface will follow the noise",
-            given,
-            local * scale
-        )
-    })
-}
-
-/// A given noise below this share of what the scan shows is worth a warning.
-const NOISE_TOLD: f64 = 0.25;
 
 /// Origin and size of the frame.
 fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {

@@ -6,6 +6,7 @@
 use super::options::DenoiseOptions;
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
+use super::warnings;
 use crate::atlas::{Chart, ProjectedPoint};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
@@ -67,7 +68,7 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, input, .. } = scan;
+    let Scan { points, tree, sampling, frame, mut input, .. } = scan;
     let OrientedAtlas { fitted, members, relations, conflicts, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
@@ -92,7 +93,8 @@ pub(super) fn build(
     let own = points_of_charts(&projected, charts.len());
     components::remove_unsupported(&mut surface, &own, UNSUPPORTED, ctx)?;
     let longest = (GAP * median).max(options.fill_holes / frame.scale);
-    let Filled { holes: filled_holes, touched } = holes::fill(&mut surface, longest, SLIT * median, ctx)?;
+    let Filled { holes: filled_holes, touched, left } =
+        holes::fill(&mut surface, longest, SLIT * median, ctx)?;
     smooth::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
         return Err(Error::degenerate(
@@ -100,6 +102,8 @@ pub(super) fn build(
             "Give a denser scan, set the noise by hand, or lower the detail",
         ));
     }
+    input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
+    input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     ctx.check()?;
     let side = agreement(&surface, &charts);
     let turned = orient::face(&mut charts, &relations, &side);

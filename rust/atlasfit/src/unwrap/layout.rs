@@ -39,6 +39,8 @@ pub struct UvLayout {
     pub repaired_charts: usize,
     /// Polygons that could not stay in one piece because they do not lie flat.
     pub split_polygons: usize,
+    /// What the user should hear: the padding or the density was lowered, charts have hardly any texels.
+    pub warnings: Vec<String>,
 }
 
 /// What each face gets.
