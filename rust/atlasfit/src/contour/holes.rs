@@ -5,7 +5,7 @@
 //! the two sides of a thin part fail to meet at its rim.
 
 use super::patch::{self, TakenEdges};
-use super::slits::{self, MAX_EDGES};
+use super::slits::{self, MAX_EDGES, Pieces};
 use super::surface::{Surface, corners};
 use super::{bowties, loops};
 use crate::error::Result;
@@ -60,7 +60,7 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
     }
     let taken = TakenEdges::among(&of_ring, &s.triangles, ctx)?;
     let was_cut = rings.iter().any(|r| r.len() > MAX_EDGES);
-    let rings = slits::cut(&s.positions, rings, &taken, CUT * widest, ctx)?;
+    let Pieces { short: rings, long } = slits::cut(&s.positions, rings, &taken, CUT * widest, ctx)?;
     let positions = &s.positions;
     let whole: f64 = s.triangles.iter().map(|t| patch::area(corners(positions, t))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = rings
@@ -78,6 +78,7 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
         })
         .collect::<Result<_>>()?;
     let (mut holes, mut left) = (0, Left { shortest: f64::INFINITY, ..Left::default() });
+    long.iter().for_each(|ring| left.note(length(&s.positions, ring), longest));
     for (patch, ring) in patches.into_iter().zip(&rings) {
         let Some(patch) = patch else {
             left.note(length(&s.positions, ring), longest);
@@ -177,9 +178,10 @@ mod tests {
             [[along, 0.0], [500.0, along], [500.0 - along, 500.0], [0.0, 500.0 - along]][side]
         });
         for mut s in [round, square] {
-            let Filled { holes: filled, .. } =
+            let Filled { holes: filled, left, .. } =
                 Run::default().execute(|ctx| fill(&mut s, 20.0, 4.0, ctx)).unwrap();
             assert_eq!((filled, boundary(&s)), (0, 4000));
+            assert_eq!((left.longer, left.tangled), (2, 0));
         }
     }
 
