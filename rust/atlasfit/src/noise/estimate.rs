@@ -34,8 +34,8 @@ fn flatness_bias(flatness: f64) -> f64 {
 pub struct LocalNoise {
     /// Standard deviation along the normal.
     pub sigma: f64,
-    /// Whether neighbourhoods of some size show a surface. Where none does, up to 260 points, the points fill a
-    /// volume as far as that reaches: they have no surface, or noise that hides it.
+    /// Whether neighbourhoods of some size show a surface. Where none does, up to 260 points, the points fill
+    /// a volume as far as that reaches: they have no surface, or noise that hides it.
     pub shows_surface: bool,
 }
 

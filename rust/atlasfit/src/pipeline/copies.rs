@@ -1,7 +1,7 @@
 //! Near-duplicate points: a scan that was stored twice with different rounding, corners of triangles apart.
 //!
-//! In: distinct points. Out: one point for each place, with search tree and spacing. Copies carry nothing new;
-//! left in, they hide the noise (a copy repeats its original's error) and the spacing.
+//! In: distinct points. Out: one point for each place, with search tree and spacing. Copies carry nothing
+//! new; left in, they hide the noise (a copy repeats its original's error) and the spacing.
 
 use super::prepare::check_surface;
 use crate::error::Result;

@@ -1,8 +1,8 @@
 //! A scan looked at for the first time: what is in it, and the frame in which everything else works.
 //!
-//! In: positions in the user's unit. Out: the distinct finite points that are neither copies nor stray, moved to the origin
-//! and scaled to size 1, with search tree, spacing and noise; and how many points were left out, for which
-//! reason.
+//! In: positions in the user's unit. Out: the distinct finite points that are neither copies nor stray, moved
+//! to the origin and scaled to size 1, with search tree, spacing and noise; and how many points were left out,
+//! for which reason.
 
 use super::copies::{self, Places};
 use super::warnings;

@@ -20,8 +20,8 @@ const MANY_FACES: usize = 10;
 /// What to tell of points that show no surface.
 pub(super) fn volume(local: &LocalNoise) -> Option<String> {
     (!local.shows_surface).then(|| {
-        "the points fill a volume: no neighbourhood, of up to 260 points, is flat. They lie on no surface, or the \
-         noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
+        "the points fill a volume: no neighbourhood, of up to 260 points, is flat. They lie on no surface, or \
+         the noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
             .into()
     })
 }
@@ -51,8 +51,8 @@ pub(super) fn rounding(points: &[Vec3]) -> f64 {
 pub(super) fn no_noise(found: f64, rounding: f64) -> Option<String> {
     (found < BELOW_ROUNDING * rounding).then(|| {
         format!(
-            "the noise found, {found:.1e}, is less than the rounding of the coordinates, {rounding:.1e}: the points \
-             look computed or copied, not measured. Give the noise by hand if they are a scan"
+            "the noise found, {found:.1e}, is less than the rounding of the coordinates, {rounding:.1e}: the \
+             points look computed or copied, not measured. Give the noise by hand if they are a scan"
         )
     })
 }
@@ -61,8 +61,8 @@ pub(super) fn no_noise(found: f64, rounding: f64) -> Option<String> {
 pub(super) fn many_faces(faces: usize, points: usize) -> Option<String> {
     (faces > MANY_FACES * points).then(|| {
         format!(
-            "the surface has {faces} triangles for {points} points: most of it lies between points. Lower the \
-             detail, or give a denser scan"
+            "the surface has {faces} triangles for {points} points: most of it lies between points. Lower \
+             the detail, or give a denser scan"
         )
     })
 }
@@ -83,8 +83,8 @@ pub(super) fn holes_left(asked: f64, left: &Left, scale: f64) -> Vec<String> {
     });
     let tangled = (left.tangled > 0).then(|| {
         format!(
-            "{} left open: no filling fits that does not touch the surface elsewhere, or the boundary has too many \
-             edges",
+            "{} left open: no filling fits that does not touch the surface elsewhere, or the boundary has too \
+             many edges",
             holes(left.tangled)
         )
     });

@@ -1,7 +1,7 @@
 //! How densely a scan samples its surface.
 //!
-//! In: points and their search tree. Out: the spacing at each point, and its median; which points are copies of
-//! one place.
+//! In: points and their search tree. Out: the spacing at each point, and its median; which points are copies
+//! of one place.
 
 use super::neighbours::{Neighbour, Neighbours};
 use crate::error::Result;
