@@ -57,9 +57,9 @@ const CURVED: f64 = 0.35;
 const MAX_LENGTHEN: f64 = 2.5;
 /// Each step enlarges the patch by this factor: small enough that the quadric of one step predicts the next.
 const GROWTH: f64 = 1.3;
-/// A step that enlarges the radius by less than this factor is the last: a patch of a hundred points gains
-/// less than one by it.
-const LEAST_GROWTH: f64 = 1.004;
+/// A patch that becomes narrower with each step moves its own limit, ever less far: it follows this many times
+/// at the most. Ordinary ones stop moving, to the last digit, well before; some do not in a million steps.
+const MOST_FOLLOWED: usize = 64;
 /// Of more points than this a share decides how far a patch reaches: clumps hold a hundred thousand, and a
 /// few thousand tell as much.
 const MAX_FOUND: usize = 4096;
@@ -123,7 +123,7 @@ pub(crate) fn grow(
     let mut best: Option<State> = None;
     let mut radius = start;
     let mut accepted = false;
-    let mut wide = false;
+    let (mut wide, mut followed) = (false, 0);
     loop {
         ctx.check()?;
         let reach = radius * RIM * 1.5;
@@ -143,12 +143,11 @@ pub(crate) fn grow(
         // Where curvature keeps a patch narrow it may grow longer: as many points, the same smoothing.
         let narrow = state.radii[0].min(state.radii[1]);
         let limit = p.max_radius * (0.6 * p.max_radius / narrow).clamp(1.0, MAX_LENGTHEN);
-        let larger = (radius * GROWTH).min(limit);
-        // A patch that becomes narrower with each step moves its own limit, ever less far.
-        if !ok || bent || larger < radius * LEAST_GROWTH {
+        if !ok || bent || radius >= limit || followed == MOST_FOLLOWED {
             break;
         }
-        radius = larger;
+        followed += usize::from(radius * GROWTH > limit);
+        radius = (radius * GROWTH).min(limit);
         if radius > p.max_radius && !wide {
             wide = true;
             tree.within(origin, MAX_LENGTHEN * p.max_radius * RIM, found);
