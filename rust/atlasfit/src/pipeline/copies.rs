@@ -3,7 +3,6 @@
 //! In: distinct points. Out: one point for each place, with search tree and spacing. Copies carry nothing
 //! new; left in, they hide the noise (a copy repeats its original's error) and the spacing.
 
-use super::prepare::check_surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -38,7 +37,7 @@ impl Places {
 /// Joins copies: of each set the first point stays.
 ///
 /// # Errors
-/// [`crate::Error::Degenerate`] where too few points are left to make a surface; cancelled or out of time.
+/// Cancelled or out of time.
 pub(super) fn join(mut points: Vec<Vec3>, ctx: &Context<'_>) -> Result<Places> {
     let mut of_given: Vec<u32> = (0..points.len() as u32).collect();
     let mut tree = Neighbours::build(&points, ctx)?;
@@ -49,7 +48,6 @@ pub(super) fn join(mut points: Vec<Vec3>, ctx: &Context<'_>) -> Result<Places> {
         }
         let place = first_of_each(&mut points, &near);
         of_given.iter_mut().for_each(|p| *p = place[*p as usize]);
-        check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
         near = around(&points, &tree, ctx)?;
     }

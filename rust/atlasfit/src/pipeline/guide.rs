@@ -50,11 +50,11 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     for p in &mut input.of_input {
         *p = distinct.of_input.get(*p as usize).copied().unwrap_or(u32::MAX);
     }
-    prepare::check_surface(&distinct.points)?;
     ctx.stage(Stage::Analyse, distinct.points.len());
     let places = copies::join(distinct.points, ctx)?;
     places.rename(&mut input.of_input);
     let Places { points, tree, spacing, .. } = places;
+    prepare::check_surface(&points)?;
     let sampling = Sampling::new(spacing);
     // A given noise is the scan's; what the guide leaves is always estimated, but then not questioned either.
     let source = if noise.is_given() { NoiseSource::Given } else { NoiseSource::Quadrics };

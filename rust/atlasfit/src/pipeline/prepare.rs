@@ -178,6 +178,9 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     places.rename(&mut of_input);
     let Places { mut points, mut tree, mut spacing, .. } = places;
     let copies = distinct - points.len();
+    if copies > 0 {
+        check_surface(&points)?;
+    }
     // Stray points are taken out once; the rest is then a scan of its own.
     let lonely = stray(&points, &tree, &spacing, ctx)?;
     if lonely.contains(&true) {
