@@ -287,7 +287,8 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
+   * Seed of everything random. Same input, options, seed and version give the same bytes on machines of one
+   * type, which have the same vector instructions. Default 0.
    */
   uint64_t seed;
   /**
@@ -597,7 +598,8 @@ typedef struct {
    */
   size_t not_finite;
   /**
-   * Points that repeat the position of an earlier one; they move with it.
+   * Points that repeat the position of an earlier one, or are copies of it: nearer than a thousandth of
+   * the distance to the next. They move with it.
    */
   size_t duplicates;
   /**
@@ -1265,6 +1267,20 @@ ATLASFIT_API atlasfit_status atlasfit_result_free(atlasfit_result *result);
 ATLASFIT_API atlasfit_status atlasfit_result_report(const atlasfit_result *result, atlasfit_report *report);
 
 /**
+ * Copies the warnings of denoising: what the user should hear, a line each, in English. No line where all
+ * is well.
+ *
+ * @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+ * @param capacity At least the length and 1, unless `text` is NULL.
+ * @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_warnings(const atlasfit_result *result,
+                                         char *text,
+                                         size_t capacity,
+                                         size_t *length);
+
+/**
  * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, and points that
  * are not finite, are where they were.
  *
@@ -1529,6 +1545,20 @@ ATLASFIT_API atlasfit_status atlasfit_uv_free(atlasfit_uv *uv);
  * @param info Filled; its struct_size must be set.
  */
 ATLASFIT_API atlasfit_status atlasfit_uv_get_info(const atlasfit_uv *uv, atlasfit_uv_info *info);
+
+/**
+ * Copies the warnings of unwrapping: what the user should hear, a line each, in English. No line where all
+ * is well.
+ *
+ * @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+ * @param capacity At least the length and 1, unless `text` is NULL.
+ * @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_uv_warnings(const atlasfit_uv *uv,
+                                     char *text,
+                                     size_t capacity,
+                                     size_t *length);
 
 /**
  * Copies the UVs: u, v in [0, 1], v up, for each corner of each triangle.

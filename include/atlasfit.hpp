@@ -9,6 +9,8 @@
 
 #include "atlasfit.h"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -78,6 +80,35 @@ std::size_t groups(const C &numbers, std::size_t width) {
 template <class C>
 using Number = typename std::remove_cv<typename std::remove_pointer<decltype(std::declval<const C &>().data())>::type>::type;
 
+/// The lines of a text that `get(text, capacity, &length)` copies.
+template <class Get>
+std::vector<std::string> lines(Get get) {
+  std::size_t length = 0;
+  check(get(nullptr, std::size_t{0}, &length));
+  std::string text(length + 1, '\0');
+  check(get(&text[0], text.size(), &length));
+  text.resize(length);
+  std::vector<std::string> all;
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t to = std::min(text.find('\n', from), text.size());
+    all.push_back(text.substr(from, to - from));
+    from = to + 1;
+  }
+  return all;
+}
+
+/// Whether C, as it is given to a forwarding reference, is a container that owns its numbers and is gone after the line.
+template <class C>
+struct Gone : std::false_type {};
+template <class T, class A>
+struct Gone<std::vector<T, A>> : std::true_type {};
+template <class T, class A>
+struct Gone<const std::vector<T, A>> : std::true_type {};
+template <class T, std::size_t N>
+struct Gone<std::array<T, N>> : std::true_type {};
+template <class T, std::size_t N>
+struct Gone<const std::array<T, N>> : std::true_type {};
+
 }  // namespace detail
 
 /// major << 24 | minor << 16 | patch << 8 of the library.
@@ -89,6 +120,9 @@ class Points {
   /// x, y, z after each other: anything with data() and size() over float or double.
   template <class C, class = decltype(std::declval<const C &>().data())>
   explicit Points(const C &xyz) : Points(xyz.data(), detail::groups(xyz, 3)) {}
+  /// A container that owns its numbers and is gone after this line: keep it in a variable. (A view, such as std::span, is taken from one.)
+  template <class C, class = typename std::enable_if<detail::Gone<C>::value>::type, class = void>
+  explicit Points(C &&xyz) = delete;
   /// `count` points, `stride` bytes apart (0 = tightly packed).
   template <class T>
   Points(const T *xyz, std::size_t count, std::size_t stride = 0) {
@@ -149,6 +183,9 @@ class Mesh {
   template <class C, class I, class = decltype(std::declval<const C &>().data())>
   Mesh(const C &xyz, const I &triangles)
       : Mesh(xyz.data(), detail::groups(xyz, 3), triangles.data(), detail::groups(triangles, 3)) {}
+  /// Containers that are gone after this line: keep them in variables.
+  template <class C, class I, class = typename std::enable_if<detail::Gone<C>::value || detail::Gone<I>::value>::type, class = void>
+  Mesh(C &&xyz, I &&triangles) = delete;
   /// Vertices `stride` bytes apart (0 = tightly packed).
   template <class T>
   Mesh(const T *xyz, std::size_t vertices, const std::uint32_t *triangles, std::size_t triangle_count, std::size_t stride = 0) {
@@ -221,8 +258,12 @@ class CancelToken {
     handle_.reset(handle);
   }
   /// Every run that holds the token stops within 100 ms.
-  void request() const { detail::check(atlasfit_cancel_request(handle_.get())); }
-  const atlasfit_cancel *handle() const noexcept { return handle_.get(); }
+  void request() const { detail::check(atlasfit_cancel_request(handle())); }
+  /// Throws Error with ATLASFIT_INVALID_HANDLE where the token was moved from: a run that took it for none could not be cancelled.
+  const atlasfit_cancel *handle() const {
+    if (!handle_) throw Error(ATLASFIT_INVALID_HANDLE, "the cancel token was moved from. Give the one that it was moved to");
+    return handle_.get();
+  }
 
  private:
   detail::Owner<atlasfit_cancel, atlasfit_cancel_free> handle_;
@@ -395,6 +436,10 @@ class Denoised {
     detail::check(atlasfit_result_report(handle_.get(), &report_));
   }
   const atlasfit_report &report() const noexcept { return report_; }
+  /// What the user should hear; empty where all is well.
+  std::vector<std::string> warnings() const {
+    return detail::lines([this](char *text, std::size_t n, std::size_t *length) { return atlasfit_result_warnings(handle_.get(), text, n, length); });
+  }
   std::vector<double> point_positions() const { return copy<double>(atlasfit_result_point_positions, 3 * report_.points); }
   std::vector<float> point_normals() const { return copy<float>(atlasfit_result_point_normals, 3 * report_.points); }
   std::vector<std::uint32_t> point_sources() const { return copy<std::uint32_t>(atlasfit_result_point_sources, report_.points); }
@@ -460,6 +505,10 @@ class UvLayout {
     detail::check(atlasfit_uv_get_info(handle_.get(), &info_));
   }
   const atlasfit_uv_info &info() const noexcept { return info_; }
+  /// What the user should hear; empty where all is well.
+  std::vector<std::string> warnings() const {
+    return detail::lines([this](char *text, std::size_t n, std::size_t *length) { return atlasfit_uv_warnings(handle_.get(), text, n, length); });
+  }
   std::vector<float> corners() const {
     std::vector<float> all(6 * info_.triangles);
     detail::check(atlasfit_uv_corners(handle_.get(), all.data(), all.size()));

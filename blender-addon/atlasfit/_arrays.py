@@ -106,6 +106,21 @@ def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:
     return array
 
 
+def _labels(array: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any] | None]:
+    """Integers in a type that the library takes as labels: truth values as uint8, 64 bits as 32. Where the numbers need all 64, their
+    places among the distinct ones, and those."""
+    if array.dtype == np.bool_:
+        return array.astype(np.uint8), None
+    if array.dtype.kind not in "iu" or array.itemsize < 8:
+        return array, None
+    low, high = (int(array.min()), int(array.max())) if array.size else (0, 0)
+    for narrow in (np.int32, np.uint32):
+        if np.iinfo(narrow).min <= low and high <= np.iinfo(narrow).max:
+            return array.astype(narrow), None
+    distinct, places = np.unique(array, return_inverse=True)
+    return places.reshape(array.shape).astype(np.uint32), distinct
+
+
 class Attributes:
     """The attribute structs of named columns, (n,) or (n, k), and the arrays behind them."""
 
@@ -113,19 +128,26 @@ class Attributes:
         self.names = list(columns)
         self.arrays: list[NDArray[Any]] = []
         self.shapes: list[tuple[int, ...]] = []
+        self.labels: list[NDArray[Any] | None] = []
         self.structs = (_abi.atlasfit_attribute * max(len(columns), 1))()
         for struct, (name, values) in zip(self.structs, columns.items()):
             array = np.asarray(values)
             if array.shape[:1] != (count,) or array.ndim > 2:
                 raise ValueError(f"attribute {name!r} has shape {array.shape}. Give one row for each of the {count} points")
             self.shapes.append(array.shape[1:])
-            array = array.astype(np.uint8) if array.dtype == np.bool_ else array
+            array, labels = _labels(array)
+            self.labels.append(labels)
             array = array.reshape(count, -1) if array.ndim == 1 else array
             array = rows(array, (array.shape[1],), f"attribute {name!r}", (np.float64, *(t.type for t in _SCALARS)))
             self.arrays.append(array)
             struct.struct_size = sizeof(struct)
             struct.name, struct.values, struct.stride = name.encode(), array.ctypes.data, array.strides[0]
             struct.width, struct.scalar = array.shape[1], _SCALARS[array.dtype]
+
+    def carried(self, i: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Column `i` of the surface in the numbers that were given."""
+        labels = self.labels[i]
+        return values if labels is None else labels[values.astype(np.intp)].astype(np.float64)
 
 
 def address(array: NDArray[Any] | None) -> int | None:

@@ -45,7 +45,7 @@ class TimedOut(Error):
 class RunOptions(TypedDict, total=False):
     """How long work is run; every long function takes these as keywords.
 
-    seed          of everything random; same input, options, seed and version give the same bytes. Default 0.
+    seed          of everything random; same input, options, seed and version give the same bytes on machines of one type. Default 0.
     threads       worker threads, 0 = all cores; the result does not depend on it. Default 0.
     time_limit    seconds after which TimedOut is raised; 0 = no limit. Default 0.
     memory_limit  bytes that the run's own estimate may not exceed; 0 = no limit. Default 0.
@@ -76,6 +76,15 @@ class Handle:
         array = np.empty(shape, kind)
         check(getattr(lib(), f"atlasfit_{self._kind}_{name}")(self.pointer, *which, array.ctypes.data, array.size))
         return array
+
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should hear of the object."""
+        get = getattr(lib(), f"atlasfit_{self._kind}_warnings")
+        length = ctypes.c_size_t()
+        check(get(self.pointer, None, 0, byref(length)))
+        text = ctypes.create_string_buffer(length.value + 1)
+        check(get(self.pointer, text, len(text), byref(length)))
+        return tuple(text.value.decode().splitlines())
 
     def __del__(self) -> None:
         if getattr(self, "pointer", None):

@@ -29,7 +29,7 @@ class Report:
     not_finite: int
     """Points given with a coordinate that is not finite. They are no part of the surface."""
     duplicates: int
-    """Points that repeat the position of an earlier one; they move with it."""
+    """Points that repeat the position of an earlier one, or lie within a thousandth of the distance to the next; they move with it."""
     outliers: int
     """Points that no chart claims: they belong to no surface."""
     points: int
@@ -53,6 +53,8 @@ class Report:
     """Side of the voxels that the surface was contoured with."""
     stage_seconds: dict[str, float]
     """Seconds spent in each stage that ran."""
+    warnings: tuple[str, ...]
+    """What the user should hear; empty where all is well."""
 
 
 @dataclass(frozen=True)
@@ -183,13 +185,14 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
         face_charts=copy("surface_face_charts", (t,), np.uint32) if raw.has_uv else None,
         colors=copy("surface_colors", (v, 4), np.float32) if raw.has_colors else None,
         attributes={
-            name: copy("surface_attribute", (v, *shape), np.float64, i) for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
+            name: columns.carried(i, copy("surface_attribute", (v, *shape), np.float64, i))
+            for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
         },
     )
     atlas = Handle("atlas")
     check(lib().atlasfit_result_atlas(result.pointer, byref(atlas.pointer)))
     stages = {lib().atlasfit_stage_name(i).decode(): s for i, s in enumerate(raw.stage_seconds) if s > 0.0}
-    report = values(Report, raw) | {"stage_seconds": stages}
+    report = values(Report, raw) | {"stage_seconds": stages, "warnings": result.warnings()}
     return Denoised(
         points=copy("point_positions", (n, 3), np.float64),
         normals=copy("point_normals", (n, 3), np.float32),

@@ -50,6 +50,8 @@ class UvInfo:
     """Share of the pages that lies under faces."""
     seconds: float
     """Wall time of unwrapping itself."""
+    warnings: tuple[str, ...]
+    """What the user should hear; empty where all is well."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +147,6 @@ def unwrap(
         corner_uv=uv.copy("corners", (m, 3, 2), np.float32),
         face_charts=uv.copy("face_charts", (m,), np.uint32),
         face_pages=uv.copy("face_pages", (m,), np.uint32),
-        info=UvInfo(**values(UvInfo, info)),
+        info=UvInfo(**values(UvInfo, info), warnings=uv.warnings()),
         _handle=uv,
     )

@@ -56,7 +56,7 @@ def _notes(report):
         out.append(f"{report.outliers} outliers")
     if report.one_sided:
         out.append("some part is one-sided")
-    return out
+    return out + list(report.warnings)
 
 
 class Fit(LongOperator):
@@ -174,7 +174,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
             _report(me, self.bl_label, result.report, self.seconds(), notes)
         moved = np.sqrt(np.mean(np.sum((np.asarray(new, np.float64) - old)[chosen] ** 2, axis=1)))
         text = f"{len(chosen)} points moved by {moved:.3g} (RMS) in {self.seconds():.1f} s, noise {result.report.noise:.3g}"
-        self.report({"INFO"}, "; ".join([text, *notes]))
+        self.report({"WARNING"} if result.report.warnings else {"INFO"}, "; ".join([text, *notes]))
 
     @staticmethod
     def _copy(context, ob):
@@ -282,7 +282,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             notes += bake.write(texels, [ob])
         _report(me, self.bl_label, out.report, self.seconds(), notes)
         text = f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes in {self.seconds():.1f} s"
-        self.report({"INFO"}, "; ".join([text, *notes]))
+        self.report({"WARNING"} if out.report.warnings else {"INFO"}, "; ".join([text, *notes]))
 
 
 register, unregister = bpy.utils.register_classes_factory((OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct))

@@ -195,7 +195,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
             out.append(f"{info.non_manifold_edges} edges are not manifold and were cut")
         if info.over_stretched > 0.06:  # the bound is on 95% of the area
             out.append(f"{100 * info.over_stretched:.0f}% of the surface is stretched beyond {info.stretch_bound:.2f}")
-        return out
+        return out + list(info.warnings)
 
     def _tell(self, me, uv, notes):
         mesh.set_report(

@@ -66,6 +66,24 @@ def test_integer_attributes_are_labels_of_the_nearest_point(sphere, denoised):
     assert (label == label.astype(int)).all() and label.min() >= 0 and label.max() < len(sphere)
 
 
+@pytest.mark.parametrize("labels", [np.int64([0, 10]), np.int64([-5, 2**31 + 1]), np.uint64([3, 2**40])], ids=["small", "wide", "unsigned"])
+def test_64_bit_integers_are_labels_too(sphere, labels):
+    given = labels[(sphere[:, 2] > 0).astype(int)]
+    assert given.dtype.itemsize == 8
+    surface = atlasfit.denoise(sphere, attributes={"label": given, "pair": given[:, None]}, uv=False).surface
+    carried = surface.attributes["label"]
+    assert set(carried) == set(labels.astype(float)), "no label is made up between two"
+    above = surface.vertices[:, 2] > 0.2
+    assert (carried[above] == float(labels[1])).all() and (surface.attributes["pair"][:, 0] == carried).all()
+
+
+def test_warnings_of_the_library_are_told(sphere, denoised):
+    assert denoised.report.warnings == ()
+    (warning,) = atlasfit.denoise(sphere, noise=1e-6, uv=False).report.warnings
+    assert "noise" in warning
+    assert atlasfit.unwrap(sphere[:3], [[0, 1, 2]]).info.warnings == ()
+
+
 def test_colors_and_wide_attributes_are_carried(sphere):
     colors = np.clip(0.5 + 0.5 * sphere, 0, 1)
     out = atlasfit.denoise(sphere, colors=colors, attributes={"wide": np.float32(sphere)}, uv=False)

@@ -94,8 +94,14 @@ int main() {
   const atlasfit::Points scan = atlasfit::Points(xyz).colors(white.data(), 3);
   want(atlasfit::bake(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), page, {}, &scan)[0] == 255, "baked colours of a scan");
 
-  want(status_of([] { atlasfit::denoise(atlasfit::Points(std::vector<double>())); }) == ATLASFIT_EMPTY_INPUT, "no points");
-  want(status_of([] { atlasfit::Points(std::vector<double>(4)); }) == ATLASFIT_INVALID_ARGUMENT, "four numbers are no points");
+  const std::vector<double> none, four(4);
+  want(status_of([&] { atlasfit::denoise(atlasfit::Points(none)); }) == ATLASFIT_EMPTY_INPUT, "no points");
+  want(status_of([&] { atlasfit::Points{four}; }) == ATLASFIT_INVALID_ARGUMENT, "four numbers are no points");
+  want(clean.warnings().empty() && layout.warnings().empty(), "a good scan has no warnings");
+  atlasfit::DenoiseOptions calm;
+  calm.noise = 1e-6;
+  const std::vector<std::string> warned = atlasfit::denoise(atlasfit::Points(xyz), calm).warnings();
+  want(warned.size() == 1 && warned[0].find("noise") != std::string::npos, "too little noise is warned of");
   struct Stop {};
   run.progress = [](std::uint32_t, double) -> bool { throw Stop(); };
   bool stopped = false;
@@ -110,6 +116,9 @@ int main() {
   run.cancel = &token;
   std::thread([&token] { token.request(); }).join();
   want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_CANCELLED, "cancelled from a thread");
+  const atlasfit::CancelToken kept = std::move(token);
+  want(status_of([&] { token.request(); }) == ATLASFIT_INVALID_HANDLE, "a token that was moved from asks nobody");
+  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_INVALID_HANDLE, "and is refused by a run");
   std::printf("%d wrong\n", wrong);
   return wrong != 0;
 }

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <vcg/complex/allocate.h>
 
 namespace {
@@ -193,9 +194,23 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	return out;
 }
 
-/// What was found in the scan.
-void tell(const atlasfit_report& r, Outcome& outcome)
+/// The library's warnings, a line each. `get` is atlasfit_result_warnings or atlasfit_uv_warnings.
+template <class Handle, class Get> void warn(const Handle* handle, Get get, Outcome& outcome)
 {
+	std::size_t length = 0;
+	check(get(handle, nullptr, 0, &length));
+	std::vector<char> text(length + 1);
+	check(get(handle, text.data(), text.size(), &length));
+	std::istringstream lines(text.data());
+	for (std::string line; std::getline(lines, line);)
+		outcome.lines.push_back("warning: " + line);
+}
+
+/// What was found in the scan.
+void tell(const Denoised& fit, Outcome& outcome)
+{
+	const atlasfit_report& r = fit.report;
+	warn(static_cast<const atlasfit_result*>(fit.result.get()), atlasfit_result_warnings, outcome);
 	outcome.lines.push_back("scan: " + grouped(r.points_given) + " points, spacing " + brief(r.spacing) + ", noise " + brief(r.noise) + ", "
 		+ grouped(r.outliers) + " on no surface, " + grouped(r.charts) + " charts");
 	if (r.not_finite + r.duplicates > 0)
@@ -321,7 +336,7 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 		keep_pages(layer, source, images, outcome);
 	}
 
-	tell(r, outcome);
+	tell(fit, outcome);
 	outcome.lines.push_back("surface: " + grouped(r.vertices) + " vertices, " + grouped(r.triangles) + " faces, " + grouped(r.parts)
 		+ (r.parts == 1 ? " part, " : " parts, ") + grouped(r.boundary_edges) + " boundary edges in " + grouped(r.boundary_loops) + " loops, "
 		+ grouped(r.filled_holes) + " holes filled, " + grouped(r.uv_charts) + " UV charts" + (r.one_sided ? ", one-sided" : ""));
@@ -373,7 +388,7 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 	}
 	update_box_and_normals(layer);
 
-	tell(fit.report, outcome);
+	tell(fit, outcome);
 	const double rms = moved ? std::sqrt(sum / double(moved)) : 0;
 	outcome.lines.push_back("moved: " + grouped(moved) + " vertices by " + brief(rms) + " (root mean square), at most " + brief(most) + "; stored as vertex quality");
 	outcome.values.push_back({"moved", double(moved)});
@@ -433,6 +448,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	const Uv owned(made);
 	auto info = out<atlasfit_uv_info>();
 	check(atlasfit_uv_get_info(made, &info));
+	warn(static_cast<const atlasfit_uv*>(made), atlasfit_uv_warnings, outcome);
 	std::vector<float> uv(6 * info.triangles);
 	std::vector<uint32_t> pages(info.triangles);
 	check(atlasfit_uv_corners(made, uv.data(), uv.size()));

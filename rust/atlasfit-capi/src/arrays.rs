@@ -4,7 +4,7 @@
 //! says what is wrong with them.
 
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_NOT_AVAILABLE, Failure, Outcome};
-use std::ffi::c_void;
+use std::ffi::{c_char, c_void};
 
 /// 32-bit float.
 pub const ATLASFIT_F32: u32 = 0;
@@ -169,4 +169,25 @@ pub(crate) fn available<'a, T>(column: &'a Option<Vec<T>>, name: &str) -> Outcom
     column
         .as_deref()
         .ok_or_else(|| Failure::new(ATLASFIT_NOT_AVAILABLE, format!("this result has no {name}")))
+}
+
+/// Copies lines of text, `\n` between them, to the caller's buffer of `capacity` bytes, with a 0 at the end.
+/// `length` is told what they take without it. A buffer of NULL asks for that only.
+pub(crate) unsafe fn copy_lines(
+    lines: &[String],
+    to: *mut c_char,
+    capacity: usize,
+    length: *mut usize,
+) -> Outcome {
+    if length.is_null() {
+        return Err(Failure::invalid("length is NULL. Give the address of a size_t"));
+    }
+    let mut text = lines.join("\n").into_bytes();
+    // SAFETY: the caller's size_t.
+    unsafe { length.write_unaligned(text.len()) };
+    if to.is_null() {
+        return Ok(());
+    }
+    text.push(0);
+    unsafe { copy_out(&text, to.cast(), capacity, "the text, its last 0 included") }
 }

@@ -1,7 +1,7 @@
 //! What denoising made: one handle, its report, getters that copy its arrays, the atlas as a handle of its
 //! own.
 
-use crate::arrays::{available, copy_out};
+use crate::arrays::{available, copy_lines, copy_out};
 use crate::atlas::atlasfit_atlas;
 use crate::handle::{self, Handle};
 use crate::run::{ATLASFIT_STAGE_LIMIT, brief_run};
@@ -9,6 +9,7 @@ use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_INDEX_OUT_OF_RANGE, Failure, Outcome, atlasfit_status, guard};
 use atlasfit::atlas::query::Atlas;
 use atlasfit::pipeline::Denoised;
+use std::ffi::c_char;
 use std::sync::Arc;
 
 /// What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads
@@ -51,7 +52,8 @@ pub struct atlasfit_report {
     pub points_given: usize,
     /// Points given with a coordinate that is not finite. They are no part of the surface.
     pub not_finite: usize,
-    /// Points that repeat the position of an earlier one; they move with it.
+    /// Points that repeat the position of an earlier one, or are copies of it: nearer than a thousandth of
+    /// the distance to the next. They move with it.
     pub duplicates: usize,
     /// Points that no chart claims: they belong to no surface.
     pub outliers: usize,
@@ -146,6 +148,24 @@ pub unsafe extern "C" fn atlasfit_result_report(
             stage_seconds,
         };
         sized::write(report, value)
+    })
+}
+
+/// Copies the warnings of denoising: what the user should hear, a line each, in English. No line where all
+/// is well.
+///
+/// @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+/// @param capacity At least the length and 1, unless `text` is NULL.
+/// @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_result_warnings(
+    result: *const atlasfit_result,
+    text: *mut c_char,
+    capacity: usize,
+    length: *mut usize,
+) -> atlasfit_status {
+    guard("atlasfit_result_warnings", || unsafe {
+        copy_lines(&handle::get(result)?.denoised.report.warnings, text, capacity, length)
     })
 }
 

@@ -61,7 +61,8 @@ pub type atlasfit_progress_fn =
 pub struct atlasfit_run {
     /// sizeof(atlasfit_run).
     pub struct_size: usize,
-    /// Seed of everything random. Same input, options, seed and version give the same bytes. Default 0.
+    /// Seed of everything random. Same input, options, seed and version give the same bytes on machines of one
+    /// type, which have the same vector instructions. Default 0.
     pub seed: u64,
     /// Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
     /// the report of a denoised scan says so. The result does not depend on it. Default 0.

@@ -1,6 +1,6 @@
 //! UVs for a mesh of the caller's.
 
-use crate::arrays::copy_out;
+use crate::arrays::{copy_lines, copy_out};
 use crate::handle::{self, Handle};
 use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run};
@@ -9,6 +9,7 @@ use crate::split::Split;
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
 use atlasfit::measure;
 use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
+use std::ffi::c_char;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -267,6 +268,24 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             seconds: both.seconds,
         };
         sized::write(info, value)
+    })
+}
+
+/// Copies the warnings of unwrapping: what the user should hear, a line each, in English. No line where all
+/// is well.
+///
+/// @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+/// @param capacity At least the length and 1, unless `text` is NULL.
+/// @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_uv_warnings(
+    uv: *const atlasfit_uv,
+    text: *mut c_char,
+    capacity: usize,
+    length: *mut usize,
+) -> atlasfit_status {
+    guard("atlasfit_uv_warnings", || unsafe {
+        copy_lines(&handle::get(uv)?.layout.warnings, text, capacity, length)
     })
 }
 

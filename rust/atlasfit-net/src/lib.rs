@@ -42,6 +42,7 @@
 //! only: `denoise_guided` takes any [`Guide`].
 
 pub mod explicit;
+mod finite;
 pub mod level_set;
 pub mod loss;
 pub mod net;

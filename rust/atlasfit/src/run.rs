@@ -109,13 +109,16 @@ pub struct Progress {
     pub overall: f64,
 }
 
-/// A progress callback: returns false to cancel. Called on the thread that started the run.
+/// A progress callback: returns false to cancel. Called on the thread that started the run. One that panics
+/// cancels too, and its panic comes out of the call.
 pub type ProgressFn<'a> = dyn FnMut(Progress) -> bool + 'a;
 
 /// How to run long work. `Run::default()` uses all cores, seed 0, no limits.
 #[derive(Default)]
 pub struct Run<'a> {
-    /// Seed of everything random. Same input + seed + version gives the same bytes.
+    /// Seed of everything random. Same input + seed + version gives the same bytes on machines of one type:
+    /// those with other vector instructions (x86-64 with and without AVX2 and FMA, for example) add in another
+    /// order and round the last digits otherwise.
     pub seed: u64,
     /// Worker threads, at most [`MOST_THREADS`]; 0 = all cores. The result does not depend on it. Many times
     /// more than there are cores are not started ([`Self::threads_warning`]).
@@ -273,6 +276,17 @@ fn stage_of(value: u32) -> Stage {
     Stage::ALL[(value as usize).min(Stage::ALL.len() - 1)]
 }
 
+/// Stops a run when the calling thread panics.
+struct StopOnPanic<'s>(&'s AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
 impl Run<'_> {
     /// What to tell the user where fewer threads are started than were asked for.
     #[must_use]
@@ -336,6 +350,8 @@ impl Run<'_> {
                 .stack_size(threads::WAITING_STACK_BYTES)
                 .spawn_scoped(scope, work)
                 .map_err(threads::refused)?;
+            // A callback that panics stops the run on its way out: the scope waits for the worker.
+            let _stop = StopOnPanic(&shared.stop);
             let mut over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
             loop {
                 let expired = deadline.is_some_and(|d| d.has_passed());

@@ -8,6 +8,7 @@ use atlasfit::numeric::rng::Rng;
 use atlasfit::{DenoiseOptions, Denoised, Error, Result, Run, denoise};
 use proptest::prelude::*;
 use shapes::{cloud, norm, off_sphere, plain, rms, run, sphere, sub, topology};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 type Vec3 = [f64; 3];
@@ -117,6 +118,76 @@ fn duplicates_by_the_thousand_change_nothing() {
     assert_eq!(out.report.duplicates, 20_000);
     assert_eq!(out.surface.positions, clean.surface.positions);
     assert_eq!(out.points.positions[..1500], clean.points.positions[..]);
+}
+
+#[test]
+fn a_panic_in_the_callback_stops_the_run_and_comes_out() {
+    let stopped = AtomicBool::new(false);
+    let mut run = Run { progress: Some(Box::new(|_| panic!("told"))), ..Run::default() };
+    let job = std::panic::AssertUnwindSafe(|| {
+        run.execute(|c| {
+            // Ends in any case, so that a run that is not stopped fails the test instead of hanging it.
+            for _ in 0..5000 {
+                if c.check().is_err() {
+                    stopped.store(true, Ordering::Relaxed);
+                    return Err(Error::Cancelled);
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            Ok(())
+        })
+    });
+    let panic = std::panic::catch_unwind(job).expect_err("the panic comes out");
+    assert_eq!(panic.downcast_ref::<&str>(), Some(&"told"));
+    assert!(stopped.load(Ordering::Relaxed));
+}
+
+#[test]
+fn points_that_are_there_twice_almost_give_the_noise_and_the_surface_of_one_of_each() {
+    let points = sphere(1500, 5).noisy(0.3, 5);
+    let clean = run(&points).unwrap();
+    // Copies a millionth of the spacing off; twice, and twenty times.
+    for copies in [2, 20] {
+        let mut rng = Rng::new(7);
+        let near = |p: &Vec3, rng: &mut Rng| p.map(|x| x + 1e-6 * clean.report.spacing * rng.normal());
+        let dirty: Vec<Vec3> =
+            points.iter().flat_map(|p| (0..copies).map(|_| near(p, &mut rng)).collect::<Vec<_>>()).collect();
+        let out = run(&dirty).unwrap();
+        let r = &out.report;
+        assert_eq!((r.duplicates, r.charts), ((copies - 1) * 1500, clean.report.charts));
+        for (a, b) in [(r.noise, clean.report.noise), (r.spacing, clean.report.spacing)] {
+            assert!((a / b - 1.0).abs() < 1e-2, "{copies} copies: {a} instead of {b}");
+        }
+        // Each has its own row.
+        assert_eq!(out.points.len(), dirty.len());
+        for (k, p) in out.points.positions.iter().enumerate() {
+            let apart = norm(sub(*p, clean.points.positions[k / copies]));
+            assert!(apart < 0.01 * clean.report.spacing, "point {k}: {apart}");
+        }
+    }
+}
+
+#[test]
+fn results_that_cannot_be_right_are_warned_of() {
+    let warned = |out: &atlasfit::Denoised, word: &str| out.report.warnings.iter().any(|w| w.contains(word));
+    let good = run(&sphere(2000, 6).noisy(0.3, 6)).unwrap();
+    assert!(good.report.warnings.is_empty(), "{:?}", good.report.warnings);
+
+    let mut rng = Rng::new(9);
+    let cube: Vec<Vec3> = (0..3000).map(|_| [0; 3].map(|_| rng.uniform())).collect();
+    match run(&cube) {
+        Ok(out) => assert!(warned(&out, "fill a volume"), "{:?}", out.report.warnings),
+        Err(e) => assert!(matches!(e, Error::Degenerate { .. }), "{e}"),
+    }
+
+    let grid = |i: i32| [f64::from(i % 50) * 0.5, f64::from(i / 50) * 0.5, 1.0];
+    let flat = run(&(0..2500).map(grid).collect::<Vec<_>>()).unwrap();
+    assert!(warned(&flat, "rounding"), "noise {}: {:?}", flat.report.noise, flat.report.warnings);
+
+    let fine = DenoiseOptions::default().with_detail(3.0).with_fill_holes(1.0).with_uv(false);
+    let bowl: Vec<Vec3> = sphere(3000, 6).noisy(0.3, 6).into_iter().filter(|p| p[2] < 0.0).collect();
+    let fine = denoise(&cloud(&bowl), &fine, &mut Run::default()).unwrap();
+    assert!(warned(&fine, "triangles for") && warned(&fine, "longer than 1"), "{:?}", fine.report.warnings);
 }
 
 #[test]

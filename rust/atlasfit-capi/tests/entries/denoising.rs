@@ -116,6 +116,9 @@ pub fn getters(t: &mut Table, s: &Scene) {
         t.sized(name, "report", &output::<atlasfit_report>(), ATLASFIT_OK, |r| {
             atlasfit_result_report(s.result, r)
         });
+        t.lines("atlasfit_result_warnings", s.result, s.uv, |h, text, room, length| {
+            atlasfit_result_warnings(h, text, room, length)
+        });
         let r = s.report;
         getter!(t, atlasfit_result_point_positions, s.result, s.uv, 3 * r.points, -7f64);
         getter!(t, atlasfit_result_point_normals, s.result, s.uv, 3 * r.points, -7f32);

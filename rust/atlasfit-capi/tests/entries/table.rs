@@ -96,6 +96,25 @@ impl Table {
         self.want(function, "absurd room", ATLASFIT_OK, call(buffer.as_mut_ptr(), usize::MAX));
     }
 
+    /// A function that copies lines of text and tells their length; `other` is a handle of another kind.
+    pub fn lines<H, O>(
+        &mut self,
+        function: &'static str,
+        good: *mut H,
+        other: *mut O,
+        call: impl Fn(*mut H, *mut std::ffi::c_char, usize, *mut usize) -> i32,
+    ) {
+        let mut length = usize::MAX;
+        self.handle(function, other, |h| call(h, null_mut(), 0, &mut 0));
+        self.want(function, "length NULL", INVALID, call(good, null_mut(), 0, null_mut()));
+        self.want(function, "length", ATLASFIT_OK, call(good, null_mut(), 0, &mut length));
+        let mut text = vec![7; length + 2];
+        self.want(function, "no room for the 0", SMALL, call(good, text.as_mut_ptr(), length, &mut 0));
+        assert!(text.iter().all(|c| *c == 7), "{function} wrote on failure");
+        self.want(function, "room", ATLASFIT_OK, call(good, text.as_mut_ptr(), length + 1, &mut 0));
+        assert!(text[..length].iter().all(|c| *c != 0) && text[length..] == [0, 7]);
+    }
+
     /// A function that fills a struct whose size is given.
     pub fn init<T>(&mut self, function: &'static str, f: unsafe extern "C" fn(*mut T, usize) -> i32) {
         let size = size_of::<T>();

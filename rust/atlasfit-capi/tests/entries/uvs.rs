@@ -61,6 +61,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
 pub fn getters(t: &mut Table, s: &Scene) {
     unsafe {
         let mut uv_info: atlasfit_uv_info = output();
+        t.lines("atlasfit_uv_warnings", s.uv, s.result, |h, text, room, length| {
+            atlasfit_uv_warnings(h, text, room, length)
+        });
         assert_eq!(atlasfit_uv_get_info(s.uv, &mut uv_info), ATLASFIT_OK);
         let name = "atlasfit_uv_get_info";
         t.handle(name, s.result, |h| atlasfit_uv_get_info(h, &mut output()));

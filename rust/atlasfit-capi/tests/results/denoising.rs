@@ -50,6 +50,41 @@ fn defaults_are_the_core_s() {
     assert_eq!(uv, core.surface.corner_uv.expect("UVs").as_flattened().as_flattened());
 }
 
+#[test]
+fn warnings_are_the_core_s_and_training_that_diverges_is_a_status() {
+    let xyz = scan(1500);
+    let points = atlasfit_points {
+        positions: xyz.as_ptr().cast(),
+        count: 1500,
+        scalar: ATLASFIT_F64,
+        ..init(atlasfit_points_init)
+    };
+    let options = atlasfit_denoise_options { noise: 1e-6, uv: 0, ..init(atlasfit_denoise_options_init) };
+    let how = DenoiseOptions::default().with_noise(Some(1e-6)).with_uv(false);
+    let core = atlasfit::denoise(&PointCloud::from_positions(triples(&xyz)), &how, &mut Run::default());
+    let warnings = core.expect("the core fits").report.warnings.join("\n");
+    assert!(warnings.contains("noise"), "{warnings}");
+    let (mut result, mut length, mut text) = (null_mut(), 0, vec![0u8; warnings.len() + 1]);
+    unsafe {
+        ok(atlasfit_denoise(&points, &options, null(), &mut result));
+        let room = text.len();
+        ok(atlasfit_result_warnings(result, text.as_mut_ptr().cast(), room, &mut length));
+        ok(atlasfit_result_free(result));
+    }
+    assert_eq!((length, &text[..length]), (warnings.len(), warnings.as_bytes()));
+
+    let options = atlasfit_denoise_options {
+        prior: ATLASFIT_PRIOR_MLP,
+        recipe: ATLASFIT_RECIPE_PAPER,
+        network_charts: 1,
+        network_iterations: 10,
+        network_learning_rate: 1e37,
+        ..init(atlasfit_denoise_options_init)
+    };
+    let status = unsafe { atlasfit_denoise(&points, &options, null(), &mut result) };
+    assert_eq!((status, result.is_null()), (ATLASFIT_DIVERGED, true));
+}
+
 /// A scan as bytes: each point `stride` bytes after the last, `lead` bytes into the buffer.
 fn packed_as(xyz: &[f64], f32s: bool, stride: usize, lead: usize) -> Vec<u8> {
     let mut bytes = vec![0xEE; lead + xyz.len() / 3 * stride];

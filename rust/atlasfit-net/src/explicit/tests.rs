@@ -43,6 +43,16 @@ fn trained(
 }
 
 #[test]
+fn training_that_leaves_the_finite_numbers_has_diverged() {
+    let points = sphere(200);
+    for network in [Network::Dense, Network::Conv] {
+        let how = NetworkOptions { network, charts: 1, iterations: 20, learning_rate: 1e37, ..PAPER };
+        let fitted = Run::default().execute(|ctx| fit(&points, &how, ctx));
+        assert!(matches!(fitted, Err(Error::Diverged { .. })), "{network:?}: {:?}", fitted.err());
+    }
+}
+
+#[test]
 fn training_gives_the_same_bytes_for_any_number_of_threads_and_others_for_another_seed() {
     let points = sphere(500);
     // Two bands per chart, the last block not full; convolutions.

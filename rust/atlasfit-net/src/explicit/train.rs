@@ -5,6 +5,7 @@
 
 use super::atlas::NetworkAtlas;
 use super::options::{Dim, Network, NetworkOptions};
+use crate::finite::check_finite;
 use crate::loss::{Chamfer, stretch};
 use crate::net::{Conv, Dense, Grid};
 use crate::sample::Sample;
@@ -185,7 +186,7 @@ impl Trainer {
     /// One step of Adam with the learning rate `rate`, positive. Gives the loss before the step.
     ///
     /// # Errors
-    /// Cancelled or out of time.
+    /// [`atlasfit::Error::Diverged`] where the loss is no finite number; cancelled or out of time.
     pub fn step(&mut self, rate: f64, ctx: &Context<'_>) -> Result<Loss> {
         if self.grid != self.full {
             let step = self.grid.map(|n| 1.0 / n as f32);
@@ -216,21 +217,23 @@ impl Trainer {
             })
             .collect::<Result<Vec<f64>>>()?;
         let stretch = if weight > 0.0 { stretched.iter().sum::<f64>() / self.stretch_weight } else { 0.0 };
+        check_finite([chamfer, stretch], self.steps - 1)?;
         Ok(Loss { chamfer, stretch })
     }
 
     fn forward(&mut self, ctx: &Context<'_>) -> Result<()> {
         let batch = self.grid[0] * self.grid[1];
-        self.charts
-            .par_iter_mut()
-            .zip(self.samples.par_chunks_mut(batch))
-            .try_for_each(|(chart, samples)| chart.forward(samples, ctx))
+        self.charts.par_iter_mut().zip(self.samples.par_chunks_mut(batch)).try_for_each(|(chart, samples)| {
+            chart.forward(samples, ctx)?;
+            // Before anything is searched among them.
+            check_finite(samples.iter().flatten().map(|x| f64::from(*x)), self.steps)
+        })
     }
 
     /// The atlas as it stands.
     ///
     /// # Errors
-    /// Cancelled or out of time.
+    /// [`atlasfit::Error::Diverged`] where a network gives no finite numbers; cancelled or out of time.
     pub fn finish(mut self, ctx: &Context<'_>) -> Result<NetworkAtlas> {
         self.set_grid(self.full);
         self.forward(ctx)?;

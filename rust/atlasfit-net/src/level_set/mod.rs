@@ -10,6 +10,7 @@ mod normals;
 #[cfg(test)]
 mod shapes;
 
+use crate::finite::check_finite;
 use crate::net::Dense;
 use crate::sample::Sample;
 use atlasfit::error::{Error, Result};
@@ -115,7 +116,7 @@ impl Guide for LevelSetOptions {
 ///
 /// # Errors
 /// [`Error::InvalidArgument`]; [`Error::EmptyInput`] without points; [`Error::Degenerate`] where the field
-/// has no zero set; cancelled or limited.
+/// has no zero set; [`Error::Diverged`] where training leaves the finite numbers; cancelled or limited.
 ///
 /// ```
 /// use atlasfit::{Run, Vec3};
@@ -148,6 +149,7 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
     let share = 2.0 / inputs.len() as f32;
     for step in 0..options.iterations {
         net.forward(&mut out, ctx)?;
+        check_finite(out.iter().map(|y| f64::from(y[0])), step)?;
         // The gradient of the mean squared error replaces the value it is taken at.
         for (i, y) in out.iter_mut().enumerate() {
             let label = if i < points.len() { 1.0 } else { -1.0 };
@@ -160,6 +162,7 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
     }
     // The statistics of batch norm belong to the last parameters.
     net.forward(&mut out, ctx)?;
+    check_finite(out.iter().map(|y| f64::from(y[0])), options.iterations)?;
     mesh(points, &net, options.resolution, ctx)
 }
 
@@ -220,6 +223,13 @@ mod tests {
         assert!(near.len() > 500, "{}", near.len());
         let mean = near.iter().sum::<f64>() / near.len() as f64;
         assert!(mean < sigma * 0.7, "{mean}");
+    }
+
+    #[test]
+    fn training_that_leaves_the_finite_numbers_has_diverged() {
+        let how = LevelSetOptions { learning_rate: 1e37, iterations: 20, ..LevelSetOptions::default() };
+        let fitted = Run::default().execute(|ctx| fit(&sphere(100, 0.0), 0.01, &how, ctx));
+        assert!(matches!(fitted, Err(Error::Diverged { .. })), "{:?}", fitted.err());
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use super::constants::CONTOUR;
 use super::patch::{self, TakenEdges};
-use super::slits;
+use super::slits::{self, Pieces};
 use super::surface::{Surface, corners};
 use super::{bowties, loops};
 use crate::error::Result;
@@ -21,6 +21,19 @@ pub(crate) struct Filled {
     pub(crate) holes: usize,
     /// Whether each vertex lies at one of them.
     pub(crate) touched: Vec<bool>,
+    /// What stays open.
+    pub(crate) left: Left,
+}
+
+/// Holes that stay open.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Left {
+    /// Those with a boundary longer than asked for.
+    pub(crate) longer: usize,
+    /// The shortest boundary among them.
+    pub(crate) shortest: f64,
+    /// Shorter ones that no triangles fit, because they would share edges with others, or would be too many.
+    pub(crate) tangled: usize,
 }
 
 /// Fills every hole whose boundary is at most `longest` long, and every slit that is at most `widest` wide in
@@ -32,7 +45,7 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
     let rings = loops::of(s, ctx)?;
     let mut touched = vec![false; s.positions.len()];
     if rings.is_empty() {
-        return Ok(Filled { holes: 0, touched });
+        return Ok(Filled { holes: 0, touched, left: Left::default() });
     }
     let mut of_ring = vec![false; s.positions.len()];
     for &v in rings.iter().flatten() {
@@ -40,7 +53,8 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
     }
     let taken = TakenEdges::among(&of_ring, &s.triangles, ctx)?;
     let was_cut = rings.iter().any(|r| r.len() > CONTOUR.max_edges);
-    let rings = slits::cut(&s.positions, rings, &taken, CONTOUR.cut * widest, ctx)?;
+    let Pieces { short: rings, long } =
+        slits::cut(&s.positions, rings, &taken, CONTOUR.cut * widest, ctx)?;
     let positions = &s.positions;
     let whole: f64 = s.triangles.iter().map(|t| patch::area(corners(positions, t))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = rings
@@ -57,8 +71,13 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
             Ok((length <= longest || slit).then_some(patch.triangles))
         })
         .collect::<Result<_>>()?;
-    let mut holes = 0;
-    for patch in patches.into_iter().flatten() {
+    let (mut holes, mut left) = (0, Left { shortest: f64::INFINITY, ..Left::default() });
+    long.iter().for_each(|ring| left.note(length(&s.positions, ring), longest));
+    for (patch, ring) in patches.into_iter().zip(&rings) {
+        let Some(patch) = patch else {
+            left.note(length(&s.positions, ring), longest);
+            continue;
+        };
         for &v in patch.iter().flatten() {
             touched[v as usize] = true;
         }
@@ -70,7 +89,19 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
         bowties::split(s, ctx)?;
         touched.resize(s.positions.len(), true);
     }
-    Ok(Filled { holes, touched })
+    Ok(Filled { holes, touched, left })
+}
+
+impl Left {
+    /// Notes a boundary of this length that stays open.
+    fn note(&mut self, length: f64, longest: f64) {
+        if length > longest {
+            self.longer += 1;
+            self.shortest = self.shortest.min(length);
+        } else {
+            self.tangled += 1;
+        }
+    }
 }
 
 /// Length of a closed ring.
@@ -141,9 +172,10 @@ mod tests {
             [[along, 0.0], [500.0, along], [500.0 - along, 500.0], [0.0, 500.0 - along]][side]
         });
         for mut s in [round, square] {
-            let Filled { holes: filled, .. } =
+            let Filled { holes: filled, left, .. } =
                 Run::default().execute(|ctx| fill(&mut s, 20.0, 4.0, ctx)).unwrap();
             assert_eq!((filled, boundary(&s)), (0, 4000));
+            assert_eq!((left.longer, left.tangled), (2, 0));
         }
     }
 
@@ -183,7 +215,9 @@ mod tests {
     #[test]
     fn a_hole_longer_than_asked_stays() {
         let mut s = open_box();
-        let Filled { holes: filled, .. } = Run::default().execute(|ctx| fill(&mut s, 3.9, 0.0, ctx)).unwrap();
+        let Filled { holes: filled, left, .. } =
+            Run::default().execute(|ctx| fill(&mut s, 3.9, 0.0, ctx)).unwrap();
         assert_eq!((filled, boundary(&s)), (0, 4));
+        assert_eq!(left, Left { longer: 1, shortest: 4.0, tangled: 0 });
     }
 }

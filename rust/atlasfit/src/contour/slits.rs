@@ -10,8 +10,16 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::neighbours::Neighbours;
 
+/// Rings after cutting.
+pub(super) struct Pieces {
+    /// Rings short enough to be triangulated.
+    pub short: Vec<Vec<u32>>,
+    /// Rings, or what cuts have left of them, that are too long and cannot be cut.
+    pub long: Vec<Vec<u32>>,
+}
+
 /// Cuts rings of more than `CONTOUR.max_edges` edges in two, and those again, by edges at most `longest` long
-/// that are not taken. Rings that cannot be cut are left out.
+/// that are not taken.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -21,8 +29,8 @@ pub(super) fn cut(
     taken: &TakenEdges,
     longest: f64,
     ctx: &Context<'_>,
-) -> Result<Vec<Vec<u32>>> {
-    let (mut todo, mut out) = (Vec::new(), Vec::new());
+) -> Result<Pieces> {
+    let (mut todo, mut out) = (Vec::new(), Pieces { short: Vec::new(), long: Vec::new() });
     for ring in rings {
         let long = ring.len() > CONTOUR.max_edges;
         let pairs = if long { close_pairs(positions, &ring, taken, longest, ctx)? } else { vec![] };
@@ -32,14 +40,17 @@ pub(super) fn cut(
         ctx.check()?;
         let n = ring.len() as u32;
         if ring.len() <= CONTOUR.max_edges {
-            out.push(ring);
+            out.short.push(ring);
             continue;
         }
         // The most even cut; the shortest of several.
         let even = |p: &CloseVertices| (p.j - p.i).min(n - (p.j - p.i));
         let better =
             |p: &&CloseVertices, q: &&CloseVertices| even(p).cmp(&even(q)).then(q.dist2.total_cmp(&p.dist2));
-        let Some(&CloseVertices { i, j, .. }) = pairs.iter().max_by(better) else { continue };
+        let Some(&CloseVertices { i, j, .. }) = pairs.iter().max_by(better) else {
+            out.long.push(ring);
+            continue;
+        };
         let inner = ring[i as usize..=j as usize].to_vec();
         let outer = ring[j as usize..].iter().chain(&ring[..=i as usize]).copied().collect();
         let (mut within, mut beyond) = (Vec::new(), Vec::new());

@@ -19,11 +19,21 @@ fn flatness_bias(flatness: f64) -> f64 {
     1.0 - 1.9 * (flatness - 0.3).max(0.0).powi(2)
 }
 
+/// What local quadrics say of the noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalNoise {
+    /// Standard deviation along the normal.
+    pub sigma: f64,
+    /// Whether neighbourhoods of some size show a surface. Where none does, up to 260 points, the points fill
+    /// a volume as far as that reaches: they have no surface, or noise that hides it.
+    pub shows_surface: bool,
+}
+
 /// Noise along the normal: residual of local quadrics, at the smallest neighbourhood that shows a surface.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f64> {
+pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<LocalNoise> {
     let step = points.len().div_ceil(NOISE.samples).max(1);
     let samples: Vec<usize> = (0..points.len()).step_by(step).collect();
     let per_point: Vec<Vec<(f64, f64)>> = samples
@@ -58,7 +68,8 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<f6
             flattest = (flatness, residual);
         }
     }
-    Ok(if least.is_finite() { least } else { flattest.1 })
+    let shows_surface = least.is_finite();
+    Ok(LocalNoise { sigma: if shows_surface { least } else { flattest.1 }, shows_surface })
 }
 
 /// Flatness and residual standard deviation of the quadric through a neighbourhood.

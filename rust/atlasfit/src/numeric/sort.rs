@@ -21,20 +21,39 @@ pub fn sort_by<T: Copy + Send>(
     compare: impl Fn(&T, &T) -> Ordering + Copy + Send + Sync,
     ctx: &Context<'_>,
 ) -> Result<()> {
+    let halvings = (v.len() / BLOCK).max(1).ilog2() as usize + 1;
+    sort_to(v, compare, 2 * halvings, ctx)
+}
+
+/// Sorts with so many levels of sampled pivots, twice as many as halves would need. A list made against the
+/// samples, of which each takes off a few elements only, is cut at its true middle from there on.
+fn sort_to<T: Copy + Send>(
+    v: &mut [T],
+    compare: impl Fn(&T, &T) -> Ordering + Copy + Send + Sync,
+    levels: usize,
+    ctx: &Context<'_>,
+) -> Result<()> {
     ctx.check()?;
     if v.len() <= BLOCK {
         v.sort_unstable_by(compare);
         return Ok(());
     }
-    let mut sample: Vec<T> = (0..SAMPLE).map(|k| v[k * (v.len() - 1) / (SAMPLE - 1)]).collect();
-    sample.sort_unstable_by(compare);
-    let pivot = sample[SAMPLE / 2];
+    let pivot = if levels > 0 {
+        let mut sample: Vec<T> = (0..SAMPLE).map(|k| v[k * (v.len() - 1) / (SAMPLE - 1)]).collect();
+        sample.sort_unstable_by(compare);
+        sample[SAMPLE / 2]
+    } else {
+        // Linear in the worst case.
+        *v.select_nth_unstable_by(v.len() / 2, compare).1
+    };
     let cut = partition(v, |x| compare(x, &pivot).is_lt(), ctx)?;
     let (below, rest) = v.split_at_mut(cut);
     // What equals the pivot stands where it belongs.
     let equal = partition(rest, |x| compare(x, &pivot).is_eq(), ctx)?;
     let above = &mut rest[equal..];
-    let (a, b) = rayon::join(|| sort_by(below, compare, ctx), || sort_by(above, compare, ctx));
+    let levels = levels.saturating_sub(1);
+    let (a, b) =
+        rayon::join(|| sort_to(below, compare, levels, ctx), || sort_to(above, compare, levels, ctx));
     a.and(b)
 }
 
@@ -85,5 +104,49 @@ mod tests {
             b.sort_unstable();
             assert!(a == b);
         }
+    }
+
+    /// McIlroy's adversary ("A killer adversary for quicksort", 1999): values are decided while they are
+    /// compared, so that each pivot is among the least. An element is a place in `value`.
+    struct Adversary {
+        value: Vec<u32>,
+        decided: u32,
+        candidate: u32,
+        compared: u64,
+    }
+
+    const OPEN: u32 = u32::MAX;
+
+    impl Adversary {
+        fn compare(&mut self, a: u32, b: u32) -> Ordering {
+            self.compared += 1;
+            let open = |s: &Self, x: u32| s.value[x as usize] == OPEN;
+            if open(self, a) && open(self, b) && a != b {
+                let pivot = if a == self.candidate { a } else { b };
+                self.value[pivot as usize] = self.decided;
+                self.decided += 1;
+            }
+            if open(self, a) {
+                self.candidate = a;
+            } else if open(self, b) {
+                self.candidate = b;
+            }
+            self.value[a as usize].cmp(&self.value[b as usize])
+        }
+    }
+
+    #[test]
+    fn a_list_made_against_the_samples_is_sorted_as_fast_as_others() {
+        let n = BLOCK + BLOCK / 4;
+        let mut v: Vec<u32> = (0..n as u32).collect();
+        let adversary = Adversary { value: vec![OPEN; n], decided: 0, candidate: 0, compared: 0 };
+        let adversary = std::sync::Mutex::new(adversary);
+        let compare = |a: &u32, b: &u32| adversary.lock().expect("no comparison panics").compare(*a, *b);
+        let mut run = Run { threads: 1, ..Run::default() };
+        run.execute(|ctx| sort_by(&mut v, compare, ctx)).unwrap();
+        let adversary = adversary.into_inner().unwrap();
+        assert!(v.is_sorted_by_key(|&i| adversary.value[i as usize]));
+        // n log2 n is 15 n; without the guard it was over 150 n.
+        assert!(adversary.compared < 60 * n as u64, "{} comparisons of {n}", adversary.compared);
     }
 }

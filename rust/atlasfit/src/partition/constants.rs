@@ -77,6 +77,10 @@ pub(crate) struct PartitionConstants {
     /// Halved: points 1.40 (plate 2.58), acc 1.53 (mobius 2.45), com 1.43 (mobius 1.92); doubled: points 0.99
     /// (plate 0.89), acc 0.98 (plate 0.76), com 0.93 (plate 0.62).
     pub growth: f64,
+    /// A patch that becomes narrower with each step moves its own limit, ever less far: it follows this many
+    /// times at the most. Source: measured; ordinary ones stop moving, to the last digit, well before; some do
+    /// not in a million steps.
+    pub most_followed: usize,
     /// Of more points than this an even share decides how far a patch reaches: clumps hold a hundred
     /// thousand, and a few thousand tell as much (a residual's error is 1 / sqrt(2 n), 1 %). Source: derived.
     pub max_found: usize,
@@ -132,6 +136,7 @@ pub(crate) const PARTITION: PartitionConstants = PartitionConstants {
     curved: 0.35,
     max_lengthen: 2.5,
     growth: 1.3,
+    most_followed: 64,
     max_found: 4096,
     min_members: 7,
     rim: 1.1,

@@ -93,10 +93,7 @@ pub(crate) fn grow_all<'a>(
         .par_chunks(8)
         .map(|chunk| {
             let mut scratch = Scratch::default();
-            let grow = |&i: &usize| {
-                ctx.check()?;
-                Ok(grow(points, tree, i, &params(i), &mut scratch))
-            };
+            let grow = |&i: &usize| grow(points, tree, i, &params(i), &mut scratch, ctx);
             let out = chunk.iter().map(grow).collect::<Result<Vec<_>>>()?;
             progress(chunk.len());
             Ok(out)

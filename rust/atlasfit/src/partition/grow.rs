@@ -11,9 +11,11 @@ use super::moments::{PatchPoints, fit_quadric, quad};
 use crate::atlas::Monge;
 use crate::atlas::Patch;
 use crate::atlas::ProjectedPoint;
+use crate::error::Result;
 use crate::numeric::dense::principal;
 use crate::numeric::robust::TUKEY;
 use crate::numeric::vec3::Vec3;
+use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 
 /// What growing needs to know of the scan.
@@ -56,29 +58,19 @@ struct State {
     residual: f64,
 }
 
-/// Grows a patch from point `seed`.
-#[must_use]
+/// Grows a patch from point `seed`; none where there are too few points.
+///
+/// # Errors
+/// Cancelled or out of time.
 pub(crate) fn grow(
     points: &[Vec3],
     tree: &Neighbours,
     seed: usize,
     p: &GrowParams<'_>,
     scratch: &mut Scratch,
-) -> Option<Patch> {
-    let mut found = std::mem::take(&mut scratch.found);
-    let patch = grow_from(points, tree, seed, p, &mut found, &mut scratch.local);
-    scratch.found = found;
-    patch
-}
-
-fn grow_from(
-    points: &[Vec3],
-    tree: &Neighbours,
-    seed: usize,
-    p: &GrowParams<'_>,
-    found: &mut Vec<Neighbour>,
-    local: &mut PatchPoints,
-) -> Option<Patch> {
+    ctx: &Context<'_>,
+) -> Result<Option<Patch>> {
+    let Scratch { found, local } = scratch;
     let origin = points[seed];
     let same_sheet = |found: &mut Vec<Neighbour>| {
         if let Some(earlier) = p.earlier
@@ -94,10 +86,8 @@ fn grow_from(
         tree.nearest(origin, PARTITION.min_members + 3, found);
         same_sheet(found);
         // The few nearest may stand a little beyond; strays have theirs far away.
-        if found.len() < PARTITION.min_members
-            || found[PARTITION.min_members - 1].dist2.sqrt() > 2.0 * p.max_radius
-        {
-            return None;
+        if found.len() < PARTITION.min_members || found[PARTITION.min_members - 1].dist2.sqrt() > 2.0 * p.max_radius {
+            return Ok(None);
         }
     }
     let mut all = thin(found);
@@ -110,8 +100,9 @@ fn grow_from(
     let mut best: Option<State> = None;
     let mut radius = start;
     let mut accepted = false;
-    let mut wide = false;
+    let (mut wide, mut followed) = (false, 0);
     loop {
+        ctx.check()?;
         let reach = radius * PARTITION.rim * 1.5;
         let take = found.partition_point(|f| f.dist2 <= reach * reach);
         let Some(mut next) = step(points, &found[..take.max(near)], &state, radius, p.sigma, local) else {
@@ -129,9 +120,10 @@ fn grow_from(
         // Where curvature keeps a patch narrow it may grow longer: as many points, the same smoothing.
         let narrow = state.radii[0].min(state.radii[1]);
         let limit = p.max_radius * (0.6 * p.max_radius / narrow).clamp(1.0, PARTITION.max_lengthen);
-        if !ok || bent || radius >= limit {
+        if !ok || bent || radius >= limit || followed == PARTITION.most_followed {
             break;
         }
+        followed += usize::from(radius * PARTITION.growth > limit);
         radius = (radius * PARTITION.growth).min(limit);
         if radius > p.max_radius && !wide {
             wide = true;
@@ -140,15 +132,22 @@ fn grow_from(
             all = thin(found);
         }
     }
-    let s = best?;
-    let members = members(points, all.as_ref().unwrap_or(found), &s, p.sigma);
+    let found = all.as_ref().unwrap_or(found);
+    let Some(s) = best else { return Ok(None) };
+    let members = members(points, found, &s, p.sigma);
+    Ok(patch(s, members, accepted, p))
+}
+
+/// The patch, if enough points are its members.
+fn patch(s: State, members: Vec<u32>, accepted: bool, p: &GrowParams<'_>) -> Option<Patch> {
+    let State { center, axes, radii, quadric, residual } = s;
     (members.len() >= PARTITION.min_members).then_some(Patch {
-        center: s.center,
-        axes: s.axes,
-        radii: s.radii,
-        quadric: s.quadric,
+        center,
+        axes,
+        radii,
+        quadric,
         members,
-        residual: s.residual,
+        residual,
         spacing: p.spacing,
         sigma: p.sigma,
         accepted,

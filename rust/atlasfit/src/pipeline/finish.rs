@@ -7,6 +7,7 @@ use super::options::{DenoiseOptions, Outliers};
 use super::prepare::InputMap;
 use super::report::{Denoised, Report};
 use super::surface::Built;
+use super::warnings;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
 use crate::geometry::{Attribute, PointCloud, TriMesh};
@@ -48,6 +49,10 @@ pub(super) fn finish(
     if options.outliers == Outliers::Drop {
         moved.drop_outliers();
     }
+    let mut warnings = input.warnings;
+    if options.noise.is_none() {
+        warnings.extend(warnings::no_noise(noise * frame.scale, input.rounding));
+    }
     let report = Report {
         points: cloud.len(),
         not_finite: input.not_finite,
@@ -63,7 +68,7 @@ pub(super) fn finish(
         boundary_loops: topology.boundary_loops,
         boundary_edges: topology.boundary_edges,
         uv_charts,
-        warnings: input.warnings,
+        warnings,
         seconds: ctx.stage_seconds(),
     };
     Ok(Denoised {

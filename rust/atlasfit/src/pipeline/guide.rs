@@ -4,6 +4,7 @@
 //! In: a prepared scan and a [`Guide`]. Out: the scan with its points on the guide's surface. What is left of
 //! the noise is then the scan's, and everything after that is the same as without a guide.
 
+use super::copies::{self, Places};
 use super::prepare::{self, Scan};
 use crate::error::Result;
 use crate::geometry::TriMesh;
@@ -12,8 +13,7 @@ use crate::noise::{NoiseModel, NoiseSource, estimate};
 use crate::numeric::robust::TUKEY;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
-use crate::spatial::Neighbours;
-use crate::spatial::spacing::{Sampling, spacing};
+use crate::spatial::spacing::Sampling;
 
 /// Something that can make a surface near noisy points. A new prior implements this.
 pub trait Guide: Sync {
@@ -47,17 +47,18 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     }
     // Points beyond the border of a guide's chart meet at the border.
     let distinct = prepare::distinct(&moved, ctx)?;
-    let points = distinct.points;
     for p in &mut input.of_input {
         *p = distinct.of_input.get(*p as usize).copied().unwrap_or(u32::MAX);
     }
+    ctx.stage(Stage::Analyse, distinct.points.len());
+    let places = copies::join(distinct.points, ctx)?;
+    places.rename(&mut input.of_input);
+    let Places { points, tree, spacing, .. } = places;
     prepare::check_surface(&points)?;
-    ctx.stage(Stage::Analyse, points.len());
-    let tree = Neighbours::build(&points, ctx)?;
-    let sampling = Sampling::new(spacing(&points, &tree, ctx)?);
+    let sampling = Sampling::new(spacing);
     // A given noise is the scan's; what the guide leaves is always estimated, but then not questioned either.
     let source = if noise.is_given() { NoiseSource::Given } else { NoiseSource::Quadrics };
-    let noise = NoiseModel::new(estimate::noise(&points, &tree, ctx)?, source, sampling.median);
+    let noise = NoiseModel::new(estimate::noise(&points, &tree, ctx)?.sigma, source, sampling.median);
     Ok(Scan { points, tree, sampling, noise, input, frame: scan.frame })
 }
 

@@ -10,6 +10,7 @@ mod attributes;
 #[doc(hidden)]
 pub mod benchmarks;
 pub(crate) mod constants;
+mod copies;
 mod finish;
 mod fit_atlas;
 pub mod guide;
@@ -19,6 +20,7 @@ pub mod prepare;
 mod report;
 mod sheets;
 mod surface;
+mod warnings;
 
 pub use guide::Guide;
 pub use memory::memory_needed;

@@ -1,10 +1,12 @@
 //! A scan looked at for the first time: what is in it, and the frame in which everything else works.
 //!
-//! In: positions in the user's unit. Out: the distinct finite points that are not stray, moved to the origin
-//! and scaled to size 1, with search tree, spacing and noise; and how many points were left out, for which
-//! reason.
+//! In: positions in the user's unit. Out: the distinct finite points that are neither copies nor stray, moved
+//! to the origin and scaled to size 1, with search tree, spacing and noise; and how many points were left out,
+//! for which reason.
 
 use super::constants::PIPELINE;
+use super::copies::{self, Places};
+use super::warnings;
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate};
 use crate::numeric::dense::principal;
@@ -15,7 +17,7 @@ use crate::run::{Context, Stage};
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::neighbours::Neighbours;
 use crate::spatial::sets::Sets;
-use crate::spatial::spacing::{Sampling, spacing};
+use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
 
 /// The least number of distinct points that make a surface.
@@ -112,10 +114,13 @@ pub struct InputMap {
     pub of_input: Vec<u32>,
     /// Positions with a coordinate that is not finite.
     pub not_finite: usize,
-    /// Positions that repeat an earlier one.
+    /// Positions that repeat an earlier one, or are copies of it: nearer than a thousandth of the distance to
+    /// the next.
     pub duplicates: usize,
     /// Distinct points that stand alone.
     pub stray: usize,
+    /// Standard deviation of what rounding does to the positions, in the user's unit.
+    pub rounding: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -130,6 +135,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
     check_any(&points, of_input.len(), not_finite)?;
     let frame = frame(&points, of_input.len() - not_finite, ctx)?;
+    let rounding = warnings::rounding(&points);
     if let Some(noise) = given_noise
         && noise > PIPELINE.most_noise * frame.scale
     {
@@ -147,9 +153,15 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
         keep(&mut points, &mut of_input, &far);
     }
     check_surface(&points)?;
+    let distinct = points.len();
+    let places = copies::join(points, ctx)?;
+    places.rename(&mut of_input);
+    let Places { mut points, mut tree, mut spacing, .. } = places;
+    let copies = distinct - points.len();
+    if copies > 0 {
+        check_surface(&points)?;
+    }
     // Stray points are taken out once; the rest is then a scan of its own.
-    let mut tree = Neighbours::build(&points, ctx)?;
-    let mut spacing = spacing(&points, &tree, ctx)?;
     let lonely = stray(&points, &tree, &spacing, ctx)?;
     if lonely.contains(&true) {
         drop(tree);
@@ -166,17 +178,23 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
             "Cut away what lies far off, or give points that lie on a surface",
         ));
     }
-    let mut warnings = Vec::new();
     let local = estimate::noise(&points, &tree, ctx)?;
+    let mut warnings: Vec<String> = warnings::volume(&local).into_iter().collect();
     let noise = match given_noise {
-        None => check::by_patches(&points, &tree, &sampling, local, ctx)?,
+        None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
         Some(given) => {
-            warnings.extend(too_little_noise(given, local, &sampling, frame.scale));
+            warnings.extend(warnings::too_little_noise(
+                given / frame.scale,
+                local.sigma,
+                &sampling,
+                frame.scale,
+            ));
             NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
         }
     };
-    let stray = all - points.len();
-    let input = InputMap { of_input, not_finite, duplicates, stray, warnings };
+    let stray = all - copies - points.len();
+    let duplicates = duplicates + copies;
+    let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings };
     Ok(Scan { points, tree, sampling, noise, frame, input })
 }
 
@@ -195,19 +213,6 @@ fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-/// What to tell a user whose `given` noise (in the user's unit) is far below what the scan shows.
-fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> Option<String> {
-    // Below a tenth of the spacing noise makes no difference.
-    let matters = local > 0.1 * sampling.median;
-    (matters && given / scale < PIPELINE.noise_told * local.min(sampling.median)).then(|| {
-        format!(
-            "the noise given is {:.3e}, but the scan shows about {:.3e}: the surface will follow the noise",
-            given,
-            local * scale
-        )
-    })
 }
 
 /// Origin and size of the frame.

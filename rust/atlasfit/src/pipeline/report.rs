@@ -13,7 +13,8 @@ pub struct Report {
     pub points: usize,
     /// Points with a coordinate that is not finite; they are left out.
     pub not_finite: usize,
-    /// Points that repeat the position of an earlier one; they move with it.
+    /// Points that repeat the position of an earlier one, or are copies of it: nearer than a thousandth of
+    /// the distance to the next. They move with it.
     pub duplicates: usize,
     /// Points set aside because no chart claims them.
     pub outliers: usize,

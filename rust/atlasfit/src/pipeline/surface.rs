@@ -7,6 +7,7 @@ use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
+use super::warnings;
 use crate::atlas::{Chart, ProjectedPoint};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
@@ -46,7 +47,7 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, input, .. } = scan;
+    let Scan { points, tree, sampling, frame, mut input, .. } = scan;
     let OrientedAtlas { fitted, members, relations, conflicts, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
@@ -72,7 +73,7 @@ pub(super) fn build(
     let own = points_of_charts(&projected, charts.len());
     components::remove_unsupported(&mut surface, &own, PIPELINE.unsupported, ctx)?;
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
-    let Filled { holes: filled_holes, touched } =
+    let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
     smooth::smooth(&mut surface, touched, ctx)?;
     if surface.triangles.is_empty() {
@@ -81,6 +82,8 @@ pub(super) fn build(
             "Give a denser scan, set the noise by hand, or lower the detail",
         ));
     }
+    input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
+    input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     ctx.check()?;
     let side = agreement(&surface, &charts);
     let turned = orient::face(&mut charts, &relations, &side);

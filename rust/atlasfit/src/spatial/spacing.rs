@@ -1,9 +1,10 @@
 //! How densely a scan samples its surface.
 //!
-//! In: points and their search tree. Out: the spacing at each point, and its median.
+//! In: points and their search tree. Out: the spacing at each point, and its median; which points are copies
+//! of one place.
 
 use super::constants::SPATIAL;
-use super::neighbours::Neighbours;
+use super::neighbours::{Neighbour, Neighbours};
 use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
@@ -28,31 +29,60 @@ impl Sampling {
     }
 }
 
-/// Spacing per point.
+/// What stands around each point.
+#[derive(Debug, Clone)]
+pub struct Around {
+    /// Spacing per point.
+    pub spacing: Vec<f32>,
+    /// Points that are copies of one place, in pairs: a point and another nearer than a thousandth of the
+    /// distance to the next. Up to 31 about each point.
+    pub copies: Vec<[u32; 2]>,
+}
+
+/// Looks at the nearest points of each point.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn spacing(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Vec<f32>> {
-    points
+pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Around> {
+    let parts = points
         .par_chunks(1024)
-        .map(|chunk| {
+        .enumerate()
+        .map(|(chunk_index, chunk)| {
             ctx.check()?;
             let mut found = Vec::new();
-            let out: Vec<f32> = chunk
-                .iter()
-                .map(|&p| {
-                    tree.nearest(p, SPATIAL.wide_k + 1, &mut found);
-                    let side = |k: usize| {
-                        let k = k.min(found.len() - 1);
-                        (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
-                    };
-                    // Never zero: what is divided by it stays a number.
-                    (side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32).max(1e-30)
-                })
-                .collect();
+            let mut out = Around { spacing: Vec::with_capacity(chunk.len()), copies: Vec::new() };
+            for (k, &p) in chunk.iter().enumerate() {
+                tree.nearest(p, SPATIAL.wide_k + 1, &mut found);
+                let side = |k: usize| {
+                    let k = k.min(found.len() - 1);
+                    (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
+                };
+                // Never zero: what is divided by it stays a number.
+                out.spacing.push((side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32).max(1e-30));
+                let own = (chunk_index * 1024 + k) as u32;
+                out.copies.extend(copies(&found).iter().map(|f| [own, f.index]).filter(|c| c[0] != c[1]));
+            }
             ctx.advance(chunk.len());
             Ok(out)
         })
-        .collect::<Result<Vec<_>>>()
-        .map(|v| v.concat())
+        .collect::<Result<Vec<_>>>()?;
+    let mut all = Around { spacing: Vec::with_capacity(points.len()), copies: Vec::new() };
+    for part in parts {
+        all.spacing.extend(part.spacing);
+        all.copies.extend(part.copies);
+    }
+    Ok(all)
+}
+
+/// The copies of a point among its neighbours, nearest first: those before the last leap in distance.
+fn copies(found: &[Neighbour]) -> &[Neighbour] {
+    let leap = |k: usize| found[k].dist2 < SPATIAL.copy * SPATIAL.copy * found[k + 1].dist2;
+    // The nearest is the point itself. Most points are done with the first look.
+    match found.last() {
+        Some(last) if found.len() > 2 && found[1].dist2 < SPATIAL.copy * SPATIAL.copy * last.dist2 => {
+            let end = (1..found.len() - 1).rev().find(|&k| leap(k)).map_or(0, |k| k + 1);
+            &found[..end]
+        }
+        _ => &[],
+    }
 }

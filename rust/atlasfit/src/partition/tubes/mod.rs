@@ -110,8 +110,13 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
         if seeds.is_empty() {
             break;
         }
-        let grown: Vec<Option<Candidate>> =
-            seeds.par_iter().map_init(Vec::new, |found, &i| look(i, found)).collect();
+        let grown: Vec<Option<Candidate>> = seeds
+            .par_iter()
+            .map_init(Vec::new, |found, &i| {
+                ctx.check()?;
+                Ok(look(i, found))
+            })
+            .collect::<Result<_>>()?;
         for (i, candidate) in seeds.into_iter().zip(grown) {
             // As if they had been looked at one after another.
             if covered[i] || looked[i] {

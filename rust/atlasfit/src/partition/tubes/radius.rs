@@ -41,7 +41,7 @@ pub(super) fn fit_all(
         .par_iter()
         .map(|candidate| {
             ctx.check()?;
-            Ok(fit(candidate, points, tree, sigma))
+            fit(candidate, points, tree, sigma, ctx)
         })
         .collect()
 }
@@ -71,7 +71,13 @@ const COEFFS: usize = SIDE * HARMONICS;
 const FREE: usize = 6;
 
 /// Fits the radius of one tube.
-fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) -> Option<FittedTube> {
+fn fit(
+    candidate: &Candidate,
+    points: &[Vec3],
+    tree: &Neighbours,
+    sigma: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<FittedTube>> {
     let mut tube = candidate.tube.clone();
     let local = |tube: &Tube, i: u32| {
         let l = tube.local(points[i as usize]);
@@ -84,16 +90,17 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
     let mut own = sigma;
     if ratio < TUBES.circle {
         for _ in 0..3 {
-            own = shape(&mut tube, &inner, &weights, sigma)?.max(0.3 * sigma);
+            let Some(about) = shape(&mut tube, &inner, &weights, sigma, ctx)? else { return Ok(None) };
+            own = about.max(0.3 * sigma);
             for (w, l) in weights.iter_mut().zip(&inner) {
                 *w = tukey(l[2] - tube.radius_at(l[0], l[1]).value, TUKEY * own.max(sigma));
             }
         }
         if gap(&tube, &inner) {
-            return None;
+            return Ok(None);
         }
     } else if lopsided(&inner) {
-        return None;
+        return Ok(None);
     }
     *tube.mask = mask(&inner, tube.half_length, candidate.spacing.max(0.5 * sigma), candidate.mean);
     // Who belongs to it: all points to the tails of the noise, those beyond an open end too.
@@ -109,7 +116,8 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
     );
     near.sort_unstable_by_key(|f| f.index);
     let (mut members, mut covered) = (Vec::new(), Vec::new());
-    for f in &near {
+    for (k, f) in near.iter().enumerate() {
+        ctx.check_at(k)?;
         let [s, theta, d] = local(&tube, f.index);
         if s.abs() > past || d > reach {
             continue;
@@ -125,17 +133,24 @@ fn fit(candidate: &Candidate, points: &[Vec3], tree: &Neighbours, sigma: f64) ->
     }
     let support = weights.iter().sum();
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
-    (!members.is_empty()).then_some(FittedTube { fitted: FittedChart { chart, members }, covered, ratio })
+    Ok((!members.is_empty()).then_some(FittedTube { fitted: FittedChart { chart, members }, covered, ratio }))
 }
 
 /// Fits the harmonics of the radius. Gives the noise about it.
-fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Option<f64> {
+fn shape(
+    tube: &mut Tube,
+    local: &[[f64; 3]],
+    weights: &[f64],
+    sigma: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<f64>> {
     let n = Problem::width(COEFFS);
     // The radii are one more column beside the functions.
     let (mut a, mut count) = (vec![0.0; n * n], 0.0);
     // A point's functions follow one another: the harmonics of four splines.
     let mut row = [0.0; 4 * HARMONICS];
-    for (&[s, theta, d], &w) in local.iter().zip(weights) {
+    for (k, (&[s, theta, d], &w)) in local.iter().zip(weights).enumerate() {
+        ctx.check_at(k)?;
         if w <= 1e-3 {
             continue;
         }
@@ -175,17 +190,15 @@ fn shape(tube: &mut Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64) -> Op
     }
     let problem =
         Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: TUBES.log_kappa };
-    let fit = problem.solve(TUBES.likely, &mut Work::default(), |kappa, system| {
+    let solved = problem.solve(TUBES.likely, &mut Work::default(), |kappa, system| {
         for ((x, a), p) in system.iter_mut().zip(&a).zip(&penalty) {
             *x = a + kappa * p;
         }
         system.iter_mut().step_by(n + 1).take(COEFFS).for_each(|x| *x += 1e-9);
-    })?;
-    if fit.weights.iter().any(|c| !c.is_finite()) {
-        return None;
-    }
+    });
+    let Some(fit) = solved.filter(|fit| fit.weights.iter().all(|c| c.is_finite())) else { return Ok(None) };
     for (row, c) in tube.radius.iter_mut().zip(fit.weights.chunks_exact(HARMONICS)) {
         *row = std::array::from_fn(|k| c[k] as f32);
     }
-    Some(fit.sigma)
+    Ok(Some(fit.sigma))
 }

@@ -7,7 +7,7 @@ use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{self, sample};
 use atlasfit::numeric::rng::Rng;
 use atlasfit::numeric::vec3::Vec3;
-use atlasfit::spatial::spacing::{Sampling, spacing};
+use atlasfit::spatial::spacing::{Sampling, around};
 use atlasfit_net::explicit::{Dim, NetworkAtlas};
 use atlasfit_net::trim;
 use serde_json::{Value, json};
@@ -32,7 +32,7 @@ pub fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'
 /// The mesh where the scan supports it.
 pub fn trimmed(mesh: &TriMesh, scan: &[Vec3], ctx: &Context<'_>) -> Result<TriMesh> {
     let tree = atlasfit::spatial::neighbours::Neighbours::build(scan, ctx)?;
-    let spacing = Sampling::new(spacing(scan, &tree, ctx)?).median;
+    let spacing = Sampling::new(around(scan, &tree, ctx)?.spacing).median;
     Ok(trim(mesh, scan, TRIM * spacing, ctx)?)
 }
 

@@ -1,0 +1,92 @@
+//! What the user should hear: results that cannot be right, and why.
+//!
+//! In: what was found. Out: a text, or nothing where all is well.
+
+use crate::contour::holes::Left;
+use crate::noise::estimate::LocalNoise;
+use crate::numeric::vec3::Vec3;
+use crate::spatial::spacing::Sampling;
+
+/// A given noise below this share of what the scan shows is worth a warning.
+const NOISE_TOLD: f64 = 0.25;
+/// Below this share of the spacing noise makes no difference.
+const NOISE_MATTERS: f64 = 0.1;
+/// Noise found below this share of the rounding of coordinates is none that a measured scan could have: where
+/// only one coordinate in a hundred is rounded, a tenth of the deviation is left.
+const BELOW_ROUNDING: f64 = 0.1;
+/// More triangles for a point than this show the voxels, not the points: at the usual voxels they are 4 to 5.
+const MANY_FACES: usize = 10;
+
+/// What to tell of points that show no surface.
+pub(super) fn volume(local: &LocalNoise) -> Option<String> {
+    (!local.shows_surface).then(|| {
+        "the points fill a volume: no neighbourhood, of up to 260 points, is flat. They lie on no surface, or \
+         the noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
+            .into()
+    })
+}
+
+/// What to tell a user whose `given` noise is far below what the scan shows. In the normalised frame, whose
+/// unit is `scale` long.
+pub(super) fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> Option<String> {
+    let matters = local > NOISE_MATTERS * sampling.median;
+    (matters && given < NOISE_TOLD * local.min(sampling.median)).then(|| {
+        format!(
+            "the noise given is {:.3e}, but the scan shows about {:.3e}: the surface will follow the noise",
+            given * scale,
+            local * scale
+        )
+    })
+}
+
+/// Standard deviation of what rounding does to positions: to f32 where all are such numbers, else to f64.
+/// Uniform over the last place of the largest coordinate.
+pub(super) fn rounding(points: &[Vec3]) -> f64 {
+    let largest = points.iter().flat_map(|p| p.0).fold(0.0f64, |m, x| m.max(x.abs()));
+    let single = points.iter().flat_map(|p| p.0).all(|x| f64::from(x as f32) == x);
+    largest * if single { f64::from(f32::EPSILON) } else { f64::EPSILON } / 12f64.sqrt()
+}
+
+/// What to tell where the noise `found` is less than the rounding of the coordinates, in the user's unit.
+pub(super) fn no_noise(found: f64, rounding: f64) -> Option<String> {
+    (found < BELOW_ROUNDING * rounding).then(|| {
+        format!(
+            "the noise found, {found:.1e}, is less than the rounding of the coordinates, {rounding:.1e}: the \
+             points look computed or copied, not measured. Give the noise by hand if they are a scan"
+        )
+    })
+}
+
+/// What to tell of a surface much finer than its points.
+pub(super) fn many_faces(faces: usize, points: usize) -> Option<String> {
+    (faces > MANY_FACES * points).then(|| {
+        format!(
+            "the surface has {faces} triangles for {points} points: most of it lies between points. Lower \
+             the detail, or give a denser scan"
+        )
+    })
+}
+
+/// What to tell of the holes that are left, to a user who has asked to fill those with a boundary of up to
+/// `asked`. Lengths in the user's unit; the `left` ones' in the normalised frame, whose unit is `scale` long.
+pub(super) fn holes_left(asked: f64, left: &Left, scale: f64) -> Vec<String> {
+    if asked <= 0.0 {
+        return Vec::new();
+    }
+    let holes = |n: usize| if n == 1 { "1 hole is".into() } else { format!("{n} holes are") };
+    let long = (left.longer > 0).then(|| {
+        format!(
+            "{} left open: the boundary is longer than {asked}; the shortest is {:.3} long",
+            holes(left.longer),
+            left.shortest * scale
+        )
+    });
+    let tangled = (left.tangled > 0).then(|| {
+        format!(
+            "{} left open: no filling fits that does not touch the surface elsewhere, or the boundary has too \
+             many edges",
+            holes(left.tangled)
+        )
+    });
+    long.into_iter().chain(tangled).collect()
+}
