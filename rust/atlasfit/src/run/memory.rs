@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 
 /// What one worker thread takes at its peak, in bytes: its stack, its scratch arrays and the allocator's
 /// pools of its own. Measured as the difference between 8 threads and 1 (`tests/memory.py --measure`).
-const PER_THREAD_BYTES: u64 = 6 << 20;
+const PER_THREAD_BYTES: u64 = 10 << 20;
 
 /// Bytes that a job needs of which one thread would need `work`: what the threads hold of their own is no
 /// more than that again.
