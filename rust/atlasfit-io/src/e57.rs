@@ -2,7 +2,7 @@
 //! other.
 //!
 //! Read: positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as
-//! `scan_id` where there are several. Points that a scan marks as invalid are left out and counted.
+//! `scan_id` where there are several, and where the scanners stood, as their poses say. Points that a scan marks as invalid are left out and counted.
 
 use crate::content::Content;
 use crate::error::Result;
@@ -38,7 +38,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 #[cfg(feature = "e57")]
 fn scans(input: &mut Input<'_>) -> Result<Content> {
     use crate::error::Location;
-    use atlasfit::geometry::{Attribute, ScalarKind};
+    use atlasfit::geometry::{Attribute, ScalarKind, Scanners};
     use e57::{CartesianCoordinate, E57Reader};
     let damaged = |input: &Input<'_>, e: e57::Error| {
         input.malformed(
@@ -65,8 +65,18 @@ fn scans(input: &mut Input<'_>) -> Result<Content> {
     let mut colors: Vec<[f32; 4]> = Vec::new();
     let mut intensity: Vec<f64> = Vec::new();
     let mut scan_id: Vec<f64> = Vec::new();
+    let mut scanners = Scanners::default();
     let (mut has_color, mut has_intensity, mut invalid, mut colorless) = (false, false, 0u64, 0u64);
     for (id, scan) in scans.iter().enumerate() {
+        // Programs that merge scans write a pose that moves nothing: it says nothing of a scanner.
+        let pose = scan.transform.as_ref().map(|t| [t.translation.x, t.translation.y, t.translation.z]);
+        let scanner = match pose.filter(|at| *at != [0.0; 3]) {
+            Some(at) => {
+                scanners.positions.push(at);
+                scanners.positions.len() as u32 - 1
+            }
+            None => u32::MAX,
+        };
         has_color |= scan.has_color();
         has_intensity |= scan.has_intensity();
         let mut points = match reader.pointcloud_simple(scan) {
@@ -87,13 +97,14 @@ fn scans(input: &mut Input<'_>) -> Result<Content> {
                 invalid += 1;
                 continue;
             };
-            input.reserve(1, 56)?;
+            input.reserve(1, 60)?;
             out.cloud.positions.push([x, y, z]);
             let c = point.color.map(|c| [c.red, c.green, c.blue, 1.0]);
             colorless += u64::from(c.is_none());
             colors.push(c.unwrap_or([1.0; 4]));
             intensity.push(f64::from(point.intensity.unwrap_or(0.0)));
             scan_id.push(id as f64);
+            scanners.of_point.push(scanner);
         }
     }
     input.report.add("points marked as invalid by the scanner, left out", invalid, None);
@@ -105,6 +116,7 @@ fn scans(input: &mut Input<'_>) -> Result<Content> {
         let name = "intensity".into();
         out.cloud.attributes.push(Attribute { name, width: 1, kind: ScalarKind::F32, values: intensity });
     }
+    out.cloud.scanners = (!scanners.positions.is_empty()).then_some(scanners);
     if scans.len() > 1 {
         let name = "scan_id".into();
         out.cloud.attributes.push(Attribute { name, width: 1, kind: ScalarKind::U32, values: scan_id });

@@ -72,6 +72,15 @@ impl Loaded {
         }
     }
 
+    /// Gives the vertices of a mesh without normals those of its faces: then its points say which way they
+    /// face.
+    pub fn normals_from_faces(&mut self) {
+        if self.cloud.normals.is_none() && !self.faces.is_empty() {
+            self.cloud.normals =
+                Some(atlasfit::geometry::mesh::vertex_normals(&self.cloud.positions, &self.faces));
+        }
+    }
+
     /// The content as a mesh (without triangles for a cloud).
     #[must_use]
     pub fn into_mesh(self) -> TriMesh {

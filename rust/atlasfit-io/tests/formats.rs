@@ -343,7 +343,7 @@ fn json_counts_with_what_it_takes_once_it_is_read() {
     let many = vec!["{\"a\":[1,\"\\\"]\"]}"; 20_000].join(",");
     let json = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"extras\":[{many}]}}");
     let within = |bytes| {
-        let options = LoadOptions { max_memory_bytes: Some(bytes) };
+        let options = LoadOptions::default().with_max_memory_bytes(Some(bytes));
         load_bytes(Path::new("a.gltf"), json.as_bytes(), &options)
     };
     let refused = within(10 * json.len() as u64);

@@ -216,6 +216,7 @@ fn attributes_reach_the_points_and_the_vertices() {
         positions: points,
         normals: None,
         colors: Some(colors.clone()),
+        scanners: None,
         attributes: vec![
             Attribute {
                 name: "label".into(),

@@ -59,6 +59,8 @@ pub(super) struct Header {
     pub end: usize,
     /// How many lines the header has.
     pub lines: u64,
+    /// Where the scanner stood; `None` at the origin, which is also what PCL writes when it does not know.
+    pub viewpoint: Option<[f64; 3]>,
 }
 
 impl Header {
@@ -82,6 +84,7 @@ struct Raw {
     width: Option<u64>,
     height: Option<u64>,
     points: Option<u64>,
+    viewpoint: Option<[f64; 3]>,
 }
 
 /// Whether these bytes are a PCD file.
@@ -139,7 +142,14 @@ pub(super) fn read(input: &Input<'_>) -> Result<Header> {
         let crlf = input.data[..end - 2].windows(2).any(|w| w == b"\r\n");
         end -= usize::from(!crlf);
     }
-    Ok(Header { fields, points, encoding, end, lines: line.number })
+    Ok(Header { fields, points, encoding, end, lines: line.number, viewpoint: raw.viewpoint })
+}
+
+/// The position in the words of VIEWPOINT (a position, then a quaternion), where they give one.
+fn viewpoint(words: &[String]) -> Option<[f64; 3]> {
+    let [x, y, z] = words.get(..3)? else { return None };
+    let at = [x.parse().ok()?, y.parse().ok()?, z.parse().ok()?];
+    (at != [0.0; 3] && at.iter().all(|c: &f64| c.is_finite())).then_some(at)
 }
 
 /// The error of a header that contradicts itself.
@@ -167,7 +177,8 @@ impl Raw {
             b"WIDTH" => self.width = Some(number().ok_or_else(|| wrong("WIDTH and a number"))?),
             b"HEIGHT" => self.height = Some(number().ok_or_else(|| wrong("HEIGHT and a number"))?),
             b"POINTS" => self.points = Some(number().ok_or_else(|| wrong("POINTS and a number"))?),
-            b"VERSION" | b"VIEWPOINT" => {}
+            b"VIEWPOINT" => self.viewpoint = viewpoint(&words),
+            b"VERSION" => {}
             w if w.starts_with(b"#") => {}
             _ => {
                 return Err(wrong(

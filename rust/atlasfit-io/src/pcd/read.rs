@@ -8,7 +8,7 @@ use crate::content::Content;
 use crate::error::{Error, Location, Result};
 use crate::input::Input;
 use crate::text;
-use atlasfit::geometry::ScalarKind;
+use atlasfit::geometry::{ScalarKind, Scanners};
 
 /// Points taken at a time: their bytes stay in the cache while field after field is taken from them.
 const BLOCK: usize = 4096;
@@ -40,6 +40,11 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             columns.content
         }
     };
+    if let Some(viewpoint) = header.viewpoint {
+        input.reserve(out.cloud.len(), 4)?;
+        let of_point = vec![0; out.cloud.len()];
+        out.cloud.scanners = Some(Scanners { positions: vec![viewpoint], of_point });
+    }
     // Many programs leave the alpha byte at 0 and mean opaque.
     if let Some(colors) = &mut out.cloud.colors
         && colors.iter().all(|c| c[3] == 0.0)

@@ -18,6 +18,7 @@ pub mod relation;
 pub mod site;
 pub mod tube;
 pub mod view;
+pub mod vote;
 
 pub use chart::{Chart, Map};
 pub use fitted::FittedChart;
@@ -29,3 +30,4 @@ pub use relation::{Pair, Relation};
 pub use site::{BlendSite, SITE_CHARTS};
 pub use tube::Tube;
 pub use view::{Foot, View};
+pub use vote::Vote;

@@ -6,6 +6,7 @@
 
 use super::surface::{Contour, ContourVertices, Surface};
 use super::{boundary, bowties, compact, components, smooth, triangulate};
+use crate::atlas::Vote;
 use crate::error::{Error, Result};
 use crate::run::Context;
 
@@ -13,7 +14,8 @@ use crate::run::Context;
 const MOST_QUADS: usize = u32::MAX as usize / 6;
 
 /// Splits the quads, drops what is not manifold, trims at the end of the data, orients, removes specks
-/// smaller than `min_triangles`, smooths what no data carries.
+/// smaller than `min_triangles`, smooths what no data carries. `votes` says for each chart how the scan votes
+/// on its side; none where nothing is known.
 ///
 /// # Errors
 /// Cancelled or out of time; [`Error::InvalidArgument`] above [`MOST_QUADS`].
@@ -21,6 +23,7 @@ pub(crate) fn clean(
     contour: Contour,
     one_sided: bool,
     min_triangles: usize,
+    votes: &[Vote],
     ctx: &Context<'_>,
 ) -> Result<Surface> {
     let Contour { vertices, quads } = contour;
@@ -34,7 +37,7 @@ pub(crate) fn clean(
     boundary::peel(&mut triangles, &support, ctx)?;
     boundary::trim(&mut positions, &triangles, &support, ctx)?;
     let mut surface = Surface { positions, normals, chart, triangles };
-    components::orient(&mut surface, one_sided, min_triangles, ctx)?;
+    components::orient(&mut surface, one_sided, min_triangles, votes, ctx)?;
     smooth::smooth(&mut surface, filled, ctx)?;
     boundary::drop_flaps(&mut surface, ctx)?;
     bowties::split(&mut surface, ctx)?;

@@ -7,6 +7,7 @@ use super::adjacency::{self, FaceAdjacency};
 use super::compact::compact;
 use super::constants::CONTOUR;
 use super::surface::{Surface, area_vector, remove_marked};
+use crate::atlas::Vote;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -22,6 +23,8 @@ struct Component {
     mean_normal: Vec3,
     /// Whether it is an open sheet rather than a body.
     open: bool,
+    /// How the scan votes on the side of the turned triangles.
+    vote: Vote,
 }
 
 /// Which way a triangle must be turned so that its part is consistent.
@@ -43,8 +46,8 @@ impl Turn {
 }
 
 /// Orients each part consistently (breadth first where the field's orientation is only local), outward by its
-/// signed volume; drops parts of fewer than `min_triangles`. One-sided parts keep a seam of disagreeing
-/// neighbours.
+/// signed volume, or as the `votes` on its charts say; drops parts of fewer than `min_triangles`. One-sided
+/// parts keep a seam of disagreeing neighbours.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -52,8 +55,10 @@ pub(super) fn orient(
     s: &mut Surface,
     one_sided: bool,
     min_triangles: usize,
+    votes: &[Vote],
     ctx: &Context<'_>,
 ) -> Result<()> {
+    let shares = shares(s, votes);
     let adjacency = adjacency::of(&s.triangles, ctx)?;
     let mut turn = vec![Turn::Unknown; s.triangles.len()];
     let mut speck = vec![false; s.triangles.len()];
@@ -68,16 +73,26 @@ pub(super) fn orient(
                 speck[t as usize] = true;
             }
         } else {
-            found.push(measure(s, part, &turn, ctx)?);
+            let mut component = measure(s, part, &turn, ctx)?;
+            for &t in &component.triangles {
+                let chart = s.chart[s.triangles[t as usize][0] as usize] as usize;
+                if let Some(share) = shares.get(chart) {
+                    let sign = if turn[t as usize] == Turn::Flipped { -1.0 } else { 1.0 };
+                    component.vote.add_share(&votes[chart], *share, sign);
+                }
+            }
+            found.push(component);
         }
     }
-    // A closed surface faces outward. Open sheets, such as parts of a terrain, face along the one axis that
+    // What the scan knows goes first. Otherwise a closed surface faces outward. Open sheets, such as parts of a terrain, face along the one axis that
     // they face most, upward.
     let faced =
         [0, 1, 2].map(|k| found.iter().filter(|c| c.open).map(|c| c.mean_normal[k].abs()).sum::<f64>());
     let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);
     for c in &found {
-        let invert = if c.open { c.mean_normal[up] } else { c.volume } < 0.0;
+        let shape = if c.open { c.mean_normal[up] } else { c.volume };
+        let known = c.vote.verdict();
+        let invert = if known == 0.0 { shape } else { known } < 0.0;
         for &t in &c.triangles {
             if (turn[t as usize] == Turn::Flipped) != invert {
                 s.triangles[t as usize].swap(1, 2);
@@ -86,6 +101,18 @@ pub(super) fn orient(
     }
     remove_marked(&mut s.triangles, &speck);
     ctx.check()
+}
+
+/// The share of its chart's votes that each triangle carries, per chart: a chart's votes are shared out over
+/// the triangles that begin at one of its vertices.
+fn shares(s: &Surface, votes: &[Vote]) -> Vec<f64> {
+    let mut triangles = vec![0u32; votes.len()];
+    for t in &s.triangles {
+        if let Some(n) = triangles.get_mut(s.chart[t[0] as usize] as usize) {
+            *n += 1;
+        }
+    }
+    triangles.iter().map(|&n| 1.0 / f64::from(n.max(1))).collect()
 }
 
 /// The part that a triangle belongs to, breadth first; says how each of its triangles must be turned.
@@ -140,7 +167,7 @@ fn measure(s: &Surface, part: Vec<u32>, turn: &[Turn], ctx: &Context<'_>) -> Res
     let facing = mean_normal.norm() / area.max(1e-300);
     let roundness = 6.0 * PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
     let open = facing > CONTOUR.open_facing && roundness < CONTOUR.open_volume;
-    Ok(Component { triangles: part, volume, mean_normal, open })
+    Ok(Component { triangles: part, volume, mean_normal, open, vote: Vote::default() })
 }
 
 /// Removes parts of the surface that fewer than `least` points lie on. `points` says for each chart how many
@@ -188,6 +215,34 @@ mod tests {
         Surface { positions, normals: vec![Vec3::ZERO; n], chart: vec![0; n], triangles }
     }
 
+    /// A tetrahedron about the origin, facing out for a positive size.
+    fn tetrahedron(size: f64, first: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let at = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+        let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        (at.map(|p| Vec3(p) * size).to_vec(), triangles.map(|t| t.map(|v| v + first)).to_vec())
+    }
+
+    fn volume(s: &Surface, triangles: std::ops::Range<usize>) -> f64 {
+        s.triangles[triangles]
+            .iter()
+            .map(|t| corners(&s.positions, t))
+            .map(|[a, b, c]| a.dot(b.cross(c)))
+            .sum()
+    }
+
+    #[test]
+    fn votes_go_before_volume_unless_they_say_no_more_than_chance() {
+        for (sum, outward) in [(-9.0, false), (9.0, true), (-1.0, true)] {
+            let (at, triangles) = tetrahedron(1.0, 0);
+            let mut s = surface(at, triangles);
+            // The charts face as the triangles do: outward where their volume is positive.
+            let sign = volume(&s, 0..4).signum();
+            let votes = [Vote { sum: sum * sign, squares: 4.0 }];
+            Run::default().execute(|ctx| orient(&mut s, false, 2, &votes, ctx)).unwrap();
+            assert_eq!(volume(&s, 0..4) > 0.0, outward, "{sum}");
+        }
+    }
+
     #[test]
     fn a_closed_part_faces_out_and_a_speck_goes() {
         let mut at: Vec<Vec3> =
@@ -195,7 +250,7 @@ mod tests {
         at.extend((0..3).map(|k| Vec3([5.0 + f64::from(k % 2), 5.0 + f64::from(k / 2), 5.0])));
         // A tetrahedron that faces in, and a triangle alone.
         let mut s = surface(at, vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2], [4, 5, 6]]);
-        Run::default().execute(|ctx| orient(&mut s, false, 2, ctx)).unwrap();
+        Run::default().execute(|ctx| orient(&mut s, false, 2, &[], ctx)).unwrap();
         let volume: f64 =
             s.triangles.iter().map(|t| corners(&s.positions, t)).map(|[a, b, c]| a.dot(b.cross(c))).sum();
         assert!(s.triangles.len() == 4 && volume > 0.0, "{volume}");

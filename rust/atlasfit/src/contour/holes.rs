@@ -53,8 +53,7 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
     }
     let taken = TakenEdges::among(&of_ring, &s.triangles, ctx)?;
     let was_cut = rings.iter().any(|r| r.len() > CONTOUR.max_edges);
-    let Pieces { short: rings, long } =
-        slits::cut(&s.positions, rings, &taken, CONTOUR.cut * widest, ctx)?;
+    let Pieces { short: rings, long } = slits::cut(&s.positions, rings, &taken, CONTOUR.cut * widest, ctx)?;
     let positions = &s.positions;
     let whole: f64 = s.triangles.iter().map(|t| patch::area(corners(positions, t))).sum();
     let patches: Vec<Option<Vec<[u32; 3]>>> = rings

@@ -7,6 +7,7 @@
 mod adjacency;
 mod boundary;
 mod bowties;
+pub(crate) mod cavities;
 mod cells;
 pub(crate) mod clean;
 mod compact;

@@ -44,6 +44,15 @@ pub struct Attribute {
     pub values: Vec<f64>,
 }
 
+/// Where the scanners stood that measured a cloud.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scanners {
+    /// Their positions, in the cloud's unit and frame.
+    pub positions: Vec<[f64; 3]>,
+    /// For each point the scanner that measured it; any other number where that is not known.
+    pub of_point: Vec<u32>,
+}
+
 /// A point cloud. Positions are f64 in the user's unit and frame; every optional column has one entry per
 /// point.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -54,6 +63,8 @@ pub struct PointCloud {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Red, green, blue, alpha in [0, 1], encoded as they were stored (sRGB by convention).
     pub colors: Option<Vec<[f32; 4]>>,
+    /// Where the scanners stood, if the scan says so.
+    pub scanners: Option<Scanners>,
     /// Everything else.
     pub attributes: Vec<Attribute>,
 }

@@ -2,6 +2,7 @@
 
 use super::cloud::{Attribute, PointCloud, point_bytes};
 use crate::error::{Error, Result};
+use crate::numeric::vec3::Vec3;
 
 /// A triangle mesh. Positions are f64 in the user's unit and frame. Counter-clockwise triangles face outward.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -64,7 +65,25 @@ impl TriMesh {
             positions: self.positions.clone(),
             normals: self.normals.clone(),
             colors: self.colors.clone(),
+            scanners: None,
             attributes: self.attributes.clone(),
         }
     }
+}
+
+/// Unit normal of each vertex of a mesh: the mean of its triangles' normals, weighted by area; zero where
+/// there is none. Indices must refer to vertices ([`TriMesh::validate`]).
+///
+/// ```
+/// let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// assert_eq!(atlasfit::geometry::mesh::vertex_normals(&corners, &[[0, 1, 2]])[0], [0.0, 0.0, 1.0]);
+/// ```
+#[must_use]
+pub fn vertex_normals(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let mut sums = vec![Vec3::ZERO; positions.len()];
+    for t in triangles {
+        let [a, b, c] = t.map(|v| Vec3(positions[v as usize]));
+        t.iter().for_each(|&v| sums[v as usize] += (b - a).cross(c - a));
+    }
+    sums.iter().map(|n| n.normalized().to_f32()).collect()
 }

@@ -3,5 +3,5 @@
 pub mod cloud;
 pub mod mesh;
 
-pub use cloud::{Attribute, PointCloud, ScalarKind};
+pub use cloud::{Attribute, PointCloud, ScalarKind, Scanners};
 pub use mesh::TriMesh;

@@ -13,11 +13,11 @@ use rayon::prelude::*;
 
 /// A chart seen from one of its points.
 #[derive(Clone, Copy)]
-struct ChartAtPoint {
-    chart: u32,
+pub(super) struct ChartAtPoint {
+    pub(super) chart: u32,
     /// Partition-of-unity weight times robust weight.
     weight: f64,
-    normal: Vec3,
+    pub(super) normal: Vec3,
     /// From the chart's surface to the point.
     offset: Vec3,
     /// Noise of the chart.
@@ -25,7 +25,7 @@ struct ChartAtPoint {
 }
 
 /// The charts of a point, the strongest first.
-fn charts_at(point: Vec3, row: &[(u32, f32)], fitted: &[FittedChart]) -> Vec<ChartAtPoint> {
+pub(super) fn charts_at(point: Vec3, row: &[(u32, f32)], fitted: &[FittedChart]) -> Vec<ChartAtPoint> {
     let mut at: Vec<ChartAtPoint> = row
         .iter()
         .filter_map(|&(c, w)| {

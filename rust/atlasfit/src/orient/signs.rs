@@ -1,10 +1,10 @@
 //! A sign for each chart.
 //!
-//! In: how charts face each other. Out: a sign per chart, and the pairs of overlapping charts
-//! whose relative orientation the signs contradict.
+//! In: how charts face each other, and how the scan votes on each. Out: a sign per chart, and the pairs of
+//! overlapping charts whose relative orientation the signs contradict.
 
 use super::constants::ORIENT;
-use crate::atlas::{Chart, Pair, Relation};
+use crate::atlas::{Chart, Pair, Relation, Vote};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::sets::{Sets, SignedSets};
@@ -38,7 +38,8 @@ pub(crate) struct Signs {
 /// Signs per chart from the relations and from what opposing sheets say, and the relations that the signs
 /// contradict. Sets of charts are joined in the order of the agreement between them, all pairs of their
 /// charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction, as for
-/// multicuts: Keuper et al. 2015.)
+/// multicuts: Keuper et al. 2015.) What the scan knows of the charts' sides (`votes`, one per chart, or none)
+/// joins in as one more chart, which shows the right side.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -46,11 +47,17 @@ pub(crate) fn orient(
     charts: usize,
     relations: &[Relation],
     opposing: &[Relation],
+    votes: &[Vote],
     ctx: &Context<'_>,
 ) -> Result<Signs> {
-    let mut links: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); charts];
+    let right_side = charts as u32;
+    let voted: Vec<Relation> = (votes.iter().zip(0..))
+        .filter(|(v, _)| v.sum != 0.0)
+        .map(|(v, chart)| Relation { a: chart, b: right_side, agreement: v.sum })
+        .collect();
+    let mut links: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); charts + 1];
     let mut heap = BinaryHeap::with_capacity(relations.len());
-    for r in relations.iter().chain(opposing) {
+    for r in relations.iter().chain(opposing).chain(&voted) {
         *links[r.a as usize].entry(r.b).or_insert(0.0) += r.agreement;
         *links[r.b as usize].entry(r.a).or_insert(0.0) += r.agreement;
     }
@@ -59,7 +66,7 @@ pub(crate) fn orient(
             heap.push(Link::new(a as u32, b, w));
         }
     }
-    let mut sets = SignedSets::new(charts);
+    let mut sets = SignedSets::new(charts + 1);
     let mut steps = 0;
     while let Some(link) = heap.pop() {
         steps += 1;
@@ -88,7 +95,10 @@ pub(crate) fn orient(
             heap.push(Link::new(a.min(k), a.max(k), sum));
         }
     }
-    let signs: Vec<f64> = (0..charts as u32).map(|c| if sets.find(c).1 { -1.0 } else { 1.0 }).collect();
+    // Sets that nothing was voted on keep the side of their first chart.
+    let (right, wrong) = sets.find(right_side);
+    let turned = |(root, turned): (u32, bool)| turned != (root == right && wrong);
+    let signs: Vec<f64> = (0..right_side).map(|c| if turned(sets.find(c)) { -1.0 } else { 1.0 }).collect();
     let conflicts: Vec<Pair> = relations
         .iter()
         .filter(|r| {
@@ -104,19 +114,25 @@ pub(crate) fn orient(
     Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
 }
 
+/// For each chart the first of the charts that it is connected with.
+pub(crate) fn connected(charts: usize, relations: &[Relation]) -> Vec<u32> {
+    let mut sets = Sets::new(charts);
+    relations.iter().for_each(|r| sets.join(r.a, r.b));
+    (0..charts as u32).map(|c| sets.find(c)).collect()
+}
+
 /// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each
 /// chart how much of the surface agrees with its normal, less how much does not) says in sum. Returns which
 /// charts were turned.
 pub(crate) fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<bool> {
-    let mut sets = Sets::new(charts.len());
-    relations.iter().for_each(|r| sets.join(r.a, r.b));
+    let part = connected(charts.len(), relations);
     let mut sum = vec![0.0; charts.len()];
-    for (c, s) in side.iter().enumerate() {
-        sum[sets.find(c as u32) as usize] += s;
+    for (&part, s) in part.iter().zip(side) {
+        sum[part as usize] += s;
     }
     let mut turned = vec![false; charts.len()];
     for (c, chart) in charts.iter_mut().enumerate() {
-        if sum[sets.find(c as u32) as usize] < 0.0 {
+        if sum[part[c] as usize] < 0.0 {
             chart.sign = -chart.sign;
             turned[c] = true;
         }
@@ -136,7 +152,7 @@ mod tests {
             [(0, 1, 10.0), (1, 2, 10.0), (3, 4, 10.0), (4, 5, 10.0), (0, 3, -3.0), (1, 4, 2.0), (2, 5, 2.0)];
         let relations = all.map(|(a, b, agreement)| Relation { a, b, agreement });
         let sign = |opposing: &[Relation]| {
-            crate::Run::default().execute(|ctx| Ok(orient(6, &relations, opposing, ctx)?.of_chart))
+            crate::Run::default().execute(|ctx| Ok(orient(6, &relations, opposing, &[], ctx)?.of_chart))
         };
         assert_eq!(sign(&[])?, [1.0; 6]);
         let across = Relation { a: 2, b: 3, agreement: -1.5 };

@@ -86,7 +86,9 @@ pub(crate) fn grow(
         tree.nearest(origin, PARTITION.min_members + 3, found);
         same_sheet(found);
         // The few nearest may stand a little beyond; strays have theirs far away.
-        if found.len() < PARTITION.min_members || found[PARTITION.min_members - 1].dist2.sqrt() > 2.0 * p.max_radius {
+        if found.len() < PARTITION.min_members
+            || found[PARTITION.min_members - 1].dist2.sqrt() > 2.0 * p.max_radius
+        {
             return Ok(None);
         }
     }

@@ -43,7 +43,7 @@ impl Steps {
             let mut scan = prepare::prepare(distinct, None, ctx)?;
             let first = fit_atlas(&mut scan, None, ctx)?;
             let patches = patches(&scan, ctx)?;
-            let atlas = sheets::separate(&scan, first, ctx)?;
+            let atlas = sheets::separate(&scan, first, None, ctx)?;
             let charts = atlas.fitted.iter().map(|f| f.chart.clone()).collect();
             let mut steps = Self { scan, patches, atlas, charts, contour: Contour::default() };
             let contour = quads::contour(steps.grid(ctx)?, ctx)?;
@@ -96,7 +96,7 @@ impl Steps {
     /// None but those of a limited run.
     pub fn clean(&self, quads: Quads) -> Result<usize> {
         let one_sided = !self.atlas.conflicts.is_empty();
-        Run::default().execute(|ctx| Ok(clean::clean(quads.0, one_sided, 0, ctx)?.triangles.len()))
+        Run::default().execute(|ctx| Ok(clean::clean(quads.0, one_sided, 0, &[], ctx)?.triangles.len()))
     }
 
     fn grid<'a>(&'a self, ctx: &Context<'_>) -> Result<Grid<'a>> {

@@ -5,9 +5,6 @@
 
 /// The numbers, see [`PIPELINE`].
 pub(crate) struct PipelineConstants {
-    /// Bytes for one point until the surface is contoured: points, tree, neighbours, memberships, charts.
-    /// Source: measured as peak resident memory over points at 64,000 and 1,000,000 points.
-    pub bytes_per_point: u64,
     /// Scans smaller or larger than this, in any unit, cannot be computed with. Source: derived, sums and
     /// quotients of such lengths stay within f64's 1e-308 to 1e308.
     pub size: (f64, f64),
@@ -59,8 +56,6 @@ pub(crate) struct PipelineConstants {
     /// Parts of the surface on which fewer points lie are specks: where noise is larger than the spacing, a
     /// few strays make one of any size. Source: chosen.
     pub unsupported: f64,
-    /// Bytes for one triangle while UVs are laid out. Source: measured as for points.
-    pub bytes_per_triangle: u64,
     /// UV charts of the denoised surface may stretch this much at the 95th percentile. Above 1. Source:
     /// chosen, below the project's target of 1.3.
     pub uv_stretch: f64,
@@ -68,7 +63,6 @@ pub(crate) struct PipelineConstants {
 
 /// Their values.
 pub(crate) const PIPELINE: PipelineConstants = PipelineConstants {
-    bytes_per_point: 700,
     size: (1e-280, 1e280),
     beyond: 0.005,
     far: 1e6,
@@ -88,7 +82,6 @@ pub(crate) const PIPELINE: PipelineConstants = PipelineConstants {
     speck: 180.0,
     least_speck: 8.0,
     unsupported: 12.0,
-    bytes_per_triangle: 250,
     uv_stretch: 1.25,
 };
 

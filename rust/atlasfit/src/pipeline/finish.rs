@@ -10,7 +10,7 @@ use super::surface::Built;
 use super::warnings;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
-use crate::geometry::{Attribute, PointCloud, TriMesh};
+use crate::geometry::{Attribute, PointCloud, Scanners, TriMesh};
 use crate::measure;
 use crate::noise::NoiseModel;
 use crate::numeric::vec3::Vec3;
@@ -156,6 +156,10 @@ fn pick(cloud: &PointCloud, at: &[u32]) -> PointCloud {
         positions: at.iter().map(|i| cloud.positions[take(i)]).collect(),
         normals: cloud.normals.as_ref().map(|n| at.iter().map(|i| n[take(i)]).collect()),
         colors: cloud.colors.as_ref().map(|c| at.iter().map(|i| c[take(i)]).collect()),
+        scanners: cloud.scanners.as_ref().map(|s| Scanners {
+            positions: s.positions.clone(),
+            of_point: at.iter().map(|i| s.of_point[take(i)]).collect(),
+        }),
         attributes: cloud
             .attributes
             .iter()

@@ -1,7 +1,8 @@
 //! The main job: a noisy scan in; denoised points, one surface and chart UVs out.
 //!
 //! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
-//! to project onto) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) →
+//! to project onto) → `facing` (which
+//! way it is known to face) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) →
 //! `surface` (charts blended, contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back
 //! to the user's frame, report).
 
@@ -11,6 +12,7 @@ mod attributes;
 pub mod benchmarks;
 pub(crate) mod constants;
 mod copies;
+mod facing;
 mod finish;
 mod fit_atlas;
 pub mod guide;
@@ -110,8 +112,9 @@ fn denoise_in(
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;
     }
+    let toward = facing::given(cloud, options, &scan, ctx)?;
     let first = fit_atlas::fit_atlas(&mut scan, options.charts, ctx)?;
-    let atlas = sheets::separate(&scan, first, ctx)?;
+    let atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
     let noise = finish::reported_noise(scan_noise, scan.noise, guide.is_some());
     let mut built = surface::build(scan, atlas, options, ctx)?;
     let mesh = attributes::mesh(cloud, &mut built, ctx)?;

@@ -31,6 +31,9 @@ pub struct DenoiseOptions {
     pub texture_size: u32,
     /// What to do with outliers.
     pub outliers: Outliers,
+    /// Where the scanner stood, in the scan's unit and frame: the surface faces it. `None` takes what the
+    /// cloud says (its normals, its scanners), and where it says nothing, looks for one.
+    pub viewpoint: Option<[f64; 3]>,
     /// Whether to lay out UVs.
     pub uv: bool,
 }
@@ -43,6 +46,7 @@ setters! {
         with_fill_holes: fill_holes: f64,
         with_texture_size: texture_size: u32,
         with_outliers: outliers: Outliers,
+        with_viewpoint: viewpoint: Option<[f64; 3]>,
         with_uv: uv: bool,
     }
 }
@@ -56,6 +60,7 @@ impl Default for DenoiseOptions {
             fill_holes: 0.0,
             texture_size: 1024,
             outliers: Outliers::Keep,
+            viewpoint: None,
             uv: true,
         }
     }
@@ -66,9 +71,10 @@ pub(super) fn check_columns(cloud: &PointCloud) -> Result<()> {
     let n = cloud.len();
     let normals = cloud.normals.iter().map(|c| ("normals".to_string(), c.len(), n));
     let colors = cloud.colors.iter().map(|c| ("colors".to_string(), c.len(), n));
+    let scanners = cloud.scanners.iter().map(|s| ("scanners".to_string(), s.of_point.len(), n));
     let others =
         cloud.attributes.iter().map(|a| (format!("attribute \"{}\"", a.name), a.values.len(), n * a.width));
-    match normals.chain(colors).chain(others).find(|(_, have, want)| have != want) {
+    match normals.chain(colors).chain(scanners).chain(others).find(|(_, have, want)| have != want) {
         Some((name, have, want)) => Err(Error::invalid(
             format!("{name}: {have} values for {n} points"),
             format!("Give {want} values, or leave the column out"),
@@ -97,6 +103,11 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
     }
     if !(o.fill_holes >= 0.0 && o.fill_holes.is_finite()) {
         return Err(Error::invalid(format!("fill_holes is {}", o.fill_holes), "Give a length, 0 or more"));
+    }
+    if let Some(v) = o.viewpoint
+        && !v.iter().all(|x| x.is_finite())
+    {
+        return Err(Error::invalid(format!("viewpoint is {v:?}"), "Give three finite coordinates"));
     }
     if !(16..=65536).contains(&o.texture_size) {
         return Err(Error::invalid(format!("texture_size is {}", o.texture_size), "Give 16 to 65536 texels"));

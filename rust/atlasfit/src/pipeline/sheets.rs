@@ -7,9 +7,10 @@
 use super::constants::PIPELINE;
 use super::fit_atlas::{FirstAtlas, cut};
 use super::prepare::Scan;
-use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation};
+use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
 use crate::blend::{membership, project};
 use crate::error::Result;
+use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
 use crate::{fit, orient, partition};
 
@@ -23,16 +24,23 @@ pub(super) struct OrientedAtlas {
     pub relations: Vec<Relation>,
     /// Pairs that the signs contradict, where the surface is one-sided.
     pub conflicts: Vec<Pair>,
+    /// How the scan's known directions vote on each chart's side, as the chart now faces; none without such.
+    pub votes: Vec<Vote>,
     /// The points on the blended charts.
     pub projected: Vec<ProjectedPoint>,
 }
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
-/// own side only.
-pub(super) fn separate(scan: &Scan, first: FirstAtlas, ctx: &Context<'_>) -> Result<OrientedAtlas> {
+/// own side only. `toward` says where each point is known to face, if anything is known.
+pub(super) fn separate(
+    scan: &Scan,
+    first: FirstAtlas,
+    toward: Option<&[Vec3]>,
+    ctx: &Context<'_>,
+) -> Result<OrientedAtlas> {
     let FirstAtlas { fitted, on_tubes, size } = first;
     let cut = cut(scan, size);
-    let mut atlas = oriented(scan, fitted, ctx)?;
+    let mut atlas = oriented(scan, fitted, toward, ctx)?;
     for _ in 0..PIPELINE.sheet_rounds {
         let known = &atlas.projected;
         let Some(covered) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
@@ -40,21 +48,31 @@ pub(super) fn separate(scan: &Scan, first: FirstAtlas, ctx: &Context<'_>) -> Res
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
-        atlas = oriented(scan, fitted, ctx)?;
+        atlas = oriented(scan, fitted, toward, ctx)?;
     }
     Ok(atlas)
 }
 
 /// Turns the charts so that they agree, and projects the points onto them.
-fn oriented(scan: &Scan, mut fitted: Vec<FittedChart>, ctx: &Context<'_>) -> Result<OrientedAtlas> {
+fn oriented(
+    scan: &Scan,
+    mut fitted: Vec<FittedChart>,
+    toward: Option<&[Vec3]>,
+    ctx: &Context<'_>,
+) -> Result<OrientedAtlas> {
     let (points, spacing) = (&scan.points, scan.sampling.median);
     let members = membership::of_points(points.len(), &fitted, ctx)?;
     let relations = orient::relations(points, &fitted, &members, spacing, ctx)?;
     let opposing = orient::opposing_sheets(&fitted, spacing, ctx)?;
-    let signs = orient::orient(fitted.len(), &relations, &opposing, ctx)?;
+    let mut votes = match toward {
+        Some(toward) => orient::votes(points, &fitted, &members, toward, ctx)?,
+        None => Vec::new(),
+    };
+    let signs = orient::orient(fitted.len(), &relations, &opposing, &votes, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
         f.chart.sign = *sign;
     }
+    votes.iter_mut().zip(&signs.of_chart).for_each(|(v, sign)| v.sum *= sign);
     let projected = project::project_members(points, &fitted, &members, ctx)?;
-    Ok(OrientedAtlas { fitted, members, relations, conflicts: signs.conflicts, projected })
+    Ok(OrientedAtlas { fitted, members, relations, conflicts: signs.conflicts, votes, projected })
 }

@@ -8,11 +8,12 @@ use super::options::DenoiseOptions;
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
 use super::warnings;
-use crate::atlas::{Chart, ProjectedPoint};
+use crate::atlas::{Chart, ProjectedPoint, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
-use crate::contour::{clean, components, quads, smooth, surface::Surface};
+use crate::contour::{cavities, clean, components, quads, smooth, surface::Surface};
 use crate::error::{Error, Result};
+use crate::numeric::vec3::Vec3;
 use crate::orient;
 use crate::run::{Context, Stage};
 use crate::spatial::constants::SPATIAL;
@@ -48,7 +49,7 @@ pub(super) fn build(
     ctx: &Context<'_>,
 ) -> Result<Built> {
     let Scan { points, tree, sampling, frame, mut input, .. } = scan;
-    let OrientedAtlas { fitted, members, relations, conflicts, mut projected } = atlas;
+    let OrientedAtlas { fitted, members, relations, conflicts, mut votes, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
     let voxel = voxel(&sampling) / options.detail;
@@ -57,6 +58,13 @@ pub(super) fn build(
         p.chart = u32::MAX;
     }
     ctx.advance(1);
+    if votes.is_empty() {
+        let part = orient::connected(fitted.len(), &relations);
+        let origin = frame.origin.map(|x| -x / frame.scale);
+        if let Some(v) = orient::find_scanner(&projected, &sampling.spacing, &part, origin, ctx)? {
+            votes = votes_toward(v, &projected, fitted.len());
+        }
+    }
     let sites = sites::of_points(&points, &projected, &fitted, &members, &sampling, ctx)?;
     ctx.advance(1);
 
@@ -69,13 +77,16 @@ pub(super) fn build(
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
-    let mut surface = clean::clean(contour, !conflicts.is_empty(), speck, ctx)?;
+    let mut surface = clean::clean(contour, !conflicts.is_empty(), speck, &votes, ctx)?;
     let own = points_of_charts(&projected, charts.len());
     components::remove_unsupported(&mut surface, &own, PIPELINE.unsupported, ctx)?;
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
     smooth::smooth(&mut surface, touched, ctx)?;
+    if votes.is_empty() {
+        cavities::turn_cavities(&mut surface, ctx)?;
+    }
     if surface.triangles.is_empty() {
         return Err(Error::degenerate(
             "the charts make no connected surface",
@@ -110,6 +121,17 @@ pub(super) fn build(
 pub(super) fn area(sampling: &Sampling) -> f64 {
     let widest = PIPELINE.alone * SPATIAL.widest * sampling.median;
     sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
+}
+
+/// How the points, as they face now, vote on each chart's side when a scanner at `v` saw them.
+fn votes_toward(v: Vec3, projected: &[ProjectedPoint], charts: usize) -> Vec<Vote> {
+    let mut votes = vec![Vote::default(); charts];
+    for p in projected {
+        if let Some(vote) = votes.get_mut(p.chart as usize) {
+            vote.add((v - p.position).normalized().dot(p.normal));
+        }
+    }
+    votes
 }
 
 /// Side of the voxels for a detail of 1.

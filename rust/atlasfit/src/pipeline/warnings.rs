@@ -2,13 +2,12 @@
 //!
 //! In: what was found. Out: a text, or nothing where all is well.
 
+use super::constants::PIPELINE;
 use crate::contour::holes::Left;
 use crate::noise::estimate::LocalNoise;
 use crate::numeric::vec3::Vec3;
 use crate::spatial::spacing::Sampling;
 
-/// A given noise below this share of what the scan shows is worth a warning.
-const NOISE_TOLD: f64 = 0.25;
 /// Below this share of the spacing noise makes no difference.
 const NOISE_MATTERS: f64 = 0.1;
 /// Noise found below this share of the rounding of coordinates is none that a measured scan could have: where
@@ -30,7 +29,7 @@ pub(super) fn volume(local: &LocalNoise) -> Option<String> {
 /// unit is `scale` long.
 pub(super) fn too_little_noise(given: f64, local: f64, sampling: &Sampling, scale: f64) -> Option<String> {
     let matters = local > NOISE_MATTERS * sampling.median;
-    (matters && given < NOISE_TOLD * local.min(sampling.median)).then(|| {
+    (matters && given < PIPELINE.noise_told * local.min(sampling.median)).then(|| {
         format!(
             "the noise given is {:.3e}, but the scan shows about {:.3e}: the surface will follow the noise",
             given * scale,

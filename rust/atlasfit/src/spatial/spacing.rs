@@ -58,7 +58,10 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
                     (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
                 };
                 // Never zero: what is divided by it stays a number.
-                out.spacing.push((side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32).max(1e-30));
+                out.spacing.push(
+                    (side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32)
+                        .max(1e-30),
+                );
                 let own = (chunk_index * 1024 + k) as u32;
                 out.copies.extend(copies(&found).iter().map(|f| [own, f.index]).filter(|c| c[0] != c[1]));
             }

@@ -83,6 +83,16 @@ pub struct Args {
     /// Points that belong to no surface
     #[arg(long, value_enum, default_value = "keep", help_heading = "Fit")]
     outliers: Outliers,
+    /// Where the scanner stood, in the scan's unit: the surface faces it [default: what the file says by
+    /// normals, faces or poses; otherwise looked for]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_parser = position,
+        allow_hyphen_values = true,
+        help_heading = "Fit"
+    )]
+    viewpoint: Option<[f64; 3]>,
     /// Lay out no UVs
     #[arg(long, help_heading = "Fit")]
     no_uv: bool,
@@ -159,6 +169,13 @@ fn auto_count(s: &str) -> Result<Auto<usize>, String> {
     }
 }
 
+fn position(s: &str) -> Result<[f64; 3], String> {
+    let coordinates: Option<Vec<f64>> = s.split(',').map(|c| c.trim().parse().ok()).collect();
+    (coordinates.and_then(|c| c.try_into().ok()))
+        .filter(|c: &[f64; 3]| c.iter().all(|x| x.is_finite()))
+        .ok_or_else(|| "give three numbers with commas between them, such as 1.2,0,-3".into())
+}
+
 fn positive(s: &str) -> Result<f64, String> {
     s.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| "give a positive number".into())
 }
@@ -193,7 +210,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     output::check(&outputs, &[&args.scan], args.write, console)?;
     let started = Instant::now();
     console.part_to(UNTIL[0]);
-    let loaded = files::load_as(&args.scan, args.read.input_format, &args.run, console)?;
+    let mut loaded = files::load_as(&args.scan, args.read.input_format, &args.run, console)?;
+    loaded.normals_from_faces();
     if args.bake && loaded.cloud.colors.is_none() {
         return Err(Usage(format!("{} has no colours to bake", args.scan.display())).into());
     }
@@ -238,6 +256,7 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
             Outliers::Keep => pipeline::Outliers::Keep,
             Outliers::Drop => pipeline::Outliers::Drop,
         })
+        .with_viewpoint(args.viewpoint)
         .with_uv(!args.no_uv && args.output.is_some())
 }
 

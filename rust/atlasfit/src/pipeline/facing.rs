@@ -1,0 +1,49 @@
+//! Which way a scan's points are known to face.
+//!
+//! In: what the user gave: a viewpoint, or the cloud's normals or scanners. Out: a direction per point of
+//! the prepared scan, or nothing; then the surface's own shape decides.
+
+use super::options::DenoiseOptions;
+use super::prepare::Scan;
+use crate::error::Result;
+use crate::geometry::PointCloud;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+
+/// For each point of the scan a unit vector to the side that it faces, zero where that is not known; `None`
+/// where nothing is known of any. A viewpoint goes before normals, and normals before scanners: normals say
+/// more, and the user most.
+pub(super) fn given(
+    cloud: &PointCloud,
+    options: &DenoiseOptions,
+    scan: &Scan,
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<Vec3>>> {
+    let frame = &scan.frame;
+    let from = |viewpoint: [f64; 3], i: usize| {
+        (Vec3(viewpoint) - Vec3(cloud.positions[i])).map(|x| x / frame.scale).normalized()
+    };
+    let of_input: Box<dyn Fn(usize) -> Vec3> = match (options.viewpoint, &cloud.normals, &cloud.scanners) {
+        (Some(viewpoint), ..) => Box::new(move |i| from(viewpoint, i)),
+        (None, Some(normals), _) => Box::new(|i| Vec3(normals[i].map(f64::from)).normalized()),
+        (None, None, Some(s)) => Box::new(move |i| match s.positions.get(s.of_point[i] as usize) {
+            Some(&scanner) => from(scanner, i),
+            None => Vec3::ZERO,
+        }),
+        (None, None, None) => return Ok(None),
+    };
+    let mut toward = vec![Vec3::ZERO; scan.points.len()];
+    for (i, &p) in scan.input.of_input.iter().enumerate() {
+        ctx.check_at(i)?;
+        if let Some(sum) = toward.get_mut(p as usize) {
+            let direction = of_input(i);
+            if direction.iter().all(|x| x.is_finite()) {
+                *sum += direction;
+            }
+        }
+    }
+    // Points that lie on each other are one: they face the mean of their directions.
+    toward.iter_mut().for_each(|t| *t = if *t == Vec3::ZERO { *t } else { t.normalized() });
+    let known = toward.iter().any(|t| *t != Vec3::ZERO);
+    Ok(known.then_some(toward))
+}
