@@ -14,6 +14,7 @@ use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
 use std::ffi::CStr;
+use std::mem::offset_of;
 use std::ptr::{null, null_mut};
 
 /// Version, names, the last error.
@@ -46,7 +47,7 @@ pub fn names(t: &mut Table, _: &Scene) {
 pub fn structs_and_handles(t: &mut Table, s: &Scene) {
     unsafe {
         // Structs.
-        t.init("atlasfit_run_init", atlasfit_run_init);
+        t.init_grown("atlasfit_run_init", offset_of!(atlasfit_run, overall), atlasfit_run_init);
         t.init("atlasfit_attribute_init", atlasfit_attribute_init);
         t.init("atlasfit_points_init", atlasfit_points_init);
         t.init("atlasfit_mesh_init", atlasfit_mesh_init);

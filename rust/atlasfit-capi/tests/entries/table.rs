@@ -117,11 +117,21 @@ impl Table {
 
     /// A function that fills a struct whose size is given.
     pub fn init<T>(&mut self, function: &'static str, f: unsafe extern "C" fn(*mut T, usize) -> i32) {
+        self.init_grown(function, size_of::<T>(), f);
+    }
+
+    /// The same for a struct that was only `first` bytes long in the first version of the header.
+    pub fn init_grown<T>(
+        &mut self,
+        function: &'static str,
+        first: usize,
+        f: unsafe extern "C" fn(*mut T, usize) -> i32,
+    ) {
         let size = size_of::<T>();
         let mut room = vec![0xAAu8; size + 64];
         let at: *mut T = room.as_mut_ptr().cast();
         self.want(function, "NULL", INVALID, unsafe { f(null_mut(), size) });
-        for wrong in [0, 1, 8, size - 1, 4097, usize::MAX] {
+        for wrong in [0, 1, 8, first - 1, 4097, usize::MAX] {
             self.want(function, format!("struct_size {wrong}"), ABI, unsafe { f(at, wrong) });
         }
         assert!(room.iter().all(|b| *b == 0xAA), "{function} wrote on failure");
@@ -149,7 +159,7 @@ impl Table {
             std::ptr::copy_nonoverlapping((good as *const T).cast::<u8>(), at.cast::<u8>(), size_of::<T>());
             at.cast::<usize>().write_unaligned(size);
         };
-        for wrong in [0, 1, size - 8, 4097, usize::MAX] {
+        for wrong in [0, 1, size - 16, 4097, usize::MAX] {
             set(at, wrong);
             self.want(function, format!("{name}.struct_size {wrong}"), ABI, call(at));
         }

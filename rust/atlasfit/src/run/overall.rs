@@ -5,7 +5,7 @@
 //! share; a stage that comes again covers half of what is left until the plan's next one, so that the share
 //! moves whatever the job does. Without a plan the first stage is taken for the whole job.
 
-use super::Stage;
+use super::stage::Stage;
 
 /// A stage of a plan.
 struct Step {

@@ -9,8 +9,8 @@ use crate::output::{self, Holds, Output, OutputArgs, Writer, Written};
 use anyhow::Result;
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::TriMesh;
-use atlasfit::measure::UvQuality;
 use atlasfit::measure::uv::{Pages, uv_on};
+use atlasfit::measure::{self, UvQuality};
 use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
 use atlasfit_io::{Loaded, Polygons};
 use report::Done;
@@ -154,6 +154,9 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let options = options(args, &mesh, polygons.as_ref())?;
     console.part_to(UNTIL[1]);
     let (layout, stages) = console.start(&args.run).execute(|ctx| {
+        // The layout is measured afterwards: no run ends there for want of memory.
+        let needed = measure::memory_needed(mesh.positions.len(), mesh.triangles.len(), ctx.threads());
+        ctx.reserve(needed, "Raise the limit, or simplify the mesh")?;
         let layout = match packer {
             Some(packer) => unwrap::unwrap_with(&mesh, &options, packer, ctx)?,
             None => unwrap::unwrap(&mesh, &options, ctx)?,
