@@ -55,6 +55,8 @@ pub(super) struct Fill {
     /// Rows that it takes.
     pub height: usize,
     pub placements: Vec<CellPlacement>,
+    /// The chart that does not fit below the limit: then the strip is not filled to its end.
+    pub left_out: Option<usize>,
 }
 
 /// Charts as cells, for a page of one shape.
@@ -122,12 +124,8 @@ impl Board {
         (width as f64 * self.aspect) as usize
     }
 
-    /// Fills a strip; the inner error is the chart that does not fit below the limit.
-    pub(super) fn fill(
-        &self,
-        order: Order<'_>,
-        ctx: &Context<'_>,
-    ) -> Result<std::result::Result<Fill, usize>> {
+    /// Fills a strip, as far as its limit allows.
+    pub(super) fn fill(&self, order: Order<'_>, ctx: &Context<'_>) -> Result<Fill> {
         match order.width.div_ceil(64) {
             0..=4 => self.fill_words::<4>(order, ctx),
             5..=8 => self.fill_words::<8>(order, ctx),
@@ -137,11 +135,7 @@ impl Board {
         }
     }
 
-    fn fill_words<const W: usize>(
-        &self,
-        order: Order<'_>,
-        ctx: &Context<'_>,
-    ) -> Result<std::result::Result<Fill, usize>> {
+    fn fill_words<const W: usize>(&self, order: Order<'_>, ctx: &Context<'_>) -> Result<Fill> {
         let Order { charts, width, limit, top_counts } = order;
         let mut strip = Strip::<W>::new(width);
         let mut top = 0;
@@ -169,16 +163,16 @@ impl Board {
                     }
                 }
             }
-            let Some(place) = found else { return Ok(Err(c)) };
+            let Some(place) = found else { return Ok(Fill { height: top, placements, left_out: Some(c) }) };
             let pose = &poses[place.pose];
             strip.put(&pose.tight, place.x + self.grow, place.y + self.grow);
             top = top.max(place.y + pose.grown.height);
             if top > limit {
-                return Ok(Err(c));
+                return Ok(Fill { height: top, placements, left_out: Some(c) });
             }
             placements[c] = place;
         }
-        Ok(Ok(Fill { height: top, placements }))
+        Ok(Fill { height: top, placements, left_out: None })
     }
 }
 

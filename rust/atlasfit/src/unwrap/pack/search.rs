@@ -118,7 +118,10 @@ fn first(board: &Board, width: usize, widths: usize, ctx: &Context<'_>) -> Resul
         width = width.max(board.narrowest);
         let limit = best.as_ref().map_or(usize::MAX / 4, |b| board.rows(b.size));
         let strip = Order { charts: &order, width, limit, top_counts: false };
-        let Ok(Fill { height, placements }) = board.fill(strip, ctx)? else { break };
+        let Fill { height, placements, left_out } = board.fill(strip, ctx)?;
+        if left_out.is_some() {
+            break;
+        }
         let top = (height as f64 / board.aspect).ceil() as usize;
         let size = top.max(width);
         if best.as_ref().is_none_or(|b| size < b.size) {
@@ -172,13 +175,11 @@ fn improve(board: &Board, mut best: Filled, seed: u64, ctx: &Context<'_>) -> Res
         urgent.clear();
         let mut better: Option<(usize, Filled)> = None;
         for (order, filled) in tries {
-            match filled {
-                Ok(Fill { height: top, placements }) => {
-                    if better.as_ref().is_none_or(|b| top < b.0) {
-                        better = Some((top, Filled { size: target, order, placements }));
-                    }
-                }
-                Err(c) => urgent.push(c),
+            let Fill { height: top, placements, left_out } = filled;
+            if let Some(chart) = left_out {
+                urgent.push(chart);
+            } else if better.as_ref().is_none_or(|b| top < b.0) {
+                better = Some((top, Filled { size: target, order, placements }));
             }
         }
         match better {
