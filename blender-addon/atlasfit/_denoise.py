@@ -122,7 +122,7 @@ def denoise(
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
 
     points        (n, 3), at least a few hundred on a surface, in any unit; float32 and float64 are not copied
-    normals       (n, 3): they do not steer the fit; points that end up on no chart keep theirs
+    normals       (n, 3): the surface faces their side; points that end up on no chart keep theirs
     colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
     attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the nearest point; floats are averaged
     noise         standard deviation along the normal; 0 = estimate it (default)

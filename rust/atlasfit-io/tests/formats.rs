@@ -427,3 +427,17 @@ fn the_bytes_of_a_file_of_rows_take_no_memory() {
     assert_eq!(within(columns + (1 << 17)).unwrap().cloud, cloud);
     assert!(matches!(within(columns).unwrap_err(), Error::OutOfMemory { .. }));
 }
+
+#[test]
+fn the_viewpoint_of_pcd_is_the_scanner_s_place_unless_it_is_the_origin() {
+    let read = |viewpoint: &str| {
+        let file = format!(
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n\
+             VIEWPOINT {viewpoint}\nPOINTS 2\nDATA ascii\n0 0 0\n1 0 0\n"
+        );
+        load_bytes(Path::new("a.pcd"), file.as_bytes(), &LoadOptions::default()).unwrap().cloud.scanners
+    };
+    let scanners = read("1 -2 3.5 1 0 0 0").expect("a scanner");
+    assert_eq!((scanners.positions, scanners.of_point), (vec![[1.0, -2.0, 3.5]], vec![0, 0]));
+    assert_eq!(read("0 0 0 1 0 0 0"), None);
+}

@@ -3,7 +3,8 @@
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
 
-use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
+use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, Scanners};
+use atlasfit::numeric::Rng;
 use atlasfit::pipeline::Outliers;
 use atlasfit::{CancelToken, DenoiseOptions, Denoised, Error, Run, Stage, denoise};
 use shapes::*;
@@ -425,4 +426,36 @@ fn a_memory_limit_is_kept() {
     );
     let mut run = Run { memory_limit_bytes: Some(1 << 30), ..Run::default() };
     assert!(denoise(&points, &plain(), &mut run).is_ok());
+}
+
+#[test]
+fn a_sheet_faces_the_side_that_is_known() {
+    let mut rng = Rng::new(5);
+    let points = (0..1500).map(|_| {
+        let [x, y] = [rng.uniform(), rng.uniform()];
+        [x, y, 0.1 * (3.0 * x).sin() + 0.002 * rng.normal()]
+    });
+    let bare = PointCloud::from_positions(points.collect());
+    let n = bare.len();
+    let below = [0.5, 0.5, -3.0];
+    let scanners = Scanners { positions: vec![below], of_point: vec![0; n] };
+    let with_normals = PointCloud { normals: Some(vec![[0.0, 0.0, -1.0]; n]), ..bare.clone() };
+    let with_scanner = PointCloud { scanners: Some(scanners), ..bare.clone() };
+    let how = DenoiseOptions::default().with_uv(false);
+    let seen_from_below = how.clone().with_viewpoint(Some(below));
+    for (cloud, how, side) in [
+        (&bare, &how, 1.0),
+        (&bare, &seen_from_below, -1.0),
+        (&with_normals, &how, -1.0),
+        (&with_scanner, &how, -1.0),
+    ] {
+        let result = denoise(cloud, how, &mut Run::default()).expect("a sheet");
+        let up = result.surface.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|v| result.surface.positions[v as usize]);
+            (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        });
+        assert!(up.sum::<f64>() * side > 0.5);
+        let normals = result.points.normals.expect("normals");
+        assert!(normals.iter().all(|n| f64::from(n[2]) * side >= 0.0));
+    }
 }

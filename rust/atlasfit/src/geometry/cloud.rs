@@ -83,7 +83,8 @@ impl PointCloud {
     /// Bytes that its arrays hold.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        point_bytes(&self.positions, &self.normals, &self.colors, &self.attributes)
+        let scanners = self.scanners.as_ref().map_or(0, |s| 4 * s.of_point.len() + 24 * s.positions.len());
+        point_bytes(&self.positions, &self.normals, &self.colors, &self.attributes) + scanners as u64
     }
     /// Whether there is no point.
     #[must_use]
