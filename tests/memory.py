@@ -5,9 +5,9 @@ what the system keeps of freed memory); a refused one ends with status 1 and say
 
     tests/memory.py target/release/atlasfit --data ../shared/data            # all; about half an hour on two cores
     tests/memory.py target/release/atlasfit --only unwrap --limits 50M,300M   # a part
-    tests/memory.py target/release/atlasfit --measure                         # peaks without a limit: where the bytes per element come from
+    tests/memory.py target/release/atlasfit --measure                         # peaks without a limit
 
-The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render come from --measure.
+The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render were fitted by hand to such peaks.
 tests/python/test_memory.py runs a small case of this in CI.
 """
 

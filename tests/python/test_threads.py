@@ -9,8 +9,8 @@ import pytest
 np = pytest.importorskip("numpy")
 resource = pytest.importorskip("resource")
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-# The program's own: one that runs the command, one that waits for the pool, one that listens to Ctrl-C.
-OWN = 3
+# The program's own: one that runs the command, one that reads the file, one that waits for the pool, one that listens to Ctrl-C.
+OWN = 4
 pytestmark = pytest.mark.skipif(not pathlib.Path("/proc/self/status").exists(), reason="counts threads in /proc")
 
 

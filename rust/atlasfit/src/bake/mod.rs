@@ -31,7 +31,7 @@ const TEXELS_PER_POINT: f64 = 4.0;
 /// Share of a page that charts cover, for estimates. Measured with `atlasfit bench unwrap`.
 const COVERAGE: f64 = 0.7;
 /// Bytes for one texel: owner, colour, state and front of the spreading; twice, and encoding the image is
-/// covered too. Measured by `tests/memory.py --measure`.
+/// covered too. Fitted by hand to peaks of runs; `tests/memory.py` checks that they hold.
 const BYTES_PER_TEXEL: u64 = 20;
 /// Bytes for one point whose colours are baked: its place in the search tree. Measured as for texels.
 const BYTES_PER_POINT: u64 = 110;

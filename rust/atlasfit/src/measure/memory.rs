@@ -1,7 +1,7 @@
 //! How much memory measuring needs: decided here, for every caller.
 //!
-//! In: counts of meshes and samples. Out: bytes, known before anything is done. The constants are measured
-//! as the largest of the meshes of `tests/memory.py --measure`.
+//! In: counts of meshes and samples. Out: bytes, known before anything is done. The constants are
+//! fitted by hand to peaks of resident memory; `tests/memory.py` checks that they hold.
 
 use crate::error::Result;
 use crate::geometry::TriMesh;

@@ -10,8 +10,8 @@ use crate::error::Result;
 use crate::run::{Context, total_bytes, with_threads};
 use crate::unwrap;
 
-/// Bytes for one point while the surface is contoured: the user's columns, points, charts. Measured, as all
-/// below, as peak resident memory by `tests/memory.py --measure`.
+/// Bytes for one point while the surface is contoured: the user's columns, points, charts. Fitted by hand, as
+/// all below, to peaks of resident memory; `tests/memory.py` checks that they hold.
 const BYTES_PER_POINT: u64 = 290;
 /// Bytes for one point while UVs are laid out: the user's columns, the points on the charts, the charts.
 const BYTES_PER_POINT_WITH_UV: u64 = 230;

@@ -1,12 +1,14 @@
 //! Memory: what work needs before it starts, and large arrays that may be refused.
 //!
 //! In: counts. Out: vectors, or the error that there is no room for them.
-//! The bytes for one element that the stages name are measured as peak resident memory by `tests/memory.py`.
+//! The bytes for one element that the stages name are fitted to peaks of resident memory; `tests/memory.py`
+//! checks that they hold.
 
 use crate::error::{Error, Result};
 
 /// What one worker thread takes at its peak, in bytes: its stack, its scratch arrays and the allocator's
-/// pools of its own. Measured as the difference between 8 threads and 1 (`tests/memory.py --measure`).
+/// pools of its own. Fitted by hand to the difference between 8 threads and 1; `tests/memory.py`
+/// checks that it holds.
 const PER_THREAD_BYTES: u64 = 10 << 20;
 
 /// Smaller needs are not asked for: any system has as many. Above 32 MiB, the most up to which glibc's allocator

@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::run::{Context, total_bytes, with_threads};
 
-/// Bytes for one triangle: adjacency, normals, its charts and their matrices, its UVs. Measured, as below, as
-/// the largest of the surfaces of `tests/memory.py --measure`.
+/// Bytes for one triangle: adjacency, normals, its charts and their matrices, its UVs. Fitted by hand, as
+/// below, to peaks of resident memory; `tests/memory.py` checks that they hold.
 const BYTES_PER_FACE: u64 = 440;
 /// Bytes for each vertex that a closed surface of as many triangles does not have: triangles that share few
 /// vertices make many charts, which are packed each.
