@@ -106,7 +106,7 @@ class atlasfit_run(Sized):
         ("progress", progress_fn),
         ("progress_user", c_void_p),
         ("cancel", c_void_p),
-        ("overall", POINTER(c_double)),
+        ("overall", c_void_p),
     ]
 
 
