@@ -29,6 +29,11 @@ pub(crate) struct OrientConstants {
     /// Points that the search for a scanner looks at; more make the position no better than the model is.
     /// Source: chosen.
     pub scanner_sample: usize,
+    /// Of those, one in so many is looked at while the search begins. Source: chosen, for speed.
+    pub scanner_few: usize,
+    /// Of the starts, so many are followed with few points, and of these so many with all. Source: chosen, for
+    /// speed.
+    pub starts_followed: [usize; 2],
     /// Neighbours that a spacing is taken from: spacings of points nearer to each other are one measurement.
     /// Source: derived, `SPATIAL.wide_k`.
     pub shared: f64,
@@ -60,7 +65,9 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     unsure: 1.8,
     min_conflict: 1.0,
     one_sided: 0.004,
-    scanner_sample: 4000,
+    scanner_sample: 2000,
+    scanner_few: 8,
+    starts_followed: [8, 2],
     shared: 32.0,
     least_cosine: 0.05,
     starts: [0.35, 1.0, 2.5],

@@ -12,8 +12,10 @@ use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use rayon::prelude::*;
 
 /// A point as the search sees it.
+#[derive(Clone, Copy)]
 struct Seen {
     position: Vec3,
     normal: Vec3,
@@ -46,14 +48,19 @@ pub(crate) fn find_scanner(
     if seen.is_empty() {
         return Ok(None);
     }
-    let mut best = (f64::INFINITY, Vec3::ZERO);
-    for start in starts(origin) {
-        ctx.check()?;
-        let found = descend(&seen, start, ctx)?;
-        if found.0 < best.0 {
-            best = found;
-        }
-    }
+    // A few points tell good starts from bad ones.
+    let few: Vec<Seen> = seen.iter().step_by(ORIENT.scanner_few).copied().collect();
+    let best_of = |places: Vec<Place>, n: usize| {
+        let mut places = places;
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        places.truncate(n);
+        places
+    };
+    let begun = best_of(starts(origin).map(|v| (misfit(&few, v), v)).collect(), ORIENT.starts_followed[0]);
+    let rough = begun.par_iter().map(|p| descend(&few, p.1, ctx)).collect::<Result<Vec<_>>>()?;
+    let rough = best_of(rough, ORIENT.starts_followed[1]);
+    let found = rough.par_iter().map(|p| descend(&seen, p.1, ctx)).collect::<Result<Vec<_>>>()?;
+    let Some(&best) = best_of(found, 1).first() else { return Ok(None) };
     let (spread, scanner) = best;
     let even = deviation(seen.iter().map(|s| s.log_area).collect());
     let measured = (projected.len() as f64 / ORIENT.shared).min(seen.len() as f64);
