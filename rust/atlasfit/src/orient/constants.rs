@@ -67,7 +67,7 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     one_sided: 0.004,
     scanner_sample: 2000,
     scanner_few: 8,
-    starts_followed: [8, 2],
+    starts_followed: [4, 2],
     shared: 32.0,
     least_cosine: 0.05,
     starts: [0.35, 1.0, 2.5],

@@ -59,10 +59,15 @@ pub(crate) fn find_scanner(
     let begun = best_of(starts(origin).map(|v| (misfit(&few, v), v)).collect(), ORIENT.starts_followed[0]);
     let rough = begun.par_iter().map(|p| descend(&few, p.1, ctx)).collect::<Result<Vec<_>>>()?;
     let rough = best_of(rough, ORIENT.starts_followed[1]);
+    let even = deviation(seen.iter().map(|s| s.log_area).collect());
+    let explains = |spread: f64, share: f64| spread * spread < (1.0 - share) * even * even;
+    // Most scans end here: half of what must be explained in the end is seen with few points.
+    if !rough.iter().any(|p| explains(p.0, 0.5 * ORIENT.explained)) {
+        return Ok(None);
+    }
     let found = rough.par_iter().map(|p| descend(&seen, p.1, ctx)).collect::<Result<Vec<_>>>()?;
     let Some(&best) = best_of(found, 1).first() else { return Ok(None) };
     let (spread, scanner) = best;
-    let even = deviation(seen.iter().map(|s| s.log_area).collect());
     let measured = (projected.len() as f64 / ORIENT.shared).min(seen.len() as f64);
     // The logarithm of how much likelier the scan is with this scanner: its spacings (Laplace's distribution,
     // whose scale is the mean absolute deviation; three more parameters cost what the Bayesian information
@@ -71,8 +76,7 @@ pub(crate) fn find_scanner(
     let faces =
         facing * (2.0 - 2.0 * ORIENT.turned_away).ln() + (1.0 - facing) * (2.0 * ORIENT.turned_away).ln();
     let gain = measured * ((even / spread.max(1e-12)).ln() + faces) - 1.5 * measured.max(1.0).ln();
-    let explained = spread * spread < (1.0 - ORIENT.explained) * even * even;
-    Ok((explained && gain > 0.0).then_some(scanner))
+    Ok((explains(spread, ORIENT.explained) && gain > 0.0).then_some(scanner))
 }
 
 /// Where the search begins: the origin of the user's frame, the middle, and points about it.
