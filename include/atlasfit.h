@@ -390,8 +390,8 @@ typedef struct {
    */
   uint32_t color_width;
   /**
-   * Normals: 3 floats per point, zeros where none is known. The surface faces their side; the fit uses them for
-   * nothing else.
+   * Normals: 3 floats per point, zeros where none is known. The surface faces their side; the fit
+   * uses them for nothing else.
    * Points that end up on no chart keep theirs in the result. NULL = none. Default NULL.
    */
   const float *normals;

@@ -62,8 +62,8 @@ pub struct atlasfit_points {
     pub scalar: u32,
     /// Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
     pub color_width: u32,
-    /// Normals: 3 floats per point, zeros where none is known. The surface faces their side; the fit uses them for
-    /// nothing else.
+    /// Normals: 3 floats per point, zeros where none is known. The surface faces their side; the fit
+    /// uses them for nothing else.
     /// Points that end up on no chart keep theirs in the result. NULL = none. Default NULL.
     pub normals: *const f32,
     /// Bytes from one normal to the next; 0 = tightly packed.

@@ -2,7 +2,8 @@
 //! results, draws pictures.
 //!
 //! Results go to standard output (text, or one JSON object with `--json`, also of a command that failed),
-//! progress and warnings to standard error. Exit codes: 0 done, 1 the work failed, 2 the command line is wrong, 130 cancelled (Ctrl-C).
+//! progress and warnings to standard error. Exit codes: 0 done, 1 the work failed, 2 the
+//! command line is wrong, 130 cancelled (Ctrl-C).
 
 mod commands;
 mod console;

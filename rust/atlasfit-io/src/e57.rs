@@ -2,7 +2,8 @@
 //! other.
 //!
 //! Read: positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as
-//! `scan_id` where there are several, and where the scanners stood, as their poses say. Points that a scan marks as invalid are left out and counted.
+//! `scan_id` where there are several, and where the scanners stood, as their poses say. Points that a scan marks
+//! as invalid are left out and counted.
 
 use crate::content::Content;
 use crate::error::Result;
@@ -33,6 +34,16 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
             "The file is damaged: get it again",
         )),
     }
+}
+
+/// The number of the scanner that made a scan, whose position is added; `u32::MAX` where it is not known.
+/// Programs that merge scans write a pose that moves nothing: it says nothing of a scanner.
+#[cfg(feature = "e57")]
+fn scanner_of(scan: &e57::PointCloud, positions: &mut Vec<[f64; 3]>) -> u32 {
+    let pose = scan.transform.as_ref().map(|t| [t.translation.x, t.translation.y, t.translation.z]);
+    let Some(at) = pose.filter(|at| *at != [0.0; 3]) else { return u32::MAX };
+    positions.push(at);
+    positions.len() as u32 - 1
 }
 
 #[cfg(feature = "e57")]
@@ -68,15 +79,7 @@ fn scans(input: &mut Input<'_>) -> Result<Content> {
     let mut scanners = Scanners::default();
     let (mut has_color, mut has_intensity, mut invalid, mut colorless) = (false, false, 0u64, 0u64);
     for (id, scan) in scans.iter().enumerate() {
-        // Programs that merge scans write a pose that moves nothing: it says nothing of a scanner.
-        let pose = scan.transform.as_ref().map(|t| [t.translation.x, t.translation.y, t.translation.z]);
-        let scanner = match pose.filter(|at| *at != [0.0; 3]) {
-            Some(at) => {
-                scanners.positions.push(at);
-                scanners.positions.len() as u32 - 1
-            }
-            None => u32::MAX,
-        };
+        let scanner = scanner_of(scan, &mut scanners.positions);
         has_color |= scan.has_color();
         has_intensity |= scan.has_intensity();
         let mut points = match reader.pointcloud_simple(scan) {

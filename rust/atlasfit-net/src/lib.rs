@@ -33,9 +33,9 @@
 //! # How to add a prior
 //!
 //! 1. Write one file here with an options struct and `impl Guide for` it. [`Guide::validate`] refuses
-//!    options out of range; [`Guide::surface`] takes the points and the standard deviation of their noise, and
-//!    returns a mesh. It takes random numbers from `ctx.seed`, calls `ctx.check()` every few milliseconds and
-//!    gives the same bytes for any number of threads.
+//!    options out of range; [`Guide::surface`] takes the points and the standard deviation of their noise,
+//!    and returns a mesh. It takes random numbers from `ctx.seed`, calls `ctx.check()` every few
+//!    milliseconds and gives the same bytes for any number of threads.
 //! 2. Add a variant to [`Prior`] with its line in [`Prior::guide`].
 //!
 //! The program and the C ABI then need one line each to name it. A prior outside this crate needs step 1
