@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Shows what each numeric constant of the core does: how the figures of scans with known truth change when it
-is halved and doubled.
+"""Shows what each numeric constant of the core does: how the figures of scans with known truth, or of UVs, change
+when it is halved and doubled.
 
     tests/constants.py --list [WORD ...]    the constants, and those that are left out with the reason
     tests/constants.py [WORD ...]           measures those whose name or file holds each WORD (all: hours)
@@ -8,18 +8,18 @@ is halved and doubled.
 
 A constant is a `const NAME: type = value;` of rust/atlasfit/src outside of tests; numbers in a tuple or in
 the fields of a struct count one by one, an array of numbers as one. They are changed in a copy of the tree
-below --scratch, which is built there (release, without link-time optimisation) and run on every scan; the
-checkout is only read. In the copy, the structs of constants.rs read their numbers when the program starts, so
-that one build serves for all of them; any other constant takes two builds of its own. Results are kept line
-by line in results.jsonl beside the copy: a later call goes on from there, and asks for --fresh where the
-sources have changed since.
+below --scratch, which is built there (release, without link-time optimisation) and run on every scan, or on
+every mesh for the constants of unwrap/; the checkout is only read. In the copy, the structs of constants.rs
+read their numbers when the program starts, so that one build serves for all of them; any other constant takes
+two builds of its own. Results are kept line by line in results.jsonl beside the copy: a later call goes on
+from there, and asks for --fresh where the sources have changed since.
 
 What changes nothing here may do so elsewhere: only `denoise` with the default prior and its UVs runs, on
-clean small scans; the unchanged program measures.
+clean small scans, and `unwrap` as MESHES says; the unchanged program measures.
 
 Scans are made here: a thin ring and a spiral (tubes), a one-sided band, a sphere with stray points, a box
 (creases) and a thin plate (two opposing sheets). --shapes adds others by the names of tests/peers/shapes.py.
-Needs numpy.
+Meshes lie in the folder --meshes. Needs numpy.
 """
 
 import argparse
@@ -29,6 +29,7 @@ import math
 import os
 import pathlib
 import re
+import resource
 import runpy
 import shutil
 import subprocess
@@ -51,9 +52,26 @@ SCANS = {
     "box": ("box", 0.005, 0.0),
     "plate": ("plate", 0.004, 0.0),
 }
+# What is unwrapped: the file of a mesh and the options. Between them each way through the unwrapper is taken: a
+# loose bound, a bound on the charts, pages of fixed size, boxes, a large mesh, very many charts.
+MESHES = {
+    "cow": ("cow.ply", []),
+    "fandisk": ("fandisk.ply", ["--hard-edges", "40"]),
+    "fertility": ("fertility.ply", []),
+    "elephant": ("elephant.ply", ["--max-stretch", "1.5"]),
+    "homer": ("homer.ply", ["--max-charts", "12"]),
+    "knot": ("knot1.ply", ["--pages", "2"]),
+    "camel": ("camel.ply", ["--packer", "boxes", "--padding", "0"]),
+    "nefertiti": ("nefertiti.ply", []),
+    "maze": ("maze.ply", ["--texture-size", "64"]),
+}
+# Figures of a mesh: UV charts, length of seams, stretch at the 95th percentile, share of the pages that is
+# covered, processor time.
+UV_FIGURES = ["charts", "seam", "stretch", "coverage", "cpu"]
 # Figures of a scan whose changes the table shows as ratios: root mean square distances (denoised points to
 # the truth, surface to truth, truth to surface), counts, UV quality, time.
 FIGURES = ["points", "acc", "com", "charts", "faces", "uv_charts", "stretch", "coverage", "seconds"]
+FIGURES_OF = {"scans": FIGURES, "meshes": UV_FIGURES}
 
 
 # The constants.
@@ -197,6 +215,11 @@ def listed():
     return [pathlib.Path(n) for n in sorted(set(names)) if n and (ROOT / n).is_file()]
 
 
+def kind_of(constant):
+    """What shows the effect of a constant."""
+    return "meshes" if constant["file"].startswith("unwrap/") else "scans"
+
+
 def at_start(constant):
     """Whether the copy of the tree reads this number when the program starts."""
     return constant["file"].endswith("constants.rs") and "." in constant["name"]
@@ -304,9 +327,9 @@ def make_scans(folder, scans, count):
 class Workplace:
     """The copy of the tree, its build, and the scans."""
 
-    def __init__(self, scratch, scans, count, more):
-        """`more`: further arguments of denoise."""
-        self.more = more
+    def __init__(self, scratch, scans, count, more, meshes):
+        """`more`: further arguments of denoise. `meshes`: the folder of the meshes."""
+        self.more, self.meshes = more, meshes
         self.scans, self.folder, self.tree = scans, scratch / "scans", scratch / "tree"
         self.build_folder = scratch / "build"
         self.results = scratch / "results.jsonl"
@@ -324,7 +347,7 @@ class Workplace:
             lib.write("\nmod knob;\n")
         self.folder.mkdir(parents=True, exist_ok=True)
         make_scans(self.folder, scans, count)
-        digest = hashlib.sha256(json.dumps([scans, count, more]).encode())
+        digest = hashlib.sha256(json.dumps([scans, count, more, MESHES]).encode())
         for name in listed():
             if len(name.parts) < 3 or name.parts[2] == "src":  # not the tests and benchmarks of a crate
                 digest.update((ROOT / name).read_bytes())
@@ -348,6 +371,21 @@ class Workplace:
             if done.returncode == 0
             else (None, (errors or ["?"])[0])
         )
+
+    def mesh_figures(self, program, name, limit, knob):
+        """Figures of one mesh's UVs."""
+        file, options = MESHES[name]
+        out = self.folder / f"{name}.uv.ply"
+        start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        said = ran([program, "unwrap", self.meshes / file, "-o", out, *options], limit, knob)
+        if "failed" in said:
+            return said
+        found = {k: said[k] for k in ("charts", "seam", "coverage", "seconds")}
+        return found | {
+            "stretch": said["stretch_p95"],
+            "cpu": resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - start,
+            "bytes": hashlib.sha256(out.read_bytes()).hexdigest(),
+        }
 
     def figures(self, program, judge, name, limit, knob, base):
         """Figures of one scan. `judge` is the unchanged program: it measures what `program` makes, unless
@@ -374,10 +412,12 @@ class Workplace:
             found | rms | {"stretch": uv.get("stretch_p95"), "coverage": uv.get("coverage"), "bytes": digest}
         )
 
-    def measure(self, program, judge, base=None, knob=""):
-        """Figures of all scans. A run may take ten seconds and twenty times the unchanged program's."""
+    def measure(self, kind, program, judge, base=None, knob=""):
+        """Figures of all scans or meshes. A run may take ten seconds and twenty times the unchanged program's."""
         limit = lambda name: 600 if base is None else 10 + 20 * base[name]["seconds"]
         before = lambda name: base and base[name]
+        if kind == "meshes":
+            return {n: self.mesh_figures(program, n, limit(n), knob) for n in MESHES}
         return {n: self.figures(program, judge, n, limit(n), knob, before(n)) for n in self.scans}
 
     def kept(self):
@@ -418,15 +458,16 @@ def run(work, todo):
         sys.exit(f"the tree does not build: {error}")
     judge = work.build_folder / "judge"
     shutil.copy2(program, judge)
-    if not kept:
-        kept = [{"digest": work.digest, "scans": work.measure(judge, judge)}]
-        work.keep(kept[0])
-    base = kept[0]["scans"]
-    if any("failed" in figures for figures in base.values()):
-        work.results.unlink()
-        sys.exit(f"the unchanged program fails: {base}")
-    done = {(r["file"], r["name"], r["factor"]) for r in kept[1:]}
+    bases = {r["kind"]: r["scans"] for r in kept if "kind" in r}
+    for kind in {kind_of(constant) for constant in todo} - bases.keys():
+        bases[kind] = work.measure(kind, judge, judge)
+        if any("failed" in figures for figures in bases[kind].values()):
+            sys.exit(f"the unchanged program fails: {bases[kind]}")
+        work.keep({"digest": work.digest, "kind": kind, "scans": bases[kind]})
+    done = {(r["file"], r["name"], r["factor"]) for r in kept if "kind" not in r}
     for constant in todo:
+        kind = kind_of(constant)
+        base = bases[kind]
         path = SOURCES / constant["file"]
         source = (ROOT / path).read_text()
         for word, factor in FACTORS.items():
@@ -439,14 +480,14 @@ def run(work, todo):
                 record["failed"] = "would be 0 or the same"
             elif at_start(constant):
                 knob = f"{constant['file']} {constant['name']} {word}"
-                record["scans"] = work.measure(judge, judge, base, knob)
+                record["scans"] = work.measure(kind, judge, judge, base, knob)
             else:
                 (work.tree / path).write_text(text)
                 program, error = work.build()
-                record |= {"failed": error} if error else {"scans": work.measure(program, judge, base)}
+                record |= {"failed": error} if error else {"scans": work.measure(kind, program, judge, base)}
                 (work.tree / path).write_text(source)
             work.keep(record)
-            row = " | ".join(cells(record, base)[4:])
+            row = " | ".join(cells(record, base, FIGURES_OF[kind])[4:])
             print(
                 f"{constant['file']} {constant['name']} {word} ({time.monotonic() - start:.0f} s): {row}",
                 flush=True,
@@ -456,7 +497,7 @@ def run(work, todo):
 # The table.
 
 
-def cells(record, base):
+def cells(record, base, names):
     """File, name, value, factor, scans with the same bytes, then ratios: geometric mean, and the worst."""
     head = [record["file"], record["name"], record["value"], record["factor"]]
     if "failed" in record:
@@ -469,13 +510,13 @@ def cells(record, base):
         *head,
         f"{same}/{len(base)}" + (f", {len(base) - len(good)} fail" if len(good) < len(base) else ""),
     ]
-    for figure in FIGURES:
+    for figure in names:
         ratios = {n: f[figure] / base[n][figure] for n, f in good.items() if f[figure] and base[n][figure]}
         mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios)) if ratios else math.nan
         worst = max(ratios, key=lambda n: abs(math.log(ratios[n])), default=None)
         far = (
             worst
-            and figure != "seconds"
+            and figure not in ("seconds", "cpu")
             and abs(math.log(ratios[worst])) > max(0.01, 1.5 * abs(math.log(mean)))
         )
         out.append(f"{mean:.3f}" + (f" ({worst} {ratios[worst]:.3f})" if far else ""))
@@ -485,15 +526,17 @@ def cells(record, base):
 def table(kept):
     if not kept:
         sys.exit("no results yet")
-    base = kept[0]["scans"]
-    print(
-        "Ratios to the unchanged program: geometric mean of the scans, and the one that changes most.\n"
-    )
-    head = ["file", "constant", "value", "times", "same bytes", *FIGURES]
-    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    for record in kept[1:]:
-        row = cells(record, base)
-        print("| " + " | ".join(row + [""] * (len(head) - len(row))) + " |")
+    print("Ratios to the unchanged program: geometric mean, and the scan or mesh that changes most.")
+    for kind, names in FIGURES_OF.items():
+        base = next((r["scans"] for r in kept if r.get("kind") == kind), None)
+        rows = [r for r in kept if "kind" not in r and kind_of(r) == kind]
+        if not base or not rows:
+            continue
+        head = ["file", "constant", "value", "times", "same bytes", *names]
+        print("\n| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+        for record in rows:
+            row = cells(record, base, names)
+            print("| " + " | ".join(row + [""] * (len(head) - len(row))) + " |")
 
 
 def main():
@@ -513,6 +556,12 @@ def main():
     )
     ask.add_argument("--count", type=int, default=6000, help="points of a scan")
     ask.add_argument("--no-uv", action="store_true", help="lay out no UVs: three times as fast")
+    ask.add_argument(
+        "--meshes",
+        type=pathlib.Path,
+        default=ROOT.parent / "shared" / "data" / "uv",
+        help="folder of the meshes that are unwrapped",
+    )
     ask.add_argument("--shapes", default="", help="more shapes, with commas: NAME or NAME:SIGMA")
     given = ask.parse_args()
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -533,9 +582,12 @@ def main():
     for shape in filter(None, given.shapes.split(",")):
         name, _, sigma = shape.partition(":")
         scans[shape.replace(":", "-")] = (name, float(sigma or 0.005), 0.0)
+    absent = [file for file, _ in MESHES.values() if not (given.meshes / file).exists()]
+    if absent and any(kind_of(c) == "meshes" for c in todo):
+        sys.exit(f"not in {given.meshes}: {', '.join(absent)} (see --meshes)")
     if given.fresh:
         (scratch / "results.jsonl").unlink(missing_ok=True)
-    return run(Workplace(scratch, scans, given.count, ["--no-uv"] * given.no_uv), todo)
+    return run(Workplace(scratch, scans, given.count, ["--no-uv"] * given.no_uv, given.meshes), todo)
 
 
 if __name__ == "__main__":

@@ -4,9 +4,9 @@
 //! In: a mesh that is small enough to be unwrapped without a coarse stand-in. Out: for each step, how many
 //! patches or charts there are after it.
 
-use super::FLATNESS;
 use super::chart::Chart;
 use super::checked::pack_checked;
+use super::constants::UNWRAP;
 use super::first::first_charts;
 use super::merge::{self, Charts};
 use super::options::UnwrapOptions;
@@ -41,7 +41,7 @@ impl Steps {
         let bound = options.max_stretch;
         Run::default().execute(|ctx| {
             let surface = Surface::new(mesh, &options, ctx)?;
-            let patches = segment::patches(&surface, FLATNESS, ctx)?;
+            let patches = segment::patches(&surface, UNWRAP.flatness, ctx)?;
             let first = first_charts(&surface, &patches.label, patches.count, Some(bound), ctx)?;
             let mut charts = Charts::new(surface.faces(), first.clone());
             merge::merge(&surface, &mut charts, bound, ctx)?;
@@ -55,7 +55,7 @@ impl Steps {
     /// # Errors
     /// None but those of a limited run.
     pub fn segment(&self) -> Result<usize> {
-        Run::default().execute(|ctx| Ok(segment::patches(&self.surface, FLATNESS, ctx)?.count))
+        Run::default().execute(|ctx| Ok(segment::patches(&self.surface, UNWRAP.flatness, ctx)?.count))
     }
 
     /// The charts that are merged.

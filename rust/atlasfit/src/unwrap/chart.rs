@@ -1,13 +1,10 @@
 //! One chart: faces with their own vertex numbering and planar positions.
 
+use super::constants::UNWRAP;
 use super::planar::{hull, thinned};
 use super::surface::{NONE, Surface};
 use crate::numeric::plane::twice_area;
 use crate::run::Context;
-
-/// Squared length of the longest chart that fits on a page without making it larger, some way to its
-/// diagonal.
-const PAGE: f64 = 2.0;
 
 /// A connected piece of the surface, flattened. Units: the surface has area 1.
 #[derive(Clone, Debug, Default)]
@@ -140,6 +137,6 @@ impl Chart {
         let longest =
             (few.iter().flat_map(|p| few.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
                 .fold(0.0, f64::max);
-        (of_hull - self.area).max(0.0) + (longest / PAGE - 1.0).max(0.0)
+        (of_hull - self.area).max(0.0) + (longest / UNWRAP.page_length2 - 1.0).max(0.0)
     }
 }

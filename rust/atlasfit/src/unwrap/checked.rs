@@ -3,6 +3,7 @@
 //! In: flattened charts. Out: charts and their placements, with what rounding spoils cut out.
 
 use super::chart::Chart;
+use super::constants::UNWRAP;
 use super::cut::{cut, halves, whole_cells};
 use super::options::{MOST_PAGES, UnwrapOptions};
 use super::pack::{self, PackJob, Packed, Packing};
@@ -12,10 +13,6 @@ use crate::numeric::plane::corners;
 use crate::run::Context;
 use crate::spatial::inject;
 use rayon::prelude::*;
-
-/// Rounds of cutting out what single precision spoils; in the last, spoiled charts fall apart into single
-/// faces.
-const REPAIRS: usize = 5;
 
 /// Charts that are right in single precision.
 pub(crate) struct Checked {
@@ -49,7 +46,7 @@ pub(crate) fn pack_checked(
         let spoiled: Vec<Option<Vec<bool>>> = (charts.par_iter().zip(&packed.placements))
             .map(|(c, p)| ctx.check().map(|()| spoiled(s, c, &p.positions(&c.uv), round)))
             .collect::<Result<_>>()?;
-        if round == REPAIRS || spoiled.iter().all(Option::is_none) {
+        if round == UNWRAP.repairs || spoiled.iter().all(Option::is_none) {
             return Ok(Checked { charts, packed, repaired });
         }
         let mut next = Vec::with_capacity(charts.len());
@@ -59,7 +56,7 @@ pub(crate) fn pack_checked(
                 continue;
             };
             repaired += 1;
-            if round + 1 == REPAIRS {
+            if round + 1 == UNWRAP.repairs {
                 next.extend(c.faces.iter().map(|&f| Chart::single(s, f)));
                 continue;
             }

@@ -4,6 +4,7 @@
 //! does not.
 
 use super::chart::Chart;
+use super::constants::UNWRAP;
 use super::cut::{halves, pieces, whole_cells};
 use super::flatten::arap::Arap;
 use super::flatten::project::{blend_without_flips, mean_normal, project};
@@ -14,13 +15,6 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::inject;
 use rayon::prelude::*;
-
-/// As-rigid-as-possible iterations for a first chart. Source not recorded; judge it by `atlasfit bench
-/// unwrap`.
-const STEPS: usize = 5;
-/// Faces whose normal has less than this cosine with the mean one look away from the rest. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const FACING_COS: f64 = 0.2;
 
 /// Flattens the first patches; one that cannot be laid out flat is cut further. Without a stretch bound they
 /// are only projected, which is enough to see whether they lie flat.
@@ -98,7 +92,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
             let arap = Arap::new(&c.tris, c.rest(s), &c.uv, &[], ctx);
             let (mut rhs, mut work) = (Vec::new(), Vec::new());
             let mut uv = c.uv.clone();
-            for _ in 0..STEPS {
+            for _ in 0..UNWRAP.first_steps {
                 arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
             }
             blend_without_flips(&c.tris, &mut c.uv, &uv);
@@ -124,7 +118,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
 /// The side of a cut for each face of a chart that cannot be projected along `n`.
 fn first_cut(s: &Surface, c: &Chart, n: Vec3) -> Vec<bool> {
     // Faces that look away from the rest are cut off first; else the longer side of the box is halved.
-    let facing = |f: u32| s.normal[f as usize].dot(n) > FACING_COS;
+    let facing = |f: u32| s.normal[f as usize].dot(n) > UNWRAP.facing_cos;
     let away = c.faces.iter().filter(|&&f| !facing(f)).count();
     if away > 0 && away < c.faces.len() {
         whole_cells(s, &c.faces, c.faces.iter().map(|&f| !facing(f)).collect())

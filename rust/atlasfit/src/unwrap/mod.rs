@@ -16,6 +16,7 @@
 pub mod benchmarks;
 mod chart;
 mod checked;
+mod constants;
 mod cut;
 mod first;
 mod flatten;
@@ -41,8 +42,9 @@ use crate::geometry::TriMesh;
 use crate::run::{Context, Stage};
 use chart::Chart;
 use checked::pack_checked;
+use constants::UNWRAP;
 use first::first_charts;
-use large::{Level, Patches, coarsen, refine};
+use large::{LARGE, Level, Patches, coarsen, refine};
 use layout::layout;
 use merge::Charts;
 use pack::Packing;
@@ -53,20 +55,6 @@ use warnings::warnings;
 #[cfg(test)]
 mod tests;
 
-/// Meshes with more faces than this have their charts found on a coarse stand-in. Source not recorded; judge
-/// it by `atlasfit bench unwrap`.
-const LARGE: usize = 20_000;
-/// Faces of the coarse stand-in, about. Source not recorded; judge it by `atlasfit bench unwrap`.
-const COARSE: usize = 10_000;
-/// The coarse surface is rougher than the full one: this many times the excess stretch there means the same
-/// here. Source not recorded; judge it by `atlasfit bench unwrap`.
-const COARSE_SLACK: f64 = 1.3;
-/// Bound on 1 - |mean normal| of the first patches for a stretch of 1.1. Finer patches leave merging more
-/// choice, coarser ones less work. Source not recorded; judge it by `atlasfit bench unwrap`.
-const FLATNESS: f64 = 0.06;
-/// Factor on the excess stretch while there are too many charts. Source not recorded; judge it by `atlasfit
-/// bench unwrap`.
-const LOOSEN: f64 = 1.6;
 /// Shares of the time, for the overall progress: per cent, measured with `atlasfit unwrap` on a mesh of 45,000
 /// faces.
 const SHARES: [(Stage, f64); 3] = [(Stage::Segment, 17.0), (Stage::Parametrize, 40.0), (Stage::Pack, 43.0)];
@@ -130,7 +118,7 @@ fn packed_by(
         if bound >= STRETCH_LIMIT || options.max_charts.is_none_or(|most| list.len() <= most) {
             break list;
         }
-        bound = (1.0 + (bound - 1.0) * LOOSEN).min(STRETCH_LIMIT);
+        bound = (1.0 + (bound - 1.0) * UNWRAP.loosen).min(STRETCH_LIMIT);
     };
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
@@ -157,10 +145,10 @@ fn packed_by(
 
 /// The surface in charts that are stretched by `bound` at most.
 fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart>> {
-    let flatness = FLATNESS * ((bound - 1.0) / 0.1).clamp(0.25, 2.0);
+    let flatness = UNWRAP.flatness * ((bound - 1.0) / 0.1).clamp(UNWRAP.least_flatness, UNWRAP.most_flatness);
     let patches = segment::patches(s, flatness, ctx)?;
     ctx.stage(Stage::Parametrize, patches.count);
-    if s.faces() > LARGE {
+    if s.faces() > LARGE.faces {
         return charts_by_coarse(s, &patches, bound, ctx);
     }
     let first = first_charts(s, &patches.label, patches.count, Some(bound), ctx)?;
@@ -181,8 +169,8 @@ fn charts_by_coarse(
     let Charts { list, owner: label, .. } = Charts::new(s.faces(), pieces);
     let patches = Patches::new(s, label, list.len());
     drop(list);
-    let coarse = coarsen(s, &patches, COARSE, ctx)?;
-    let loose = 1.0 + (bound - 1.0) * COARSE_SLACK;
+    let coarse = coarsen(s, &patches, LARGE.target, ctx)?;
+    let loose = 1.0 + (bound - 1.0) * LARGE.slack;
     let Level { surface, label, .. } = coarse.last();
     let first = first_charts(surface, label, patches.count, Some(loose), ctx)?;
     let mut charts = Charts::new(surface.faces(), first);

@@ -1,5 +1,6 @@
 //! Boxes and hulls of the plane.
 
+use super::constants::UNWRAP;
 use crate::numeric::plane::twice_area;
 
 /// The box of some points.
@@ -19,13 +20,9 @@ pub(crate) fn rotated(uv: &[[f64; 2]], r: [f64; 2]) -> Vec<[f64; 2]> {
     uv.iter().map(|p| [r[0] * p[0] - r[1] * p[1], r[1] * p[0] + r[0] * p[1]]).collect()
 }
 
-/// Corners of a hull that are enough to turn it upright, or to see how long it is: an even polygon of as many
-/// corners is a circle to one part in 100,000.
-const ENOUGH_CORNERS: usize = 1024;
-
 /// A hull with its corners thinned out evenly where there are very many: for what compares all pairs of them.
 pub(crate) fn thinned(hull: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    hull.iter().copied().step_by(hull.len().div_ceil(ENOUGH_CORNERS).max(1)).collect()
+    hull.iter().copied().step_by(hull.len().div_ceil(UNWRAP.enough_corners).max(1)).collect()
 }
 
 /// The convex hull, counter-clockwise (Andrew 1979).

@@ -3,9 +3,10 @@
 //! In: flattened charts that are to fill one page. Out: the same, long ones in pieces that stay as they lie.
 
 use super::chart::Chart;
+use super::constants::UNWRAP;
 use super::cut::{adjacent_faces, cut};
 use super::flatten::shape::over_area;
-use super::pack::EXPECTED_FILL;
+use super::pack::PACK;
 use super::planar::{bounds, hull, rotated, upright};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
@@ -13,12 +14,6 @@ use crate::numeric::plane::corners;
 use crate::numeric::sort::sort_by;
 use crate::run::Context;
 use rustc_hash::FxHashMap;
-
-/// A chart is cut where the page would have to be this much larger for it than for the area of all charts: a
-/// seam across is little to pay for half as many texels again.
-const TOO_LARGE: f64 = 1.5;
-/// Rotations tried, in a half turn.
-const TURNS: usize = 24;
 
 /// Halves long charts until none is too long for a page of this shape. `bound` is that of the stretch.
 pub(crate) fn shorten(
@@ -30,13 +25,13 @@ pub(crate) fn shorten(
 ) -> Result<Vec<Chart>> {
     let page = page.map(f64::from);
     // The area of a page that the charts would fill as charts do.
-    let expected = list.iter().map(|c| c.area).sum::<f64>() / EXPECTED_FILL;
+    let expected = list.iter().map(|c| c.area).sum::<f64>() / PACK.expected_fill;
     let mut out = Vec::with_capacity(list.len());
     let mut open: Vec<Chart> = list.into_iter().rev().collect();
     while let Some(c) = open.pop() {
         ctx.check()?;
         let hull = hull(&c.outline());
-        if least_page(&hull, page) <= TOO_LARGE * expected || c.faces.len() == 1 {
+        if least_page(&hull, page) <= UNWRAP.too_large * expected || c.faces.len() == 1 {
             out.push(c);
             continue;
         }
@@ -54,7 +49,7 @@ pub(crate) fn shorten(
     Ok(out)
 }
 
-/// Marks the part of a chart to one side of its shortest cut across, somewhere in the middle fifth of its
+/// Marks the part of a chart to one side of its shortest cut across, somewhere near the middle of its
 /// length. `turn` lays it along x. No polygon is cut.
 fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<Vec<bool>> {
     let n = c.faces.len();
@@ -96,7 +91,7 @@ fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<V
         // Halves make the smallest page.
         let cost = now * (1.0 + off);
         let whole = r > 0 && order[r].1 != order[r - 1].1;
-        if whole && off < 0.1 && cost < best.0 {
+        if whole && off < UNWRAP.middle && cost < best.0 {
             best = (cost, r);
         }
     }
@@ -107,9 +102,9 @@ fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<V
 
 /// Area of the smallest page of a shape on which the points lie in some rotation.
 fn least_page(points: &[[f64; 2]], [width, height]: [f64; 2]) -> f64 {
-    (0..TURNS)
+    (0..UNWRAP.page_turns)
         .map(|turn| {
-            let (s, c) = (std::f64::consts::PI * turn as f64 / TURNS as f64).sin_cos();
+            let (s, c) = (std::f64::consts::PI * turn as f64 / UNWRAP.page_turns as f64).sin_cos();
             let (lo, hi) = bounds(&rotated(points, [c, s]));
             ((hi[0] - lo[0]) / width).max((hi[1] - lo[1]) / height).powi(2) * width * height
         })

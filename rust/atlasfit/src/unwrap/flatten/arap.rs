@@ -3,20 +3,16 @@
 //!
 //! In: triangles, their rest shapes, a first guess. Out: positions.
 
+use super::constants::FLATTEN;
 use super::factor::Factor;
 use super::graph::Graph;
 use super::shape::cotangents;
 use crate::numeric::plane::corners;
 use crate::run::Context;
 
-/// Charts with more vertices are solved iteratively: exact solves would cost n^1.5.
-const DIRECT: usize = 12_000;
-/// Conjugate gradient steps per iteration of the iterative solver.
-const GRADIENT_STEPS: usize = 12;
-
 /// How strongly a vertex is held where it is: just enough to fix the free translation, or for good.
 fn hold(pinned: &[bool], v: usize) -> f64 {
-    if pinned.get(v).is_some_and(|&x| x) { 1e6 } else { 1e-9 }
+    if pinned.get(v).is_some_and(|&x| x) { FLATTEN.pin } else { FLATTEN.hold }
 }
 
 /// How the linear systems are solved.
@@ -50,7 +46,7 @@ impl<'c> Arap<'c> {
     ) -> Self {
         let cot = cotangents(&rest);
         let graph = Graph::from_triangles(uv.len(), tris, &cot, ctx);
-        let solver = if uv.len() > DIRECT {
+        let solver = if uv.len() > FLATTEN.direct {
             Solver::Iterative(graph)
         } else {
             Solver::Direct(Factor::laplacian(&graph, uv, |v| hold(pinned, v), ctx))
@@ -108,7 +104,7 @@ impl<'c> Arap<'c> {
                     }
                 }
             }
-            Solver::Iterative(graph) => graph.relax(uv, rhs, pinned, GRADIENT_STEPS, self.ctx),
+            Solver::Iterative(graph) => graph.relax(uv, rhs, pinned, FLATTEN.gradient_steps, self.ctx),
         }
     }
 }

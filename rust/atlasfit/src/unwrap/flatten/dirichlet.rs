@@ -7,6 +7,7 @@
 //! Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, one weight for both directions), no step so long that
 //! a triangle turns over. Then triangles beyond a stretch bound count more, for less area beyond it.
 
+use super::constants::FLATTEN;
 use super::factor::Factor;
 use super::graph::Graph;
 use super::shape::{all_positive, cotangents, singular, stretch};
@@ -14,26 +15,6 @@ use crate::numeric::plane::{corners, twice_area};
 use crate::run::Context;
 use crate::unwrap::surface::NONE;
 use std::f64::consts::PI;
-
-/// Steps at most. Source not recorded; judge it by `atlasfit bench unwrap`.
-const STEPS: usize = 40;
-/// Steps end when one lowers the energy by less than this share.
-const CONVERGED: f64 = 1e-3;
-/// Rounds in which what is beyond the stretch bound counts `MORE` times as much, and steps in each. Source
-/// not recorded; judge it by `atlasfit bench unwrap`.
-const REWEIGHTS: usize = 3;
-const MORE: f64 = 2.0;
-const MORE_STEPS: usize = 10;
-/// Weights, against those at rest, are at most this: triangles near collapse must not freeze the rest.
-const STIFFEST: f64 = 1e4;
-/// Share of the step to the first collapse that may be taken. Source not recorded.
-const SHORT_OF: f64 = 0.8;
-/// A step is halved at most this many times until it lowers the energy.
-const HALVINGS: usize = 12;
-/// What holds the border of the convex start, as a weight on the diagonal.
-const HELD: f64 = 1e8;
-/// The same for all vertices, against drifting.
-const DRIFT: f64 = 1e-9;
 
 /// A disk to be flattened.
 #[derive(Clone, Copy)]
@@ -54,7 +35,7 @@ pub(crate) fn flatten(disk: &Disk<'_>, bound: f64, ctx: &Context<'_>) -> Option<
     let cot = cotangents(rest);
     let mut uv = convex(disk, &cot, ctx)?;
     let mut energy = Energy { tris, rest, cot: &cot, importance: vec![1.0; tris.len()] };
-    minimise(&energy, &mut uv, STEPS, ctx)?;
+    minimise(&energy, &mut uv, FLATTEN.steps, ctx)?;
     // What is beyond the bound counts more, and the rest makes room for it.
     let beyond = |uv: &[[f64; 2]]| -> (f64, Vec<bool>) {
         let is = |(t, &r): (&[u32; 3], &[f64; 3])| stretch(r, corners(*t, uv)) > bound;
@@ -62,13 +43,13 @@ pub(crate) fn flatten(disk: &Disk<'_>, bound: f64, ctx: &Context<'_>) -> Option<
         (all.iter().zip(rest).filter(|b| *b.0).map(|(_, r)| r[0] * r[2]).sum(), all)
     };
     let (mut least, mut over) = beyond(&uv);
-    for _ in 0..REWEIGHTS {
+    for _ in 0..FLATTEN.reweights {
         if least == 0.0 {
             break;
         }
-        energy.importance.iter_mut().zip(&over).filter(|i| *i.1).for_each(|i| *i.0 *= MORE);
+        energy.importance.iter_mut().zip(&over).filter(|i| *i.1).for_each(|i| *i.0 *= FLATTEN.more);
         let mut at = uv.clone();
-        minimise(&energy, &mut at, MORE_STEPS, ctx)?;
+        minimise(&energy, &mut at, FLATTEN.more_steps, ctx)?;
         let (area, still) = beyond(&at);
         over = still;
         if area < least {
@@ -125,13 +106,13 @@ fn minimise(energy: &Energy<'_>, uv: &mut Vec<[f64; 2]>, steps: usize, ctx: &Con
             let (s1, s2) = singular(r, p);
             // Half the energy's second derivatives in s1 and s2, mean.
             let stiff = 1.0 + 1.5 * (s1.powi(-4) + s2.powi(-4));
-            *w = w.map(|w| 2.0 * i * w * stiff.min(STIFFEST));
+            *w = w.map(|w| 2.0 * i * w * stiff.min(FLATTEN.stiffest));
         }
         let graph = Graph::from_triangles(uv.len(), tris, &weight, ctx);
-        Factor::laplacian(&graph, uv, |_| DRIFT, ctx).solve(&mut step, &mut work, ctx);
+        Factor::laplacian(&graph, uv, |_| FLATTEN.drift, ctx).solve(&mut step, &mut work, ctx);
         ctx.check().ok()?;
-        let mut length = (SHORT_OF * first_collapse(tris, uv, &step)).min(1.0);
-        let next = (0..HALVINGS).find_map(|_| {
+        let mut length = (FLATTEN.short_of * first_collapse(tris, uv, &step)).min(1.0);
+        let next = (0..FLATTEN.halvings).find_map(|_| {
             let at: Vec<[f64; 2]> =
                 uv.iter().zip(&step).map(|(p, d)| [p[0] + length * d[0], p[1] + length * d[1]]).collect();
             length *= 0.5;
@@ -139,7 +120,7 @@ fn minimise(energy: &Energy<'_>, uv: &mut Vec<[f64; 2]>, steps: usize, ctx: &Con
             (e < now).then_some((at, e))
         });
         let Some((at, e)) = next else { break };
-        let converged = now - e < CONVERGED * now;
+        let converged = now - e < FLATTEN.converged * now;
         (*uv, now) = (at, e);
         if converged {
             break;
@@ -185,11 +166,14 @@ fn convex(disk: &Disk<'_>, cot: &[[f64; 3]], ctx: &Context<'_>) -> Option<Vec<[f
     if v != first {
         return None;
     }
-    let mut rhs: Vec<[f64; 2]> =
-        uv.iter().zip(&pinned).map(|(p, &pin)| if pin { p.map(|x| x * HELD) } else { [0.0; 2] }).collect();
+    let mut rhs: Vec<[f64; 2]> = uv
+        .iter()
+        .zip(&pinned)
+        .map(|(p, &pin)| if pin { p.map(|x| x * FLATTEN.held) } else { [0.0; 2] })
+        .collect();
     let graph = Graph::from_triangles(vertices, tris, cot, ctx);
     let order = spread(&graph, &uv, &pinned);
-    Factor::laplacian(&graph, &order, |v| if pinned[v] { HELD } else { 0.0 }, ctx).solve(
+    Factor::laplacian(&graph, &order, |v| if pinned[v] { FLATTEN.held } else { 0.0 }, ctx).solve(
         &mut rhs,
         &mut Vec::new(),
         ctx,
@@ -211,7 +195,7 @@ fn spread(graph: &Graph, uv: &[[f64; 2]], pinned: &[bool]) -> Vec<[f64; 2]> {
                 let q = graph.to[e] as usize;
                 if !known[q] {
                     known[q] = true;
-                    at[q] = at[v as usize].map(|x| 0.95 * x);
+                    at[q] = at[v as usize].map(|x| FLATTEN.inward * x);
                     inner.push(q as u32);
                 }
             }

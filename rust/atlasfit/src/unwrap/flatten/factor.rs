@@ -6,23 +6,10 @@
 //! ordering of George 1973 a few lines, with O(n log n) fill. Hubs (the middle of a disc that is one fan)
 //! belong to the separators: their rows are dense anyway.
 
+use super::constants::FLATTEN;
 use super::graph::Graph;
 use crate::run::Context;
 use crate::unwrap::surface::NONE;
-
-/// Sets of at most this many vertices are not dissected further.
-const LEAF: usize = 24;
-/// Neighbours beyond a cut that make a vertex a hub: about twice those of a vertex of an even mesh.
-const HUB: usize = 12;
-/// Vertices of more neighbours than this are not crossed where the graph is followed from end to end: across
-/// a hub, everything is near.
-const MOST_CROSSED: usize = 48;
-/// A separator of more than this times the square root of what it parts is one that the coordinates give
-/// badly: that of an even sheet has one to two times as many.
-const WIDE: f64 = 4.0;
-/// A separator is left as it is unless hubs make it smaller by more than this many vertices, and to less than
-/// half: the cuts of even meshes have no hubs worth it.
-const LEAST_SAVED: usize = 16;
 
 /// A factorised matrix.
 #[derive(Default)]
@@ -201,7 +188,7 @@ impl<'a> Dissection<'a> {
 
     /// Reorders `set` so that the two halves come before their separator, recursively.
     fn dissect(&mut self, set: &mut [u32]) {
-        if set.len() <= LEAF {
+        if set.len() <= FLATTEN.leaf {
             return;
         }
         let xy = self.xy;
@@ -220,7 +207,7 @@ impl<'a> Dissection<'a> {
         // Left vertices that touch the right half are the separator, and hubs of the right half that many of
         // them touch; they go last.
         let size = self.split(set, half);
-        if size as f64 > WIDE * (set.len() as f64).sqrt() {
+        if size as f64 > FLATTEN.wide * (set.len() as f64).sqrt() {
             // Needles: their ends lie in two rows, and the cut between them is through all. Cuts along the
             // rows are found by the graph.
             let near_first = self.breadth_first(set);
@@ -279,7 +266,7 @@ impl<'a> Dissection<'a> {
                 while let Some(&v) = order.get(next) {
                     next += 1;
                     let row = self.graph.row(v);
-                    if row.len() > MOST_CROSSED {
+                    if row.len() > FLATTEN.most_crossed {
                         continue;
                     }
                     for e in row {
@@ -302,17 +289,19 @@ impl<'a> Dissection<'a> {
         self.separator.clear();
         let (left, right) = (self.last_mark - 1, self.last_mark);
         let without = self.touching(&set[..half], right);
-        if without <= LEAST_SAVED {
+        if without <= FLATTEN.least_saved {
             return;
         }
         for &v in &set[half..] {
-            if self.graph.row(v).filter(|&e| self.mark[self.graph.to[e] as usize] == left).count() >= HUB {
+            if self.graph.row(v).filter(|&e| self.mark[self.graph.to[e] as usize] == left).count()
+                >= FLATTEN.hub
+            {
                 self.separator.push(v);
             }
         }
         self.separator.iter().for_each(|&v| self.mark[v as usize] = 0);
         let with = self.separator.len() + self.touching(&set[..half], right);
-        if 2 * with >= without || without - with <= LEAST_SAVED {
+        if 2 * with >= without || without - with <= FLATTEN.least_saved {
             self.separator.drain(..).for_each(|v| self.mark[v as usize] = right);
         }
     }

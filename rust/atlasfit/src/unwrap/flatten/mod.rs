@@ -2,6 +2,7 @@
 //! them.
 
 pub(crate) mod arap;
+mod constants;
 pub(crate) mod dirichlet;
 mod factor;
 pub(crate) mod graph;

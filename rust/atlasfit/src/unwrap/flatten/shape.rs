@@ -1,11 +1,9 @@
 //! How far a triangle of the plane is from its rest shape `[l, x, y]`: corners (0, 0), (l, 0), (x, y).
 
+use super::constants::FLATTEN;
 use crate::numeric::plane::{corners, twice_area};
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::Surface;
-
-/// Cotangent weights are kept inside this range, so that needles neither vanish nor rule.
-const COT: (f64, f64) = (0.02, 20.0);
 
 /// Largest and smallest singular value of the map from a rest triangle to the plane; the smallest is negative
 /// for a flipped one.
@@ -48,7 +46,7 @@ pub(crate) fn over_area(s: &Surface, chart: &Chart, bound: f64) -> f64 {
         .sum()
 }
 
-/// Half the cotangent at each corner of rest triangles, kept inside [`COT`].
+/// Half the cotangent at each corner of rest triangles, kept inside the bounds of [`FLATTEN`].
 pub(crate) fn cotangents(rest: &[[f64; 3]]) -> Vec<[f64; 3]> {
     rest.iter()
         .map(|&[l, x, y]| {
@@ -57,7 +55,7 @@ pub(crate) fn cotangents(rest: &[[f64; 3]]) -> Vec<[f64; 3]> {
             let c0 = x * l / twice;
             let c1 = (l - x) * l / twice;
             let c2 = (x * (x - l) + y * y) / twice;
-            [c0, c1, c2].map(|c| (0.5 * c).clamp(COT.0, COT.1))
+            [c0, c1, c2].map(|c| (0.5 * c).clamp(FLATTEN.least_cot, FLATTEN.most_cot))
         })
         .collect()
 }

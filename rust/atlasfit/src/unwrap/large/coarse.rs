@@ -7,24 +7,11 @@
 //! has its large features right before the small ones come (a cascade, after Bornemann and Deuflhard 1996).
 
 use super::collapse::{Level, Mesh, collapse, may_collapse};
+use super::constants::LARGE;
 use super::patches::Patches;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::surface::{NONE, Surface};
-
-/// Coarse triangles per patch at least, so that its shape survives. Source not recorded; judge it by
-/// `atlasfit bench unwrap`.
-const PER_PATCH: f64 = 40.0;
-/// Factor between the length bounds of successive sweeps. Source not recorded; judge it by `atlasfit bench
-/// unwrap`.
-const GROWTH: f64 = 1.5;
-/// Faces of a level per face of the next coarser one, at least: pins are then two to three edges apart.
-const THINNING: usize = 6;
-/// Side of an equilateral triangle per square root of its area: 2 / 3^(1/4).
-const SIDE: f64 = 1.52;
-/// Neighbours, nearest first, that a vertex is tried to be moved to. Source not recorded; judge it by
-/// `atlasfit bench unwrap`.
-const NEAREST: usize = 3;
 
 /// The coarse surfaces and how they came about.
 pub(crate) struct Coarse {
@@ -57,8 +44,8 @@ fn limits(s: &Surface, patches: &Patches, target: usize) -> Vec<f64> {
     for (&p, area) in patches.label.iter().zip(&s.area).filter(|p| *p.0 != NONE) {
         patch_area[p as usize] += area;
     }
-    let wanted = SIDE / (target as f64).sqrt();
-    patch_area.iter().map(|a| wanted.min(SIDE * (a / PER_PATCH).sqrt()).powi(2)).collect()
+    let wanted = LARGE.side / (target as f64).sqrt();
+    patch_area.iter().map(|a| wanted.min(LARGE.side * (a / LARGE.per_patch).sqrt()).powi(2)).collect()
 }
 
 /// A surface that gets coarser.
@@ -104,7 +91,7 @@ impl Sweeps<'_> {
                     .filter(|x| x.0 < bound),
             );
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            if let Some(&(_, h)) = near.iter().take(NEAREST).find(|x| may_collapse(mesh, x.1, &fan)) {
+            if let Some(&(_, h)) = near.iter().take(LARGE.nearest).find(|x| may_collapse(mesh, x.1, &fan)) {
                 self.parent[u] = mesh.end(h);
                 self.gone[u] = level;
                 collapse(&mut self.mesh, h, &fan);
@@ -135,11 +122,11 @@ pub(crate) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
         mean * 0.5
     };
     while !sweeps.sweep(length, levels.len() as u8, ctx)? {
-        if sweeps.left * THINNING <= kept && sweeps.left > THINNING * target {
+        if sweeps.left * LARGE.thinning <= kept && sweeps.left > LARGE.thinning * target {
             levels.push(sweeps.mesh.level(&patches.label));
             kept = sweeps.left;
         }
-        length *= GROWTH * GROWTH;
+        length *= LARGE.growth * LARGE.growth;
     }
     levels.push(sweeps.mesh.level(&patches.label));
     Ok(Coarse { levels, parent: sweeps.parent, gone: sweeps.gone })

@@ -2,18 +2,11 @@
 //!
 //! A vertex inside a patch may move to any neighbour, a vertex between two patches only along their border.
 
+use super::constants::LARGE;
 use super::patches::{Patches, simple};
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::surface::{NONE, Surface};
-
-/// A fan of more faces than this is not followed further.
-const LARGEST_FAN: usize = 64;
-/// Twice a triangle's area over its longest edge squared, at least: no slivers. Source not recorded; judge it
-/// by `atlasfit bench unwrap`.
-const LEAST_HEIGHT: f64 = 0.1;
-/// Cosine of the angle by which a collapse may turn a triangle: about 45 degrees.
-const TURN_COS: f64 = 0.7;
 
 /// A surface of fewer faces.
 pub(crate) struct Level {
@@ -102,7 +95,7 @@ impl<'a> Mesh<'a> {
             // The edge before, seen from its other side, starts here too.
             let before = e / 3 * 3 + (e + 2 - e / 3 * 3) % 3;
             e = self.twin[before as usize / 3][before as usize % 3];
-            if e == NONE || e == h || into.len() > LARGEST_FAN {
+            if e == NONE || e == h || into.len() > LARGE.largest_fan {
                 return;
             }
         }
@@ -134,7 +127,7 @@ pub(super) fn may_collapse(mesh: &Mesh<'_>, h: u32, fan: &[u32]) -> bool {
     // Round v over whatever is connected, both ways where it is open.
     for forward in [true, false] {
         let mut e = h / 3 * 3 + (h % 3 + 1) % 3;
-        for _ in 0..LARGEST_FAN {
+        for _ in 0..LARGE.largest_fan {
             // e starts at v when turning forward.
             let other = mesh.end(e);
             if other != a && other != b && other != u && fan.iter().any(|&x| mesh.end(x) == other) {
@@ -173,7 +166,7 @@ pub(super) fn may_collapse(mesh: &Mesh<'_>, h: u32, fan: &[u32]) -> bool {
         let new = (x - q).cross(y - q);
         let longest = x.dist2(y).max(x.dist2(q)).max(y.dist2(q));
         // No sliver, and not turned far.
-        new.norm() > LEAST_HEIGHT * longest && old.dot(new) > TURN_COS * old.norm() * new.norm()
+        new.norm() > LARGE.least_height * longest && old.dot(new) > LARGE.turn_cos * old.norm() * new.norm()
     })
 }
 

@@ -5,10 +5,12 @@
 
 mod coarse;
 mod collapse;
+mod constants;
 mod patches;
 mod refine;
 
 pub(crate) use coarse::coarsen;
 pub(crate) use collapse::Level;
+pub(crate) use constants::LARGE;
 pub(crate) use patches::Patches;
 pub(crate) use refine::refine;

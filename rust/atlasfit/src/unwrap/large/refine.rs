@@ -6,6 +6,7 @@
 
 use super::coarse::Coarse;
 use super::collapse::Level;
+use super::constants::LARGE;
 use super::patches::Patches;
 use crate::error::Result;
 use crate::run::Context;
@@ -21,17 +22,6 @@ use crate::unwrap::merge::{Charts, merge};
 use crate::unwrap::surface::{NONE, Surface};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-
-/// As-rigid-as-possible iterations after the interpolated start, at a time, and how often so many. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const STEPS: usize = 8;
-const TIMES: usize = 3;
-/// Conjugate gradient steps for the start: pins are a few edges apart. Source not recorded; judge it by
-/// `atlasfit bench unwrap`.
-const RELAX: usize = 20;
-/// A chart stretched beyond the bound on more than this share of its area is cut up again. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const MOST_OVER: f64 = 0.12;
 
 /// Which patches make one chart, and along which paths.
 struct Plan {
@@ -228,7 +218,7 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
         if off.is_empty() {
             c.over = over_area(s, &c, bound);
             c.waste = c.wasted();
-            if c.over <= MOST_OVER * c.area {
+            if c.over <= LARGE.most_over * c.area {
                 good.push(c);
             } else {
                 bad.extend(patch_charts(s, &c.faces, label, bound, ctx));
@@ -287,15 +277,15 @@ fn flatten(
         &mut c.uv,
         &[],
         &pinned,
-        RELAX,
+        LARGE.relax,
         ctx,
     );
     if ctx.check().is_err() {
         return false;
     }
     let arap = Arap::new(&c.tris, rest, &c.uv, &[], ctx);
-    for _ in 0..TIMES {
-        for _ in 0..STEPS {
+    for _ in 0..LARGE.times {
+        for _ in 0..LARGE.steps {
             arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);
         }
         if all_positive(&c.tris, &c.uv) {

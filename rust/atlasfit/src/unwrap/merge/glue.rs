@@ -4,6 +4,7 @@
 //! accepted: it stretches little enough, wastes little of the page, and overlaps nowhere.
 
 use super::align::{Motion, Shared};
+use super::constants::MERGE;
 use super::patch::{Pair, Patch, assemble, patch};
 use crate::numeric::plane::corners;
 use crate::run::Context;
@@ -13,26 +14,6 @@ use crate::unwrap::flatten::arap::Arap;
 use crate::unwrap::flatten::dirichlet::{self, Disk};
 use crate::unwrap::flatten::shape::{all_positive, over_area, stretch};
 use crate::unwrap::surface::Surface;
-
-/// Most as-rigid-as-possible iterations spent on testing one merge. Source not recorded; judge it by
-/// `atlasfit bench unwrap`.
-const STEPS: usize = 14;
-/// A merge is given up where more than this many times the allowed area is stretched beyond the bound, at the
-/// first look and later, or where what there is has not come down to this share of the last look. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const FIRST_HOPE: f64 = 5.0;
-const HOPE: f64 = 2.0;
-const PROGRESS: f64 = 0.9;
-/// Seam length that must be saved per hull area newly left empty (the surface has area 1). Larger means more,
-/// rounder charts that pack better: on 20 test shapes 8, 18, 27, 40 gave 0.37, 0.43, 0.48, 0.51 of a peer's
-/// charts, 0.66, 0.70, 0.71, 0.71 of its seams and 0.97, 1.00, 1.05, 1.06 of its coverage.
-/// The command is not recorded.
-const WASTE: f64 = 36.0;
-/// Stretch bound up to which that holds: who allows more stretch wants fewer charts, whatever they waste.
-const USUAL: f64 = 1.1;
-/// Charts of more faces are not flattened without flips: that takes seconds, for crumbs at their borders.
-/// Source not recorded; judge it by `atlasfit bench unwrap`.
-const HARD_FACES: usize = 20_000;
 
 /// Joins two charts along given edges, if the result stretches little enough and is injective.
 pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Context<'_>) -> Option<Chart> {
@@ -57,10 +38,10 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
     let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned, ctx);
     let (mut rhs, mut work) = (Vec::new(), Vec::new());
     let mut last = f64::INFINITY;
-    for step in 0..STEPS {
+    for step in 0..MERGE.steps {
         arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
         ctx.check().ok()?;
-        if step % 3 != 1 && step + 1 != STEPS {
+        if step % 3 != 1 && step + 1 != MERGE.steps {
             continue;
         }
         let now = over(&p);
@@ -75,13 +56,13 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
             return accepted.then_some(c);
         }
         // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
-        let hope = if step == 1 { FIRST_HOPE } else { HOPE };
-        if now > hope * allowed || now > PROGRESS * last || (step > 1 && !positive) {
+        let hope = if step == 1 { MERGE.first_hope } else { MERGE.hope };
+        if now > hope * allowed || now > MERGE.progress * last || (step > 1 && !positive) {
             break;
         }
         last = now;
     }
-    if !limits.hard || a.faces.len() + b.faces.len() > HARD_FACES {
+    if !limits.hard || a.faces.len() + b.faces.len() > MERGE.hard_faces {
         return None;
     }
     // Without flips from the start, at the cost of the whole chart.
@@ -100,7 +81,7 @@ pub(super) fn flattened(s: &Surface, mut c: Chart, bound: f64, ctx: &Context<'_>
 
 /// The merged chart, if the seam it saves is worth what it wastes of the page.
 fn worth(c: Chart, a: &Chart, b: &Chart, shared: &[Shared], bound: f64) -> Option<Chart> {
-    let weight = WASTE * ((USUAL - 1.0) / (bound - 1.0)).min(1.0).powi(2);
+    let weight = MERGE.waste * ((MERGE.usual - 1.0) / (bound - 1.0)).min(1.0).powi(2);
     let worth = weight * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
     worth.then_some(c)
 }

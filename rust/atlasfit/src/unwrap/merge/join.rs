@@ -2,21 +2,13 @@
 
 use super::align::{Shared, align, paths};
 use super::charts::Charts;
+use super::constants::MERGE;
 use super::glue::glue;
 use super::limits::MergeLimits;
 use super::patch::Pair;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::{NONE, Surface};
-
-/// Largest squared gap, relative to seam length times chart size, per squared stretch allowance, for which a
-/// merge is tried at all. Of 760 merges tried beyond it on five shapes, 65 would
-/// have succeeded.
-const MISMATCH: f64 = 1.44;
-/// Charts that meet along several paths are joined along all of them where the gaps that rigid motion leaves
-/// are, as a root mean square, below this share of the square root of the smaller one's area. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const CLOSED: f64 = 0.05;
 
 /// Tries to make one chart of two; `None` if it would stretch or overlap too much.
 pub(super) fn join(
@@ -35,7 +27,7 @@ pub(super) fn join(
     let paths = paths(&shared);
     if paths.len() > 1 {
         let (motion, rms) = align(a, b, &shared);
-        if rms < CLOSED * a.area.min(b.area).sqrt()
+        if rms < MERGE.closed * a.area.min(b.area).sqrt()
             && let Some(c) = glue(&pair, &shared, motion, ctx)
         {
             return Some(c);
@@ -48,7 +40,7 @@ pub(super) fn join(
     let (motion, rms) = align(a, b, &best);
     let length: f64 = best.iter().map(|e| e.length).sum();
     // The gap that rigid motion leaves, against the size of what must stretch to close it.
-    if rms * rms > MISMATCH * (limits.bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
+    if rms * rms > MERGE.mismatch * (limits.bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
     glue(&pair, &best, motion, ctx)

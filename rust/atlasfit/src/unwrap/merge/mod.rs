@@ -7,6 +7,7 @@
 
 mod align;
 mod charts;
+mod constants;
 mod glue;
 mod join;
 mod limits;

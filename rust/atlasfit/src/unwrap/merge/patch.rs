@@ -5,17 +5,11 @@
 
 use super::align::{Motion, Shared, moved};
 use super::charts::Charts;
+use super::constants::MERGE;
 use super::limits::MergeLimits;
 use crate::spatial::sets::Sets;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::{NONE, Surface};
-
-/// How far into the larger chart a merge may move vertices: in square roots of the smaller chart's area, and
-/// in shares of the shared edges' box. Source not recorded; judge it by `atlasfit bench unwrap`.
-const REACH: f64 = 1.5;
-const REACH_OF_SEAM: f64 = 0.2;
-/// Where more tenths than this of the larger chart's faces take part, all do: little would be saved.
-const WHOLE_TENTHS: usize = 7;
 
 /// Two charts that may become one.
 pub(super) struct Pair<'a> {
@@ -52,13 +46,13 @@ pub(super) fn patch(pair: &Pair<'_>, shared: &[Shared], motion: Motion) -> Optio
             hi[k] = hi[k].max(a.uv[v as usize][k]);
         }
     }
-    let margin = REACH * b.area.sqrt() + REACH_OF_SEAM * (hi[0] - lo[0] + hi[1] - lo[1]);
+    let margin = MERGE.reach * b.area.sqrt() + MERGE.reach_of_seam * (hi[0] - lo[0] + hi[1] - lo[1]);
     let inside: Vec<bool> =
         a.uv.iter().map(|p| (0..2).all(|k| p[k] >= lo[k] - margin && p[k] <= hi[k] + margin)).collect();
     let mut near: Vec<u32> = (0..a.tris.len() as u32)
         .filter(|&i| a.tris[i as usize].iter().any(|&v| inside[v as usize]))
         .collect();
-    let whole = near.len() * 10 > a.tris.len() * WHOLE_TENTHS;
+    let whole = near.len() * 10 > a.tris.len() * MERGE.whole_tenths;
     if whole {
         near = (0..a.tris.len() as u32).collect();
     }

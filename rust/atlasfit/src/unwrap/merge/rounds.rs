@@ -4,20 +4,14 @@
 //! pairs in parallel, and keeps those that stretch little enough and are injective.
 
 use super::charts::{Borders, Charts};
+use super::constants::MERGE;
 use super::join::join;
-use super::limits::{LOOSE, MergeLimits, OVER};
+use super::limits::MergeLimits;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::Surface;
 use rayon::prelude::*;
-
-/// Times that all refusals are forgotten and tried again, plus one. Source not recorded; judge it by
-/// `atlasfit bench unwrap`.
-const PASSES: usize = 2;
-/// Merges whose score is at least this share of the round's best are tried in the same round. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const FLOOR: f64 = 0.2;
 
 /// A merge that may be tried.
 struct Candidate {
@@ -38,7 +32,7 @@ pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
         let candidates = candidates(charts, &borders, &refused);
         if candidates.is_empty() {
             // Refusals were handed down while charts grew; with all grown, each is tried afresh once.
-            if passes == PASSES {
+            if passes == MERGE.passes {
                 return Ok(());
             }
             passes += 1;
@@ -47,7 +41,8 @@ pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
         }
         let chosen = matching(candidates, charts.list.len());
         // Whether to try hard: once nothing else fits, and where stretch is allowed.
-        let limits = MergeLimits { bound, over: OVER, hard: passes == PASSES && bound > LOOSE };
+        let limits =
+            MergeLimits { bound, over: MERGE.over, hard: passes == MERGE.passes && bound > MERGE.loose };
         let results: Vec<Option<Chart>> = chosen
             .par_iter()
             .map(|&(a, b)| {
@@ -96,7 +91,7 @@ fn candidates(charts: &Charts, borders: &Borders, refused: &[Vec<u32>]) -> Vec<C
 /// The pairs to try in this round: near-best ones only, as the next round sees what they leave; no chart
 /// twice.
 fn matching(candidates: Vec<Candidate>, charts: usize) -> Vec<(u32, u32)> {
-    let floor = candidates[0].score * FLOOR;
+    let floor = candidates[0].score * MERGE.floor;
     let mut busy = vec![false; charts];
     let mut chosen = Vec::new();
     for Candidate { score, charts: (a, b) } in candidates {

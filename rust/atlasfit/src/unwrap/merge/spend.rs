@@ -4,9 +4,10 @@
 //! bound on more than their share.
 
 use super::charts::{Borders, Charts};
+use super::constants::MERGE;
 use super::glue::flattened;
 use super::join::join;
-use super::limits::{LOOSE, MergeLimits, OVER};
+use super::limits::MergeLimits;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
@@ -14,20 +15,13 @@ use crate::unwrap::surface::Surface;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Share of a chart's area that may be stretched beyond the bound where charts are merged at the others'
-/// expense. Source not recorded; judge it by `atlasfit bench unwrap`.
-const OVER_SPENT: f64 = 0.6;
-/// Share of the area that may be stretched beyond the bound which is spent on such charts.
-/// Source not recorded.
-const SPENT: f64 = 0.95;
-
 /// Merges charts of small meshes that stretch beyond the bound on too much of their own area, but not of all
 /// area: the bound is one for the whole surface. What costs least of that goes first.
 pub(crate) fn spend(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
-    if bound <= LOOSE {
+    if bound <= MERGE.loose {
         return Ok(());
     }
-    let limits = MergeLimits { bound, over: OVER_SPENT, hard: true };
+    let limits = MergeLimits { bound, over: MERGE.over_spent, hard: true };
     // Charts grew by steps that stop once they are within their own bounds: they may do better.
     charts.list.par_iter_mut().flatten().for_each(|c| {
         if c.over > 0.0
@@ -44,7 +38,7 @@ pub(crate) fn spend(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
     for c in charts.list.iter().flatten() {
         (left, area) = (left - c.over, area + c.area);
     }
-    left += SPENT * OVER * area;
+    left += MERGE.spent * MERGE.over * area;
     // What was tried: the merged chart, or that it does not fit.
     let mut tried: FxHashMap<(u32, u32), Option<Chart>> = FxHashMap::default();
     loop {

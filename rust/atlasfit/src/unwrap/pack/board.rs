@@ -1,23 +1,14 @@
 //! Charts as cells for a page of one shape, and pages filled with them in some order.
 
+use super::constants::{CELLS, PACK};
 use super::mask::{Pose, poses};
-use super::placement::{CELLS, PackJob};
+use super::placement::PackJob;
 use super::strip::Strip;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use rayon::prelude::*;
 use std::collections::HashMap;
-
-/// The charts of a mesh of this many faces take about as long to find as their page takes to be searched for.
-/// Larger meshes are searched for more rounds in proportion, up to `MOST_EFFORT` times: that costs them
-/// little. Source not recorded; judge it by `atlasfit bench unwrap`.
-const EFFORT_FACES: f64 = 16_000.0;
-const MOST_EFFORT: f64 = 8.0;
-/// Masks of at most this many cells each way count as alike if their boxes are.
-const SMALL: usize = 8;
-/// Charts above this share of the area are tried at more rotations.
-const TURN_MORE: f64 = 0.001;
 
 /// A chart's pose and the lower left cell of its grown mask.
 #[derive(Clone, Copy, Default)]
@@ -102,13 +93,13 @@ impl Board {
         let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
             .map(|(c, &r)| {
                 ctx.check()?;
-                Ok(poses(c, r, cell, grow, turns[usize::from(c.area <= TURN_MORE * area)]))
+                Ok(poses(c, r, cell, grow, turns[usize::from(c.area <= PACK.turn_more * area)]))
             })
             .collect::<Result<_>>()?;
         let narrowest =
             poses.iter().map(|p| p.iter().map(|q| q.grown.width).min().unwrap_or(0)).max().unwrap_or(0);
         let faces: usize = charts.iter().map(|c| c.faces.len()).sum();
-        let effort = (faces as f64 / EFFORT_FACES).clamp(1.0, MOST_EFFORT);
+        let effort = (faces as f64 / PACK.effort_faces).clamp(1.0, PACK.most_effort);
         Ok(Self { cell, grow, poses, aspect, narrowest, effort })
     }
 
@@ -154,7 +145,8 @@ impl Board {
                 let own = if top_counts { 2 * height } else { height };
                 let room = (top + tallest).min(limit).min((best - own.min(best)) / 2 + height);
                 let size = (pose.grown.width, height);
-                let from = if size.0.max(size.1) <= SMALL { *lowest.get(&size).unwrap_or(&0) } else { 0 };
+                let from =
+                    if size.0.max(size.1) <= PACK.small { *lowest.get(&size).unwrap_or(&0) } else { 0 };
                 if let Some((x, y)) = strip.find(&pose.grown, from, room) {
                     lowest.insert(size, y);
                     if 2 * y + own < best {

@@ -1,19 +1,11 @@
 //! Packing by bounding boxes, in rows.
 
+use super::constants::BOXES;
 use super::placement::{PackJob, Packed, Placement};
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::planar::{bounds, rotated};
-
-/// Factor on the density until the boxes fit.
-const LESS: f64 = 0.99;
-/// The same where they are very many, and need not fill the page as well.
-const LESS_FOR_CRUMBS: f64 = 0.95;
-/// Gap between very many charts, as a share of the side of the square that each has on average.
-const CRUMBS_GAP: f64 = 0.1;
-/// Texels between charts where no padding is asked for.
-const LEAST_GAP: f64 = 1.0;
 
 /// The charts' upright bounding boxes.
 struct Boxes<'a> {
@@ -86,10 +78,10 @@ pub(super) fn one_page_of_boxes(
     let mut density = full(charts, job);
     while density >= least {
         ctx.check()?;
-        if let Some(placements) = boxes.rows(job, f64::from(job.padding).max(LEAST_GAP), density) {
+        if let Some(placements) = boxes.rows(job, f64::from(job.padding).max(BOXES.least_gap), density) {
             return Ok(Some(Packed { placements, density, padding: job.padding }));
         }
-        density *= LESS;
+        density *= BOXES.less;
     }
     Ok(None)
 }
@@ -103,7 +95,7 @@ pub(super) fn fill_boxes(
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<Placement>>> {
     let boxes = Boxes::new(charts, upright, ctx)?;
-    Ok(boxes.rows(job, f64::from(job.padding).max(LEAST_GAP), density))
+    Ok(boxes.rows(job, f64::from(job.padding).max(BOXES.least_gap), density))
 }
 
 /// Charts that have hardly a texel each: in rows, apart by a share of that. They fit at some density: ten by
@@ -117,7 +109,7 @@ pub(super) fn crumbs(
     let boxes = Boxes::new(charts, upright, ctx)?;
     let [width, height] = job.page.map(f64::from);
     let square = (job.texels() * f64::from(job.pages) / charts.len() as f64).sqrt();
-    let gap = (CRUMBS_GAP * square.min(width).min(height)).min(LEAST_GAP);
+    let gap = (BOXES.crumbs_gap * square.min(width).min(height)).min(BOXES.least_gap);
     let full = full(charts, job);
     let mut density = job.density.map_or(full, |d| d.min(full));
     loop {
@@ -125,6 +117,6 @@ pub(super) fn crumbs(
         if let Some(placements) = boxes.rows(job, gap, density) {
             return Ok(Packed { placements, density, padding: 0 });
         }
-        density *= LESS_FOR_CRUMBS;
+        density *= BOXES.less_for_crumbs;
     }
 }

@@ -1,17 +1,12 @@
 //! Which charts on a page are near each other, where, and how far apart.
 
+use super::constants::TIGHTEN;
 use super::placement::Placement;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::planar::bounds;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-
-/// Charts nearer than this beyond the padding are kept apart, in the units of the shapes. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const REACH: f64 = 2.5;
-/// What may come near is found again after charts moved by half of this, in the units of the shapes.
-const MARGIN: f64 = 3.0;
 
 /// A chart as it was placed: its border, in shares of the page (`tighten` says which).
 pub(super) struct Shape {
@@ -65,7 +60,7 @@ pub(super) struct Near {
 impl Near {
     /// Looks for them through a grid of cells.
     pub(super) fn find(shapes: &[Shape], shifts: &[[f64; 2]], page: Page, ctx: &Context<'_>) -> Result<Self> {
-        let reach = page.gap + REACH + MARGIN;
+        let reach = page.gap + TIGHTEN.reach + TIGHTEN.margin;
         let cells = page.size.map(|s| (s / reach) as usize + 3);
         let cell = |p: [f64; 2]| [0, 1].map(|k| ((p[k] / reach).max(0.0) as usize + 1).min(cells[k] - 2));
         // Every edge, cut into pieces no longer than a cell, in all cells of its pieces' boxes.
@@ -136,7 +131,7 @@ impl Near {
             });
             dot(rest, rest).sqrt() + 0.5 * pull * (s.hi[0] - s.lo[0]).hypot(s.hi[1] - s.lo[1])
         };
-        (0..shapes.len()).all(|i| 2.0 * moved(i) < MARGIN)
+        (0..shapes.len()).all(|i| 2.0 * moved(i) < TIGHTEN.margin)
     }
 
     /// The nearest places of charts that are near each other, one for every direction between two of them.
@@ -147,7 +142,7 @@ impl Near {
         page: Page,
         ctx: &Context<'_>,
     ) -> Result<Vec<Contact>> {
-        let reach = page.gap + REACH;
+        let reach = page.gap + TIGHTEN.reach;
         let of = |i: usize| {
             let mut nearest: FxHashMap<(u32, u8), Contact> = FxHashMap::default();
             for (at, &[n, j, e]) in self.pairs[i].iter().enumerate() {
@@ -178,7 +173,7 @@ impl Near {
 
 /// The least distance of two charts, as far as it is looked for.
 pub(super) fn least_gap(contacts: &[Contact], page: Page) -> f64 {
-    contacts.iter().map(|c| c.gap).fold(page.gap + REACH, f64::min)
+    contacts.iter().map(|c| c.gap).fold(page.gap + TIGHTEN.reach, f64::min)
 }
 
 /// The dot product.

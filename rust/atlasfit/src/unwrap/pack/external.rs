@@ -2,6 +2,7 @@
 //!
 //! In: flattened charts at a density. Out: what the packer says, checked.
 
+use super::constants::PACK;
 use super::packer::{ChartPosition, FlatChart, PagePacker, Pages};
 use super::placement::{PackJob, Placement};
 use crate::error::{Error, Result};
@@ -9,9 +10,6 @@ use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::planar::{bounds, rotated};
 use rayon::prelude::*;
-
-/// Texels by which a position may be off, for rounding.
-const ROUNDING: f64 = 0.01;
 
 /// Has the packer place the charts at a density.
 pub(crate) fn fill_external(
@@ -32,8 +30,10 @@ pub(crate) fn fill_external(
         .unzip();
     let pages = Pages { size: job.page, most: job.pages, padding: job.padding };
     let Some(positions) = packer.fill(&flat, pages, ctx)? else { return Ok(None) };
-    let (least, most) =
-        (f64::from(job.padding) - ROUNDING, job.page.map(|p| f64::from(p - job.padding) + ROUNDING));
+    let (least, most) = (
+        f64::from(job.padding) - PACK.off_page,
+        job.page.map(|p| f64::from(p - job.padding) + PACK.off_page),
+    );
     let inside = |position: &ChartPosition, (lo, hi): ([f64; 2], [f64; 2])| {
         position.page < job.pages
             && (0..2)

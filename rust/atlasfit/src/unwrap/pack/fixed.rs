@@ -2,9 +2,10 @@
 //! charts fit.
 
 use super::boxes::fill_boxes;
+use super::constants::{CELLS, PACK};
 use super::external::fill_external;
 use super::mask::{Pose, largest_first, poses};
-use super::placement::{CELLS, EXPECTED_FILL, PackJob, Packed, Packing, Placement};
+use super::placement::{PackJob, Packed, Packing, Placement};
 use super::strip::Strip;
 use crate::error::Result;
 use crate::run::Context;
@@ -13,15 +14,6 @@ use crate::unwrap::options::Packer;
 use crate::unwrap::planar::bounds;
 use rayon::prelude::*;
 
-/// Densities tried before the best one found counts.
-const SCALES: usize = 12;
-/// The search ends where the least density that is too high is less than this many times the best found.
-const CLOSE: f64 = 1.01;
-/// Factor on the density while nothing fits, and once `SCALES` densities were tried without any that did.
-const LESS: f64 = 0.85;
-const MUCH_LESS: f64 = 0.7;
-/// Rotations tried, in quarters. Source not recorded; judge it by `atlasfit bench unwrap`.
-const TURNS: usize = 2;
 /// Words of a page's row.
 const WORDS: usize = CELLS as usize / 64;
 
@@ -47,8 +39,8 @@ pub(super) fn several_pages(
     };
     // Too high a density cannot fit; the highest that does lies between these.
     let (mut low, mut high): (Option<Packed>, f64) = (None, full(1.0));
-    let mut at = job.density.unwrap_or_else(|| full(EXPECTED_FILL)).min(high);
-    for _ in 0..SCALES {
+    let mut at = job.density.unwrap_or_else(|| full(PACK.expected_fill)).min(high);
+    for _ in 0..PACK.scales {
         if at < least {
             break;
         }
@@ -61,15 +53,15 @@ pub(super) fn several_pages(
             None => high = at,
         }
         at = match &low {
-            Some(found) if high / found.density < CLOSE => break,
+            Some(found) if high / found.density < PACK.close => break,
             Some(found) => (found.density * high).sqrt(),
-            None => at * LESS,
+            None => at * PACK.less,
         };
     }
     while low.is_none() && at >= least {
         ctx.check()?;
         low = try_at(at)?.map(|placements| Packed { placements, density: at, padding });
-        at *= MUCH_LESS;
+        at *= PACK.much_less;
     }
     Ok(low)
 }
@@ -97,7 +89,7 @@ fn fill_shapes(
     }
     let grow = ((f64::from(job.padding) / texels).ceil() as usize).max(1);
     let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
-        .map(|(c, &r)| ctx.check().map(|()| poses(c, r, cell, grow, TURNS)))
+        .map(|(c, &r)| ctx.check().map(|()| poses(c, r, cell, grow, PACK.turns_fixed)))
         .collect::<Result<_>>()?;
     let mut pages: Vec<Strip<WORDS>> = Vec::new();
     let mut placements = vec![Placement::default(); charts.len()];

@@ -11,6 +11,7 @@
 mod bitmap;
 mod board;
 mod boxes;
+mod constants;
 mod contacts;
 mod external;
 mod fixed;
@@ -21,8 +22,9 @@ mod search;
 mod strip;
 mod tighten;
 
+pub(crate) use constants::PACK;
 pub use packer::{ChartPosition, FlatChart, PagePacker, Pages};
-pub(crate) use placement::{EXPECTED_FILL, LEAST_TEXELS, PackJob, Packed, Packing};
+pub(crate) use placement::{PackJob, Packed, Packing};
 
 use super::chart::Chart;
 use super::options::Packer;
@@ -35,7 +37,7 @@ use rayon::prelude::*;
 use search::one_page;
 
 /// Packs the charts. The padding is that of the job or, where charts would be too small with it, half of it
-/// or less; see [`LEAST_TEXELS`].
+/// or less; see [`PACK`].
 ///
 /// # Errors
 /// Those of an external packer, also where it packs at no density; those of [`Context::check`].

@@ -1,18 +1,9 @@
 //! What to pack for, and where a chart goes.
 
+use super::constants::PACK;
 use super::packer::PagePacker;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::options::Packer;
-
-/// Share of the page expected to be covered, for a first guess.
-pub(crate) const EXPECTED_FILL: f64 = 0.62;
-
-/// Texels that an island covers on average, at least: two each way. With fewer it holds no picture, and
-/// rather than that the padding gives way.
-pub(crate) const LEAST_TEXELS: f64 = 4.0;
-
-/// Cells along the longer side of a page.
-pub(super) const CELLS: f64 = 512.0;
 
 /// What to pack for. Lengths on the surface are in its frame.
 #[derive(Clone, Copy)]
@@ -37,11 +28,11 @@ impl PackJob<'_> {
         f64::from(self.page[0]) * f64::from(self.page[1])
     }
 
-    /// The least density at which the padding is kept: islands have [`LEAST_TEXELS`] on average there, or as
+    /// The least density at which the padding is kept: islands have `PACK.least_texels` on average there, or as
     /// many as the density asked for gives them.
     pub(super) fn least_density(&self, charts: &[Chart]) -> f64 {
         let area: f64 = charts.iter().map(|c| c.area).sum();
-        let least = (LEAST_TEXELS * charts.len() as f64 / area).sqrt();
+        let least = (PACK.least_texels * charts.len() as f64 / area).sqrt();
         self.density.map_or(least, |d| d.min(least))
     }
 

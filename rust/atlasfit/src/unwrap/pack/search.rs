@@ -5,8 +5,9 @@
 //! most fail early.
 
 use super::board::{Board, Fill, Filled, Grid, Order};
+use super::constants::{CELLS, PACK};
 use super::mask::largest_first;
-use super::placement::{CELLS, EXPECTED_FILL, PackJob, Packed, Placement};
+use super::placement::{PackJob, Packed, Placement};
 use super::tighten::tighten;
 use crate::error::Result;
 use crate::numeric::rng::Rng;
@@ -14,37 +15,6 @@ use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::planar::bounds;
 use rayon::prelude::*;
-
-/// Cells along the page's longer side while its size is estimated.
-const ROUGH: f64 = 256.0;
-/// The page is aimed to be this much smaller than its cells: padding in whole cells must not come out too
-/// small.
-const ROOM: f64 = 0.985;
-/// Strip widths tried one after the other. Source not recorded; judge it by `atlasfit bench unwrap`.
-const WIDTHS: usize = 4;
-/// Orders tried at once, and rounds of trying; with many charts only `ORDER_WORK` / charts rounds. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const ORDERS: usize = 2;
-const ORDER_ROUNDS: usize = 30;
-const ORDER_WORK: usize = 2000;
-/// Rounds without success before the page shrinks by half as much at a time, and how often it does so. Source
-/// not recorded; judge it by `atlasfit bench unwrap`.
-const PATIENCE: usize = 6;
-const HALVINGS: usize = 2;
-/// The page shrinks by this share of its side at a time, at first. Source not recorded; judge it by `atlasfit
-/// bench unwrap`.
-const SHRINK: f64 = 0.02;
-/// Times that a larger page is tried because the padding came out too small: it is of a fixed number of
-/// cells, on a page of about as many.
-const PAGES_TRIED: usize = 8;
-/// No order is searched for on a page whose padding comes out smaller than this share of what is asked for,
-/// or smaller at all once a larger page was tried.
-const PADDING_NEAR: f64 = 0.8;
-/// Share of the padding that may be lost to rounding.
-const ROUNDING: f64 = 1e-9;
-/// Rotations, in quarters, of the large charts and of the others. Source not recorded; judge it by `atlasfit
-/// bench unwrap`.
-const TURNS: [usize; 2] = [6, 2];
 
 /// Fills one page as far as possible. Gives the places and texels per unit; `None` where the padding leaves
 /// too few texels to the charts.
@@ -54,18 +24,19 @@ pub(crate) fn one_page(
     job: &PackJob<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<Packed>> {
-    let many = charts.len() > ORDER_WORK;
+    let many = charts.len() > PACK.order_work;
     let mut side = rough_side(charts, upright, job, ctx)?;
-    for tried in 0..PAGES_TRIED {
+    for tried in 0..PACK.pages_tried {
         let density = f64::from(job.page[0]) / side;
         if density < job.least_density(charts) || !Board::has_cells_for(charts.len(), job) {
             break;
         }
-        let board = Board::new(charts, upright, job, Grid { side, cells: CELLS, turns: TURNS }, ctx)?;
-        let width = (side * ROOM / board.cell) as usize;
+        let grid = Grid { side, cells: CELLS, turns: [PACK.turns, PACK.turns_small] };
+        let board = Board::new(charts, upright, job, grid, ctx)?;
+        let width = (side * PACK.room / board.cell) as usize;
         let Some(mut filled) = first(&board, width, if many { 1 } else { 2 }, ctx)? else { break };
         let padding = |size: usize| board.grow as f64 * f64::from(job.page[0]) / size as f64;
-        let near = if tried == 0 { PADDING_NEAR } else { 1.0 };
+        let near = if tried == 0 { PACK.padding_near } else { 1.0 };
         if padding(filled.size) >= near * f64::from(job.padding) {
             filled = improve(&board, filled, job.seed, ctx)?;
             let placements: Vec<Placement> = (filled.placements.iter().zip(&board.poses))
@@ -76,12 +47,12 @@ pub(crate) fn one_page(
             if let Some(tight) = tighten(charts, &packed, job, ctx)? {
                 return Ok(Some(tight));
             }
-            if padding(filled.size) >= (1.0 - ROUNDING) * f64::from(job.padding) {
+            if padding(filled.size) >= (1.0 - PACK.rounding) * f64::from(job.padding) {
                 return Ok(Some(packed));
             }
         }
         // All cells of this page, and the padding in proportion.
-        side = filled.size as f64 * board.cell / ROOM;
+        side = filled.size as f64 * board.cell / PACK.room;
     }
     Ok(None)
 }
@@ -98,14 +69,14 @@ fn rough_side(charts: &[Chart], upright: &[[f64; 2]], job: &PackJob<'_>, ctx: &C
             (hi[0] - lo[0]).hypot(hi[1] - lo[1])
         })
         .fold(0.0, f64::max);
-    let side = (area / EXPECTED_FILL / aspect).sqrt().max(longest * 0.8 / aspect.max(1.0));
-    if charts.len() > ORDER_WORK {
+    let side = (area / PACK.expected_fill / aspect).sqrt().max(longest * PACK.decisive / aspect.max(1.0));
+    if charts.len() > PACK.order_work {
         return Ok(side);
     }
-    let rough = Board::new(charts, upright, job, Grid { side, cells: ROUGH, turns: [1, 1] }, ctx)?;
-    let width = (area / 0.8 / aspect).sqrt() / rough.cell;
-    let filled = first(&rough, width as usize, WIDTHS, ctx)?;
-    Ok(filled.map_or(side, |f| f.size as f64 * rough.cell / ROOM))
+    let rough = Board::new(charts, upright, job, Grid { side, cells: PACK.rough, turns: [1, 1] }, ctx)?;
+    let width = (area / PACK.rough_fill / aspect).sqrt() / rough.cell;
+    let filled = first(&rough, width as usize, PACK.widths, ctx)?;
+    Ok(filled.map_or(side, |f| f.size as f64 * rough.cell / PACK.room))
 }
 
 /// Strips of several widths; the one that makes the smallest page.
@@ -144,10 +115,10 @@ fn first(board: &Board, width: usize, widths: usize, ctx: &Context<'_>) -> Resul
 fn improve(board: &Board, mut best: Filled, seed: u64, ctx: &Context<'_>) -> Result<Filled> {
     // Many charts fill the gaps anyway, and each try costs more.
     let times = |n: usize| (n as f64 * board.effort) as usize;
-    let rounds = (ORDER_WORK / board.poses.len().max(1)).min(times(ORDER_ROUNDS)) as u64;
-    let patience = times(PATIENCE);
+    let rounds = (PACK.order_work / board.poses.len().max(1)).min(times(PACK.order_rounds)) as u64;
+    let patience = times(PACK.patience);
     let (mut failures, mut halvings) = (0, 0);
-    let mut shrink = SHRINK;
+    let mut shrink = PACK.shrink;
     // Charts that did not fit are moved to the front.
     let mut urgent: Vec<usize> = Vec::new();
     for round in 0..rounds {
@@ -156,7 +127,7 @@ fn improve(board: &Board, mut best: Filled, seed: u64, ctx: &Context<'_>) -> Res
         if target < board.narrowest {
             break;
         }
-        let tries: Vec<_> = (0..ORDERS as u64)
+        let tries: Vec<_> = (0..PACK.orders as u64)
             .into_par_iter()
             .map(|v| {
                 let mut random = Rng::stream(seed, round << 8 | v);
@@ -190,7 +161,7 @@ fn improve(board: &Board, mut best: Filled, seed: u64, ctx: &Context<'_>) -> Res
             None => {
                 failures += 1;
                 if failures == patience {
-                    if halvings == HALVINGS {
+                    if halvings == PACK.halvings {
                         break;
                     }
                     (failures, halvings, shrink) = (0, halvings + 1, shrink * 0.5);

@@ -5,11 +5,8 @@
 //! kept for every row; any run is the union of two of them.
 
 use super::bitmap::set_range;
+use super::constants::PACK;
 use super::mask::{BLOCK, Mask, Run};
-
-/// Runs looked at before a row's positions are computed: a run longer than the row's longest gap rules the
-/// row out. Source not recorded; judge it by `atlasfit bench unwrap`.
-const GLANCES: usize = 12;
 
 /// Occupied cells of some rows and their spreads.
 struct Rows<const W: usize> {
@@ -78,7 +75,7 @@ impl<const W: usize> Rows<W> {
     }
     /// Whether a glance rules out all positions of the mask's first runs.
     fn refuses(&self, runs: &[Run], y: usize) -> bool {
-        (runs.iter().take(GLANCES))
+        (runs.iter().take(PACK.glances))
             .any(|r| self.free.get(y + r.row as usize).is_some_and(|&f| f < r.to - r.from))
     }
     /// Blocks the positions where a run of the mask meets an occupied cell; false once none up to `last` is

@@ -8,45 +8,13 @@
 //! Milenkovic (1995), whose linear program is replaced by projecting one such constraint after the other
 //! (Müller et al. 2007).
 
+use super::constants::TIGHTEN;
 use super::contacts::{Contact, Near, Page, Shape, dot, least_gap};
 use super::placement::{PackJob, Packed, Placement};
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use rayon::prelude::*;
-
-/// Unit of length here: the page's longer side, as it comes in, over this.
-const UNITS: f64 = 1024.0;
-/// Least distance of charts where no padding is asked for, in units.
-const LEAST_GAP: f64 = 0.25;
-/// Charts may be this much too near each other, in units; they are moved apart until they are this much too
-/// far.
-const TOLERANCE: f64 = 0.01;
-/// Most units by which the page shrinks at a time.
-const STEP: f64 = 3.0;
-/// Failures after which the step is halved; the next one ends the work. Source not recorded; judge it by
-/// `atlasfit bench unwrap`.
-const HALVINGS: usize = 2;
-/// Most times that the page shrinks. Source not recorded; judge it by `atlasfit bench unwrap`.
-const TRIES: usize = 80;
-/// Share of the least distance that a step may use up: two charts come nearer by less than that distance.
-const SLOW: f64 = 0.7;
-/// The same where charts are moved apart: each of two may move by this share of it.
-const APART: f64 = 0.45;
-/// Charts nearer than this share of the padding may be on the wrong sides of each other after another step.
-const TOUCHING: f64 = 0.1;
-/// Most times per step that what is near is looked for and charts are moved apart. Source not recorded; judge
-/// it by `atlasfit bench unwrap`.
-const ROUNDS: usize = 8;
-/// From this round on, what is lacking must have come down to `PROGRESS` of what it was a round ago.
-const PATIENCE: usize = 3;
-const PROGRESS: f64 = 0.9;
-/// Most passes over all constraints per round. Source not recorded; judge it by `atlasfit bench unwrap`.
-const PASSES: usize = 60;
-/// More charts than this leave little to gain.
-const MOST: usize = 1000;
-/// More border edges than this take too much memory: each has some fifty near ones.
-const MOST_EDGES: usize = 100_000;
 
 /// Pushes the charts together; `None` where that gains nothing.
 pub(crate) fn tighten(
@@ -56,26 +24,28 @@ pub(crate) fn tighten(
     ctx: &Context<'_>,
 ) -> Result<Option<Packed>> {
     let Packed { placements, density, padding } = packed;
-    if charts.len() > MOST || charts.iter().map(|c| c.border.len()).sum::<usize>() > MOST_EDGES {
+    if charts.len() > TIGHTEN.most_charts
+        || charts.iter().map(|c| c.border.len()).sum::<usize>() > TIGHTEN.most_edges
+    {
         return Ok(None);
     }
     let longer = f64::from(job.page[0].max(job.page[1]));
-    let unit = longer / density / UNITS;
+    let unit = longer / density / TIGHTEN.units;
     let shapes: Vec<Shape> =
         charts.par_iter().zip(placements).map(|(c, p)| Shape::new(&c.outline(), p, unit)).collect();
     ctx.check()?;
     let shape = job.page.map(|p| f64::from(p) / longer);
     let share = f64::from(job.padding) / longer;
-    let page = |side: f64| Page { size: shape.map(|s| s * side), gap: (share * side).max(LEAST_GAP) };
-    let mut side = UNITS;
+    let page = |side: f64| Page { size: shape.map(|s| s * side), gap: (share * side).max(TIGHTEN.least_gap) };
+    let mut side = TIGHTEN.units;
     let mut shifts = vec![[0.0; 2]; shapes.len()];
     let mut near = Near::find(&shapes, &shifts, page(side), ctx)?;
-    let (mut step, mut halvings) = (STEP, 0);
+    let (mut step, mut halvings) = (TIGHTEN.step, 0);
     // No step may bring charts through each other. Two charts come nearer by at most the step's share of the
     // distance of their middles, and that distance is at most the page's diagonal.
-    let slow = SLOW / shape[0].hypot(shape[1]);
+    let slow = TIGHTEN.slow / shape[0].hypot(shape[1]);
     let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side), ctx)?, page(side));
-    for _ in 0..TRIES {
+    for _ in 0..TIGHTEN.tries {
         step = step.min(slow * least);
         let target = side - step;
         // Towards the corner: what lies between two charts shrinks in proportion to how far apart they are.
@@ -85,19 +55,19 @@ pub(crate) fn tighten(
             .collect();
         if let Some(gap) = separate(&shapes, &mut next, page(target), &mut near, ctx)? {
             (shifts, side, least) = (next, target, gap);
-        } else if halvings == HALVINGS {
+        } else if halvings == TIGHTEN.halvings {
             break;
         } else {
             (step, halvings) = (0.5 * step, halvings + 1);
         }
     }
-    if side == UNITS {
+    if side == TIGHTEN.units {
         return Ok(None);
     }
     let moved = (placements.iter().zip(&shifts))
         .map(|(p, d)| Placement { shift: [0, 1].map(|k| p.shift[k] + d[k] * unit), ..*p })
         .collect();
-    Ok(Some(Packed { placements: moved, density: density * UNITS / side, padding: *padding }))
+    Ok(Some(Packed { placements: moved, density: density * TIGHTEN.units / side, padding: *padding }))
 }
 
 /// Shifts charts until all are apart and on the page. Gives their least distance; `None` where that was not
@@ -114,7 +84,7 @@ fn separate(
         return Ok(None);
     }
     let mut last = f64::INFINITY;
-    for round in 0..ROUNDS {
+    for round in 0..TIGHTEN.rounds {
         ctx.check()?;
         if !near.holds(shapes, shifts, page) {
             *near = Near::find(shapes, shifts, page, ctx)?;
@@ -126,16 +96,19 @@ fn separate(
             page.gap + beyond(0).max(beyond(1))
         };
         let lack = (shapes.iter().zip(shifts.iter())).map(off_page).fold(page.gap - least, f64::max);
-        if lack <= TOLERANCE {
+        if lack <= TIGHTEN.tolerance {
             return Ok(Some(least));
         }
-        if round + 1 == ROUNDS || least < TOUCHING * page.gap || round >= PATIENCE && lack > PROGRESS * last {
+        if round + 1 == TIGHTEN.rounds
+            || least < TIGHTEN.touching * page.gap
+            || round >= TIGHTEN.patience && lack > TIGHTEN.progress * last
+        {
             return Ok(None);
         }
         last = lack;
 
         let more = project(&contacts, shapes, shifts, page);
-        let most = APART * least;
+        let most = TIGHTEN.apart * least;
         for (d, m) in shifts.iter_mut().zip(&more) {
             let part = (most / dot(*m, *m).sqrt()).min(1.0);
             *d = [d[0] + part * m[0], d[1] + part * m[1]];
@@ -147,12 +120,12 @@ fn separate(
 /// Shifts that satisfy the contacts and keep to the page, as far as some passes go.
 fn project(contacts: &[Contact], shapes: &[Shape], shifts: &[[f64; 2]], page: Page) -> Vec<[f64; 2]> {
     let mut more = vec![[0.0; 2]; shapes.len()];
-    for _ in 0..PASSES {
+    for _ in 0..TIGHTEN.passes {
         let mut worst: f64 = 0.0;
         for c in contacts {
             let (a, b) = (c.a as usize, c.b as usize);
             let apart = dot(c.normal, [more[a][0] - more[b][0], more[a][1] - more[b][1]]);
-            let lack = page.gap + TOLERANCE - c.gap - apart;
+            let lack = page.gap + TIGHTEN.tolerance - c.gap - apart;
             if lack > 0.0 {
                 worst = worst.max(lack);
                 for k in 0..2 {
@@ -174,7 +147,7 @@ fn project(contacts: &[Contact], shapes: &[Shape], shifts: &[[f64; 2]], page: Pa
                 worst = worst.max(low).max(high);
             }
         }
-        if worst < 0.5 * TOLERANCE {
+        if worst < 0.5 * TIGHTEN.tolerance {
             break;
         }
     }

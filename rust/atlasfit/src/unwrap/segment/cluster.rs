@@ -1,13 +1,7 @@
 //! A cluster of faces, and what joining two of them costs.
 
+use super::constants::SEGMENT;
 use crate::numeric::vec3::Vec3;
-
-/// Weight of compactness against flatness: a normal turn of about 0.3 rad weighs as much as shape. Source not
-/// recorded; judge it by `atlasfit bench unwrap`.
-const COMPACT: f64 = 0.01;
-/// A patch's normals must stay within this angle of its mean, so that projection to a plane cannot flip: cos
-/// 70°.
-pub(super) const CONE_COS: f64 = 0.342;
 
 /// A connected set of faces.
 pub(super) struct Cluster {
@@ -51,8 +45,8 @@ pub(super) fn cost(a: &Cluster, b: &Cluster, shared: f64, flatness: f64) -> Opti
         return None;
     }
     let gain = error - (a.area - a.sum.norm()) - (b.area - b.sum.norm());
-    if cone(a, b, sum.normalized()) > CONE_COS.acos() {
+    if cone(a, b, sum.normalized()) > SEGMENT.cone_cos.acos() {
         return None;
     }
-    Some((gain.max(0.0) + COMPACT * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
+    Some((gain.max(0.0) + SEGMENT.compact * area) / (shared.max(1e-12) * area.max(1e-300).sqrt()))
 }

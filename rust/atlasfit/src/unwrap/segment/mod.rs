@@ -5,6 +5,7 @@
 //! favours compact patches; then border faces move between patches where that shortens the borders.
 
 mod cluster;
+mod constants;
 mod seeds;
 mod smooth;
 
@@ -12,15 +13,12 @@ use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::run::Context;
 use cluster::{Cluster, cost};
+use constants::SEGMENT;
 use rayon::prelude::*;
 use seeds::{Seeds, seeds};
 use smooth::{smooth, split_components};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-
-/// Seeds are flatter than patches by this factor, so that the queue decides everything that matters. Source
-/// not recorded; judge it by `atlasfit bench unwrap`.
-const SEED_FLATNESS: f64 = 0.3;
 
 /// A cut of the surface.
 pub(crate) struct Segmentation {
@@ -143,7 +141,7 @@ fn join_all(clusters: &mut [Cluster], flatness: f64, ctx: &Context<'_>) -> Resul
 
 /// Cuts the surface into patches. `flatness` bounds 1 - |mean normal| of a patch.
 pub(crate) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<Segmentation> {
-    let Seeds { mut clusters, of_face } = seeds(s, flatness * SEED_FLATNESS, ctx)?;
+    let Seeds { mut clusters, of_face } = seeds(s, flatness * SEGMENT.seed_flatness, ctx)?;
     let mut taken_by = join_all(&mut clusters, flatness, ctx)?;
     ctx.check()?;
     // Not the disjoint sets of `spatial`: a set's root is the cluster that holds its sums, not its smallest

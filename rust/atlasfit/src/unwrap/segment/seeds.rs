@@ -3,23 +3,12 @@
 //! In: the surface. Out: clusters with their neighbours, and one per face.
 
 use super::cluster::{Cluster, cost};
+use super::constants::SEGMENT;
 use crate::error::Result;
 use crate::numeric::sort::sort_by;
 use crate::run::Context;
 use crate::unwrap::surface::{NONE, Surface};
 use rayon::prelude::*;
-
-/// Passes at most: each leaves about two thirds of the clusters. Source not recorded; judge it by `atlasfit
-/// bench unwrap`.
-const SEED_PASSES: usize = 6;
-/// But more while there are more clusters than this: the queue's cost for each grows with their number.
-/// Source not recorded; judge it by `atlasfit bench unwrap`.
-const SEEDS: usize = 60_000;
-/// Passes end when one joins less than one cluster in this many. Source not recorded; judge it by `atlasfit
-/// bench unwrap`.
-const FEWEST_JOINED: usize = 8;
-/// Costs that one task computes.
-const CHUNK: usize = 4096;
 
 /// The border between two clusters.
 #[derive(Clone, Copy)]
@@ -44,7 +33,7 @@ pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<See
     let mut edges = cell_edges(s, ctx)?;
     for pass in 0.. {
         ctx.check()?;
-        if pass >= SEED_PASSES && clusters.len() <= SEEDS {
+        if pass >= SEGMENT.seed_passes && clusters.len() <= SEGMENT.most_seeds {
             break;
         }
         let cheapest = cheapest_edges(&clusters, &edges, flatness, ctx)?;
@@ -55,7 +44,7 @@ pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<See
         ctx.check()?;
         let fewer = clusters.len() - joined.len();
         clusters = joined;
-        if fewer * FEWEST_JOINED < clusters.len() {
+        if fewer * SEGMENT.fewest_joined < clusters.len() {
             break;
         }
     }
@@ -106,15 +95,17 @@ fn cheapest_edges(
     ctx: &Context<'_>,
 ) -> Result<Vec<u32>> {
     let mut costs = vec![f64::INFINITY; edges.len()];
-    edges.par_chunks(CHUNK).zip(costs.par_chunks_mut(CHUNK)).try_for_each(|(edges, costs)| {
-        ctx.check()?;
-        for (&Edge { ends: [a, b], length }, c) in edges.iter().zip(costs) {
-            if let Some(cost) = cost(&clusters[a as usize], &clusters[b as usize], length, flatness) {
-                *c = cost;
+    edges.par_chunks(SEGMENT.chunk).zip(costs.par_chunks_mut(SEGMENT.chunk)).try_for_each(
+        |(edges, costs)| {
+            ctx.check()?;
+            for (&Edge { ends: [a, b], length }, c) in edges.iter().zip(costs) {
+                if let Some(cost) = cost(&clusters[a as usize], &clusters[b as usize], length, flatness) {
+                    *c = cost;
+                }
             }
-        }
-        Ok(())
-    })?;
+            Ok(())
+        },
+    )?;
     let mut least = vec![(f64::INFINITY, NONE); clusters.len()];
     for (e, (edge, &c)) in edges.iter().zip(&costs).enumerate() {
         ctx.check_at(e)?;

@@ -2,19 +2,12 @@
 //!
 //! In: a patch per face. Out: the same.
 
-use super::cluster::{CONE_COS, Cluster};
+use super::cluster::Cluster;
+use super::constants::SEGMENT;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::unwrap::surface::{Cells, NONE, Surface};
-
-/// Passes over all cells at most. Source not recorded; judge it by `atlasfit bench unwrap`.
-const PASSES: usize = 8;
-/// A cell that is flatter against another patch goes there for this share of the border's length, times the
-/// difference of the cosines. Source not recorded; judge it by `atlasfit bench unwrap`.
-const FLATTER: f64 = 0.3;
-/// Gains of border length below this are rounding.
-const LEAST_GAIN: f64 = 1e-9;
 
 /// Moves border cells to the neighbouring patch where that shortens the border.
 pub(super) fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: &Context<'_>) -> Result<()> {
@@ -22,7 +15,7 @@ pub(super) fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: 
         clusters.iter().map(|c| if c.stamp == NONE { Vec3::ZERO } else { c.sum.normalized() }).collect();
     // Patches beyond each edge of the cell, and how long the border with each is.
     let mut near: Vec<(u32, f64)> = Vec::new();
-    for _ in 0..PASSES {
+    for _ in 0..SEGMENT.smooth_passes {
         ctx.check()?;
         let mut moved = 0;
         for c in 0..s.cells.as_ref().map_or(label.len(), Cells::count) as u32 {
@@ -55,14 +48,14 @@ pub(super) fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: 
             let mut best = (0.0, label[first]);
             for &(l, share) in &near {
                 let to = axis[l as usize];
-                if faces.iter().any(|&f| s.normal[f as usize].dot(to) < CONE_COS) {
+                if faces.iter().any(|&f| s.normal[f as usize].dot(to) < SEGMENT.cone_cos) {
                     continue;
                 }
                 // A cell that is much flatter against the other patch goes there even at equal length.
                 let normal = s.normal[first];
                 let turn = normal.dot(to) - normal.dot(axis[label[first] as usize]);
-                let gain = share - here + FLATTER * turn * share.max(here);
-                if gain > best.0 + LEAST_GAIN {
+                let gain = share - here + SEGMENT.flatter * turn * share.max(here);
+                if gain > best.0 + SEGMENT.least_gain {
                     best = (gain, l);
                 }
             }

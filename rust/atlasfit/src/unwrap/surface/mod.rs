@@ -5,6 +5,7 @@
 //! seams are cut here, so that nothing later has to know about them; the user's mesh itself is never changed.
 
 mod cells;
+mod constants;
 mod twins;
 
 use super::options::UnwrapOptions;
@@ -13,15 +14,10 @@ use crate::geometry::TriMesh;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 pub(crate) use cells::Cells;
+use constants::SURFACE;
 use std::sync::Arc;
 pub(crate) use twins::NONE;
 use twins::{Twins, pair_edges};
-
-/// Rest triangles thinner than this share of their longest edge are thickened to it, so that every face has a
-/// shape that single-precision UVs can hold.
-const MIN_HEIGHT: f64 = 1e-3;
-/// Rest edges shorter than this (the surface has area 1) are lengthened to it, for the same reason.
-const MIN_EDGE: f64 = 1e-6;
 
 /// The surface, scaled to total area 1.
 pub(crate) struct Surface {
@@ -103,7 +99,7 @@ impl Surface {
         let m = tri.len();
         let mut normal = vec![Vec3::ZERO; m];
         let mut area = vec![0.0; m];
-        let mut rest = vec![[MIN_EDGE, 0.0, MIN_EDGE]; m];
+        let mut rest = vec![[SURFACE.min_edge, 0.0, SURFACE.min_edge]; m];
         let mut length = vec![[0f32; 3]; m];
         for f in 0..m {
             let [a, b, c] = tri[f].map(|v| pos[v as usize]);
@@ -116,10 +112,10 @@ impl Surface {
             if twice > 1e-12 * longest * longest && twice > 0.0 {
                 normal[f] = n * (1.0 / twice);
             }
-            let l = ab.norm().max(MIN_EDGE).max(MIN_HEIGHT * longest);
+            let l = ab.norm().max(SURFACE.min_edge).max(SURFACE.min_height * longest);
             // Thickening one side leaves the height over it as it is.
             let [x, y] = if ab.norm() > 0.0 { [ab.dot(ac), twice].map(|d| d / ab.norm()) } else { [0.0; 2] };
-            let y = y.max(MIN_HEIGHT * longest).max(MIN_EDGE);
+            let y = y.max(SURFACE.min_height * longest).max(SURFACE.min_edge);
             rest[f] = [l, x, y];
         }
         let usable = vec![true; m];

@@ -2,6 +2,7 @@
 //!
 //! In: triangles, and where they must not hang together. Out: the twin of each half-edge, one at most.
 
+use super::constants::SURFACE;
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
@@ -10,9 +11,6 @@ use rustc_hash::FxHashSet;
 
 /// No half-edge, no chart, no face.
 pub(crate) const NONE: u32 = u32::MAX;
-/// Copies of a face are looked for only where at most this many half-edges have its least vertex as theirs: a
-/// bound on the work about the hub of a large fan.
-const MOST_AT_VERTEX: u32 = 64;
 
 /// The half-edges in pairs.
 pub(crate) struct Twins {
@@ -36,7 +34,7 @@ fn copies(tri: &[[u32; 3]], usable: &[bool], edges: &Edges, ctx: &Context<'_>) -
     let mut thirds: Vec<u32> = Vec::new();
     for (i, edge) in edges.iter().enumerate() {
         ctx.check_at(i)?;
-        if edge.len() < 2 || at_vertex[edge[0].low() as usize] > MOST_AT_VERTEX {
+        if edge.len() < 2 || at_vertex[edge[0].low() as usize] > SURFACE.most_at_vertex {
             continue;
         }
         thirds.clear();

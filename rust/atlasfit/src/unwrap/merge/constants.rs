@@ -1,0 +1,88 @@
+//! The numbers of merging charts: one place, each with its unit and where it is from.
+//!
+//! "Chosen" stands where no derivation is on record; `tests/constants.py NAME` shows what halving and
+//! doubling a number does.
+//!
+//! After "halved" and "doubled" stand ratios of figures to those of the unchanged program: UV charts (charts),
+//! seam length (seam), stretch at the 95th percentile (stretch), coverage (coverage), time (seconds, where it
+//! changes by a quarter); the geometric mean of the meshes, in brackets the one that changes most.
+//! Measured by `tests/constants.py unwrap/`; its options are beside the meshes there.
+
+/// The numbers, see [`MERGE`].
+pub(crate) struct MergeConstants {
+    /// Share of a chart's area that may be stretched beyond the bound. Source: derived, the bound is a 95th
+    /// percentile.
+    pub over: f64,
+    /// Beyond this stretch bound, merges that as-rigid-as-possible steps do not manage are tried without
+    /// flips, at some cost. Within it hardly anything comes of that. Above 1. Source: chosen.
+    pub loose: f64,
+    /// Times that all refusals are forgotten and tried again, plus one. Source: chosen.
+    pub passes: usize,
+    /// Merges whose score is at least this share of the round's best are tried in the same round. In [0, 1].
+    /// Source: chosen.
+    pub floor: f64,
+    /// Largest squared gap, relative to seam length times chart size, per squared stretch allowance, for
+    /// which a merge is tried at all. Source: measured, of 760 merges tried beyond it on five shapes, 65
+    /// would have succeeded; the command is not on record.
+    pub mismatch: f64,
+    /// Charts that meet along several paths are joined along all of them where the gaps that rigid motion
+    /// leaves are, as a root mean square, below this share of the square root of the smaller one's area.
+    /// Source: chosen.
+    pub closed: f64,
+    /// How far into the larger chart a merge may move vertices, in square roots of the smaller chart's area
+    /// ... Source: chosen.
+    pub reach: f64,
+    /// ... plus this share of the width and height of the shared edges' box. Source: chosen.
+    pub reach_of_seam: f64,
+    /// Where more tenths than this of the larger chart's faces take part, all do: little would be saved. At
+    /// most 10. Source: chosen, for speed.
+    pub whole_tenths: usize,
+    /// Most as-rigid-as-possible iterations spent on testing one merge. Source: chosen.
+    pub steps: usize,
+    /// A merge is given up where more than this many times the allowed area is stretched beyond the bound at
+    /// the first look ... Source: chosen.
+    pub first_hope: f64,
+    /// ... or more than this many times at a later one ... Source: chosen.
+    pub hope: f64,
+    /// ... or where what there is has not come down to this share of the last look. Below 1. Source: chosen.
+    pub progress: f64,
+    /// Seam length that must be saved per hull area newly left empty (the surface has area 1). Larger means
+    /// more, rounder charts that pack better. Source: measured, on 20 test shapes 8, 18, 27, 40 gave 0.37,
+    /// 0.43, 0.48, 0.51 of a peer's charts, 0.66, 0.70, 0.71, 0.71 of its seams and 0.97, 1.00, 1.05, 1.06 of
+    /// its coverage; the command is not on record.
+    pub waste: f64,
+    /// Stretch bound up to which that holds: who allows more stretch wants fewer charts, whatever they waste.
+    /// Above 1. Source: derived, the default bound.
+    pub usual: f64,
+    /// Charts of more faces are not flattened without flips: that takes seconds, for crumbs at their borders.
+    /// Source: chosen, for speed.
+    pub hard_faces: usize,
+    /// Share of a chart's area that may be stretched beyond the bound where charts are merged at the others'
+    /// expense. In [0, 1]. Source: chosen.
+    pub over_spent: f64,
+    /// Share of the area that may be stretched beyond the bound which is spent on such charts. In [0, 1].
+    /// Source: chosen, so that what comes after has some room.
+    pub spent: f64,
+}
+
+/// Their values.
+pub(crate) const MERGE: MergeConstants = MergeConstants {
+    over: 0.05,
+    loose: 1.35,
+    passes: 2,
+    floor: 0.2,
+    mismatch: 1.44,
+    closed: 0.05,
+    reach: 1.5,
+    reach_of_seam: 0.2,
+    whole_tenths: 7,
+    steps: 14,
+    first_hope: 5.0,
+    hope: 2.0,
+    progress: 0.9,
+    waste: 36.0,
+    usual: 1.1,
+    hard_faces: 20_000,
+    over_spent: 0.6,
+    spent: 0.95,
+};
