@@ -1,7 +1,7 @@
 //! How the program talks: progress, notes, reports, Ctrl-C.
 //!
-//! A bar on a terminal, one plain line per stage elsewhere, nothing with `--quiet`. One deadline and one Ctrl-C
-//! end the whole command: reading, working, baking, writing.
+//! A bar on a terminal, one plain line per stage elsewhere, nothing with `--quiet`. One deadline and one
+//! Ctrl-C end the whole command: reading, working, baking, writing.
 
 use anyhow::{Context as _, Result};
 use atlasfit::{CancelToken, Deadline, Progress, Run, Stage, Stop};

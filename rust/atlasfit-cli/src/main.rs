@@ -83,8 +83,8 @@ fn main() -> ExitCode {
     ExitCode::from(code)
 }
 
-/// The command line, where the value of an option may begin with a minus: each option then says itself what it
-/// takes, instead of "unexpected argument".
+/// The command line, where the value of an option may begin with a minus: each option then says itself what
+/// it takes, instead of "unexpected argument".
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command
         .mut_args(|arg| {

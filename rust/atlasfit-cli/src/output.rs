@@ -1,5 +1,5 @@
-//! Where results go: outputs are checked before the work starts, and written whole or not at all. `-` is standard
-//! output, which the report then leaves for standard error.
+//! Where results go: outputs are checked before the work starts, and written whole or not at all. `-` is
+//! standard output, which the report then leaves for standard error.
 
 use crate::console::{Console, RunArgs, Usage};
 use crate::files::{STANDARD, format_named};

@@ -2,8 +2,8 @@
 //! other.
 //!
 //! Read: positions (spherical ones converted), colours, intensity in [0, 1], and the number of the scan as
-//! `scan_id` where there are several, and where the scanners stood, as their poses say. Points that a scan marks
-//! as invalid are left out and counted.
+//! `scan_id` where there are several, and where the scanners stood, as their poses say. Points that a scan
+//! marks as invalid are left out and counted.
 
 use crate::content::Content;
 use crate::error::Result;

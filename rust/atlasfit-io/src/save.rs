@@ -46,7 +46,13 @@ impl<'a> SaveMesh<'a> {
     }
 }
 
-atlasfit::setters!(SaveMesh<'_> { with_format: format: Option<Format>, with_ascii: ascii: bool, with_stop: stop: Stop });
+atlasfit::setters! {
+    SaveMesh<'_> {
+        with_format: format: Option<Format>,
+        with_ascii: ascii: bool,
+        with_stop: stop: Stop,
+    }
+}
 
 /// How to write a cloud.
 #[derive(Debug, Clone, Default)]

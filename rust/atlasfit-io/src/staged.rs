@@ -1,8 +1,9 @@
 //! Where output goes: a file is written whole or not at all.
 //!
-//! In: the path of an output. Out: a file under a hidden name beside it, renamed to it once all is written. The
-//! target of a symbolic link is replaced, not the link; a file that is read-only is not replaced; the
-//! permissions of the file that is replaced are kept. [`check_output`] tells beforehand whether this can work.
+//! In: the path of an output. Out: a file under a hidden name beside it, renamed to it once all is written.
+//! The target of a symbolic link is replaced, not the link; a file that is read-only is not replaced; the
+//! permissions of the file that is replaced are kept. [`check_output`] tells beforehand whether this can
+//! work.
 
 use crate::error::{Error, Result};
 use std::fs::File;

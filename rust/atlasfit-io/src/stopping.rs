@@ -1,5 +1,5 @@
-//! How readers and writers hear that they are to stop: what they walk over ends early, and the door tells that
-//! from a real end.
+//! How readers and writers hear that they are to stop: what they walk over ends early, and the door tells
+//! that from a real end.
 
 use atlasfit::Stop;
 

@@ -53,8 +53,8 @@ pub type ProgressFn<'a> = dyn FnMut(Progress) -> bool + 'a;
 #[derive(Default)]
 pub struct Run<'a> {
     /// Seed of everything random. Same input + seed + version gives the same bytes on machines of one type:
-    /// those with other vector instructions (x86-64 with and without AVX2 and FMA, for example) add in another
-    /// order and round the last digits otherwise.
+    /// those with other vector instructions (x86-64 with and without AVX2 and FMA, for example) add in
+    /// another order and round the last digits otherwise.
     pub seed: u64,
     /// Worker threads, at most [`MOST_THREADS`]; 0 = all cores. The result does not depend on it. Many times
     /// more than there are cores are not started ([`Self::threads_warning`]).

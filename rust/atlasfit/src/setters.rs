@@ -7,7 +7,9 @@ macro_rules! setters {
     ($options:ty { $($set:ident: $field:ident: $kind:ty),+ $(,)? }) => {
         impl $options {
             $(
-                #[doc = concat!("These options with another [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+                #[doc = concat!(
+                    "These options with another [`", stringify!($field), "`](Self::", stringify!($field), ")."
+                )]
                 #[must_use]
                 pub fn $set(mut self, $field: $kind) -> Self {
                     self.$field = $field;

@@ -65,8 +65,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let facts = console.start(&args.run).execute(|ctx| facts(&mesh, ctx))?;
     let warnings = warnings(&mesh, &facts);
     let json = json!({
-        "file": files::text(&args.file), "format": format.name(), "bytes": bytes, "points": mesh.positions.len(),
-        "faces": mesh.triangles.len(), "attributes": attributes(&mesh),
+        "file": files::text(&args.file), "format": format.name(), "bytes": bytes,
+        "points": mesh.positions.len(), "faces": mesh.triangles.len(), "attributes": attributes(&mesh),
         "extent": facts.extent.map(|[min, max]| json!({ "min": min.map(number), "max": max.map(number) })),
         "not_finite": facts.not_finite, "duplicates": facts.duplicates,
         "duplicate_faces": facts.duplicate_faces,

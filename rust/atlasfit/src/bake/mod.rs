@@ -25,8 +25,8 @@ const POINTS: usize = 4;
 const SOFTNESS: f64 = 0.1;
 /// Added to a squared distance that may be 0, below any other.
 const LEAST_DISTANCE2: f64 = 1e-300;
-/// Texels for each point of a scan, so that its colours survive. Derived: twice the points' density along each
-/// axis.
+/// Texels for each point of a scan, so that its colours survive. Derived: twice the points' density along
+/// each axis.
 const TEXELS_PER_POINT: f64 = 4.0;
 /// Share of a page that charts cover, for estimates. Measured with `atlasfit bench unwrap`.
 const COVERAGE: f64 = 0.7;
@@ -80,8 +80,8 @@ impl Default for BakeOptions {
     }
 }
 
-/// Side in texels of a square texture that keeps the colours of so many points: about four texels per point, a
-/// power of two from 512 to 8192.
+/// Side in texels of a square texture that keeps the colours of so many points: about four texels per point,
+/// a power of two from 512 to 8192.
 ///
 /// ```
 /// assert_eq!(atlasfit::bake::side_for(1_000_000), 4096);

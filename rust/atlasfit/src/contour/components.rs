@@ -84,8 +84,8 @@ pub(super) fn orient(
             found.push(component);
         }
     }
-    // What the scan knows goes first. Otherwise a closed surface faces outward. Open sheets, such as parts of a terrain, face along the one axis that
-    // they face most, upward.
+    // What the scan knows goes first. Otherwise a closed surface faces outward. Open sheets, such as parts of
+    // a terrain, face along the one axis that they face most, upward.
     let faced =
         [0, 1, 2].map(|k| found.iter().filter(|c| c.open).map(|c| c.mean_normal[k].abs()).sum::<f64>());
     let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);

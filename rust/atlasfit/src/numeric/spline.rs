@@ -147,13 +147,18 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
         #[test]
-        fn gradient_and_hessian_are_the_derivatives(seed in any::<u64>(), u in -0.99..0.99f64, v in -0.99..0.99f64) {
+        fn gradient_and_hessian_are_the_derivatives(
+            seed in any::<u64>(),
+            u in -0.99..0.99f64,
+            v in -0.99..0.99f64,
+        ) {
             let c = random_coeffs(seed);
             let e = 1e-5;
             let Slope { value: h, du: hu, dv: hv } = value_gradient(&c, u, v);
             prop_assert!((h - value(&c, u, v)).abs() < 1e-12);
             let d = |f: &dyn Fn(f64) -> f64| (f(e) - f(-e)) / (2.0 * e);
-            let tolerance = 2e-4; // Of values of size 10 to 100: third derivatives jump from one interval to the next.
+            // Of values of size 10 to 100: third derivatives jump from one interval to the next.
+            let tolerance = 2e-4;
             prop_assert!((hu - d(&|t| value(&c, u + t, v))).abs() < tolerance);
             prop_assert!((hv - d(&|t| value(&c, u, v + t))).abs() < tolerance);
             let Hessian { uu, uv, vv } = hessian(&c, u, v);

@@ -31,8 +31,8 @@ pub(crate) struct OrientConstants {
     pub scanner_sample: usize,
     /// Of those, one in so many is looked at while the search begins. Source: chosen, for speed.
     pub scanner_few: usize,
-    /// Of the starts, so many are followed with few points, and of these so many with all. Source: chosen, for
-    /// speed.
+    /// Of the starts, so many are followed with few points, and of these so many with all. Source: chosen,
+    /// for speed.
     pub starts_followed: [usize; 2],
     /// Neighbours that a spacing is taken from: spacings of points nearer to each other are one measurement.
     /// Source: derived, `SPATIAL.wide_k`.
@@ -48,8 +48,8 @@ pub(crate) struct OrientConstants {
     pub most_steps: usize,
     /// The scanner must explain this share of the spacings' variance. Any density that varies smoothly is
     /// explained to some part by a scanner somewhere. In (0, 1). Source: measured by `find_scanner`: flight
-    /// lines over terrain 0.15, photogrammetry of a castle 0.17; scans that one depth camera or one laser made
-    /// 0.65 and more.
+    /// lines over terrain 0.15, photogrammetry of a castle 0.17; scans that one depth camera or one laser
+    /// made 0.65 and more.
     pub explained: f64,
     /// One scanner sees only what faces it. This share of the points may seem not to: noise turns those that
     /// lean most, and so do mixed pixels at the edges. Source: chosen.

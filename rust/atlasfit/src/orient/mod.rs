@@ -2,7 +2,8 @@
 //!
 //! In: charts and the points that they share. Out: a sign per chart, and the relations that contradict the
 //! signs (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than
-//! a point's). Where the scan says which way it faces, or one scanner saw all of it, the atlas faces that way.
+//! a point's). Where the scan says which way it faces, or one scanner saw all of it, the atlas faces that
+//! way.
 
 pub(crate) mod constants;
 mod opposing;

@@ -78,8 +78,8 @@ pub(crate) struct PartitionConstants {
     /// (plate 0.89), acc 0.98 (plate 0.76), com 0.93 (plate 0.62).
     pub growth: f64,
     /// A patch that becomes narrower with each step moves its own limit, ever less far: it follows this many
-    /// times at the most. Source: measured; ordinary ones stop moving, to the last digit, well before; some do
-    /// not in a million steps.
+    /// times at the most. Source: measured; ordinary ones stop moving, to the last digit, well before; some
+    /// do not in a million steps.
     pub most_followed: usize,
     /// Of more points than this an even share decides how far a patch reaches: clumps hold a hundred
     /// thousand, and a few thousand tell as much (a residual's error is 1 / sqrt(2 n), 1 %). Source: derived.

@@ -1,10 +1,9 @@
 //! The main job: a noisy scan in; denoised points, one surface and chart UVs out.
 //!
 //! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
-//! to project onto) → `facing` (which
-//! way it is known to face) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) →
-//! `surface` (charts blended, contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back
-//! to the user's frame, report).
+//! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
+//! `sheets` (which points lie on which sheet) → `surface` (charts blended, contoured, cleaned) → `attributes`
+//! (colours and the like, UVs) → `finish` (back to the user's frame, report).
 
 mod attributes;
 #[cfg(feature = "benchmarks")]
@@ -81,8 +80,8 @@ pub fn denoise_guided(
 }
 
 /// The stages to come and their shares of the time, for the overall progress. In per cent, measured with
-/// `atlasfit denoise` on the scans of `bench denoise` (20,000 to 72,000 points); a guide's network takes nearly
-/// all of the time (`--prior mlp`, 5,000 points).
+/// `atlasfit denoise` on the scans of `bench denoise` (20,000 to 72,000 points); a guide's network takes
+/// nearly all of the time (`--prior mlp`, 5,000 points).
 fn plan(guided: bool, uv: bool) -> Vec<(Stage, f64)> {
     let mut plan = vec![(Stage::Analyse, 9.0)];
     if guided {

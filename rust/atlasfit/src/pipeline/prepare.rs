@@ -1,8 +1,8 @@
 //! A scan looked at for the first time: what is in it, and the frame in which everything else works.
 //!
 //! In: positions in the user's unit. Out: the distinct finite points that are neither copies nor stray, moved
-//! to the origin and scaled to size 1, with search tree, spacing and noise; and how many points were left out,
-//! for which reason.
+//! to the origin and scaled to size 1, with search tree, spacing and noise; and how many points were left
+//! out, for which reason.
 
 use super::constants::PIPELINE;
 use super::copies::{self, Places};
@@ -238,7 +238,8 @@ fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
     if !(PIPELINE.size.0..PIPELINE.size.1).contains(&scale) || largest > PIPELINE.size.1 {
         return Err(Error::degenerate(
             format!(
-                "the points are {scale:e} apart, {largest:e} from the origin: beyond what can be computed with"
+                "the points are {scale:e} apart, {largest:e} from the origin: beyond what can be computed \
+                 with"
             ),
             "Give them in another unit",
         ));

@@ -19,8 +19,8 @@ const MANY_FACES: usize = 10;
 /// What to tell of points that show no surface.
 pub(super) fn volume(local: &LocalNoise) -> Option<String> {
     (!local.shows_surface).then(|| {
-        "the points fill a volume: no neighbourhood, of up to 260 points, is flat. They lie on no surface, or \
-         the noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
+        "the points fill a volume: no neighbourhood, of up to 260 points, is flat. They lie on no surface, \
+         or the noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
             .into()
     })
 }
@@ -82,8 +82,8 @@ pub(super) fn holes_left(asked: f64, left: &Left, scale: f64) -> Vec<String> {
     });
     let tangled = (left.tangled > 0).then(|| {
         format!(
-            "{} left open: no filling fits that does not touch the surface elsewhere, or the boundary has too \
-             many edges",
+            "{} left open: no filling fits that does not touch the surface elsewhere, or the boundary has \
+             too many edges",
             holes(left.tangled)
         )
     });

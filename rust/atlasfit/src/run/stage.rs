@@ -2,9 +2,10 @@
 //!
 //! In: nothing. Out: what progress callbacks and reports are told.
 
-/// A stage of the work. They are numbered in the order in which each is first entered when a scan is denoised;
-/// `unwrap` packs (and may flatten again) after flattening. Any stage may be entered again, also after a later
-/// one: sheets that are separated are cut and fitted anew, for example. [`Progress::overall`](super::Progress::overall) never falls.
+/// A stage of the work. They are numbered in the order in which each is first entered when a scan is
+/// denoised; `unwrap` packs (and may flatten again) after flattening. Any stage may be entered again, also
+/// after a later one: sheets that are separated are cut and fitted anew, for example.
+/// [`Progress::overall`](super::Progress::overall) never falls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u32)]
 #[non_exhaustive]

@@ -1,7 +1,7 @@
 //! What ends work before it is done: a cancel token, a deadline.
 //!
-//! A [`Run`](super::Run) looks at both itself. [`Stop`] is for work outside of one, such as reading a file, and
-//! for several runs and other work that share one deadline.
+//! A [`Run`](super::Run) looks at both itself. [`Stop`] is for work outside of one, such as reading a file,
+//! and for several runs and other work that share one deadline.
 
 use crate::error::{Error, Result};
 use std::sync::Arc;

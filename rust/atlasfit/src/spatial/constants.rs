@@ -32,10 +32,10 @@ pub(crate) struct SpatialConstants {
     /// Source: chosen.
     pub wide_share: f64,
     /// Points nearer to each other than this share of the distance to the next one are copies of one place: a
-    /// scan that was stored twice, corners of triangles that were rounded apart. Source: derived, a fiftieth of
-    /// the least noise that charts are fitted with, so what their joining moves is not known anyway. On a
-    /// surface sampled at random, of successive distances d, D from a point (d/D)^2 is uniform for the nearest
-    /// two: one point in a million has such a neighbour by chance.
+    /// scan that was stored twice, corners of triangles that were rounded apart. Source: derived, a fiftieth
+    /// of the least noise that charts are fitted with, so what their joining moves is not known anyway. On a
+    /// surface sampled at random, of successive distances d, D from a point (d/D)^2 is uniform for the
+    /// nearest two: one point in a million has such a neighbour by chance.
     pub copy: f64,
 }
 

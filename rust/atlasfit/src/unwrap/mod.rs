@@ -55,8 +55,8 @@ use warnings::warnings;
 #[cfg(test)]
 mod tests;
 
-/// Shares of the time, for the overall progress: per cent, measured with `atlasfit unwrap` on a mesh of 45,000
-/// faces.
+/// Shares of the time, for the overall progress: per cent, measured with `atlasfit unwrap` on a mesh of
+/// 45,000 faces.
 const SHARES: [(Stage, f64); 3] = [(Stage::Segment, 17.0), (Stage::Parametrize, 40.0), (Stage::Pack, 43.0)];
 
 /// Unwraps `mesh`. Deterministic for any number of threads.

@@ -35,8 +35,8 @@ pub(super) fn warnings(s: &Surface, checked: &Checked, options: &UnwrapOptions) 
     if texels < PACK.least_texels {
         out.push(format!(
             "the {charts} charts have {texels:.2} texels each on pages of {width} by {height}: too few to \
-             hold a picture. Give larger pages or more of them, weld the mesh's vertices where it falls apart, or \
-             allow more stretch for fewer charts"
+             hold a picture. Give larger pages or more of them, weld the mesh's vertices where it falls \
+             apart, or allow more stretch for fewer charts"
         ));
     }
     out

@@ -200,8 +200,8 @@ impl Args {
     }
 }
 
-/// Shares of the command's time, for the bar: until the scan is read, until it is denoised, until the texture is
-/// baked. Measured on the scans of `bench denoise`.
+/// Shares of the command's time, for the bar: until the scan is read, until it is denoised, until the texture
+/// is baked. Measured on the scans of `bench denoise`.
 const UNTIL: [f64; 3] = [0.02, 0.95, 0.98];
 
 /// Denoises. No output is touched unless everything succeeded.

@@ -70,9 +70,9 @@ impl Done<'_> {
     pub fn json(&self) -> Value {
         let (r, mesh) = (self.report, self.surface);
         json!({
-            "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite, "duplicates": r.duplicates,
-            "outliers": r.outliers, "spacing": number(r.spacing), "noise": number(r.noise),
-            "charts": r.charts, "voxel": number(r.voxel), "vertices": mesh.positions.len(),
+            "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite,
+            "duplicates": r.duplicates, "outliers": r.outliers, "spacing": number(r.spacing),
+            "noise": number(r.noise), "charts": r.charts, "voxel": number(r.voxel), "vertices": mesh.positions.len(),
             "faces": mesh.triangles.len(), "parts": r.parts, "one_sided": r.one_sided,
             "boundary_edges": r.boundary_edges,
             "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),

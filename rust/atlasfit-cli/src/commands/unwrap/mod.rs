@@ -130,8 +130,8 @@ impl Args {
     }
 }
 
-/// Shares of the command's time, for the bar: until the files are read, until the mesh is unwrapped, until the
-/// UVs are measured, until the texture is baked. Measured on a mesh of 45,000 faces.
+/// Shares of the command's time, for the bar: until the files are read, until the mesh is unwrapped, until
+/// the UVs are measured, until the texture is baked. Measured on a mesh of 45,000 faces.
 const UNTIL: [f64; 4] = [0.03, 0.85, 0.93, 0.97];
 
 /// Unwraps.

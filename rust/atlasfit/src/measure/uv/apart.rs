@@ -1,10 +1,11 @@
 //! A quick proof that no face of a texture overlaps another.
 //!
 //! In: counter-clockwise faces of the plane, a tree of their boxes. Out: whether they are apart for sure;
-//! what is not proven may still be. Faces that share UVs exactly hang together. A part whose borders are simple
-//! curves, and whose vertices are wound round once, covers nothing twice (see `spatial::inject`); parts whose
-//! borders are apart overlap only where one lies inside the other, and then with all its vertices. This takes
-//! n log n where comparing the boxes of faces takes n squared: about the hub of a fan, all boxes meet.
+//! what is not proven may still be. Faces that share UVs exactly hang together. A part whose borders are
+//! simple curves, and whose vertices are wound round once, covers nothing twice (see `spatial::inject`);
+//! parts whose borders are apart overlap only where one lies inside the other, and then with all its
+//! vertices. This takes n log n where comparing the boxes of faces takes n squared: about the hub of a fan,
+//! all boxes meet.
 
 use super::layout::FaceUv;
 use crate::error::Result;

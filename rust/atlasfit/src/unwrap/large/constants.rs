@@ -3,10 +3,10 @@
 //! "Chosen" stands where no derivation is on record; `tests/constants.py NAME` shows what halving and
 //! doubling a number does.
 //!
-//! After "halved" and "doubled" stand ratios of figures to those of the unchanged program: UV charts (charts),
-//! seam length (seam), stretch at the 95th percentile (stretch), coverage (coverage), time (seconds, where it
-//! changes by a quarter); the geometric mean of the meshes, in brackets the one that changes most.
-//! Measured by `tests/constants.py unwrap/`; its options are beside the meshes there.
+//! After "halved" and "doubled" stand ratios of figures to those of the unchanged program: number of UV
+//! charts (charts), length of seams (seam), stretch at the 95th percentile (stretch), share of the pages that
+//! is covered (coverage), processor time (time, where it changes by a quarter); the geometric mean of nine
+//! meshes, in brackets the one that changes most. Measured by `tests/constants.py unwrap/`.
 
 /// The numbers, see [`LARGE`].
 pub(crate) struct LargeConstants {

@@ -28,8 +28,8 @@ impl PackJob<'_> {
         f64::from(self.page[0]) * f64::from(self.page[1])
     }
 
-    /// The least density at which the padding is kept: islands have `PACK.least_texels` on average there, or as
-    /// many as the density asked for gives them.
+    /// The least density at which the padding is kept: islands have `PACK.least_texels` on average there, or
+    /// as many as the density asked for gives them.
     pub(super) fn least_density(&self, charts: &[Chart]) -> f64 {
         let area: f64 = charts.iter().map(|c| c.area).sum();
         let least = (PACK.least_texels * charts.len() as f64 / area).sqrt();
