@@ -59,7 +59,7 @@ MESHES = {
     "fandisk": ("fandisk.ply", ["--hard-edges", "40"]),
     "fertility": ("fertility.ply", []),
     "elephant": ("elephant.ply", ["--max-stretch", "1.5"]),
-    "homer": ("homer.ply", ["--max-charts", "12"]),
+    "homer": ("homer.ply", ["--max-charts", "30"]),
     "knot": ("knot1.ply", ["--pages", "2"]),
     "camel": ("camel.ply", ["--packer", "boxes", "--padding", "0"]),
     "nefertiti": ("nefertiti.ply", []),

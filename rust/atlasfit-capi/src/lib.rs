@@ -8,8 +8,7 @@
 //!
 //! - `status`: status codes, the thread's last error, the guard around every entry point;
 //! - `sized`: structs that grow; `handle`: opaque handles; `arrays`: arrays in and out;
-//! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives; `split`: one
-//!   vertex per corner's UV;
+//! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives;
 //! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `unwrap`, `bake`,
 //!   `measure`.
 
@@ -42,4 +41,3 @@ pub mod measure;
 // Shared by the others; of these only `atlasfit_live_handles` is in the header.
 pub mod handle;
 pub mod sized;
-mod split;

@@ -5,10 +5,9 @@ use crate::handle::{self, Handle};
 use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
-use crate::split::Split;
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
 use atlasfit::measure;
-use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
+use atlasfit::unwrap::{Packer, SplitMesh, UnwrapOptions, UvLayout, unwrap};
 use std::ffi::c_char;
 use std::sync::Arc;
 use std::time::Instant;
@@ -128,7 +127,7 @@ pub struct atlasfit_uv(());
 /// What a UV handle holds.
 pub(crate) struct Layout {
     layout: UvLayout,
-    split: Split,
+    split: SplitMesh,
     coverage: f64,
     seconds: f64,
 }
@@ -170,7 +169,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
             let layout = unwrap(&mesh, &options, ctx)?;
             ctx.check()?;
             let end = Instant::now();
-            let split = Split::new(mesh.positions.len(), &mesh.triangles, &layout.corner_uv, ctx)?;
+            let split = layout.split(&mesh, ctx)?;
             let coverage = measure::uv::coverage(&layout.corner_uv, layout.pages);
             Ok((Layout { layout, split, coverage, seconds: 0.0 }, end.elapsed()))
         })?;
@@ -358,18 +357,18 @@ pub unsafe extern "C" fn atlasfit_uv_split(
         if indices.is_null() || sources.is_null() || vertex_uv.is_null() {
             return Err(Failure::invalid("a buffer is NULL"));
         }
-        if index_capacity < 3 * s.indices.len() || vertex_capacity < s.source.len() {
+        if index_capacity < 3 * s.triangles.len() || vertex_capacity < s.source.len() {
             return Err(Failure::new(
                 ATLASFIT_BUFFER_TOO_SMALL,
                 format!(
                     "the capacities are {index_capacity} indices and {vertex_capacity} vertices, \
                      but there are {} and {}",
-                    3 * s.indices.len(),
+                    3 * s.triangles.len(),
                     s.source.len()
                 ),
             ));
         }
-        copy_out(s.indices.as_flattened(), indices, index_capacity, "indices")?;
+        copy_out(s.triangles.as_flattened(), indices, index_capacity, "indices")?;
         copy_out(&s.source, sources, vertex_capacity, "sources")?;
         copy_out(s.uv.as_flattened(), vertex_uv, vertex_capacity.saturating_mul(2), "vertex UVs")
     })

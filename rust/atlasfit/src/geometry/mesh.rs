@@ -4,6 +4,10 @@ use super::cloud::{Attribute, PointCloud, point_bytes};
 use crate::error::{Error, Result};
 use crate::numeric::vec3::Vec3;
 
+/// The largest number of pages that the UVs of a mesh may lie on: more are the sign of a damaged file. Each
+/// page still has 256 of the texels that coverage is counted on.
+pub const MOST_PAGES: u32 = 4096;
+
 /// A triangle mesh. Positions are f64 in the user's unit and frame. Counter-clockwise triangles face outward.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriMesh {

@@ -4,4 +4,4 @@ pub mod cloud;
 pub mod mesh;
 
 pub use cloud::{Attribute, PointCloud, ScalarKind, Scanners};
-pub use mesh::TriMesh;
+pub use mesh::{MOST_PAGES, TriMesh};

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::setters::setters;
+use crate::unwrap::PAGE_TEXELS;
 
 /// What to do with points that no chart claims.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -109,7 +110,7 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
     {
         return Err(Error::invalid(format!("viewpoint is {v:?}"), "Give three finite coordinates"));
     }
-    if !(16..=65536).contains(&o.texture_size) {
+    if !PAGE_TEXELS.contains(&o.texture_size) {
         return Err(Error::invalid(format!("texture_size is {}", o.texture_size), "Give 16 to 65536 texels"));
     }
     Ok(())

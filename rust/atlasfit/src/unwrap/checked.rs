@@ -5,7 +5,7 @@
 use super::chart::Chart;
 use super::constants::UNWRAP;
 use super::cut::{cut, halves, whole_cells};
-use super::options::{MOST_PAGES, UnwrapOptions};
+use super::options::UnwrapOptions;
 use super::pack::{self, PackJob, Packed, Packing};
 use super::surface::Surface;
 use crate::error::{Error, Result};
@@ -36,7 +36,7 @@ pub(crate) fn pack_checked(
         page: options.page_size,
         padding: options.padding_px,
         density: options.texels_per_unit.map(|t| t * s.unit),
-        pages: options.pages.unwrap_or(if options.texels_per_unit.is_some() { MOST_PAGES } else { 1 }),
+        pages: options.most_pages(),
         packer: packing,
         seed: ctx.seed,
     };

@@ -3,7 +3,11 @@
 //! In: charts and their placements. Out: a [`UvLayout`] in the order of the mesh.
 
 use super::checked::Checked;
+use super::split::SplitMesh;
 use super::surface::{NONE, Surface};
+use crate::error::{Error, Result};
+use crate::geometry::TriMesh;
+use crate::run::Context;
 
 /// UVs of a mesh, in the order of its triangles.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -45,6 +49,51 @@ pub struct UvLayout {
     pub split_polygons: usize,
     /// What the user should hear: the padding or the density was lowered, charts have hardly any texels.
     pub warnings: Vec<String>,
+}
+
+impl UvLayout {
+    /// The UVs with the pages in one row: page p lies at u + p, as files without pages hold them.
+    ///
+    /// ```
+    /// use atlasfit::unwrap::UvLayout;
+    /// let mut layout = UvLayout::default();
+    /// layout.corner_uv = vec![[[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]]; 2];
+    /// layout.face_page = vec![0, 1];
+    /// assert_eq!(layout.side_by_side()[1], [[1.0, 0.0], [1.5, 0.0], [1.0, 0.5]]);
+    /// ```
+    #[must_use]
+    pub fn side_by_side(&self) -> Vec<[[f32; 2]; 3]> {
+        let on = |(uv, &page): (&[[f32; 2]; 3], &u32)| uv.map(|[u, v]| [u + page as f32, v]);
+        self.corner_uv.iter().zip(&self.face_page).map(on).collect()
+    }
+
+    /// The mesh that was unwrapped with one vertex per pair of vertex and UV.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] for a mesh of another number of triangles; those of
+    /// [`TriMesh::validate`] and [`Context::check`].
+    ///
+    /// ```
+    /// use atlasfit::{Run, geometry::TriMesh, unwrap::{UnwrapOptions, unwrap}};
+    /// let mesh = TriMesh::new(
+    ///     vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    ///     vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    /// );
+    /// let split = Run::default()
+    ///     .execute(|ctx| unwrap(&mesh, &UnwrapOptions::default(), ctx)?.split(&mesh, ctx))?;
+    /// assert!(split.triangles.len() == 4 && split.source.len() > 4);
+    /// # Ok::<(), atlasfit::Error>(())
+    /// ```
+    pub fn split(&self, mesh: &TriMesh, ctx: &Context<'_>) -> Result<SplitMesh> {
+        mesh.validate()?;
+        if mesh.triangles.len() != self.corner_uv.len() {
+            return Err(Error::invalid(
+                format!("{} corner UVs for {} triangles", self.corner_uv.len(), mesh.triangles.len()),
+                "Give the mesh that was unwrapped",
+            ));
+        }
+        SplitMesh::new(mesh.positions.len(), &mesh.triangles, &self.corner_uv, ctx)
+    }
 }
 
 /// What each face gets.

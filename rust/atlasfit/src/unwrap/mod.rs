@@ -29,13 +29,15 @@ mod pack;
 mod planar;
 mod segment;
 mod shorten;
+mod split;
 mod surface;
 mod warnings;
 
 pub use layout::UvLayout;
 pub use memory::memory_needed;
-pub use options::{Packer, STRETCH_LIMIT, UnwrapOptions};
+pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
+pub use split::SplitMesh;
 
 use crate::error::Result;
 use crate::geometry::TriMesh;
@@ -122,8 +124,7 @@ fn packed_by(
     };
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
-    let fills_one_page = options.texels_per_unit.is_none() && options.pages.unwrap_or(1) == 1;
-    let list = if fills_one_page && options.max_charts.is_none() {
+    let list = if options.fills_one_page() && options.max_charts.is_none() {
         shorten::shorten(&s, list, options.page_size, bound, ctx)?
     } else {
         list

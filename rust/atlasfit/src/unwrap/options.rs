@@ -1,11 +1,12 @@
 //! What can be asked of the unwrapper, and the checks of it.
 
 use crate::error::{Error, Result};
-use crate::geometry::TriMesh;
+use crate::geometry::{MOST_PAGES, TriMesh};
 use crate::setters::setters;
+use std::ops::RangeInclusive;
 
-/// Most pages that may be asked for.
-pub(crate) const MOST_PAGES: u32 = 4096;
+/// What the width and the height of a page may be, in texels.
+pub const PAGE_TEXELS: RangeInclusive<u32> = 16..=65536;
 /// `max_charts` raises the stretch bound no further than this.
 pub const STRETCH_LIMIT: f64 = 8.0;
 
@@ -29,7 +30,7 @@ pub struct UnwrapOptions {
     /// Most charts; `max_stretch` is raised as far as that needs (up to [`STRETCH_LIMIT`]). `None` = any
     /// number. More are still made where the topology or the constraints ask for them.
     pub max_charts: Option<usize>,
-    /// Width and height of a page in texels, each 16 to 65536. Default 1024 by 1024.
+    /// Width and height of a page in texels, each in [`PAGE_TEXELS`]. Default 1024 by 1024.
     pub page_size: [u32; 2],
     /// Free texels between charts and at the page's border, at most an eighth of the page. Halved, and again,
     /// where charts would otherwise have less than 4 texels each on average; the layout says so. Default 2.
@@ -92,6 +93,16 @@ impl Default for UnwrapOptions {
 }
 
 impl UnwrapOptions {
+    /// Most pages that the charts may go on.
+    pub(crate) fn most_pages(&self) -> u32 {
+        self.pages.unwrap_or(if self.texels_per_unit.is_some() { MOST_PAGES } else { 1 })
+    }
+
+    /// Whether the charts are scaled to fill one page.
+    pub(crate) fn fills_one_page(&self) -> bool {
+        self.texels_per_unit.is_none() && self.most_pages() == 1
+    }
+
     /// Checks the ranges, and the lengths of what is given per triangle.
     pub(crate) fn validate(&self, mesh: &TriMesh) -> Result<()> {
         let faces = mesh.triangles.len();
@@ -105,10 +116,10 @@ impl UnwrapOptions {
             return Err(Error::invalid("max_charts is 0", "Give at least 1, or none"));
         }
         let [width, height] = self.page_size;
-        if self.page_size.iter().any(|s| !(16..=65536).contains(s)) {
+        if self.page_size.iter().any(|s| !PAGE_TEXELS.contains(s)) {
             return Err(Error::invalid(
                 format!("page_size is {width} by {height}"),
-                "Give 16 to 65536 texels",
+                format!("Give {} to {} texels", PAGE_TEXELS.start(), PAGE_TEXELS.end()),
             ));
         }
         if self.padding_px > width.min(height) / 8 {

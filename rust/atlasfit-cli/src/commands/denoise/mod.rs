@@ -9,9 +9,11 @@ use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake, side_for};
 use atlasfit::pipeline::{self, Denoised};
+use atlasfit::unwrap::PAGE_TEXELS;
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
 use report::Done;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -73,7 +75,7 @@ pub struct Args {
     #[arg(
         long,
         value_name = "TEXELS",
-        value_parser = clap::value_parser!(u32).range(16..=65536),
+        value_parser = clap::value_parser!(u32).range(texels()),
         help_heading = "Fit"
     )]
     texture_size: Option<u32>,
@@ -159,6 +161,11 @@ struct Auto<T>(Option<T>);
 
 fn auto_length(s: &str) -> Result<Auto<f64>, String> {
     if s == "auto" { Ok(Auto(None)) } else { positive(s).map(|x| Auto(Some(x))) }
+}
+
+/// What the side of a texture may be.
+fn texels() -> RangeInclusive<i64> {
+    i64::from(*PAGE_TEXELS.start())..=i64::from(*PAGE_TEXELS.end())
 }
 
 fn auto_count(s: &str) -> Result<Auto<usize>, String> {

@@ -11,7 +11,7 @@ use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
-use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
+use atlasfit::unwrap::{self, PAGE_TEXELS, PagePacker, UnwrapOptions, UvLayout};
 use atlasfit_io::{Loaded, Polygons};
 use report::Done;
 use std::path::{Path, PathBuf};
@@ -110,12 +110,15 @@ fn external_packer(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
 }
 
 fn size(s: &str) -> Result<[u32; 2], String> {
-    let side = |t: &str| t.parse::<u32>().ok().filter(|n| (16..=65536).contains(n));
+    let side = |t: &str| t.parse::<u32>().ok().filter(|n| PAGE_TEXELS.contains(n));
     match s.split_once('x') {
         None => side(s).map(|n| [n, n]),
         Some((w, h)) => side(w).zip(side(h)).map(|(w, h)| [w, h]),
     }
-    .ok_or_else(|| "give SIZE or WIDTHxHEIGHT in texels, each from 16 to 65536".into())
+    .ok_or_else(|| {
+        let (least, most) = PAGE_TEXELS.into_inner();
+        format!("give SIZE or WIDTHxHEIGHT in texels, each from {least} to {most}")
+    })
 }
 
 impl Args {
@@ -230,7 +233,7 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
         .with_hard_edge_angle(args.hard_edges))
 }
 
-/// Gives the mesh its UVs, page p shifted to u + p, and measures them.
+/// Gives the mesh its UVs, pages side by side, and measures them.
 fn lay_on(mesh: &mut TriMesh, layout: &UvLayout, args: &Args, console: &Console) -> Result<UvQuality> {
     mesh.corner_uv = Some(layout.corner_uv.clone());
     mesh.face_chart = Some(layout.face_chart.clone());
@@ -238,9 +241,7 @@ fn lay_on(mesh: &mut TriMesh, layout: &UvLayout, args: &Args, console: &Console)
         Pages { of_face: Some(&layout.face_page), size: [layout.width, layout.height].map(f64::from) };
     let quality = console.start(&args.run).execute(|ctx| uv_on(mesh, &pages, ctx))?;
     if layout.pages > 1 {
-        for (uv, &page) in mesh.corner_uv.iter_mut().flatten().zip(&layout.face_page) {
-            uv.iter_mut().for_each(|p| p[0] += page as f32);
-        }
+        mesh.corner_uv = Some(layout.side_by_side());
     }
     Ok(quality)
 }

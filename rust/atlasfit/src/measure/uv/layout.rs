@@ -4,7 +4,7 @@
 //! square.
 
 use crate::error::{Error, Result};
-use crate::geometry::TriMesh;
+use crate::geometry::{MOST_PAGES, TriMesh};
 
 /// The UVs of the corners of one face.
 pub(super) type FaceUv = [[f64; 2]; 3];
@@ -28,10 +28,6 @@ impl Default for Pages<'_> {
         Self { of_face: None, size: [1.0; 2] }
     }
 }
-
-/// The largest number of pages that a mesh may have: more are the sign of a damaged file. Each page still has
-/// 256 of the texels that coverage is counted on.
-pub const MOST_PAGES: u32 = 4096;
 
 /// UVs with their pages side by side on one square.
 pub(super) struct LaidOut {

@@ -8,8 +8,9 @@ mod layout;
 mod overlap;
 mod stretch;
 
+pub use crate::geometry::MOST_PAGES;
 pub use charts::{Charts, charts};
-pub use layout::{MOST_PAGES, Pages, coverage};
+pub use layout::{Pages, coverage};
 pub use overlap::TEXELS;
 pub use stretch::face_stretch;
 

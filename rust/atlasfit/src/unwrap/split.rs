@@ -1,12 +1,18 @@
 //! The split form of a mesh with UVs: one vertex per pair of vertex and UV.
+//!
+//! In: triangles and a UV per corner. Out: the same triangles over new vertices.
 
-use atlasfit::Context;
+use crate::error::Result;
+use crate::run::Context;
 use std::collections::HashMap;
 
-/// The mesh with one vertex per corner's vertex and UV: what graphics cards draw.
-pub(crate) struct Split {
+/// A mesh with one vertex per pair of vertex and UV: what graphics cards draw. Vertices are numbered in the
+/// order of their first corners.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SplitMesh {
     /// Three new vertices per triangle.
-    pub indices: Vec<[u32; 3]>,
+    pub triangles: Vec<[u32; 3]>,
     /// The mesh's vertex that each new vertex came from.
     pub source: Vec<u32>,
     /// The UV of each new vertex.
@@ -18,16 +24,16 @@ const CHAIN: usize = 8;
 /// No vertex.
 const NONE: u32 = u32::MAX;
 
-impl Split {
-    /// Vertices are numbered in the order of their first corners.
-    pub fn new(
+impl SplitMesh {
+    /// Splits triangles over so many vertices; `corner_uv` has three UVs for each.
+    pub(super) fn new(
         vertices: usize,
         triangles: &[[u32; 3]],
         corner_uv: &[[[f32; 2]; 3]],
         ctx: &Context<'_>,
-    ) -> Result<Self, atlasfit::Error> {
+    ) -> Result<Self> {
         let mut out =
-            Self { indices: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
+            Self { triangles: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
         // The new vertices of each vertex as a linked list: the last one, and for each new one the one before
         // it.
         let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
@@ -59,7 +65,7 @@ impl Split {
                 }
                 *index = at;
             }
-            out.indices.push(index);
+            out.triangles.push(index);
         }
         Ok(out)
     }
@@ -68,7 +74,7 @@ impl Split {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use atlasfit::Run;
+    use crate::run::Run;
     use std::collections::HashSet;
 
     #[test]
@@ -83,10 +89,10 @@ mod tests {
             .map(|t| [at(t[1] - 1, 0), [0.5, f32::from(t[1] as u16)], [0.5, f32::from(t[2] as u16)]])
             .collect();
         let split = Run::default()
-            .execute(|ctx| Split::new(42, &triangles, &corner_uv, ctx))
+            .execute(|ctx| SplitMesh::new(42, &triangles, &corner_uv, ctx))
             .expect("nothing cancels");
         let corners = || triangles.iter().flatten().zip(corner_uv.iter().flatten());
-        for ((&v, uv), &i) in corners().zip(split.indices.iter().flatten()) {
+        for ((&v, uv), &i) in corners().zip(split.triangles.iter().flatten()) {
             assert_eq!((split.source[i as usize], &split.uv[i as usize]), (v, uv));
         }
         let distinct: HashSet<(u32, [u32; 2])> =
@@ -94,7 +100,7 @@ mod tests {
         assert_eq!(split.source.len(), distinct.len());
         // In the order of their first corners.
         let mut met = 0;
-        for &i in split.indices.iter().flatten() {
+        for &i in split.triangles.iter().flatten() {
             assert!(i <= met);
             met = met.max(i + 1);
         }
