@@ -25,7 +25,9 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 LIBRARY = {"win32": "atlasfit.dll", "darwin": "libatlasfit.dylib"}.get(sys.platform, "libatlasfit.so")
 ADDON = "atlasfit_blender"
-VERSION = ".".join(re.search(r"VERSION = \((\d+), (\d+), (\d+)\)", (HERE / "atlasfit" / "_abi.py").read_text()).groups())
+VERSION = ".".join(
+    re.search(r"VERSION = \((\d+), (\d+), (\d+)\)", (HERE / "atlasfit" / "_abi.py").read_text()).groups()
+)
 
 
 def machine():
@@ -51,7 +53,9 @@ def blender_platform():
 
 def cargo_library():
     """The library, built by cargo."""
-    subprocess.run(["cargo", "build", "--release", "--locked", "--package", "atlasfit-capi"], cwd=ROOT, check=True)
+    subprocess.run(
+        ["cargo", "build", "--release", "--locked", "--package", "atlasfit-capi"], cwd=ROOT, check=True
+    )
     name = LIBRARY.replace("atlasfit", "atlasfit_capi")
     return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / name
 
@@ -82,15 +86,21 @@ def wheel(library, out):
     info = f"atlasfit-{VERSION}.dist-info"
     metadata = (
         f"Metadata-Version: 2.4\nName: atlasfit\nVersion: {VERSION}\n"
-        "Summary: Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one surface, low-stretch UVs\n"
+        "Summary: Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one surface, "
+        "low-stretch UVs\n"
         "License-Expression: MIT OR Apache-2.0\nLicense-File: LICENSE-MIT\nLicense-File: LICENSE-APACHE\n"
         "Requires-Python: >=3.9\nRequires-Dist: numpy>=1.22\n"
     )
     files = sources("atlasfit") + [(f"atlasfit/{LIBRARY}", library)]
-    files += [(f"{info}/licenses/{name}", (ROOT / name).read_bytes()) for name in ("LICENSE-MIT", "LICENSE-APACHE")]
+    files += [
+        (f"{info}/licenses/{name}", (ROOT / name).read_bytes()) for name in ("LICENSE-MIT", "LICENSE-APACHE")
+    ]
     files += [
         (f"{info}/METADATA", metadata.encode()),
-        (f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: package.py\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()),
+        (
+            f"{info}/WHEEL",
+            f"Wheel-Version: 1.0\nGenerator: package.py\nRoot-Is-Purelib: false\nTag: {tag}\n".encode(),
+        ),
     ]
     record = ""
     for name, content in files:
@@ -129,9 +139,13 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--library", type=Path, help="the native library, where it is built already")
-    parser.add_argument("--out", type=Path, default=HERE / "dist", help="folder to write to (default: dist beside this file)")
+    parser.add_argument(
+        "--out", type=Path, default=HERE / "dist", help="folder to write to (default: dist beside this file)"
+    )
     arguments = parser.parse_args()
     library = (arguments.library or cargo_library()).read_bytes()
     arguments.out.mkdir(parents=True, exist_ok=True)

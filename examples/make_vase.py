@@ -1,7 +1,10 @@
-"""Makes examples/vase.ply: a small made-up scan of a painted vase, open at the top, with noise and stray points. Needs numpy.
+"""Makes examples/vase.ply: a small made-up scan of a painted vase, open at the top, with noise and stray
+points. Needs numpy.
 
-The vase is 0.3 m high; 20,000 points uniform by area; noise of 0.6 mm along all axes; 60 stray points; colours of a glaze with bands.
+The vase is 0.3 m high; 20,000 points uniform by area; noise of 0.6 mm along all axes; 60 stray points;
+colours of a glaze with bands.
 """
+
 import pathlib
 
 import numpy as np
@@ -10,11 +13,18 @@ HEIGHT, NOISE, POINTS, STRAY = 0.3, 0.0006, 20000, 60
 
 
 def surface(s, t):
-    """The wall for s in [0, 1] from the middle of the foot to the rim, t once round: twisted flutes on a baluster."""
+    """The wall for s in [0, 1] from the middle of the foot to the rim, t once round: twisted flutes on a
+    baluster.
+    """
     angle = 2 * np.pi * t
     foot = np.clip(s / 0.12, 0, 1)  # the flat bottom
     z = np.clip((s - 0.12) / 0.88, 0, 1)
-    profile = 0.052 + 0.045 * np.sin(np.pi * z**0.8) ** 2 - 0.012 * np.exp(-(((z - 0.86) / 0.07) ** 2)) + 0.02 * z**6
+    profile = (
+        0.052
+        + 0.045 * np.sin(np.pi * z**0.8) ** 2
+        - 0.012 * np.exp(-(((z - 0.86) / 0.07) ** 2))
+        + 0.02 * z**6
+    )
     flutes = 1 + 0.06 * np.cos(10 * angle + 7 * z) * np.sin(np.pi * np.clip(z / 0.8, 0, 1)) ** 2
     radius = profile * flutes * foot
     return np.stack([radius * np.cos(angle), HEIGHT * z, radius * np.sin(angle)], -1)
@@ -49,7 +59,10 @@ if __name__ == "__main__":
     order = rng.permutation(POINTS)
     rows = np.empty(POINTS, [("p", "<f4", 3), ("c", "u1", 3)])
     rows["p"], rows["c"] = P[order], np.clip(C[order], 0, 255)
-    head = "ply\nformat binary_little_endian 1.0\ncomment made by examples/make_vase.py\nelement vertex %d\n" % POINTS
+    head = (
+        "ply\nformat binary_little_endian 1.0\ncomment made by examples/make_vase.py\nelement vertex %d\n"
+        % POINTS
+    )
     head += "".join("property float %s\n" % c for c in "xyz")
     head += "".join("property uchar %s\n" % c for c in ("red", "green", "blue")) + "end_header\n"
     pathlib.Path(__file__).with_name("vase.ply").write_bytes(head.encode() + rows.tobytes())

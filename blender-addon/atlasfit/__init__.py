@@ -5,8 +5,8 @@
     uv = atlasfit.unwrap(vertices, faces)       # any triangle mesh -> .corner_uv, .face_charts, .info
     atlasfit.bake(vertices, faces, uv.corner_uv, colors)    # -> the texture's texels
 
-Every long function releases the GIL, takes progress= and cancel= (see RunOptions), and stops on Ctrl-C. float32 and float64 arrays with
-contiguous rows, and int32 and uint32 faces, go in without a copy.
+Every long function releases the GIL, takes progress= and cancel= (see RunOptions), and stops on Ctrl-C.
+float32 and float64 arrays with contiguous rows, and int32 and uint32 faces, go in without a copy.
 """
 
 from ._abi import VERSION

@@ -1,7 +1,8 @@
 """numpy arrays in and out of the library's structs.
 
-An input is passed as it lies in memory if its rows are contiguous (C-contiguous arrays, and columns cut from wider ones); otherwise it
-is copied once. The array that was passed must outlive the call: each function keeps what these return.
+An input is passed as it lies in memory if its rows are contiguous (C-contiguous arrays, and columns cut from
+wider ones); otherwise it is copied once. The array that was passed must outlive the call: each function keeps
+what these return.
 """
 
 from __future__ import annotations
@@ -53,7 +54,9 @@ def indices(values: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.
     if array.size == 0:
         array = array.astype(np.uint32).reshape([max(n, 0) for n in shape])
     if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape)):
-        raise ValueError(f"{what} has shape {array.shape}. Give ({', '.join('n' if n < 0 else str(n) for n in shape)})")
+        raise ValueError(
+            f"{what} has shape {array.shape}. Give ({', '.join('n' if n < 0 else str(n) for n in shape)})"
+        )
     if array.dtype.kind not in "iu":
         raise TypeError(f"{what} are of type {array.dtype}. Give integers")
     if array.dtype.newbyteorder("=") not in (np.uint32, np.int32) and array.size:
@@ -73,7 +76,9 @@ def points_struct(points: NDArray[Any]) -> _abi.atlasfit_points:
     return out
 
 
-def mesh_struct(vertices: NDArray[Any], faces: NDArray[np.uint32], corner_uv: NDArray[np.float32] | None = None) -> _abi.atlasfit_mesh:
+def mesh_struct(
+    vertices: NDArray[Any], faces: NDArray[np.uint32], corner_uv: NDArray[np.float32] | None = None
+) -> _abi.atlasfit_mesh:
     """A mesh. The arrays must outlive it."""
     out = _abi.atlasfit_mesh()
     out.positions, out.vertex_count, out.stride = vertices.ctypes.data, len(vertices), vertices.strides[0]
@@ -83,8 +88,12 @@ def mesh_struct(vertices: NDArray[Any], faces: NDArray[np.uint32], corner_uv: ND
     return out
 
 
-def set_colors(struct: _abi.atlasfit_points | _abi.atlasfit_mesh, values: ArrayLike, count: int) -> NDArray[Any]:
-    """Gives points or a mesh its colours, (count, 3 or 4) floats or uint8. What is returned must outlive the struct."""
+def set_colors(
+    struct: _abi.atlasfit_points | _abi.atlasfit_mesh, values: ArrayLike, count: int
+) -> NDArray[Any]:
+    """Gives points or a mesh its colours, (count, 3 or 4) floats or uint8. What is returned must outlive the
+    struct.
+    """
     array = rows(values, (3, 4), "colors", (np.float32, np.uint8))
     check_rows(array, count, "colors")
     struct.colors, struct.color_stride = array.ctypes.data, array.strides[0]
@@ -102,13 +111,16 @@ def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:
     """UVs per corner, (faces, 3, 2)."""
     array = np.ascontiguousarray(values, np.float32)
     if array.shape != (faces, 3, 2):
-        raise ValueError(f"corner_uv has shape {array.shape}. Give ({faces}, 3, 2): u, v of each corner of each face")
+        raise ValueError(
+            f"corner_uv has shape {array.shape}. Give ({faces}, 3, 2): u, v of each corner of each face"
+        )
     return array
 
 
 def _labels(array: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any] | None]:
-    """Integers in a type that the library takes as labels: truth values as uint8, 64 bits as 32. Where the numbers need all 64, their
-    places among the distinct ones, and those."""
+    """Integers in a type that the library takes as labels: truth values as uint8, 64 bits as 32. Where the
+    numbers need all 64, their places among the distinct ones, and those.
+    """
     if array.dtype == np.bool_:
         return array.astype(np.uint8), None
     if array.dtype.kind not in "iu" or array.itemsize < 8:
@@ -133,12 +145,16 @@ class Attributes:
         for struct, (name, values) in zip(self.structs, columns.items()):
             array = np.asarray(values)
             if array.shape[:1] != (count,) or array.ndim > 2:
-                raise ValueError(f"attribute {name!r} has shape {array.shape}. Give one row for each of the {count} points")
+                raise ValueError(
+                    f"attribute {name!r} has shape {array.shape}. Give one row for each of the {count} points"
+                )
             self.shapes.append(array.shape[1:])
             array, labels = _labels(array)
             self.labels.append(labels)
             array = array.reshape(count, -1) if array.ndim == 1 else array
-            array = rows(array, (array.shape[1],), f"attribute {name!r}", (np.float64, *(t.type for t in _SCALARS)))
+            array = rows(
+                array, (array.shape[1],), f"attribute {name!r}", (np.float64, *(t.type for t in _SCALARS))
+            )
             self.arrays.append(array)
             struct.struct_size = sizeof(struct)
             struct.name, struct.values, struct.stride = name.encode(), array.ctypes.data, array.strides[0]

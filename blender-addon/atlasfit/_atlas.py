@@ -27,7 +27,8 @@ class Projection:
 
     positions  (n, 3) float64
     normals    (n, 3) float32, unit length, in the atlas's orientation
-    charts     (n,) uint32, the nearest chart; NO_CHART for a point that is not finite (its position is given back, the rest is 0)
+    charts     (n,) uint32, the nearest chart; NO_CHART for a point that is not finite (its position is given
+               back, the rest is 0)
     chart_uv   (n, 2) float32, coordinates in that chart's unit disk
     distances  (n,) float64, from each point to its projection
     """
@@ -54,7 +55,9 @@ class Places:
 
 
 class Atlas:
-    """A fitted atlas, made by denoise() or read from a file. Immutable: any number of threads may use one at once. It can be pickled."""
+    """A fitted atlas, made by denoise() or read from a file. Immutable: any number of threads may use one at
+    once. It can be pickled.
+    """
 
     def __init__(self, handle: Handle) -> None:
         self._handle = handle
@@ -70,22 +73,33 @@ class Atlas:
     def project(self, points: ArrayLike, **options: Unpack[RunOptions]) -> Projection:
         """Moves each of the (n, 3) points to the nearest place on the atlas's surface.
 
-        It denoises points that the atlas was not fitted to, and the vertices of any mesh. Accurate for points nearer to the
-        surface than it bends.
+        It denoises points that the atlas was not fitted to, and the vertices of any mesh. Accurate for points
+        nearer to the surface than it bends.
         """
         points = positions(points, "points")
         n = len(points)
-        out = Projection(np.empty((n, 3)), np.empty((n, 3), np.float32), np.empty(n, np.uint32), np.empty((n, 2), np.float32), np.empty(n))
+        out = Projection(
+            np.empty((n, 3)),
+            np.empty((n, 3), np.float32),
+            np.empty(n, np.uint32),
+            np.empty((n, 2), np.float32),
+            np.empty(n),
+        )
         target = _abi.atlasfit_projection()
         target.capacity = n
         for name, array in vars(out).items():
             setattr(target, name, array.ctypes.data)
         given = points_struct(points)
-        run(lambda r: lib().atlasfit_atlas_project(self._handle.pointer, byref(given), r, byref(target)), options)
+        run(
+            lambda r: lib().atlasfit_atlas_project(self._handle.pointer, byref(given), r, byref(target)),
+            options,
+        )
         return out
 
     def evaluate(self, chart: int, uv: ArrayLike) -> Places:
-        """The places of (n, 2) chart coordinates in the unit disk: the circle of radius 1 about 0 is the chart's rim."""
+        """The places of (n, 2) chart coordinates in the unit disk: the circle of radius 1 about 0 is the
+        chart's rim.
+        """
         uv = np.ascontiguousarray(rows(uv, (2,), "uv", (np.float64,)))
         n = len(uv)
         out = Places(np.empty((n, 3)), np.empty((n, 3), np.float32), np.empty(n, np.float32))
@@ -103,7 +117,9 @@ class Atlas:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Atlas:
-        """The atlas that to_bytes() wrote. The bytes need not be trusted: what is no sound atlas raises Error."""
+        """The atlas that to_bytes() wrote. The bytes need not be trusted: what is no sound atlas raises
+        Error.
+        """
         handle = Handle("atlas")
         check(lib().atlasfit_atlas_load(data, len(data), byref(handle.pointer)))
         return cls(handle)

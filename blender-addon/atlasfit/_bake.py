@@ -30,14 +30,16 @@ def bake(
     padding: int | None = None,
     **options: Unpack[RunOptions],
 ) -> NDArray[np.uint8]:
-    """Draws colours into a texture: (height, width, 4) uint8, red, green, blue, alpha, the top row (v = 1) first.
+    """Draws colours into a texture: (height, width, 4) uint8, red, green, blue, alpha, the top row (v = 1)
+    first.
 
     vertices    (n, 3)
     faces       (m, 3) vertex indices
     corner_uv   (m, 3, 2) UVs of each corner of each face; what lies outside [0, 1] is left out
-    colors      (n, 3) or (n, 4) of the vertices, or of the points where they are given: floats in [0, 1] or uint8, averaged as the
-                numbers that they are
-    points      (k, 3) points near the mesh, whose colours are drawn then: a scan, which is often finer than its mesh
+    colors      (n, 3) or (n, 4) of the vertices, or of the points where they are given: floats in [0, 1] or
+                uint8, averaged as the numbers that they are
+    points      (k, 3) points near the mesh, whose colours are drawn then: a scan, which is often finer than
+                its mesh
     face_pages  (m,) the page that each face's UVs are on; without it all are on page 0
     page        the page to bake (default 0)
     page_size   side of the texture in texels, or width and height (default 1024)
@@ -58,10 +60,14 @@ def bake(
         scan = points_struct(points)
         colors = set_colors(scan, colors, len(points))
     width, height = size_of_page(page_size)
-    chosen = options_with(_abi.atlasfit_bake_options(), width=width, height=height, padding=padding, page=page)
+    chosen = options_with(
+        _abi.atlasfit_bake_options(), width=width, height=height, padding=padding, page=page
+    )
     out = np.empty((chosen.height, chosen.width, 4), np.uint8)
     run(
-        lambda r: lib().atlasfit_bake(byref(mesh), None if scan is None else byref(scan), byref(chosen), r, out.ctypes.data, out.size),
+        lambda r: lib().atlasfit_bake(
+            byref(mesh), None if scan is None else byref(scan), byref(chosen), r, out.ctypes.data, out.size
+        ),
         options,
     )
     return out

@@ -1,4 +1,6 @@
-"""Calls into the native library: status to exception, progress, cancel, Ctrl-C, and handles that free themselves."""
+"""Calls into the native library: status to exception, progress, cancel, Ctrl-C, and handles that free
+themselves.
+"""
 
 from __future__ import annotations
 
@@ -45,12 +47,14 @@ class TimedOut(Error):
 class RunOptions(TypedDict, total=False):
     """How long work is run; every long function takes these as keywords.
 
-    seed          of everything random; same input, options, seed and version give the same bytes on machines of one type. Default 0.
+    seed          of everything random; same input, options, seed and version give the same bytes on machines
+                  of one type. Default 0.
     threads       worker threads, 0 = all cores; the result does not depend on it. Default 0.
     time_limit    seconds after which TimedOut is raised; 0 = no limit. Default 0.
     memory_limit  bytes that the run's own estimate may not exceed; 0 = no limit. Default 0.
-    progress      called with the stage's name and its share done in [0, 1], on the calling thread, at most 50 times a
-                  second. Return False to cancel. What it raises ends the run and is raised by the function.
+    progress      called with the stage's name and its share done in [0, 1], on the calling thread, at most 50
+                  times a second. Return False to cancel. What it raises ends the run and is raised by the
+                  function.
     cancel        a token that cancels the run from another thread.
     """
 
@@ -74,7 +78,11 @@ class Handle:
     def copy(self, name: str, shape: tuple[int, ...], kind: Any, *which: int) -> NDArray[Any]:
         """An array of the object's, by the name that its function ends in."""
         array = np.empty(shape, kind)
-        check(getattr(lib(), f"atlasfit_{self._kind}_{name}")(self.pointer, *which, array.ctypes.data, array.size))
+        check(
+            getattr(lib(), f"atlasfit_{self._kind}_{name}")(
+                self.pointer, *which, array.ctypes.data, array.size
+            )
+        )
         return array
 
     def warnings(self) -> tuple[str, ...]:
@@ -115,7 +123,9 @@ def check(status: int) -> None:
 
 
 class _Held:
-    """The first exception that was raised inside a callback: it cannot pass through native code, so it is raised after it."""
+    """The first exception that was raised inside a callback: it cannot pass through native code, so it is
+    raised after it.
+    """
 
     def __init__(self) -> None:
         self.exception: BaseException | None = None
@@ -145,14 +155,22 @@ def run(call: Callable[[Any], int], options: RunOptions) -> None:
 
     settings = _abi.atlasfit_run()
     check(lib().atlasfit_run_init(byref(settings), settings.struct_size))
-    for name, ours in (("seed", "seed"), ("threads", "threads"), ("time_limit_s", "time_limit"), ("memory_limit_bytes", "memory_limit")):
+    for name, ours in (
+        ("seed", "seed"),
+        ("threads", "threads"),
+        ("time_limit_s", "time_limit"),
+        ("memory_limit_bytes", "memory_limit"),
+    ):
         if ours in options:
             setattr(settings, name, options[ours])  # type: ignore[literal-required]
     if cancel is not None:
         settings.cancel = cancel._handle.pointer
 
-    # The handler that is set for Ctrl-C runs as ever, but what it raises (KeyboardInterrupt) is held until the library has returned.
-    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+    # The handler that is set for Ctrl-C runs as ever, but what it raises (KeyboardInterrupt) is held until
+    # the library has returned.
+    handler = (
+        signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+    )
     deferred = callable(handler)
 
     def interrupted(number: int, frame: FrameType | None) -> None:

@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
-PRIORS = {"gp": _abi.PRIOR_GP, "mlp": _abi.PRIOR_MLP, "conv": _abi.PRIOR_CONV, "level-set": _abi.PRIOR_LEVEL_SET}
+PRIORS = {
+    "gp": _abi.PRIOR_GP,
+    "mlp": _abi.PRIOR_MLP,
+    "conv": _abi.PRIOR_CONV,
+    "level-set": _abi.PRIOR_LEVEL_SET,
+}
 
 
 @dataclass(frozen=True)
@@ -29,7 +34,9 @@ class Report:
     not_finite: int
     """Points given with a coordinate that is not finite. They are no part of the surface."""
     duplicates: int
-    """Points that repeat the position of an earlier one, or lie within a thousandth of the distance to the next; they move with it."""
+    """Points that repeat the position of an earlier one, or lie within a thousandth of the distance to the
+    next; they move with it.
+    """
     outliers: int
     """Points that no chart claims: they belong to no surface."""
     points: int
@@ -83,10 +90,12 @@ class Surface:
 class Denoised:
     """What denoise() made.
 
-    points   (n, 3) float64, in input order; outliers (where kept) and points that are not finite are where they were
+    points   (n, 3) float64, in input order; outliers (where kept) and points that are not finite are where
+             they were
     normals  (n, 3) float32, unit length; those of points on no chart are as given, or zeros
     sources  (n,) uint32, the given point that each was: 0, 1, 2, ... unless outliers are dropped
-    charts   (n,) uint32, the chart that weighs most there; NO_CHART for outliers and points that are not finite
+    charts   (n,) uint32, the chart that weighs most there; NO_CHART for outliers and points that are not
+             finite
     """
 
     points: NDArray[np.float64]
@@ -124,19 +133,24 @@ def denoise(
     points        (n, 3), at least a few hundred on a surface, in any unit; float32 and float64 are not copied
     normals       (n, 3): the surface faces their side; points that end up on no chart keep theirs
     colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
-    attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the nearest point; floats are averaged
+    attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the
+                  nearest point; floats are averaged
     noise         standard deviation along the normal; 0 = estimate it (default)
-    detail        fineness of the surface, 0.1 to 10: 1 = what the data supports (default), 0.5 = voxels twice as large
+    detail        fineness of the surface, 0.1 to 10: 1 = what the data supports (default), 0.5 = voxels twice
+                  as large
     fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling (default)
     charts        number of charts to aim for; 0 = as many as the shape needs (default)
     outliers      points on no surface: "keep" where they were (default), or "drop"
     uv            whether the surface gets UVs (default True)
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
-    prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks themselves, many times slower: "mlp",
-                  fully connected; "conv", convolutional; "level-set", closed surfaces only
-    recipe        how "mlp" and "conv" are trained: "fast", from coarse to fine (default), or "paper", all samples at every step
-    network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the Chamfer distance (1),
-                  learning_rate of Adam (0.001); iterations and learning_rate are of the recipe "paper"
+    prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks
+                  themselves, many times slower: "mlp", fully connected; "conv", convolutional; "level-set",
+                  closed surfaces only
+    recipe        how "mlp" and "conv" are trained: "fast", from coarse to fine (default), or "paper", all
+                  samples at every step
+    network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the
+                  Chamfer distance (1), learning_rate of Adam (0.001); iterations and learning_rate are of the
+                  recipe "paper"
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.

@@ -43,7 +43,9 @@ class Topology:
     euler: int
     """Vertices - edges + faces."""
     genus: int
-    """Handles, summed over the parts, with holes filled; -1 where an edge is not manifold or the surface is one-sided."""
+    """Handles, summed over the parts, with holes filled; -1 where an edge is not manifold or the surface is
+    one-sided.
+    """
     orientable: bool
     closed: bool
 
@@ -68,7 +70,8 @@ class UvQuality:
     stretch_linf: float
     """L-infinity stretch of Sander et al. 2001, collapsed faces left out."""
     stretch_median: float
-    """Median by area of max(s1, 1/s2), with s1 >= s2 the singular values of the map from surface to texture."""
+    """Median by area of max(s1, 1/s2), with s1 >= s2 the singular values of the map from surface to texture.
+    """
     stretch_p95: float
     conformal: float
     """Mean by area of s1/s2: 1 = conformal."""
@@ -80,7 +83,8 @@ class UvQuality:
     """Whether all UVs lie on their pages, in [0, 1]."""
     finite: bool
     face_stretch: NDArray[np.float32]
-    """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space."""
+    """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space.
+    """
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,8 @@ class Distance:
     not_finite: int
     """Points that are not finite and were left out; 0 for meshes."""
     point_distances: NDArray[np.float64] | None
-    """(n,) distance of each point to the surface, infinite for points that are not finite; None for meshes."""
+    """(n,) distance of each point to the surface, infinite for points that are not finite; None for meshes.
+    """
 
 
 def measure_topology(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[RunOptions]) -> Topology:
@@ -154,7 +159,10 @@ def measure_uv(
     if page_size is not None:
         mesh.page_width, mesh.page_height = size_of_page(page_size)
     stretch = np.empty(len(faces), np.float32)
-    run(lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size), options)
+    run(
+        lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size),
+        options,
+    )
     return UvQuality(face_stretch=stretch, **values(UvQuality, out))
 
 
@@ -173,13 +181,24 @@ def measure_surface(
 
     samples          of each surface for accuracy and completeness (default 60,000)
     chamfer_samples  of each surface for the Chamfer distance; its floor depends on it (default 16,000)
-    threshold        distance below which a sample counts for the F-score; 0 = half a percent of the truth's longest side (default)
+    threshold        distance below which a sample counts for the F-score; 0 = half a percent of the truth's
+                     longest side (default)
     """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
-    true_vertices, true_faces = positions(true_vertices, "true_vertices"), indices(true_faces, (-1, 3), "true_faces")
-    mesh, truth, out = mesh_struct(vertices, faces), mesh_struct(true_vertices, true_faces), _abi.atlasfit_distance()
-    how = options_with(_abi.atlasfit_distance_options(), samples=samples, chamfer_samples=chamfer_samples, threshold=threshold)
-    run(lambda r: lib().atlasfit_measure_surface(byref(mesh), byref(truth), byref(how), r, byref(out)), options)
+    true_vertices = positions(true_vertices, "true_vertices")
+    true_faces = indices(true_faces, (-1, 3), "true_faces")
+    mesh, truth = mesh_struct(vertices, faces), mesh_struct(true_vertices, true_faces)
+    out = _abi.atlasfit_distance()
+    how = options_with(
+        _abi.atlasfit_distance_options(),
+        samples=samples,
+        chamfer_samples=chamfer_samples,
+        threshold=threshold,
+    )
+    run(
+        lambda r: lib().atlasfit_measure_surface(byref(mesh), byref(truth), byref(how), r, byref(out)),
+        options,
+    )
     return _distance(out, None)
 
 
@@ -193,12 +212,16 @@ def measure_points(
 ) -> Distance:
     """Measures (n, 3) points against the true surface in the same frame."""
     points = positions(points, "points")
-    true_vertices, true_faces = positions(true_vertices, "true_vertices"), indices(true_faces, (-1, 3), "true_faces")
-    given, truth, out = points_struct(points), mesh_struct(true_vertices, true_faces), _abi.atlasfit_distance()
+    true_vertices = positions(true_vertices, "true_vertices")
+    true_faces = indices(true_faces, (-1, 3), "true_faces")
+    given, truth = points_struct(points), mesh_struct(true_vertices, true_faces)
+    out = _abi.atlasfit_distance()
     how = options_with(_abi.atlasfit_distance_options(), chamfer_samples=chamfer_samples)
     each = np.empty(len(points))
     run(
-        lambda r: lib().atlasfit_measure_points(byref(given), byref(truth), byref(how), r, byref(out), each.ctypes.data, each.size),
+        lambda r: lib().atlasfit_measure_points(
+            byref(given), byref(truth), byref(how), r, byref(out), each.ctypes.data, each.size
+        ),
         options,
     )
     return _distance(out, each)
@@ -206,6 +229,7 @@ def measure_points(
 
 def _distance(out: _abi.atlasfit_distance, each: NDArray[np.float64] | None) -> Distance:
     stats = {
-        name: DistanceStats(**values(DistanceStats, getattr(out, name))) for name in ("accuracy", "completeness")
+        name: DistanceStats(**values(DistanceStats, getattr(out, name)))
+        for name in ("accuracy", "completeness")
     }
     return Distance(**(values(Distance, out) | stats), point_distances=each)

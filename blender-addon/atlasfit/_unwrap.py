@@ -70,11 +70,20 @@ class Uv:
     _handle: Handle
 
     def split(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float32]]:
-        """The mesh with one vertex per pair of vertex and UV, what graphics cards and glTF want: (m, 3) indices of new vertices,
-        (k,) the mesh's vertex that each came from, (k, 2) its UV."""
+        """The mesh with one vertex per pair of vertex and UV, what graphics cards and glTF want: (m, 3)
+        indices of new vertices, (k,) the mesh's vertex that each came from, (k, 2) its UV.
+        """
         k = self.info.split_vertices
-        faces, sources, uv = np.empty((self.info.triangles, 3), np.uint32), np.empty(k, np.uint32), np.empty((k, 2), np.float32)
-        check(lib().atlasfit_uv_split(self._handle.pointer, faces.ctypes.data, faces.size, sources.ctypes.data, uv.ctypes.data, k))
+        faces, sources, uv = (
+            np.empty((self.info.triangles, 3), np.uint32),
+            np.empty(k, np.uint32),
+            np.empty((k, 2), np.float32),
+        )
+        check(
+            lib().atlasfit_uv_split(
+                self._handle.pointer, faces.ctypes.data, faces.size, sources.ctypes.data, uv.ctypes.data, k
+            )
+        )
         return faces, sources, uv
 
 
@@ -99,17 +108,21 @@ def unwrap(
     """Lays out UVs: charts of low stretch that neither flip nor overlap, packed on square pages.
 
     vertices         (n, 3); float32 and float64 are not copied
-    faces            (m, 3) vertex indices, counter-clockwise seen from outside; int32 and uint32 are not copied
+    faces            (m, 3) vertex indices, counter-clockwise seen from outside; int32 and uint32 are not
+                     copied
     face_groups      (m,) a group per face (material, for example): no chart spans two
-    face_polygons    (m,) the polygon that each face was cut from, any numbers: faces of one polygon stay in one chart
+    face_polygons    (m,) the polygon that each face was cut from, any numbers: faces of one polygon stay in
+                     one chart
     seam_edges       (k, 2) edges that must be seams, as pairs of vertices
     corner_uv        (m, 3, 2) UVs that the mesh already has: their seams stay seams
-    max_stretch      bound on the stretch max(s1, 1/s2) at the 95th percentile by area; more than 1. Smaller gives more charts (default 1.1)
+    max_stretch      bound on the stretch max(s1, 1/s2) at the 95th percentile by area; more than 1. Smaller
+                     gives more charts (default 1.1)
     max_charts       most charts: max_stretch is raised as far as that needs; 0 = any number (default)
     page_size        side of a page in texels, or width and height (default 1024)
     padding          free texels between charts and at the page's border (default 2)
     pages            most pages; 0 = one, or with texels_per_unit as many as that density needs (default)
-    packer           "shapes": charts lie in each other's bays and holes (default); "boxes": faster, and wastes more
+    packer           "shapes": charts lie in each other's bays and holes (default); "boxes": faster, and
+                     wastes more
     texels_per_unit  texels per unit of length on the surface; 0 = what fills the pages (default)
     hard_edge_angle  edges bent by more than this many degrees are seams; 180 = none for that reason (default)
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel

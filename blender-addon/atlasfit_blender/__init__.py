@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Atlasfit for Blender: low-stretch chart UVs for any mesh, denoised scans, reconstructed surfaces.
 
-The add-on holds no algorithm: it reads meshes into arrays (mesh.py), hands them to the package `atlasfit` in a thread (long.py), and writes
-what comes back. One source serves Blender 3.4 to 4.1 (legacy add-on: bl_info below) and 4.2 and later (extension: blender_manifest.toml).
+The add-on holds no algorithm: it reads meshes into arrays (mesh.py), hands them to the package `atlasfit` in
+a thread (long.py), and writes what comes back. One source serves Blender 3.4 to 4.1 (legacy add-on: bl_info
+below) and 4.2 and later (extension: blender_manifest.toml).
 """
 
 bl_info = {

@@ -10,7 +10,9 @@ from .long import Refused
 from .native import atlasfit
 
 # Of the operators that bake, or pack for a texture.
-TEXTURE_SIZE = IntProperty(name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536)
+TEXTURE_SIZE = IntProperty(
+    name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536
+)
 
 
 def corner_colors(me, loops):
@@ -32,13 +34,19 @@ def srgb(colors):
 
 
 def image(colors, corner_uv, **options):
-    """Draws the colours of corners: atlasfit.bake() of a mesh that is cut apart, where each corner is a vertex."""
+    """Draws the colours of corners: atlasfit.bake() of a mesh that is cut apart, where each corner is a
+    vertex.
+    """
     corners = np.arange(3 * len(corner_uv)).reshape(-1, 3)
-    return atlasfit.bake(np.zeros((corners.size, 3), np.float32), corners, corner_uv, colors.reshape(-1, 4), **options)
+    return atlasfit.bake(
+        np.zeros((corners.size, 3), np.float32), corners, corner_uv, colors.reshape(-1, 4), **options
+    )
 
 
 def write(texels, obs):
-    """The texels as an image packed into the file, and a material with it for the objects that have none. Returns what to tell."""
+    """The texels as an image packed into the file, and a material with it for the objects that have none.
+    Returns what to tell.
+    """
     name = f"{obs[0].name} Color"
     picture = bpy.data.images.new(name, texels.shape[1], texels.shape[0], alpha=True)
     picture.pixels.foreach_set((texels[::-1] / np.float32(255)).ravel())  # Blender's bottom row comes first

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all operators share: work in a thread with progress and Esc, or at once for scripts; failures as reports.
+"""What all operators share: work in a thread with progress and Esc, or at once for scripts; failures as
+reports.
 
-An operator gives `prepare(context)`, which reads the scene and returns the work, and `finish(context, result)`, which writes the result.
-The work runs without bpy: `work(progress, cancel)`. Nothing is written before it has ended well, so that a cancelled run changes nothing.
+An operator gives `prepare(context)`, which reads the scene and returns the work, and `finish(context,
+result)`, which writes the result. The work runs without bpy: `work(progress, cancel)`. Nothing is written
+before it has ended well, so that a cancelled run changes nothing.
 """
 
 import threading
@@ -73,7 +75,9 @@ class LongOperator:
         self._started = time.monotonic()
         try:
             work = self.prepare(context)
-            result = work(progress=lambda stage, share: window_manager.progress_update(int(100 * share)), cancel=None)
+            result = work(
+                progress=lambda stage, share: window_manager.progress_update(int(100 * share)), cancel=None
+            )
             self.finish(context, result)
         except FAILURES as failure:
             return self._failed(failure)
@@ -139,7 +143,8 @@ class LongOperator:
         context.workspace.status_text_set(text)
         if self._area is not None:
             self._area.header_text_set(text)
-            self._redraw({"UI"})  # not the view: drawing a large mesh again and again would slow everything down
+            # Not the view: drawing a large mesh again and again would slow everything down.
+            self._redraw({"UI"})
 
     def _hide(self, context):
         Status.label = ""

@@ -21,7 +21,8 @@ KINDS = {
     "BYTE_COLOR": ("color", 4, np.float32),
 }
 REPORT = "atlasfit_report"
-# Blender 5 has all of a mesh's columns as attributes, which are copied ten times faster than properties of elements.
+# Blender 5 has all of a mesh's columns as attributes, which are copied ten times faster than properties of
+# elements.
 PLAIN = bpy.app.version >= (5, 0, 0)
 EDGE_FLAGS = {"use_seam": "uv_seam", "use_edge_sharp": "sharp_edge"}
 
@@ -39,8 +40,9 @@ def put(collection, name, values):
 
 
 def linear(ob):
-    """The object's rotation and scale, (3, 3): lengths that are measured after it are what one sees. A mirroring one is turned through
-    the origin, so that the outside stays outside."""
+    """The object's rotation and scale, (3, 3): lengths that are measured after it are what one sees. A
+    mirroring one is turned through the origin, so that the outside stays outside.
+    """
     out = np.array(ob.matrix_world, np.float64)[:3, :3]
     if not np.isfinite(out).all() or np.linalg.cond(out) > 1e9:
         raise Refused(f"the object {ob.name} is scaled to nothing. Give it a scale that is not 0")
@@ -48,7 +50,9 @@ def linear(ob):
 
 
 def objects(context):
-    """The mesh objects to work on: those in Edit mode, or the selected ones with the active one; each mesh once."""
+    """The mesh objects to work on: those in Edit mode, or the selected ones with the active one; each mesh
+    once.
+    """
     if context.mode == "EDIT_MESH":
         found = list(context.objects_in_mode_unique_data)
     else:
@@ -61,7 +65,10 @@ def objects(context):
         raise Refused("no mesh object is selected")
     for ob in found:
         if ob.data.library is not None:
-            raise Refused(f"the mesh of {ob.name} is linked from another file and cannot be written. Make it local first")
+            raise Refused(
+                f"the mesh of {ob.name} is linked from another file and cannot be written. Make it local"
+                " first"
+            )
     return found
 
 
@@ -75,8 +82,9 @@ def poll(context):
 
 @contextmanager
 def object_mode(context, obs):
-    """Object mode for as long as meshes are read or written: in Edit mode their columns are elsewhere. The mode and the selection are as
-    before afterwards."""
+    """Object mode for as long as meshes are read or written: in Edit mode their columns are elsewhere. The
+    mode and the selection are as before afterwards.
+    """
     was = context.mode
     if was != "EDIT_MESH":
         yield
@@ -85,7 +93,8 @@ def object_mode(context, obs):
     try:
         yield
     finally:
-        # Edit mode takes the selected objects in: those that it held and were not selected are selected for the moment.
+        # Edit mode takes the selected objects in: those that it held and were not selected are selected for
+        # the moment.
         added = [ob for ob in obs if not ob.select_get()]
         for ob in added:
             ob.select_set(True)
@@ -182,7 +191,12 @@ def meshes_of(parts):
     out = []
     for part in parts:
         ob = bpy.data.objects.get(part.object)
-        if ob is None or ob.data is None or ob.data.name != part.mesh or len(ob.data.loops) != part.corner_count:
+        if (
+            ob is None
+            or ob.data is None
+            or ob.data.name != part.mesh
+            or len(ob.data.loops) != part.corner_count
+        ):
             raise Refused(f"the object {part.object} was changed meanwhile. Run it again")
         out.append(ob)
     return out
@@ -211,7 +225,8 @@ def pinned(layer):
 
 
 def attributes(me):
-    """The points' own attributes by name that the library can carry, and the names of those that it cannot."""
+    """The points' own attributes by name that the library can carry, and the names of those that it cannot.
+    """
     out, left = {}, []
     for attribute in me.attributes:
         internal = attribute.name.startswith(".") or getattr(attribute, "is_internal", False)
@@ -243,7 +258,9 @@ def point_colors(me):
     if attribute.domain == "CORNER":
         vertex = get(me.loops, "vertex_index", 1, np.int32)
         count = np.maximum(np.bincount(vertex, minlength=len(me.vertices)), 1)
-        colors = np.stack([np.bincount(vertex, colors[:, k], len(me.vertices)) / count for k in range(4)], 1).astype(np.float32)
+        colors = np.stack(
+            [np.bincount(vertex, colors[:, k], len(me.vertices)) / count for k in range(4)], 1
+        ).astype(np.float32)
     return colors, attribute.name
 
 

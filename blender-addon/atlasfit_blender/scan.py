@@ -19,7 +19,8 @@ def _active(context):
 
 
 def _normals(me, matrix):
-    """Which side is outside, of meshes that have faces, in the frame that the matrix leads to; None without."""
+    """Which side is outside, of meshes that have faces, in the frame that the matrix leads to; None without.
+    """
     if not me.polygons:
         return None
     return _unit(mesh.get(me.vertices, "normal", 3, np.float32) @ np.linalg.inv(matrix)).astype(np.float32)
@@ -64,18 +65,29 @@ class Fit(LongOperator):
 
     noise: FloatProperty(
         name="Noise",
-        description="Standard deviation of the noise along the normal, as scaled in the scene. 0 estimates it",
+        description=(
+            "Standard deviation of the noise along the normal, as scaled in the scene. 0 estimates it"
+        ),
         default=0.0,
         min=0.0,
         precision=4,
     )
-    charts: IntProperty(name="Charts", description="Number of charts to aim for. 0 is as many as the shape needs", default=0, min=0)
+    charts: IntProperty(
+        name="Charts",
+        description="Number of charts to aim for. 0 is as many as the shape needs",
+        default=0,
+        min=0,
+    )
     prior: EnumProperty(
         name="Prior",
         description="What smooth means",
         items=(
             ("gp", "Gaussian Process", "The limit of the paper's networks"),
-            ("mlp", "Networks", "The paper's fully connected networks, trained on the scan first: many times slower"),
+            (
+                "mlp",
+                "Networks",
+                "The paper's fully connected networks, trained on the scan first: many times slower",
+            ),
             ("conv", "Convolutional Networks", "The paper's convolutional networks: many times slower"),
             ("level-set", "Level Set", "The paper's level set, closed surfaces only: many times slower"),
         ),
@@ -93,11 +105,14 @@ class Fit(LongOperator):
 
 
 class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
-    """Move the points of a scan, or the vertices of a scanned mesh, onto a smooth surface that is fitted to them.
-    In Edit mode the selected vertices are moved in place"""
+    """Denoises points where they are."""
 
     bl_idname = "object.atlasfit_denoise"
     bl_label = "Denoise Scan"
+    bl_description = (
+        "Move the points of a scan, or the vertices of a scanned mesh, onto a smooth surface that is fitted to "
+        "them. In Edit mode the selected vertices are moved in place"
+    )
 
     result: EnumProperty(
         name="Result",
@@ -108,7 +123,11 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         ),
         default="OBJECT",
     )
-    drop: BoolProperty(name="Delete Outliers", description="Points that lie on no surface are deleted, else they stay where they are", default=False)
+    drop: BoolProperty(
+        name="Delete Outliers",
+        description="Points that lie on no surface are deleted, else they stay where they are",
+        default=False,
+    )
 
     def draw(self, context):
         layout = self.layout
@@ -123,11 +142,17 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         with mesh.object_mode(context, [ob]):
             points, normals = self._read(ob)
         options = self.fit_options()
-        return lambda progress, cancel: atlasfit.denoise(points, normals=normals, uv=False, **options, progress=progress, cancel=cancel)
+        return lambda progress, cancel: atlasfit.denoise(
+            points, normals=normals, uv=False, **options, progress=progress, cancel=cancel
+        )
 
     def _read(self, ob):
         me = ob.data
-        chosen = np.flatnonzero(mesh.get(me.vertices, "select", 1, np.bool_)) if self._edit else np.arange(len(me.vertices))
+        chosen = (
+            np.flatnonzero(mesh.get(me.vertices, "select", 1, np.bool_))
+            if self._edit
+            else np.arange(len(me.vertices))
+        )
         if len(chosen) == 0:
             raise Refused("no vertex is selected" if self._edit else "the mesh has no vertices")
         if self.drop and self.result == "SHAPE":
@@ -173,7 +198,10 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
             notes = _notes(result.report)
             _report(me, self.bl_label, result.report, self.seconds(), notes)
         moved = np.sqrt(np.mean(np.sum((np.asarray(new, np.float64) - old)[chosen] ** 2, axis=1)))
-        text = f"{len(chosen)} points moved by {moved:.3g} (RMS) in {self.seconds():.1f} s, noise {result.report.noise:.3g}"
+        text = (
+            f"{len(chosen)} points moved by {moved:.3g} (RMS) in {self.seconds():.1f} s, noise"
+            f" {result.report.noise:.3g}"
+        )
         self.report({"WARNING"} if result.report.warnings else {"INFO"}, "; ".join([text, *notes]))
 
     @staticmethod
@@ -195,22 +223,37 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
 
 
 class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
-    """Make one connected surface from a scan, with UVs, colors and attributes, as a new object. Modifiers of the scan count"""
+    """Makes a surface of a scan."""
 
     bl_idname = "object.atlasfit_reconstruct"
     bl_label = "Reconstruct"
+    bl_description = (
+        "Make one connected surface from a scan, with UVs, colors and attributes, as a new object. Modifiers of "
+        "the scan count"
+    )
 
     detail: FloatProperty(
-        name="Detail", description="Fineness of the surface: 1 is what the scan supports, 0.5 has voxels twice as large", default=1.0, min=0.1, max=10.0
+        name="Detail",
+        description="Fineness of the surface: 1 is what the scan supports, 0.5 has voxels twice as large",
+        default=1.0,
+        min=0.1,
+        max=10.0,
     )
     fill_holes: FloatProperty(
         name="Fill Holes",
-        description="Holes with a boundary shorter than this are filled, as scaled in the scene. 0 fills only gaps of the sampling",
+        description=(
+            "Holes with a boundary shorter than this are filled, as scaled in the scene. 0 fills only gaps of"
+            " the sampling"
+        ),
         default=0.0,
         min=0.0,
     )
     texture_size: bake.TEXTURE_SIZE
-    bake: BoolProperty(name="Bake Colors", description="Bake the scan's colors, where it has them, to an image and a material", default=True)
+    bake: BoolProperty(
+        name="Bake Colors",
+        description="Bake the scan's colors, where it has them, to an image and a material",
+        default=True,
+    )
 
     def draw(self, context):
         layout = self.layout
@@ -224,15 +267,23 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
         size, paint = self.texture_size, bake.srgb(colors) if self.bake and colors is not None else None
-        options = self.fit_options() | {"detail": self.detail, "fill_holes": self.fill_holes, "texture_size": size}
+        options = self.fit_options() | {
+            "detail": self.detail,
+            "fill_holes": self.fill_holes,
+            "texture_size": size,
+        }
 
         def work(progress, cancel):
             how = {"progress": progress, "cancel": cancel}
-            out = atlasfit.denoise(points, normals=normals, colors=colors, attributes=columns, **options, **how)
+            out = atlasfit.denoise(
+                points, normals=normals, colors=colors, attributes=columns, **options, **how
+            )
             if paint is None:
                 return out, None
             s = out.surface
-            return out, atlasfit.bake(s.vertices, s.triangles, s.corner_uv, paint, points=out.points, page_size=size, **how)
+            return out, atlasfit.bake(
+                s.vertices, s.triangles, s.corner_uv, paint, points=out.points, page_size=size, **how
+            )
 
         return work
 
@@ -262,7 +313,9 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         surface = out.surface
         if context.mode == "EDIT_MESH":
             bpy.ops.object.mode_set(mode="OBJECT")
-        me = mesh.new_mesh(f"{source.data.name} Surface", surface.vertices @ np.linalg.inv(matrix).T, surface.triangles)
+        me = mesh.new_mesh(
+            f"{source.data.name} Surface", surface.vertices @ np.linalg.inv(matrix).T, surface.triangles
+        )
         layer = me.uv_layers.new(name="UVMap")
         mesh.uv_put(me.uv_layers[layer.name], surface.corner_uv)
         if surface.colors is not None:
@@ -281,8 +334,13 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         if texels is not None:
             notes += bake.write(texels, [ob])
         _report(me, self.bl_label, out.report, self.seconds(), notes)
-        text = f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes in {self.seconds():.1f} s"
+        text = (
+            f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes"
+            f" in {self.seconds():.1f} s"
+        )
         self.report({"WARNING"} if out.report.warnings else {"INFO"}, "; ".join([text, *notes]))
 
 
-register, unregister = bpy.utils.register_classes_factory((OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct))
+register, unregister = bpy.utils.register_classes_factory(
+    (OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct)
+)

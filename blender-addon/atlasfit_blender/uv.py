@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""UV operators: Atlas Unwrap (UVs for the selected faces or objects) and UV Stretch (a colour for how far each face is stretched)."""
+"""UV operators: Atlas Unwrap (UVs for the selected faces or objects) and UV Stretch (a colour for how far
+each face is stretched).
+"""
 
 import bpy
 import numpy as np
@@ -22,36 +24,67 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
 
     max_stretch: FloatProperty(
         name="Max Stretch",
-        description="Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts",
+        description=(
+            "Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts"
+        ),
         default=1.1,
         min=1.001,
         soft_max=3.0,
         max=8.0,
     )
-    max_charts: IntProperty(name="Max Charts", description="Most charts; the stretch grows as far as that needs. 0 is any number", default=0, min=0)
-    margin: IntProperty(name="Margin", description="Free pixels between charts", default=2, min=0, soft_max=64)
+    max_charts: IntProperty(
+        name="Max Charts",
+        description="Most charts; the stretch grows as far as that needs. 0 is any number",
+        default=0,
+        min=0,
+    )
+    margin: IntProperty(
+        name="Margin", description="Free pixels between charts", default=2, min=0, soft_max=64
+    )
     texture_size: bake.TEXTURE_SIZE
     density: FloatProperty(
         name="Density",
-        description="Pixels per unit of length, as scaled in the scene. 0 fills the texture; more than fits goes on to further UDIM tiles",
+        description=(
+            "Pixels per unit of length, as scaled in the scene. 0 fills the texture; more than fits goes on"
+            " to further UDIM tiles"
+        ),
         default=0.0,
         min=0.0,
     )
-    pages: IntProperty(name="Tiles", description="Most UDIM tiles. 0 is one, or with a density as many as it needs; baking makes one", default=0, min=0, max=100)
+    pages: IntProperty(
+        name="Tiles",
+        description="Most UDIM tiles. 0 is one, or with a density as many as it needs; baking makes one",
+        default=0,
+        min=0,
+        max=100,
+    )
     seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
-    sharp: BoolProperty(name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True)
+    sharp: BoolProperty(
+        name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True
+    )
     materials: BoolProperty(name="Materials", description="No chart spans two materials", default=False)
-    keep_uv_seams: BoolProperty(name="UV Seams", description="Where the active UV map is cut, the new one is cut", default=False)
-    together: BoolProperty(name="One Texture", description="Several objects are packed on one texture, else on one each", default=True)
+    keep_uv_seams: BoolProperty(
+        name="UV Seams", description="Where the active UV map is cut, the new one is cut", default=False
+    )
+    together: BoolProperty(
+        name="One Texture",
+        description="Several objects are packed on one texture, else on one each",
+        default=True,
+    )
     target: EnumProperty(
         name="UV Map",
-        items=(("ACTIVE", "Active", "Write to the active UV map"), ("NEW", "New", "Write to a new UV map and make it active")),
+        items=(
+            ("ACTIVE", "Active", "Write to the active UV map"),
+            ("NEW", "New", "Write to a new UV map and make it active"),
+        ),
         default="ACTIVE",
     )
     name: StringProperty(name="Name", description="Name of a new UV map", default="Atlas")
     bake: BoolProperty(
         name="Bake Colors",
-        description="Bake the active color attribute to an image, in a new material where the object has none",
+        description=(
+            "Bake the active color attribute to an image, in a new material where the object has none"
+        ),
         default=False,
     )
 
@@ -103,7 +136,9 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                 )
                 image = None
                 if colors is not None:
-                    image = bake.image(colors, uv.corner_uv, page_size=options["page_size"], progress=progress, cancel=cancel)
+                    image = bake.image(
+                        colors, uv.corner_uv, page_size=options["page_size"], progress=progress, cancel=cancel
+                    )
                 out.append((given, uv, image))
             return out
 
@@ -112,21 +147,32 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     def _read(self, obs, only_selected):
         given = mesh.triangles(obs, only_selected)
         obs = mesh.meshes_of(given.parts)
-        seams = [mesh.edges(obs, given.parts, name) for name, wanted in (("use_seam", self.seams), ("use_edge_sharp", self.sharp)) if wanted]
+        seams = [
+            mesh.edges(obs, given.parts, name)
+            for name, wanted in (("use_seam", self.seams), ("use_edge_sharp", self.sharp))
+            if wanted
+        ]
         constraints = {"seam_edges": np.concatenate(seams) if seams else None}
         if self.materials:
             slots = max(len(ob.material_slots) for ob in obs) + 1
             constraints["face_groups"] = np.concatenate(
-                [mesh.get(ob.data.polygons, "material_index", 1, np.int32)[part.polygons] + slots * i for i, (ob, part) in enumerate(zip(obs, given.parts))]
+                [
+                    mesh.get(ob.data.polygons, "material_index", 1, np.int32)[part.polygons] + slots * i
+                    for i, (ob, part) in enumerate(zip(obs, given.parts))
+                ]
             )
         if self.keep_uv_seams:
             for ob in obs:
                 if not ob.data.uv_layers:
                     raise Refused(f"{ob.name} has no UV map whose seams could be kept")
-            constraints["corner_uv"] = np.concatenate([mesh.uv_get(ob.data.uv_layers.active)[part.loops] for ob, part in zip(obs, given.parts)])
+            constraints["corner_uv"] = np.concatenate(
+                [mesh.uv_get(ob.data.uv_layers.active)[part.loops] for ob, part in zip(obs, given.parts)]
+            )
         colors = None
         if self.bake:
-            colors = np.concatenate([bake.corner_colors(ob.data, part.loops) for ob, part in zip(obs, given.parts)])
+            colors = np.concatenate(
+                [bake.corner_colors(ob.data, part.loops) for ob, part in zip(obs, given.parts)]
+            )
         return given, constraints, colors
 
     def finish(self, context, result):
@@ -141,7 +187,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                 tile = uv.face_pages[:, None] + np.zeros((1, 3), np.uint32)
                 corner_uv = uv.corner_uv
                 if uv.info.pages > 1:
-                    corner_uv = corner_uv + np.stack([tile % UDIM_ROW, tile // UDIM_ROW], -1).astype(np.float32)
+                    shift = np.stack([tile % UDIM_ROW, tile // UDIM_ROW], -1)
+                    corner_uv = corner_uv + shift.astype(np.float32)
                     notes.append(f"{uv.info.pages} UDIM tiles")
                 notes += self._notes(uv.info)
                 at = 0
@@ -155,7 +202,10 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                 if image is not None:
                     notes += bake.write(image, [bpy.data.objects[part.object] for part in given.parts])
                 if folded:
-                    notes.append(f"{folded} faces are too bent to lie flat in one piece and overlap in the UV map: triangulate them")
+                    notes.append(
+                        f"{folded} faces are too bent to lie flat in one piece and overlap in the UV map:"
+                        " triangulate them"
+                    )
                 if pins:
                     notes.append(f"{pins} pinned UVs were laid out anew")
                 for part in given.parts:
@@ -165,10 +215,15 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
 
     def _check_room(self, me):
         if (self.target == "NEW" or not me.uv_layers) and len(me.uv_layers) >= UV_MAP_LIMIT:
-            raise Refused(f"{me.name} has {UV_MAP_LIMIT} UV maps, which is Blender's limit. Remove one, or write to the active one")
+            raise Refused(
+                f"{me.name} has {UV_MAP_LIMIT} UV maps, which is Blender's limit. Remove one, or write to the"
+                " active one"
+            )
 
     def _write(self, me, part, corner_uv):
-        """Writes one mesh's UVs; returns how many polygons could not stay in one piece, and how many pins were moved."""
+        """Writes one mesh's UVs; returns how many polygons could not stay in one piece, and how many pins
+        were moved.
+        """
         layer = me.uv_layers.active
         if layer is None or self.target == "NEW":
             layer = me.uv_layers.new(name=self.name if self.target == "NEW" else "UVMap")
@@ -194,7 +249,10 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         if info.non_manifold_edges:
             out.append(f"{info.non_manifold_edges} edges are not manifold and were cut")
         if info.over_stretched > 0.06:  # the bound is on 95% of the area
-            out.append(f"{100 * info.over_stretched:.0f}% of the surface is stretched beyond {info.stretch_bound:.2f}")
+            out.append(
+                f"{100 * info.over_stretched:.0f}% of the surface is stretched beyond"
+                f" {info.stretch_bound:.2f}"
+            )
         return out + list(info.warnings)
 
     def _tell(self, me, uv, notes):
@@ -212,13 +270,19 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
 
 
 class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
-    """Measure the active UV map, and color each face by its stretch: blue is none, green a little, red is Full Scale or more"""
+    """Measures UVs and shows their stretch."""
 
     bl_idname = "uv.atlasfit_stretch"
     bl_label = "UV Stretch"
+    bl_description = (
+        "Measure the active UV map, and color each face by its stretch: blue is none, green a little, red is "
+        "Full Scale or more"
+    )
     ATTRIBUTE = "UV Stretch"
 
-    full_scale: FloatProperty(name="Full Scale", description="The stretch that is shown in red", default=1.5, min=1.01, soft_max=8.0)
+    full_scale: FloatProperty(
+        name="Full Scale", description="The stretch that is shown in red", default=1.5, min=1.01, soft_max=8.0
+    )
 
     @classmethod
     def poll(cls, context):
@@ -234,7 +298,8 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
                     raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
                 jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
         return lambda progress, cancel: [
-            (given, atlasfit.measure_uv(given.vertices, given.faces, uv, progress=progress, cancel=cancel)) for given, uv in jobs
+            (given, atlasfit.measure_uv(given.vertices, given.faces, uv, progress=progress, cancel=cancel))
+            for given, uv in jobs
         ]
 
     def finish(self, context, result):
@@ -244,10 +309,14 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
             for ob, (given, quality) in zip(obs, result):
                 me, part = ob.data, given.parts[0]
                 colors = np.ones((len(me.loops), 4), np.float32)
-                colors[part.loops.ravel()] = np.repeat(_heat(quality.face_stretch, self.full_scale), 3, axis=0)
+                colors[part.loops.ravel()] = np.repeat(
+                    _heat(quality.face_stretch, self.full_scale), 3, axis=0
+                )
                 attribute = me.color_attributes.get(self.ATTRIBUTE)
                 if attribute is None:
-                    attribute = me.color_attributes.new(name=self.ATTRIBUTE, type="BYTE_COLOR", domain="CORNER")
+                    attribute = me.color_attributes.new(
+                        name=self.ATTRIBUTE, type="BYTE_COLOR", domain="CORNER"
+                    )
                 name = attribute.name
                 mesh.put(me.color_attributes[name].data, "color", colors)
                 me.color_attributes.active_color = me.color_attributes[name]

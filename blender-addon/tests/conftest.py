@@ -14,5 +14,7 @@ if "ATLASFIT_LIBRARY" not in os.environ:
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     built = sorted(target.glob("*/*atlasfit_capi.[sd][oyl]*"), key=lambda p: p.stat().st_mtime)
     if not built:
-        pytest.exit("no library: run `cargo build --release -p atlasfit-capi`, or let ATLASFIT_LIBRARY name it", 2)
+        pytest.exit(
+            "no library: run `cargo build --release -p atlasfit-capi`, or let ATLASFIT_LIBRARY name it", 2
+        )
     os.environ["ATLASFIT_LIBRARY"] = str(built[-1])

@@ -66,7 +66,11 @@ def test_integer_attributes_are_labels_of_the_nearest_point(sphere, denoised):
     assert (label == label.astype(int)).all() and label.min() >= 0 and label.max() < len(sphere)
 
 
-@pytest.mark.parametrize("labels", [np.int64([0, 10]), np.int64([-5, 2**31 + 1]), np.uint64([3, 2**40])], ids=["small", "wide", "unsigned"])
+@pytest.mark.parametrize(
+    "labels",
+    [np.int64([0, 10]), np.int64([-5, 2**31 + 1]), np.uint64([3, 2**40])],
+    ids=["small", "wide", "unsigned"],
+)
 def test_64_bit_integers_are_labels_too(sphere, labels):
     given = labels[(sphere[:, 2] > 0).astype(int)]
     assert given.dtype.itemsize == 8
@@ -143,17 +147,24 @@ def test_float32_columns_of_a_wider_array_give_what_a_plain_copy_gives(sphere):
     wide[:, 1:4] = sphere
     a = atlasfit.denoise(wide[:, 1:4], uv=False)
     b = atlasfit.denoise(np.ascontiguousarray(wide[:, 1:4]), uv=False)
-    assert a.points.tobytes() == b.points.tobytes() and a.surface.vertices.tobytes() == b.surface.vertices.tobytes()
+    assert (
+        a.points.tobytes() == b.points.tobytes()
+        and a.surface.vertices.tobytes() == b.surface.vertices.tobytes()
+    )
 
 
 def test_unwrapping_a_torus_keeps_its_polygons_whole():
     vertices, quads = torus()
     faces, polygons = triangles(quads)
     seen = []
-    uv = atlasfit.unwrap(vertices, faces, face_polygons=polygons, progress=lambda stage, share: seen.append((stage, share)))
+    uv = atlasfit.unwrap(
+        vertices, faces, face_polygons=polygons, progress=lambda stage, share: seen.append((stage, share))
+    )
     assert uv.corner_uv.shape == (len(faces), 3, 2) and uv.corner_uv.min() >= 0 and uv.corner_uv.max() <= 1
     assert (uv.face_charts[0::2] == uv.face_charts[1::2]).all()
-    assert (uv.corner_uv[0::2, 0] == uv.corner_uv[1::2, 0]).all() and (uv.corner_uv[0::2, 2] == uv.corner_uv[1::2, 1]).all()
+    assert (uv.corner_uv[0::2, 0] == uv.corner_uv[1::2, 0]).all() and (
+        uv.corner_uv[0::2, 2] == uv.corner_uv[1::2, 1]
+    ).all()
     quality = atlasfit.measure_uv(vertices, faces, uv.corner_uv)
     assert quality.flips == quality.overlapping_faces == 0 and quality.stretch_p95 < 1.2
     assert seen and all(isinstance(stage, str) and 0 <= share <= 1 for stage, share in seen)
@@ -171,14 +182,18 @@ def test_seams_groups_and_hard_edges_are_kept():
     vertices, quads = torus()
     faces, polygons = triangles(quads)
     ring = np.stack([np.arange(24), np.roll(np.arange(24), -1)], 1)
-    uv = atlasfit.unwrap(vertices, faces, seam_edges=ring, face_groups=(polygons % 24 < 12).astype(np.uint32), max_stretch=4)
+    uv = atlasfit.unwrap(
+        vertices, faces, seam_edges=ring, face_groups=(polygons % 24 < 12).astype(np.uint32), max_stretch=4
+    )
     left, right = polygons < 24, polygons >= 47 * 24
     assert not set(uv.face_charts[polygons % 24 < 12]) & set(uv.face_charts[polygons % 24 >= 12])
     corners = {}
     for f in np.flatnonzero(left | right):
         for k in range(3):
             if faces[f, k] < 24:
-                corners.setdefault(faces[f, k], {True: set(), False: set()})[bool(left[f])].add(tuple(uv.corner_uv[f, k]))
+                corners.setdefault(faces[f, k], {True: set(), False: set()})[bool(left[f])].add(
+                    tuple(uv.corner_uv[f, k])
+                )
     assert all(not side[True] & side[False] for side in corners.values())
 
 
@@ -188,7 +203,9 @@ def test_pages_and_a_given_density():
     uv = atlasfit.unwrap(vertices, faces, page_size=(512, 256), texels_per_unit=100.0)
     assert (uv.info.width, uv.info.height, uv.info.texels_per_unit) == (512, 256, 100.0)
     assert uv.info.pages == uv.face_pages.max() + 1 > 1
-    quality = atlasfit.measure_uv(vertices, faces, uv.corner_uv, face_pages=uv.face_pages, page_size=(512, 256))
+    quality = atlasfit.measure_uv(
+        vertices, faces, uv.corner_uv, face_pages=uv.face_pages, page_size=(512, 256)
+    )
     assert quality.overlapping_faces == 0 and quality.charts == uv.info.charts and quality.stretch_p95 < 1.2
     assert quality.coverage == pytest.approx(uv.info.coverage, abs=0.02)
 
@@ -206,11 +223,19 @@ def test_baked_texels_are_the_programs(tmp_path):
     rows["xyz"], rows["rgb"] = vertices, colors
     corners = np.zeros(len(faces), [("n", "u1"), ("v", "<i4", 3)])
     corners["n"], corners["v"] = 3, faces
-    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n" + "".join(f"property float {c}\n" for c in "xyz")
-    head += "".join(f"property uchar {c}\n" for c in ("red", "green", "blue")) + f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n" + "".join(
+        f"property float {c}\n" for c in "xyz"
+    )
+    head += (
+        "".join(f"property uchar {c}\n" for c in ("red", "green", "blue"))
+        + f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
     (tmp_path / "in.ply").write_bytes(head.encode() + rows.tobytes() + corners.tobytes())
     out = tmp_path / "out.obj"
-    subprocess.run([program, "unwrap", tmp_path / "in.ply", "-o", out, "--bake", "--texture-size", "128", "--quiet"], check=True)
+    subprocess.run(
+        [program, "unwrap", tmp_path / "in.ply", "-o", out, "--bake", "--texture-size", "128", "--quiet"],
+        check=True,
+    )
     theirs = np.asarray(image.open(next(tmp_path.glob("*.png"))).convert("RGBA"))
     uv = atlasfit.unwrap(vertices, faces, page_size=128)
     ours = atlasfit.bake(vertices, faces, uv.corner_uv, colors, page_size=128)
@@ -224,10 +249,18 @@ def test_baking_the_colors_of_points_and_of_one_page():
     assert uv.info.pages > 1
     red, green = np.float32([1, 0, 0]), np.float32([0, 1, 0, 1])
     texels = atlasfit.bake(
-        vertices, faces, uv.corner_uv, np.tile(red, (len(vertices), 1)), face_pages=uv.face_pages, page=uv.info.pages - 1, page_size=(64, 32)
+        vertices,
+        faces,
+        uv.corner_uv,
+        np.tile(red, (len(vertices), 1)),
+        face_pages=uv.face_pages,
+        page=uv.info.pages - 1,
+        page_size=(64, 32),
     )
     assert texels.shape == (32, 64, 4) and (texels == [255, 0, 0, 255]).all()
-    texels = atlasfit.bake(vertices, faces, uv.corner_uv, np.tile(green, (500, 1)), points=sphere_points(500), page_size=16)
+    texels = atlasfit.bake(
+        vertices, faces, uv.corner_uv, np.tile(green, (500, 1)), points=sphere_points(500), page_size=16
+    )
     assert (texels == [0, 255, 0, 255]).all()
 
 
@@ -282,9 +315,21 @@ def test_arrays_that_are_not_contiguous_give_the_same_result():
         (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0.0, 1.0, 2.0]]), TypeError, "float64"),
         (lambda: atlasfit.unwrap(np.zeros((3, 3)), [[0, 1, 2, 0]]), ValueError, r"\(1, 4\)"),
         (lambda: atlasfit.unwrap(np.zeros((0, 3)), np.zeros((0, 3), int)), atlasfit.Error, ""),
-        (lambda: atlasfit.bake(np.eye(3), [[0, 1, 2]], np.zeros((1, 3, 2)), np.zeros((2, 3))), ValueError, "2 rows"),
-        (lambda: atlasfit.bake(np.eye(3), [[0, 1, 2]], np.zeros((1, 3, 2)), np.zeros((3, 3)), page=2), atlasfit.Error, "page is 2"),
-        (lambda: atlasfit.measure_uv(np.eye(3), [[0, 1, 2]], np.zeros((2, 3, 2))), ValueError, r"\(1, 3, 2\)"),
+        (
+            lambda: atlasfit.bake(np.eye(3), [[0, 1, 2]], np.zeros((1, 3, 2)), np.zeros((2, 3))),
+            ValueError,
+            "2 rows",
+        ),
+        (
+            lambda: atlasfit.bake(np.eye(3), [[0, 1, 2]], np.zeros((1, 3, 2)), np.zeros((3, 3)), page=2),
+            atlasfit.Error,
+            "page is 2",
+        ),
+        (
+            lambda: atlasfit.measure_uv(np.eye(3), [[0, 1, 2]], np.zeros((2, 3, 2))),
+            ValueError,
+            r"\(1, 3, 2\)",
+        ),
     ],
 )
 def test_bad_input_is_an_exception_that_says_what_was_wrong(call, kind, text):
@@ -370,7 +415,13 @@ assert atlasfit._abi.lib().atlasfit_live_handles() == 0
 @pytest.mark.skipif(os.name == "nt", reason="no SIGINT to send")
 def test_ctrl_c_ends_the_run(how):
     folders = json.dumps([str(Path(atlasfit.__file__).parents[1]), str(Path(made.__file__).parent)])
-    child = subprocess.Popen([sys.executable, "-c", SCRIPT, how], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"FOLDERS": folders})
+    child = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, how],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"FOLDERS": folders},
+    )
     assert child.stdout.readline() == "ready\n"
     time.sleep(0.3)
     child.send_signal(signal.SIGINT)
@@ -380,10 +431,20 @@ def test_ctrl_c_ends_the_run(how):
 
 def test_importing_adds_little_to_numpy():
     """Measured and printed: timing decides no test."""
-    script = "import time, numpy, ctypes; t = time.perf_counter(); import atlasfit; print(time.perf_counter() - t)"
+    script = (
+        "import time, numpy, ctypes; t = time.perf_counter(); import atlasfit; print(time.perf_counter() - t)"
+    )
     paths = os.pathsep.join([str(Path(atlasfit.__file__).parents[1])])
     seconds = min(
-        float(subprocess.run([sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=True).stdout)
+        float(
+            subprocess.run(
+                [sys.executable, "-c", script],
+                env=os.environ | {"PYTHONPATH": paths},
+                capture_output=True,
+                text=True,
+                check=True,
+            ).stdout
+        )
         for _ in range(3)
     )
     print(f"import atlasfit: {1000 * seconds:.0f} ms beyond numpy")
