@@ -1,9 +1,10 @@
 /* atlasfit.hpp - atlasfit for C++17, header only, over atlasfit.h.
  * SPDX-License-Identifier: MIT OR Apache-2.0
  *
- * One move-only class per handle; failures are atlasfit::Error with the status and the text; arrays go in as anything with data() and
- * size() (std::vector, std::array, std::span), or as pointer, count and stride (Eigen: matrix.data(), matrix.cols(), 0 for column-major 3 x n).
- * An exception thrown by a progress callback cancels the work and comes out of the call. */
+ * One move-only class per handle; failures are atlasfit::Error with the status and the text; arrays go in as
+ * anything with data() and size() (std::vector, std::array, std::span), or as pointer, count and stride
+ * (Eigen: matrix.data(), matrix.cols(), 0 for column-major 3 x n). An exception thrown by a progress callback
+ * cancels the work and comes out of the call. */
 #ifndef ATLASFIT_HPP
 #define ATLASFIT_HPP
 
@@ -63,7 +64,8 @@ T output() {
 
 template <class T>
 constexpr std::uint32_t scalar() {
-  static_assert(std::is_same<T, float>::value || std::is_same<T, double>::value, "positions are float or double");
+  static_assert(std::is_same<T, float>::value || std::is_same<T, double>::value,
+                "positions are float or double");
   return std::is_same<T, float>::value ? ATLASFIT_F32 : ATLASFIT_F64;
 }
 
@@ -71,14 +73,16 @@ constexpr std::uint32_t scalar() {
 template <class C>
 std::size_t groups(const C &numbers, std::size_t width) {
   if (numbers.size() % width != 0) {
-    throw Error(ATLASFIT_INVALID_ARGUMENT,
-                "an array of " + std::to_string(numbers.size()) + " numbers is no whole number of groups of " + std::to_string(width));
+    throw Error(ATLASFIT_INVALID_ARGUMENT, "an array of " + std::to_string(numbers.size()) +
+                                               " numbers is no whole number of groups of " +
+                                               std::to_string(width));
   }
   return numbers.size() / width;
 }
 
 template <class C>
-using Number = typename std::remove_cv<typename std::remove_pointer<decltype(std::declval<const C &>().data())>::type>::type;
+using Number = typename std::remove_cv<
+    typename std::remove_pointer<decltype(std::declval<const C &>().data())>::type>::type;
 
 /// The lines of a text that `get(text, capacity, &length)` copies.
 template <class Get>
@@ -97,7 +101,8 @@ std::vector<std::string> lines(Get get) {
   return all;
 }
 
-/// Whether C, as it is given to a forwarding reference, is a container that owns its numbers and is gone after the line.
+/// Whether C, as it is given to a forwarding reference, is a container that owns its numbers and is gone
+/// after the line.
 template <class C>
 struct Gone : std::false_type {};
 template <class T, class A>
@@ -120,7 +125,8 @@ class Points {
   /// x, y, z after each other: anything with data() and size() over float or double.
   template <class C, class = decltype(std::declval<const C &>().data())>
   explicit Points(const C &xyz) : Points(xyz.data(), detail::groups(xyz, 3)) {}
-  /// A container that owns its numbers and is gone after this line: keep it in a variable. (A view, such as std::span, is taken from one.)
+  /// A container that owns its numbers and is gone after this line: keep it in a variable. (A view, such as
+  /// std::span, is taken from one.)
   template <class C, class = typename std::enable_if<detail::Gone<C>::value>::type, class = void>
   explicit Points(C &&xyz) = delete;
   /// `count` points, `stride` bytes apart (0 = tightly packed).
@@ -139,13 +145,17 @@ class Points {
     return *this;
   }
   /// Colours of `width` channels per point, 0 to 1.
-  Points &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) { return colors_of(colors, width, stride, ATLASFIT_F32); }
+  Points &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) {
+    return colors_of(colors, width, stride, ATLASFIT_F32);
+  }
   /// Colours of `width` channels per point, 0 to 255.
   Points &colors(const std::uint8_t *colors, std::uint32_t width = 4, std::size_t stride = 0) {
     return colors_of(colors, width, stride, ATLASFIT_U8);
   }
-  /// An attribute of `width` numbers per point, of type `scalar` (ATLASFIT_F32 to ATLASFIT_I32). `name` must outlive the call too.
-  Points &attribute(const char *name, const void *values, std::uint32_t scalar, std::uint32_t width = 1, std::size_t stride = 0) {
+  /// An attribute of `width` numbers per point, of type `scalar` (ATLASFIT_F32 to ATLASFIT_I32). `name` must
+  /// outlive the call too.
+  Points &attribute(const char *name, const void *values, std::uint32_t scalar, std::uint32_t width = 1,
+                    std::size_t stride = 0) {
     atlasfit_attribute a;
     detail::check(atlasfit_attribute_init(&a, sizeof a));
     a.name = name;
@@ -176,7 +186,8 @@ class Points {
   std::vector<atlasfit_attribute> attributes_;
 };
 
-/// A triangle mesh to work on: a view of the caller's arrays, which must outlive the call that it is handed to.
+/// A triangle mesh to work on: a view of the caller's arrays, which must outlive the call that it is handed
+/// to.
 class Mesh {
  public:
   /// x, y, z of each vertex, and three vertex indices (32 bits, unsigned) of each triangle.
@@ -184,11 +195,14 @@ class Mesh {
   Mesh(const C &xyz, const I &triangles)
       : Mesh(xyz.data(), detail::groups(xyz, 3), triangles.data(), detail::groups(triangles, 3)) {}
   /// Containers that are gone after this line: keep them in variables.
-  template <class C, class I, class = typename std::enable_if<detail::Gone<C>::value || detail::Gone<I>::value>::type, class = void>
+  template <class C, class I,
+            class = typename std::enable_if<detail::Gone<C>::value || detail::Gone<I>::value>::type,
+            class = void>
   Mesh(C &&xyz, I &&triangles) = delete;
   /// Vertices `stride` bytes apart (0 = tightly packed).
   template <class T>
-  Mesh(const T *xyz, std::size_t vertices, const std::uint32_t *triangles, std::size_t triangle_count, std::size_t stride = 0) {
+  Mesh(const T *xyz, std::size_t vertices, const std::uint32_t *triangles, std::size_t triangle_count,
+       std::size_t stride = 0) {
     detail::check(atlasfit_mesh_init(&c_, sizeof c_));
     c_.positions = xyz;
     c_.vertex_count = vertices;
@@ -230,7 +244,9 @@ class Mesh {
     return *this;
   }
   /// Colours of the vertices, of `width` channels, 0 to 1.
-  Mesh &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) { return colors_of(colors, width, stride, ATLASFIT_F32); }
+  Mesh &colors(const float *colors, std::uint32_t width = 4, std::size_t stride = 0) {
+    return colors_of(colors, width, stride, ATLASFIT_F32);
+  }
   /// Colours of the vertices, of `width` channels, 0 to 255.
   Mesh &colors(const std::uint8_t *colors, std::uint32_t width = 4, std::size_t stride = 0) {
     return colors_of(colors, width, stride, ATLASFIT_U8);
@@ -259,9 +275,12 @@ class CancelToken {
   }
   /// Every run that holds the token stops within 100 ms.
   void request() const { detail::check(atlasfit_cancel_request(handle())); }
-  /// Throws Error with ATLASFIT_INVALID_HANDLE where the token was moved from: a run that took it for none could not be cancelled.
+  /// Throws Error with ATLASFIT_INVALID_HANDLE where the token was moved from: a run that took it for none
+  /// could not be cancelled.
   const atlasfit_cancel *handle() const {
-    if (!handle_) throw Error(ATLASFIT_INVALID_HANDLE, "the cancel token was moved from. Give the one that it was moved to");
+    if (!handle_)
+      throw Error(ATLASFIT_INVALID_HANDLE,
+                  "the cancel token was moved from. Give the one that it was moved to");
     return handle_.get();
   }
 
@@ -282,13 +301,15 @@ struct Run {
   std::function<bool(std::uint32_t stage, double fraction)> progress;
   /// May be null; must outlive the call.
   const CancelToken *cancel = nullptr;
-  /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress; it never falls. May be null.
+  /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress; it never
+  /// falls. May be null.
   double *overall = nullptr;
 };
 
 namespace detail {
 
-/// The C struct of a Run for one call. An exception of the callback is kept while C frames are below, and thrown after the call.
+/// The C struct of a Run for one call. An exception of the callback is kept while C frames are below, and
+/// thrown after the call.
 class Call {
  public:
   explicit Call(const Run &run) : run_(run) {
@@ -347,7 +368,9 @@ struct BakeOptions : atlasfit_bake_options {
 
 /// atlasfit_distance_options with its defaults.
 struct DistanceOptions : atlasfit_distance_options {
-  DistanceOptions() { detail::check(atlasfit_distance_options_init(this, sizeof(atlasfit_distance_options))); }
+  DistanceOptions() {
+    detail::check(atlasfit_distance_options_init(this, sizeof(atlasfit_distance_options)));
+  }
 };
 
 /// Where points are on an atlas.
@@ -405,7 +428,8 @@ class Atlas {
     p.positions.resize(3 * n);
     p.normals.resize(3 * n);
     p.inside.resize(n);
-    detail::check(atlasfit_atlas_eval(handle_.get(), chart, uv.data(), n, p.positions.data(), p.normals.data(), p.inside.data(), n));
+    detail::check(atlasfit_atlas_eval(handle_.get(), chart, uv.data(), n, p.positions.data(),
+                                      p.normals.data(), p.inside.data(), n));
     return p;
   }
   /// The atlas as bytes, for a file.
@@ -438,23 +462,41 @@ class Denoised {
   const atlasfit_report &report() const noexcept { return report_; }
   /// What the user should hear; empty where all is well.
   std::vector<std::string> warnings() const {
-    return detail::lines([this](char *text, std::size_t n, std::size_t *length) { return atlasfit_result_warnings(handle_.get(), text, n, length); });
+    return detail::lines([this](char *text, std::size_t n, std::size_t *length) {
+      return atlasfit_result_warnings(handle_.get(), text, n, length);
+    });
   }
-  std::vector<double> point_positions() const { return copy<double>(atlasfit_result_point_positions, 3 * report_.points); }
-  std::vector<float> point_normals() const { return copy<float>(atlasfit_result_point_normals, 3 * report_.points); }
-  std::vector<std::uint32_t> point_sources() const { return copy<std::uint32_t>(atlasfit_result_point_sources, report_.points); }
-  std::vector<std::uint32_t> point_charts() const { return copy<std::uint32_t>(atlasfit_result_point_charts, report_.points); }
-  std::vector<double> surface_positions() const { return copy<double>(atlasfit_result_surface_positions, 3 * report_.vertices); }
-  std::vector<float> surface_normals() const { return copy<float>(atlasfit_result_surface_normals, 3 * report_.vertices); }
+  std::vector<double> point_positions() const {
+    return copy<double>(atlasfit_result_point_positions, 3 * report_.points);
+  }
+  std::vector<float> point_normals() const {
+    return copy<float>(atlasfit_result_point_normals, 3 * report_.points);
+  }
+  std::vector<std::uint32_t> point_sources() const {
+    return copy<std::uint32_t>(atlasfit_result_point_sources, report_.points);
+  }
+  std::vector<std::uint32_t> point_charts() const {
+    return copy<std::uint32_t>(atlasfit_result_point_charts, report_.points);
+  }
+  std::vector<double> surface_positions() const {
+    return copy<double>(atlasfit_result_surface_positions, 3 * report_.vertices);
+  }
+  std::vector<float> surface_normals() const {
+    return copy<float>(atlasfit_result_surface_normals, 3 * report_.vertices);
+  }
   std::vector<std::uint32_t> surface_triangles() const {
     return copy<std::uint32_t>(atlasfit_result_surface_triangles, 3 * report_.triangles);
   }
   /// Throws Error with ATLASFIT_NOT_AVAILABLE without UVs; so do the three below for what is not there.
-  std::vector<float> surface_corner_uv() const { return copy<float>(atlasfit_result_surface_corner_uv, 6 * report_.triangles); }
+  std::vector<float> surface_corner_uv() const {
+    return copy<float>(atlasfit_result_surface_corner_uv, 6 * report_.triangles);
+  }
   std::vector<std::uint32_t> surface_face_charts() const {
     return copy<std::uint32_t>(atlasfit_result_surface_face_charts, report_.triangles);
   }
-  std::vector<float> surface_colors() const { return copy<float>(atlasfit_result_surface_colors, 4 * report_.vertices); }
+  std::vector<float> surface_colors() const {
+    return copy<float>(atlasfit_result_surface_colors, 4 * report_.vertices);
+  }
   /// One attribute that was given with `width` numbers per point.
   std::vector<double> surface_attribute(std::size_t index, std::size_t width = 1) const {
     std::vector<double> values(width * report_.vertices);
@@ -470,7 +512,8 @@ class Denoised {
 
  private:
   template <class T>
-  std::vector<T> copy(atlasfit_status (*get)(const atlasfit_result *, T *, std::size_t), std::size_t count) const {
+  std::vector<T> copy(atlasfit_status (*get)(const atlasfit_result *, T *, std::size_t),
+                      std::size_t count) const {
     std::vector<T> all(count);
     detail::check(get(handle_.get(), all.data(), all.size()));
     return all;
@@ -480,7 +523,8 @@ class Denoised {
 };
 
 /// Denoises a scan.
-inline Denoised denoise(const Points &points, const DenoiseOptions &options = DenoiseOptions(), const Run &run = Run()) {
+inline Denoised denoise(const Points &points, const DenoiseOptions &options = DenoiseOptions(),
+                        const Run &run = Run()) {
   const atlasfit_points in = points.c();
   detail::Call call(run);
   atlasfit_result *result = nullptr;
@@ -507,7 +551,9 @@ class UvLayout {
   const atlasfit_uv_info &info() const noexcept { return info_; }
   /// What the user should hear; empty where all is well.
   std::vector<std::string> warnings() const {
-    return detail::lines([this](char *text, std::size_t n, std::size_t *length) { return atlasfit_uv_warnings(handle_.get(), text, n, length); });
+    return detail::lines([this](char *text, std::size_t n, std::size_t *length) {
+      return atlasfit_uv_warnings(handle_.get(), text, n, length);
+    });
   }
   std::vector<float> corners() const {
     std::vector<float> all(6 * info_.triangles);
@@ -521,14 +567,15 @@ class UvLayout {
     s.indices.resize(3 * info_.triangles);
     s.sources.resize(info_.split_vertices);
     s.vertex_uv.resize(2 * info_.split_vertices);
-    detail::check(atlasfit_uv_split(handle_.get(), s.indices.data(), s.indices.size(), s.sources.data(), s.vertex_uv.data(),
-                                    s.sources.size()));
+    detail::check(atlasfit_uv_split(handle_.get(), s.indices.data(), s.indices.size(), s.sources.data(),
+                                    s.vertex_uv.data(), s.sources.size()));
     return s;
   }
   const atlasfit_uv *handle() const noexcept { return handle_.get(); }
 
  private:
-  std::vector<std::uint32_t> faces(atlasfit_status (*get)(const atlasfit_uv *, std::uint32_t *, std::size_t)) const {
+  std::vector<std::uint32_t> faces(atlasfit_status (*get)(const atlasfit_uv *, std::uint32_t *,
+                                                          std::size_t)) const {
     std::vector<std::uint32_t> all(info_.triangles);
     detail::check(get(handle_.get(), all.data(), all.size()));
     return all;
@@ -538,7 +585,8 @@ class UvLayout {
 };
 
 /// Lays out UVs for a mesh.
-inline UvLayout unwrap(const Mesh &mesh, const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
+inline UvLayout unwrap(const Mesh &mesh, const UnwrapOptions &options = UnwrapOptions(),
+                       const Run &run = Run()) {
   detail::Call call(run);
   atlasfit_uv *uv = nullptr;
   const atlasfit_status status = atlasfit_unwrap(&mesh.c(), &options, call.c(), &uv);
@@ -547,10 +595,10 @@ inline UvLayout unwrap(const Mesh &mesh, const UnwrapOptions &options = UnwrapOp
   return UvLayout(owner.release());
 }
 
-/// Draws the colours of the mesh's vertices, or of `points` near it, into a texture for its corner UVs: red, green, blue, alpha of each texel,
-/// the top row first.
-inline std::vector<std::uint8_t> bake(const Mesh &mesh, const BakeOptions &options = BakeOptions(), const Run &run = Run(),
-                                      const Points *points = nullptr) {
+/// Draws the colours of the mesh's vertices, or of `points` near it, into a texture for its corner UVs: red,
+/// green, blue, alpha of each texel, the top row first.
+inline std::vector<std::uint8_t> bake(const Mesh &mesh, const BakeOptions &options = BakeOptions(),
+                                      const Run &run = Run(), const Points *points = nullptr) {
   const atlasfit_points from = points ? points->c() : atlasfit_points();
   std::vector<std::uint8_t> rgba(std::size_t(4) * options.width * options.height);
   detail::Call call(run);
@@ -567,7 +615,8 @@ inline atlasfit_topology measure_topology(const Mesh &mesh, const Run &run = Run
 }
 
 /// Quality of the mesh's corner UVs; `face_stretch`, if given, gets a number per triangle.
-inline atlasfit_uv_quality measure_uv(const Mesh &mesh, const Run &run = Run(), std::vector<float> *face_stretch = nullptr) {
+inline atlasfit_uv_quality measure_uv(const Mesh &mesh, const Run &run = Run(),
+                                      std::vector<float> *face_stretch = nullptr) {
   if (face_stretch) face_stretch->resize(mesh.c().triangle_count);
   detail::Call call(run);
   auto out = detail::output<atlasfit_uv_quality>();
@@ -577,7 +626,8 @@ inline atlasfit_uv_quality measure_uv(const Mesh &mesh, const Run &run = Run(), 
 }
 
 /// A mesh against the true surface.
-inline atlasfit_distance measure_surface(const Mesh &mesh, const Mesh &truth, const DistanceOptions &options = DistanceOptions(),
+inline atlasfit_distance measure_surface(const Mesh &mesh, const Mesh &truth,
+                                         const DistanceOptions &options = DistanceOptions(),
                                          const Run &run = Run()) {
   detail::Call call(run);
   auto out = detail::output<atlasfit_distance>();
@@ -586,13 +636,15 @@ inline atlasfit_distance measure_surface(const Mesh &mesh, const Mesh &truth, co
 }
 
 /// Points against the true surface; `distances`, if given, gets a number per point.
-inline atlasfit_distance measure_points(const Points &points, const Mesh &truth, const DistanceOptions &options = DistanceOptions(),
+inline atlasfit_distance measure_points(const Points &points, const Mesh &truth,
+                                        const DistanceOptions &options = DistanceOptions(),
                                         const Run &run = Run(), std::vector<double> *distances = nullptr) {
   const atlasfit_points in = points.c();
   if (distances) distances->resize(in.count);
   detail::Call call(run);
   auto out = detail::output<atlasfit_distance>();
-  call.done(atlasfit_measure_points(&in, &truth.c(), &options, call.c(), &out, distances ? distances->data() : nullptr,
+  call.done(atlasfit_measure_points(&in, &truth.c(), &options, call.c(), &out,
+                                    distances ? distances->data() : nullptr,
                                     distances ? distances->size() : 0));
   return out;
 }

@@ -38,12 +38,13 @@ int main(void) {
   report.struct_size = sizeof report;
   if (atlasfit_result_report(result, &report) != ATLASFIT_OK) return failed("report");
   printf("%zu points, noise %.4f, spacing %.4f\n", report.points, report.noise, report.spacing);
-  printf("surface: %zu vertices, %zu triangles, %zu part, %zu UV charts\n", report.vertices, report.triangles, report.parts,
-         report.uv_charts);
+  printf("surface: %zu vertices, %zu triangles, %zu part, %zu UV charts\n", report.vertices, report.triangles,
+         report.parts, report.uv_charts);
 
   double *clean = malloc(3 * report.points * sizeof *clean);
   if (!clean) return 1;
-  if (atlasfit_result_point_positions(result, clean, 3 * report.points) != ATLASFIT_OK) return failed("positions");
+  if (atlasfit_result_point_positions(result, clean, 3 * report.points) != ATLASFIT_OK)
+    return failed("positions");
   double before = 0.0, after = 0.0;
   for (size_t i = 0; i < report.points; i++) {
     const float *p = xyz + 3 * i;
@@ -51,7 +52,8 @@ int main(void) {
     before += pow(sqrt((double)p[0] * p[0] + (double)p[1] * p[1] + (double)p[2] * p[2]) - 2.0, 2);
     after += pow(sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) - 2.0, 2);
   }
-  printf("distance from the true sphere: %.4f before, %.4f after\n", sqrt(before / COUNT), sqrt(after / COUNT));
+  printf("distance from the true sphere: %.4f before, %.4f after\n", sqrt(before / COUNT),
+         sqrt(after / COUNT));
 
   free(clean);
   atlasfit_result_free(result);

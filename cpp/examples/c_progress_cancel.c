@@ -1,4 +1,5 @@
-/* Progress on a terminal, and stopping: Ctrl-C, a time limit, or after a share of the work (for a trial: c_progress_cancel 0.5). */
+/* Progress on a terminal, and stopping: Ctrl-C, a time limit, or after a share of the work (for a trial:
+ * c_progress_cancel 0.5). */
 #include <atlasfit.h>
 
 #include <math.h>
@@ -43,7 +44,9 @@ int main(int argc, char **argv) {
 
   atlasfit_points points;
   atlasfit_run run;
-  if (atlasfit_points_init(&points, sizeof points) != ATLASFIT_OK || atlasfit_run_init(&run, sizeof run) != ATLASFIT_OK) return 1;
+  if (atlasfit_points_init(&points, sizeof points) != ATLASFIT_OK ||
+      atlasfit_run_init(&run, sizeof run) != ATLASFIT_OK)
+    return 1;
   points.positions = xyz;
   points.count = COUNT;
 

@@ -27,7 +27,8 @@ int main(int argc, char **argv) {
         xyz.insert(xyz.end(), p, p + 3);
       } else if (word == "f") {
         std::vector<std::uint32_t> corners;
-        while (words >> word) corners.push_back(static_cast<std::uint32_t>(std::strtoul(word.c_str(), nullptr, 10) - 1));
+        while (words >> word)
+          corners.push_back(static_cast<std::uint32_t>(std::strtoul(word.c_str(), nullptr, 10) - 1));
         for (std::size_t k = 2; k < corners.size(); k++) {
           triangles.insert(triangles.end(), {corners[0], corners[k - 1], corners[k]});
           polygon.push_back(faces);
@@ -45,7 +46,8 @@ int main(int argc, char **argv) {
 
     std::ofstream out(argv[2]);
     out.precision(9);
-    for (std::size_t v = 0; v < xyz.size(); v += 3) out << "v " << xyz[v] << ' ' << xyz[v + 1] << ' ' << xyz[v + 2] << '\n';
+    for (std::size_t v = 0; v < xyz.size(); v += 3)
+      out << "v " << xyz[v] << ' ' << xyz[v + 1] << ' ' << xyz[v + 2] << '\n';
     for (std::size_t c = 0; c < uv.size(); c += 2) out << "vt " << uv[c] << ' ' << uv[c + 1] << '\n';
     for (std::size_t c = 0; c < triangles.size(); c += 3) {
       out << 'f';
@@ -55,8 +57,8 @@ int main(int argc, char **argv) {
     if (!out) throw std::runtime_error("the output cannot be written");
 
     const atlasfit_uv_quality q = atlasfit::measure_uv(atlasfit::Mesh(xyz, triangles).corner_uv(uv.data()));
-    std::printf("%zu triangles in %zu charts, stretch %.3f at 95%%, %.0f%% of the page used\n", layout.info().triangles,
-                layout.info().charts, q.stretch_p95, 100.0 * q.coverage);
+    std::printf("%zu triangles in %zu charts, stretch %.3f at 95%%, %.0f%% of the page used\n",
+                layout.info().triangles, layout.info().charts, q.stretch_p95, 100.0 * q.coverage);
     return q.flips + q.overlapping_faces == 0 ? 0 : 1;
   } catch (const std::exception &error) {
     std::fprintf(stderr, "%s\n", error.what());

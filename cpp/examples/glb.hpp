@@ -14,8 +14,9 @@
 #include <tuple>
 #include <vector>
 
-inline void write_glb(const std::string &path, const std::vector<double> &xyz, const std::vector<float> &normals,
-                      const std::vector<std::uint32_t> &triangles, const std::vector<float> &corner_uv, const double origin[3]) {
+inline void write_glb(const std::string &path, const std::vector<double> &xyz,
+                      const std::vector<float> &normals, const std::vector<std::uint32_t> &triangles,
+                      const std::vector<float> &corner_uv, const double origin[3]) {
   std::map<std::tuple<std::uint32_t, float, float>, std::uint32_t> numbers;
   std::vector<std::uint32_t> indices;
   std::vector<float> position, normal, uv;
@@ -41,24 +42,32 @@ inline void write_glb(const std::string &path, const std::vector<double> &xyz, c
   }
   const std::size_t n = numbers.size();
   const auto bytes = [](const auto &v) { return v.size() * sizeof v[0]; };
-  const std::size_t at[4] = {0, bytes(indices), bytes(indices) + bytes(position), bytes(indices) + bytes(position) + bytes(normal)};
+  const std::size_t at[4] = {0, bytes(indices), bytes(indices) + bytes(position),
+                             bytes(indices) + bytes(position) + bytes(normal)};
   const std::size_t total = at[3] + bytes(uv);
   const auto view = [](std::size_t offset, std::size_t length) {
-    return "{\"buffer\":0,\"byteOffset\":" + std::to_string(offset) + ",\"byteLength\":" + std::to_string(length) + "}";
+    return "{\"buffer\":0,\"byteOffset\":" + std::to_string(offset) +
+           ",\"byteLength\":" + std::to_string(length) + "}";
   };
   const auto three = [](const std::array<float, 3> &p) {
     char text[96];
-    std::snprintf(text, sizeof text, "[%.9g,%.9g,%.9g]", static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
+    std::snprintf(text, sizeof text, "[%.9g,%.9g,%.9g]", static_cast<double>(p[0]), static_cast<double>(p[1]),
+                  static_cast<double>(p[2]));
     return std::string(text);
   };
   const std::string count = std::to_string(n);
   std::string json =
-      "{\"asset\":{\"version\":\"2.0\",\"generator\":\"atlasfit cpp_denoise\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
-      "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"indices\":0,\"attributes\":{\"POSITION\":1,\"NORMAL\":2,\"TEXCOORD_0\":3}}]}],"
-      "\"buffers\":[{\"byteLength\":" + std::to_string(total) + "}],\"bufferViews\":[" + view(at[0], bytes(indices)) + "," +
+      "{\"asset\":{\"version\":\"2.0\",\"generator\":\"atlasfit "
+      "cpp_denoise\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+      "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"indices\":0,\"attributes\":{\"POSITION\":1,"
+      "\"NORMAL\":2,\"TEXCOORD_0\":3}}]}],"
+      "\"buffers\":[{\"byteLength\":" +
+      std::to_string(total) + "}],\"bufferViews\":[" + view(at[0], bytes(indices)) + "," +
       view(at[1], bytes(position)) + "," + view(at[2], bytes(normal)) + "," + view(at[3], bytes(uv)) +
-      "],\"accessors\":[{\"bufferView\":0,\"componentType\":5125,\"type\":\"SCALAR\",\"count\":" + std::to_string(indices.size()) +
-      "},{\"bufferView\":1,\"componentType\":5126,\"type\":\"VEC3\",\"count\":" + count + ",\"min\":" + three(low) + ",\"max\":" + three(high) +
+      "],\"accessors\":[{\"bufferView\":0,\"componentType\":5125,\"type\":\"SCALAR\",\"count\":" +
+      std::to_string(indices.size()) +
+      "},{\"bufferView\":1,\"componentType\":5126,\"type\":\"VEC3\",\"count\":" + count +
+      ",\"min\":" + three(low) + ",\"max\":" + three(high) +
       "},{\"bufferView\":2,\"componentType\":5126,\"type\":\"VEC3\",\"count\":" + count +
       "},{\"bufferView\":3,\"componentType\":5126,\"type\":\"VEC2\",\"count\":" + count + "}]}";
   json.resize((json.size() + 3) / 4 * 4, ' ');

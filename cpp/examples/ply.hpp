@@ -41,12 +41,12 @@ inline std::vector<double> read_ply(const std::string &path) {
     } else if (word == "property" && in_vertex) {
       Property p;
       words >> p.type >> p.name;
-      const std::string &t = p.type;
-      p.size = t == "double" || t == "float64" ? 8
-               : t == "float" || t == "float32" || t == "int" || t == "uint" || t == "int32" || t == "uint32" ? 4
-               : t == "short" || t == "ushort" || t == "int16" || t == "uint16" ? 2
-               : t == "char" || t == "uchar" || t == "int8" || t == "uint8" ? 1
-                                                                               : 0;
+      const auto is = [&p](const char *name) { return p.type == name; };
+      p.size = 0;
+      if (is("char") || is("uchar") || is("int8") || is("uint8")) p.size = 1;
+      if (is("short") || is("ushort") || is("int16") || is("uint16")) p.size = 2;
+      if (is("int") || is("uint") || is("float") || is("int32") || is("uint32") || is("float32")) p.size = 4;
+      if (is("double") || is("float64")) p.size = 8;
       if (p.size == 0) throw damaged("a vertex property of a kind that is not read here");
       properties.push_back(p);
     }
@@ -62,7 +62,8 @@ inline std::vector<double> read_ply(const std::string &path) {
         if (!(file >> value)) throw damaged("the points end early");
       } else {
         row.resize(p.size);
-        if (!file.read(row.data(), static_cast<std::streamsize>(p.size))) throw damaged("the points end early");
+        if (!file.read(row.data(), static_cast<std::streamsize>(p.size)))
+          throw damaged("the points end early");
         if (p.type == "double" || p.type == "float64") {
           std::memcpy(&value, row.data(), 8);
         } else if (p.type == "float" || p.type == "float32") {

@@ -1,5 +1,6 @@
-/* How long a cancel takes: cancels a fit of POINTS points at MOMENTS random moments from another thread. A measurement, not a test: what else the
- * machine does counts too. Names the stages of the slowest. cancel [POINTS [MOMENTS]] */
+/* How long a cancel takes: cancels a fit of POINTS points at MOMENTS random moments from another thread. A
+ * measurement, not a test: what else the machine does counts too. Names the stages of the slowest. cancel
+ * [POINTS [MOMENTS]] */
 #define _POSIX_C_SOURCE 200809L
 #include <atlasfit.h>
 
@@ -57,8 +58,10 @@ int main(int argc, char **argv) {
   if (!xyz || !late) return 1;
   srand(7);
   for (size_t i = 0; i < n; i++) {
-    double z = 2.0 * ((double)i + 0.5) / (double)n - 1.0, a = 2.399963229728653 * (double)i, s = sqrt(1.0 - z * z);
-    double r = 1.0 + 0.1 * sin(6.0 * z) * cos(3.0 * a) + 0.003 * ((double)rand() / RAND_MAX + (double)rand() / RAND_MAX - 1.0);
+    double z = 2.0 * ((double)i + 0.5) / (double)n - 1.0, a = 2.399963229728653 * (double)i,
+           s = sqrt(1.0 - z * z);
+    double r = 1.0 + 0.1 * sin(6.0 * z) * cos(3.0 * a) +
+               0.003 * ((double)rand() / RAND_MAX + (double)rand() / RAND_MAX - 1.0);
     xyz[3 * i] = r * s * cos(a);
     xyz[3 * i + 1] = r * s * sin(a);
     xyz[3 * i + 2] = r * z;
@@ -94,7 +97,8 @@ int main(int argc, char **argv) {
   printf("%zu points, %.2f s whole; %d of %d cancelled in time", n, whole, cancelled, moments);
   if (cancelled) printf("; cancel to return: median %.0f ms", 1e3 * late[cancelled / 2].seconds);
   printf("\n");
-  for (int i = 0; i < cancelled && i < 5; i++) printf("%5.0f ms  %s\n", 1e3 * late[i].seconds, atlasfit_stage_name(late[i].stage));
+  for (int i = 0; i < cancelled && i < 5; i++)
+    printf("%5.0f ms  %s\n", 1e3 * late[i].seconds, atlasfit_stage_name(late[i].stage));
   free(late);
   free(xyz);
   return 0;

@@ -1,5 +1,5 @@
-/* Every kind of call once, also failing and cancelled at each stage, for valgrind and the sanitizers: all memory must be given back.
- * soak [POINTS [THREADS]] */
+/* Every kind of call once, also failing and cancelled at each stage, for valgrind and the sanitizers: all
+ * memory must be given back. soak [POINTS [THREADS]] */
 #include <atlasfit.h>
 
 #include <math.h>
@@ -12,13 +12,16 @@ static void want(int32_t status, int32_t expected, const char *what) {
   if (status != expected) {
     char text[512];
     atlasfit_last_error(text, sizeof text);
-    fprintf(stderr, "%s: %s instead of %s; %s\n", what, atlasfit_status_name(status), atlasfit_status_name(expected), text);
+    fprintf(stderr, "%s: %s instead of %s; %s\n", what, atlasfit_status_name(status),
+            atlasfit_status_name(expected), text);
     wrong++;
   }
 }
 
 /* Cancels at a share of the stages. */
-static int32_t until(void *user, uint32_t stage, double fraction) { return stage + fraction < *(double *)user; }
+static int32_t until(void *user, uint32_t stage, double fraction) {
+  return stage + fraction < *(double *)user;
+}
 
 static double noise(void) { return (double)rand() / RAND_MAX - 0.5; }
 
@@ -29,7 +32,8 @@ int main(int argc, char **argv) {
   float *weight = malloc(n * sizeof *weight);
   if (!xyz || !rgb || !weight) return 1;
   for (size_t i = 0; i < n; i++) {
-    double z = 2.0 * ((double)i + 0.5) / (double)n - 1.0, a = 2.399963229728653 * (double)i, s = sqrt(1.0 - z * z), r = 1.0 + 0.02 * noise();
+    double z = 2.0 * ((double)i + 0.5) / (double)n - 1.0, a = 2.399963229728653 * (double)i,
+           s = sqrt(1.0 - z * z), r = 1.0 + 0.02 * noise();
     xyz[3 * i] = r * s * cos(a) + 1000000.0;
     xyz[3 * i + 1] = r * s * sin(a);
     xyz[3 * i + 2] = r * z;
@@ -132,7 +136,8 @@ int main(int argc, char **argv) {
   const double uv[2] = {0.1, -0.2};
   double place[3];
   want(atlasfit_atlas_eval(atlas, info.charts - 1, uv, 1, place, NULL, NULL, 1), ATLASFIT_OK, "eval");
-  want(atlasfit_atlas_eval(atlas, info.charts, uv, 1, place, NULL, NULL, 1), ATLASFIT_INDEX_OUT_OF_RANGE, "eval");
+  want(atlasfit_atlas_eval(atlas, info.charts, uv, 1, place, NULL, NULL, 1), ATLASFIT_INDEX_OUT_OF_RANGE,
+       "eval");
   size_t size = 0;
   want(atlasfit_atlas_save(atlas, NULL, 0, &size), ATLASFIT_OK, "size");
   uint8_t *bytes = malloc(size);
@@ -166,7 +171,8 @@ int main(int argc, char **argv) {
   want(atlasfit_distance_options_init(&few, sizeof few), ATLASFIT_OK, "options");
   few.samples = few.chamfer_samples = 500;
   want(atlasfit_measure_surface(&mesh, &mesh, &few, &run, &distance), ATLASFIT_OK, "distance");
-  want(atlasfit_measure_points(&points, &mesh, &few, &run, &distance, NULL, 0), ATLASFIT_OK, "distance of points");
+  want(atlasfit_measure_points(&points, &mesh, &few, &run, &distance, NULL, 0), ATLASFIT_OK,
+       "distance of points");
   atlasfit_bake_options page;
   want(atlasfit_bake_options_init(&page, sizeof page), ATLASFIT_OK, "options");
   page.width = page.height = 64;

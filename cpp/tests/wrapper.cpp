@@ -29,7 +29,8 @@ static atlasfit_status status_of(F &&f) {
 int main() {
   std::vector<float> xyz;
   for (int i = 0; i < 3000; i++) {
-    const float z = 2.0f * (static_cast<float>(i) + 0.5f) / 3000.0f - 1.0f, a = 2.39996323f * static_cast<float>(i), s = std::sqrt(1.0f - z * z);
+    const float z = 2.0f * (static_cast<float>(i) + 0.5f) / 3000.0f - 1.0f,
+                a = 2.39996323f * static_cast<float>(i), s = std::sqrt(1.0f - z * z);
     const float r = 1.0f + 0.01f * std::sin(static_cast<float>(i) * 12.9898f);
     xyz.insert(xyz.end(), {r * s * std::cos(a), r * s * std::sin(a), r * z});
   }
@@ -48,19 +49,26 @@ int main() {
   want(calls > 0, "progress is told");
   want(overall >= 0.0 && !falls, "the overall share never falls");
   want(clean.report().parts == 1 && clean.report().points == 3000, "one part, all points");
-  want(clean.point_positions().size() == 9000 && clean.surface_corner_uv().size() == 6 * clean.report().triangles, "sizes");
+  want(clean.point_positions().size() == 9000 &&
+           clean.surface_corner_uv().size() == 6 * clean.report().triangles,
+       "sizes");
   want(status_of([&] { clean.surface_colors(); }) == ATLASFIT_NOT_AVAILABLE, "no colours");
 
   const atlasfit::Atlas atlas = clean.atlas();
   const std::array<double, 6> two = {0, 0, 1.5, 0.2, 0, -0.9};
   const atlasfit::Projection p = atlas.project(atlasfit::Points(two));
-  want(std::abs(p.positions[2] - 1.0) < 0.05 && std::abs(p.distances[0] - 0.5) < 0.05, "projected onto the sphere");
+  want(std::abs(p.positions[2] - 1.0) < 0.05 && std::abs(p.distances[0] - 0.5) < 0.05,
+       "projected onto the sphere");
   const atlasfit::Places places = atlas.eval(0, std::vector<double>{0.0, 0.0});
-  want(std::abs(std::hypot(places.positions[0], places.positions[1], places.positions[2]) - 1.0) < 0.05, "a chart is on the sphere");
+  want(std::abs(std::hypot(places.positions[0], places.positions[1], places.positions[2]) - 1.0) < 0.05,
+       "a chart is on the sphere");
 
   const std::vector<std::uint8_t> bytes = atlas.save();
-  want(atlasfit::Atlas::load(bytes.data(), bytes.size()).project(atlasfit::Points(two)).positions == p.positions, "saved and loaded");
-  want(status_of([&] { atlasfit::Atlas::load(bytes.data(), 100); }) == ATLASFIT_BAD_FILE, "a part of the bytes is refused");
+  want(atlasfit::Atlas::load(bytes.data(), bytes.size()).project(atlasfit::Points(two)).positions ==
+           p.positions,
+       "saved and loaded");
+  want(status_of([&] { atlasfit::Atlas::load(bytes.data(), 100); }) == ATLASFIT_BAD_FILE,
+       "a part of the bytes is refused");
 
   // Eigen-style: a pointer, a count, a stride in bytes.
   struct Vertex {
@@ -69,7 +77,8 @@ int main() {
   };
   std::vector<Vertex> wide(3000);
   for (std::size_t i = 0; i < 3000; i++) wide[i] = Vertex{{xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}, 7};
-  const atlasfit::Denoised same = atlasfit::denoise(atlasfit::Points(wide[0].xyz, wide.size(), sizeof(Vertex)));
+  const atlasfit::Denoised same =
+      atlasfit::denoise(atlasfit::Points(wide[0].xyz, wide.size(), sizeof(Vertex)));
   want(same.point_positions() == clean.point_positions(), "a stride changes nothing");
 
   const std::vector<double> surface = clean.surface_positions();
@@ -79,20 +88,24 @@ int main() {
   const atlasfit::UvLayout layout = atlasfit::unwrap(atlasfit::Mesh(surface, triangles), options);
   const std::vector<float> corners = layout.corners();
   std::vector<float> stretch;
-  const atlasfit_uv_quality q = atlasfit::measure_uv(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), {}, &stretch);
-  want(q.flips == 0 && q.overlapping_faces == 0 && stretch.size() == clean.report().triangles, "UVs are sound");
+  const atlasfit_uv_quality q =
+      atlasfit::measure_uv(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), {}, &stretch);
+  want(q.flips == 0 && q.overlapping_faces == 0 && stretch.size() == clean.report().triangles,
+       "UVs are sound");
   want(layout.split().indices.size() == triangles.size(), "split form");
   want(atlasfit::measure_topology(atlasfit::Mesh(surface, triangles)).closed == 1, "closed");
 
   atlasfit::BakeOptions page;
   page.width = page.height = 64;
   const std::vector<std::uint8_t> grey(surface.size(), 77);
-  const std::vector<std::uint8_t> texels =
-      atlasfit::bake(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()).colors(grey.data(), 3), page);
+  const std::vector<std::uint8_t> texels = atlasfit::bake(
+      atlasfit::Mesh(surface, triangles).corner_uv(corners.data()).colors(grey.data(), 3), page);
   want(texels.size() == 4 * 64 * 64 && texels[0] == 77 && texels[3] == 255, "baked vertex colours");
   const std::vector<float> white(xyz.size(), 1.0f);
   const atlasfit::Points scan = atlasfit::Points(xyz).colors(white.data(), 3);
-  want(atlasfit::bake(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), page, {}, &scan)[0] == 255, "baked colours of a scan");
+  want(atlasfit::bake(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), page, {}, &scan)[0] ==
+           255,
+       "baked colours of a scan");
 
   const std::vector<double> none, four(4);
   want(status_of([&] { atlasfit::denoise(atlasfit::Points(none)); }) == ATLASFIT_EMPTY_INPUT, "no points");
@@ -115,10 +128,13 @@ int main() {
   run.progress = nullptr;
   run.cancel = &token;
   std::thread([&token] { token.request(); }).join();
-  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_CANCELLED, "cancelled from a thread");
+  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_CANCELLED,
+       "cancelled from a thread");
   const atlasfit::CancelToken kept = std::move(token);
-  want(status_of([&] { token.request(); }) == ATLASFIT_INVALID_HANDLE, "a token that was moved from asks nobody");
-  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_INVALID_HANDLE, "and is refused by a run");
+  want(status_of([&] { token.request(); }) == ATLASFIT_INVALID_HANDLE,
+       "a token that was moved from asks nobody");
+  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, run); }) == ATLASFIT_INVALID_HANDLE,
+       "and is refused by a run");
   std::printf("%d wrong\n", wrong);
   return wrong != 0;
 }

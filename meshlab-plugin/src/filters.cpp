@@ -15,8 +15,11 @@
 namespace {
 
 const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b>";
-const char* const STRETCH_PAPER = "<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive Meshes\"</b><br>SIGGRAPH 2001.";
-const char* const FRAME = "<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
+const char* const STRETCH_PAPER =
+	"<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive "
+	"Meshes\"</b><br>SIGGRAPH 2001.";
+const char* const FRAME =
+	"<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
 
 /// Choices of the parameter "texture".
 enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
@@ -24,40 +27,57 @@ enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
 Parameter texture_parameter()
 {
 	return {Parameter::ENUM, "texture", TEXTURE_COLORS, "Texture page",
-		"<b>Vertex colours</b>: they are baked into the page (plain grey where there are none). <b>Checker</b>: squares look square and equally large "
+		"<b>Vertex colours</b>: they are baked into the page (plain grey where there are none). "
+		"<b>Checker</b>: squares look square and equally large "
 		"where the UVs are good. <b>None</b>: no page is made.",
 		{"Vertex colours", "Checker", "None"}, false};
 }
 
 Parameter texture_size_parameter(uint32_t value)
 {
-	return {Parameter::INT, "textureSize", double(value), "Page size (texels)", "Side of the square texture page, 16 to 65536. The gaps between charts follow from it.", {}, false};
+	return {Parameter::INT, "textureSize", double(value), "Page size (texels)",
+		"Side of the square texture page, 16 to 65536. The gaps between charts follow from it.", {}, false};
 }
 
 std::vector<Parameter> denoise_parameters(bool surface)
 {
 	const atlasfit_denoise_options o = defaults(atlasfit_denoise_options_init);
 	std::vector<Parameter> list{
-		{Parameter::BOOL, "onlySelected", 0, surface ? "Only the selected vertices" : "Move only the selected vertices",
-			surface ? "The surface is fitted to the selected vertices, the others are left out." : "The surface is fitted to all vertices, but only the selected ones are moved.", {}, false},
+		{Parameter::BOOL, "onlySelected", 0,
+			surface ? "Only the selected vertices" : "Move only the selected vertices",
+			surface ? "The surface is fitted to the selected vertices, the others are left out."
+					: "The surface is fitted to all vertices, but only the selected ones are moved.",
+			{}, false},
 		{Parameter::FLOAT, "noise", o.noise, "Noise (length)",
-			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is estimated.", {}, false},
+			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is "
+			"estimated.",
+			{}, false},
 		{Parameter::ENUM, "prior", double(o.prior), "Prior",
-			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they grow wide. <b>Networks</b>: the paper's networks, "
-			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of them. <b>Level set</b>: one network for all, closed surfaces only.",
+			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they "
+			"grow wide. <b>Networks</b>: the paper's networks, "
+			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of "
+			"them. <b>Level set</b>: one network for all, closed surfaces only.",
 			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, false},
-		{Parameter::INT, "charts", double(o.charts), "Charts", "Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
+		{Parameter::INT, "charts", double(o.charts), "Charts",
+			"Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
 	};
 	if (surface) {
-		list.push_back({Parameter::FLOAT, "detail", o.detail, "Detail", "Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {}, false});
+		list.push_back({Parameter::FLOAT, "detail", o.detail, "Detail",
+			"Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {},
+			false});
 		list.push_back({Parameter::FLOAT, "fillHoles", o.fill_holes, "Fill holes (length)",
-			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the sampling.", {}, false});
-		list.push_back({Parameter::BOOL, "uv", double(o.uv), "Lay out UVs", "Whether the surface gets per-wedge texture coordinates.", {}, false});
+			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the "
+			"sampling.",
+			{}, false});
+		list.push_back({Parameter::BOOL, "uv", double(o.uv), "Lay out UVs",
+			"Whether the surface gets per-wedge texture coordinates.", {}, false});
 		list.push_back(texture_size_parameter(o.texture_size));
 		list.push_back(texture_parameter());
 	} else {
 		list.push_back({Parameter::BOOL, "selectOutliers", 0, "Select outliers",
-			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. They are not moved in any case.", {}, false});
+			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. They are "
+			"not moved in any case.",
+			{}, false});
 	}
 	return list;
 }
@@ -67,16 +87,26 @@ std::vector<Parameter> unwrap_parameters()
 	const atlasfit_unwrap_options o = defaults(atlasfit_unwrap_options_init);
 	return {
 		{Parameter::FLOAT, "maxStretch", o.max_stretch, "Largest stretch",
-			"Bound on the stretch of 95% of the area: 1.1 = lengths are kept within about 10%. Larger gives fewer charts.", {}, false},
-		{Parameter::INT, "maxCharts", double(o.max_charts), "Most charts", "The stretch bound is raised as far as that needs. 0 = any number.", {}, false},
-		{Parameter::BOOL, "keepSeams", double(o.keep_uv_seams), "Keep seams", "Seams of the texture coordinates that the mesh has stay seams.", {}, false},
-		{Parameter::FLOAT, "hardEdges", o.hard_edge_angle, "Cut at angles above (degrees)", "Edges bent by more than this become seams, 0 to 180; 180 = none do for that reason.", {}, false},
+			"Bound on the stretch of 95% of the area: 1.1 = lengths are kept within about 10%. Larger gives "
+			"fewer charts.",
+			{}, false},
+		{Parameter::INT, "maxCharts", double(o.max_charts), "Most charts",
+			"The stretch bound is raised as far as that needs. 0 = any number.", {}, false},
+		{Parameter::BOOL, "keepSeams", double(o.keep_uv_seams), "Keep seams",
+			"Seams of the texture coordinates that the mesh has stay seams.", {}, false},
+		{Parameter::FLOAT, "hardEdges", o.hard_edge_angle, "Cut at angles above (degrees)",
+			"Edges bent by more than this become seams, 0 to 180; 180 = none do for that reason.", {}, false},
 		texture_size_parameter(o.page_width),
 		texture_parameter(),
-		{Parameter::INT, "padding", double(o.padding), "Padding (texels)", "Free texels between charts and at the page's border.", {}, true},
-		{Parameter::INT, "pages", double(o.pages), "Most pages", "0 = one page, or with a density as many as that needs.", {}, true},
-		{Parameter::FLOAT, "density", o.texels_per_unit, "Density (texels per unit)", "Texels per unit of length on the surface. 0 = what fills the pages.", {}, true},
-		{Parameter::ENUM, "packer", double(o.packer), "Packing", "How charts are put on the page. <b>Shapes</b>: in each other's bays and holes. <b>Boxes</b>: by their bounding boxes, fastest.",
+		{Parameter::INT, "padding", double(o.padding), "Padding (texels)",
+			"Free texels between charts and at the page's border.", {}, true},
+		{Parameter::INT, "pages", double(o.pages), "Most pages",
+			"0 = one page, or with a density as many as that needs.", {}, true},
+		{Parameter::FLOAT, "density", o.texels_per_unit, "Density (texels per unit)",
+			"Texels per unit of length on the surface. 0 = what fills the pages.", {}, true},
+		{Parameter::ENUM, "packer", double(o.packer), "Packing",
+			"How charts are put on the page. <b>Shapes</b>: in each other's bays and holes. <b>Boxes</b>: by "
+			"their bounding boxes, fastest.",
 			{"Shapes", "Boxes"}, true},
 	};
 }
@@ -113,7 +143,8 @@ bool only_selected(const MeshModel& layer, const RichParameterList& par)
 	for (const CVertexO& v : layer.cm.vert)
 		if (!v.IsD() && v.IsS())
 			return true;
-	throw std::runtime_error("atlasfit: no vertex is selected. Select some, or switch \"only the selected vertices\" off");
+	throw std::runtime_error(
+		"atlasfit: no vertex is selected. Select some, or switch \"only the selected vertices\" off");
 }
 
 /// One long call into the library, its time added up.
@@ -121,7 +152,8 @@ template <class Call> void timed(Outcome& outcome, Call call)
 {
 	const auto started = std::chrono::steady_clock::now();
 	const atlasfit_status status = call();
-	outcome.library_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+	outcome.library_seconds +=
+		std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
 	check(status);
 }
 
@@ -154,7 +186,8 @@ struct Denoised {
 };
 
 /// The library's denoising of a layer's points, with what they carry.
-Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par, vcg::CallBackPos* progress, bool surface, Outcome& outcome)
+Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par,
+	vcg::CallBackPos* progress, bool surface, Outcome& outcome)
 {
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
 	options.noise = number(par, "noise");
@@ -211,12 +244,15 @@ void tell(const Denoised& fit, Outcome& outcome)
 {
 	const atlasfit_report& r = fit.report;
 	warn(static_cast<const atlasfit_result*>(fit.result.get()), atlasfit_result_warnings, outcome);
-	outcome.lines.push_back("scan: " + grouped(r.points_given) + " points, spacing " + brief(r.spacing) + ", noise " + brief(r.noise) + ", "
-		+ grouped(r.outliers) + " on no surface, " + grouped(r.charts) + " charts");
+	outcome.lines.push_back("scan: " + grouped(r.points_given) + " points, spacing " + brief(r.spacing) +
+		", noise " + brief(r.noise) + ", " + grouped(r.outliers) + " on no surface, " + grouped(r.charts) +
+		" charts");
 	if (r.not_finite + r.duplicates > 0)
-		outcome.lines.push_back("repairs: " + grouped(r.not_finite) + " points not finite and left out, " + grouped(r.duplicates) + " duplicates");
-	for (const auto& v : std::vector<std::pair<const char*, double>>{{"points", double(r.points)}, {"outliers", double(r.outliers)},
-			 {"not_finite", double(r.not_finite)}, {"duplicates", double(r.duplicates)}, {"charts", double(r.charts)}, {"spacing", r.spacing},
+		outcome.lines.push_back("repairs: " + grouped(r.not_finite) + " points not finite and left out, " +
+			grouped(r.duplicates) + " duplicates");
+	for (const auto& v : std::vector<std::pair<const char*, double>>{{"points", double(r.points)},
+			 {"outliers", double(r.outliers)}, {"not_finite", double(r.not_finite)},
+			 {"duplicates", double(r.duplicates)}, {"charts", double(r.charts)}, {"spacing", r.spacing},
 			 {"noise", r.noise}})
 		outcome.values.push_back(v);
 }
@@ -226,13 +262,14 @@ void check_page(const RichParameterList& par)
 {
 	const double size = count(par, "textureSize");
 	if (par.getEnum("texture") != TEXTURE_NONE && size * size * 4 > 2147483647.0)
-		throw std::runtime_error("atlasfit: a texture page of " + std::to_string(int(size)) + " texels is more than MeshLab can hold. Make it smaller, or choose no page");
+		throw std::runtime_error("atlasfit: a texture page of " + std::to_string(int(size)) +
+			" texels is more than MeshLab can hold. Make it smaller, or choose no page");
 }
 
-/// The pages that the user asked for: with the colours of `scan`, or of the mesh's own vertices. Made before the document is touched: they may need more
-/// memory than there is.
-std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages, const atlasfit_mesh& mesh, const atlasfit_points* scan, vcg::CallBackPos* progress,
-	Outcome& outcome)
+/// The pages that the user asked for: with the colours of `scan`, or of the mesh's own vertices. Made before
+/// the document is touched: they may need more memory than there is.
+std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages, const atlasfit_mesh& mesh,
+	const atlasfit_points* scan, vcg::CallBackPos* progress, Outcome& outcome)
 {
 	const int texture = par.getEnum("texture"), size = int(count(par, "textureSize"));
 	if (texture == TEXTURE_NONE)
@@ -247,14 +284,17 @@ std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages,
 	std::vector<QImage> images;
 	for (; options.page < pages; ++options.page) {
 		QImage image(size, size, QImage::Format_RGBA8888);
-		timed(outcome, [&] { return atlasfit_bake(&mesh, scan, &options, &how, image.bits(), std::size_t(image.sizeInBytes())); });
+		timed(outcome, [&] {
+			return atlasfit_bake(&mesh, scan, &options, &how, image.bits(), std::size_t(image.sizeInBytes()));
+		});
 		images.push_back(image.convertToFormat(QImage::Format_RGB32));
 	}
 	return images;
 }
 
 /// Gives the layer its pages and says where they are.
-void keep_pages(MeshModel& layer, const MeshModel& beside, const std::vector<QImage>& images, Outcome& outcome)
+void keep_pages(
+	MeshModel& layer, const MeshModel& beside, const std::vector<QImage>& images, Outcome& outcome)
 {
 	if (images.empty())
 		return;
@@ -277,7 +317,8 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	surface.corners.resize(3 * r.triangles);
 	check(atlasfit_result_surface_positions(fit.result.get(), xyz.data(), xyz.size()));
 	check(atlasfit_result_surface_normals(fit.result.get(), normals.data(), normals.size()));
-	check(atlasfit_result_surface_triangles(fit.result.get(), surface.corners.data(), surface.corners.size()));
+	check(
+		atlasfit_result_surface_triangles(fit.result.get(), surface.corners.data(), surface.corners.size()));
 	if (r.has_uv) {
 		uv.resize(6 * r.triangles);
 		check(atlasfit_result_surface_corner_uv(fit.result.get(), uv.data(), uv.size()));
@@ -310,7 +351,8 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 
 	MeshModel& layer = *md.addNewMesh("", QFileInfo(source.label()).completeBaseName() + "_atlas", true);
 	layer.cm.Tr = source.cm.Tr;
-	layer.updateDataMask((rgba.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTCOLOR) | (quality.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTQUALITY));
+	layer.updateDataMask((rgba.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTCOLOR) |
+		(quality.empty() ? MeshModel::MM_NONE : MeshModel::MM_VERTQUALITY));
 	vcg::tri::Allocator<CMeshO>::AddVertices(layer.cm, r.vertices);
 	vcg::tri::Allocator<CMeshO>::AddFaces(layer.cm, r.triangles);
 	surface.face.resize(r.triangles);
@@ -337,16 +379,19 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	}
 
 	tell(fit, outcome);
-	outcome.lines.push_back("surface: " + grouped(r.vertices) + " vertices, " + grouped(r.triangles) + " faces, " + grouped(r.parts)
-		+ (r.parts == 1 ? " part, " : " parts, ") + grouped(r.boundary_edges) + " boundary edges in " + grouped(r.boundary_loops) + " loops, "
-		+ grouped(r.filled_holes) + " holes filled, " + grouped(r.uv_charts) + " UV charts" + (r.one_sided ? ", one-sided" : ""));
-	for (const auto& v : std::vector<std::pair<const char*, double>>{{"vertices", double(r.vertices)}, {"faces", double(r.triangles)},
-			 {"parts", double(r.parts)}, {"boundary_edges", double(r.boundary_edges)}, {"boundary_loops", double(r.boundary_loops)},
+	outcome.lines.push_back("surface: " + grouped(r.vertices) + " vertices, " + grouped(r.triangles) +
+		" faces, " + grouped(r.parts) + (r.parts == 1 ? " part, " : " parts, ") + grouped(r.boundary_edges) +
+		" boundary edges in " + grouped(r.boundary_loops) + " loops, " + grouped(r.filled_holes) +
+		" holes filled, " + grouped(r.uv_charts) + " UV charts" + (r.one_sided ? ", one-sided" : ""));
+	for (const auto& v : std::vector<std::pair<const char*, double>>{{"vertices", double(r.vertices)},
+			 {"faces", double(r.triangles)}, {"parts", double(r.parts)},
+			 {"boundary_edges", double(r.boundary_edges)}, {"boundary_loops", double(r.boundary_loops)},
 			 {"uv_charts", double(r.uv_charts)}, {"one_sided", double(r.one_sided)}, {"voxel", r.voxel}})
 		outcome.values.push_back(v);
 }
 
-void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+void denoise_vertices(
+	MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
 {
 	MeshModel& layer = current(md);
 	const Frame frame(layer.cm);
@@ -369,7 +414,8 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 		const bool on_surface = chart[i] != UINT32_MAX;
 		double length = 0;
 		if (on_surface && (!selection || v.IsS())) {
-			const double d[3] = {xyz[3 * i] - from.xyz[3 * i], xyz[3 * i + 1] - from.xyz[3 * i + 1], xyz[3 * i + 2] - from.xyz[3 * i + 2]};
+			const double d[3] = {xyz[3 * i] - from.xyz[3 * i], xyz[3 * i + 1] - from.xyz[3 * i + 1],
+				xyz[3 * i + 2] - from.xyz[3 * i + 2]};
 			length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 			v.P() = frame.position_back(&xyz[3 * i]);
 			if (cloud)
@@ -390,7 +436,8 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 
 	tell(fit, outcome);
 	const double rms = moved ? std::sqrt(sum / double(moved)) : 0;
-	outcome.lines.push_back("moved: " + grouped(moved) + " vertices by " + brief(rms) + " (root mean square), at most " + brief(most) + "; stored as vertex quality");
+	outcome.lines.push_back("moved: " + grouped(moved) + " vertices by " + brief(rms) +
+		" (root mean square), at most " + brief(most) + "; stored as vertex quality");
 	outcome.values.push_back({"moved", double(moved)});
 	outcome.values.push_back({"displacement_rms", rms});
 	outcome.values.push_back({"displacement_max", most});
@@ -400,17 +447,22 @@ void denoise_vertices(MeshDocument& md, const RichParameterList& par, vcg::CallB
 void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float>* stretch, Outcome& outcome)
 {
 	auto q = out<atlasfit_uv_quality>();
-	timed(outcome, [&] { return atlasfit_measure_uv(&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0); });
-	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) + " times the square root of the area, " + brief(100 * q.coverage)
-		+ "% of the texture covered");
-	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " + brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2)
-		+ ", conformal " + brief(q.conformal));
-	outcome.lines.push_back("faults: " + grouped(q.flips) + " flipped, " + grouped(q.overlapping_faces) + " overlapping, " + grouped(q.degenerate)
-		+ " collapsed faces" + (q.inside ? "" : "; UVs leave the page") + (q.finite ? "" : "; some UVs are not finite"));
-	for (const auto& v : std::vector<std::pair<const char*, double>>{{"charts", double(q.charts)}, {"seam", q.seam}, {"stretch_median", q.stretch_median},
-			 {"stretch_p95", q.stretch_p95}, {"stretch_l2", q.stretch_l2}, {"stretch_linf", q.stretch_linf}, {"conformal", q.conformal},
-			 {"flips", double(q.flips)}, {"overlapping_faces", double(q.overlapping_faces)}, {"collapsed", double(q.degenerate)},
-			 {"coverage", q.coverage}, {"inside", double(q.inside)}})
+	timed(outcome, [&] {
+		return atlasfit_measure_uv(
+			&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0);
+	});
+	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) +
+		" times the square root of the area, " + brief(100 * q.coverage) + "% of the texture covered");
+	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " +
+		brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2) + ", conformal " + brief(q.conformal));
+	outcome.lines.push_back("faults: " + grouped(q.flips) + " flipped, " + grouped(q.overlapping_faces) +
+		" overlapping, " + grouped(q.degenerate) + " collapsed faces" +
+		(q.inside ? "" : "; UVs leave the page") + (q.finite ? "" : "; some UVs are not finite"));
+	for (const auto& v : std::vector<std::pair<const char*, double>>{{"charts", double(q.charts)},
+			 {"seam", q.seam}, {"stretch_median", q.stretch_median}, {"stretch_p95", q.stretch_p95},
+			 {"stretch_l2", q.stretch_l2}, {"stretch_linf", q.stretch_linf}, {"conformal", q.conformal},
+			 {"flips", double(q.flips)}, {"overlapping_faces", double(q.overlapping_faces)},
+			 {"collapsed", double(q.degenerate)}, {"coverage", q.coverage}, {"inside", double(q.inside)}})
 		outcome.values.push_back(v);
 }
 
@@ -435,7 +487,8 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	std::vector<float> old;
 	if (options.keep_uv_seams) {
 		if (!layer.hasDataMask(MeshModel::MM_WEDGTEXCOORD))
-			throw std::runtime_error("atlasfit: the layer has no per-wedge texture coordinates whose seams could be kept");
+			throw std::runtime_error(
+				"atlasfit: the layer has no per-wedge texture coordinates whose seams could be kept");
 		old = corner_uv(layer.cm, faces);
 		in.corner_uv = old.data();
 	}
@@ -466,11 +519,15 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	const std::vector<QImage> images = page_images(par, info.pages, laid, nullptr, progress, outcome);
 
 	set_corner_uv(layer, faces, uv, pages);
-	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) + (info.pages == 1 ? " page, " : " pages, ")
-		+ brief(info.texels_per_unit) + " texels per unit" + (info.stretch_bound > options.max_stretch ? "; stretch bound raised to " + brief(info.stretch_bound) : ""));
-	for (const auto& said : std::vector<std::pair<std::size_t, const char*>>{{info.degenerate_faces, "faces without area got small UV triangles"},
+	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) +
+		(info.pages == 1 ? " page, " : " pages, ") + brief(info.texels_per_unit) + " texels per unit" +
+		(info.stretch_bound > options.max_stretch ? "; stretch bound raised to " + brief(info.stretch_bound)
+												  : ""));
+	for (const auto& said : std::vector<std::pair<std::size_t, const char*>>{
+			 {info.degenerate_faces, "faces without area got small UV triangles"},
 			 {info.duplicate_faces, "faces that repeat another got UVs of their own"},
-			 {info.non_manifold_edges, "edges where more than two faces, or two that face apart, meet were cut"}})
+			 {info.non_manifold_edges,
+				 "edges where more than two faces, or two that face apart, meet were cut"}})
 		if (said.first > 0)
 			outcome.lines.push_back(grouped(said.first) + " " + said.second);
 	keep_pages(layer, layer, images, outcome);
@@ -502,7 +559,8 @@ void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos
 			largest = std::max(largest, s);
 	layer.updateDataMask(MeshModel::MM_FACEQUALITY);
 	for (std::size_t i = 0; i < faces.face.size(); ++i)
-		layer.cm.face[faces.face[i]].Q() = typename CFaceO::QualityType(std::isfinite(stretch[i]) ? stretch[i] : largest);
+		layer.cm.face[faces.face[i]].Q() =
+			typename CFaceO::QualityType(std::isfinite(stretch[i]) ? stretch[i] : largest);
 	outcome.values.push_back({"largest", double(largest)});
 }
 
@@ -512,28 +570,47 @@ const About& about(int filter)
 {
 	static const std::array<About, FILTERS> all{{
 		{"Atlas reconstruction (deep manifold prior)", "generate_surface_reconstruction_atlas",
-			QString("Fits an atlas of smooth overlapping charts to the vertices of the current layer and makes one clean connected surface of it in a new layer, with "
-					"normals, colours, per-wedge texture coordinates and a texture page. The layer may be a point cloud or a mesh, whose faces are not looked at; "
-					"normals are not needed.<br>Use it for noisy scans with stray points, thin parts and holes: noise, charts and smoothness are found from the data, holes "
-					"stay open unless you ask for them to be filled, one-sided surfaces are possible.") + FRAME + PAPER,
-			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE, MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},
+			QString("Fits an atlas of smooth overlapping charts to the vertices of the current layer and "
+					"makes one clean connected surface of it in a new layer, with "
+					"normals, colours, per-wedge texture coordinates and a texture page. The layer may be a "
+					"point cloud or a mesh, whose faces are not looked at; "
+					"normals are not needed.<br>Use it for noisy scans with stray points, thin parts and "
+					"holes: noise, charts and smoothness are found from the data, holes "
+					"stay open unless you ask for them to be filled, one-sided surfaces are possible.") +
+				FRAME + PAPER,
+			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE,
+			MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},
 		{"Denoise points/vertices (deep manifold prior)", "apply_coord_denoising_atlas",
-			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of smooth charts that is fitted to them. Order, faces, attributes and "
-					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices that belong to no surface stay where they are.<br>Use it where "
-					"the points themselves matter: for registration, measuring, or before a reconstruction of your choice.") + FRAME + PAPER,
+			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of "
+					"smooth charts that is fitted to them. Order, faces, attributes and "
+					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices "
+					"that belong to no surface stay where they are.<br>Use it where "
+					"the points themselves matter: for registration, measuring, or before a reconstruction "
+					"of your choice.") +
+				FRAME + PAPER,
 			Host::Smoothing | Host::PointSet, MeshModel::MM_NONE,
-			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL | MeshModel::MM_VERTQUALITY | MeshModel::MM_VERTFLAGSELECT},
+			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL |
+				MeshModel::MM_VERTQUALITY | MeshModel::MM_VERTFLAGSELECT},
 		{"Parametrization: stretch-regularized atlas", "compute_texcoord_parametrization_atlas",
-			QString("Gives the current mesh per-wedge texture coordinates: few charts of low stretch that neither flip nor overlap, packed on square pages, and a texture page "
-					"with the vertex colours baked into it. Geometry and order stay as they are. Any mesh will do: open, closed, of any genus, with non-manifold "
-					"edges or faces without area.<br>Use it before baking, painting or exporting with a texture. The pages that the layer had are replaced.") + FRAME + PAPER + STRETCH_PAPER,
+			QString("Gives the current mesh per-wedge texture coordinates: few charts of low stretch that "
+					"neither flip nor overlap, packed on square pages, and a texture page "
+					"with the vertex colours baked into it. Geometry and order stay as they are. Any mesh "
+					"will do: open, closed, of any genus, with non-manifold "
+					"edges or faces without area.<br>Use it before baking, painting or exporting with a "
+					"texture. The pages that the layer had are replaced.") +
+				FRAME + PAPER + STRETCH_PAPER,
 			Host::Texture, MeshModel::MM_FACENUMBER, MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
 		{"UV distortion", "compute_scalar_by_uv_distortion_per_face",
-			QString("Measures the per-wedge texture coordinates of the current mesh, whoever made them. Face quality becomes the stretch: the largest factor by which a length on "
-					"the face is stretched or shrunk in the texture, after one global scale that makes the areas equal; 1 = isometric. Collapsed faces get the "
-					"largest stretch of the others. The log says charts, seam length, stretch, flips and overlaps, by exact predicates.<br>Pages count as square; "
-					"follow it with \"Colorize by face Quality\".") + FRAME + STRETCH_PAPER,
-			Host::Quality | Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD, MeshModel::MM_FACEQUALITY},
+			QString("Measures the per-wedge texture coordinates of the current mesh, whoever made them. Face "
+					"quality becomes the stretch: the largest factor by which a length on "
+					"the face is stretched or shrunk in the texture, after one global scale that makes the "
+					"areas equal; 1 = isometric. Collapsed faces get the "
+					"largest stretch of the others. The log says charts, seam length, stretch, flips and "
+					"overlaps, by exact predicates.<br>Pages count as square; "
+					"follow it with \"Colorize by face Quality\".") +
+				FRAME + STRETCH_PAPER,
+			Host::Quality | Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD,
+			MeshModel::MM_FACEQUALITY},
 	}};
 	return all.at(std::size_t(filter));
 }
@@ -560,7 +637,8 @@ Outcome apply(int filter, const RichParameterList& par, MeshDocument& md, vcg::C
 {
 	// While the major version is 0, the minor one decides.
 	if (atlasfit_version() >> 16 != ATLASFIT_VERSION >> 16)
-		throw std::runtime_error("atlasfit: the plugin was built for another version of libatlasfit than the one that was loaded. Build it again");
+		throw std::runtime_error("atlasfit: the plugin was built for another version of libatlasfit than the "
+								 "one that was loaded. Build it again");
 	Outcome outcome;
 	switch (filter) {
 	case RECONSTRUCT: reconstruct(md, par, progress, outcome); break;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The filters as every MeshLab sees them: names, help, parameters, and applying one to the current layer. No algorithm: arrays out, one call into
-// libatlasfit, arrays back.
+// The filters as every MeshLab sees them: names, help, parameters, and applying one to the current layer. No
+// algorithm: arrays out, one call into libatlasfit, arrays back.
 #pragma once
 
 #include "host.h"
@@ -19,7 +19,8 @@ struct About {
 	int menus;
 	/// What the layer must have: MeshModel::MeshElement values, joined.
 	int needs;
-	/// What is changed: MeshModel::MeshElement values, joined. The host previews filters that change no number of vertices or faces.
+	/// What is changed: MeshModel::MeshElement values, joined. The host previews filters that change no
+	/// number of vertices or faces.
 	int changes;
 };
 
@@ -48,5 +49,6 @@ struct Outcome {
 const About& about(int filter);
 std::vector<Parameter> parameters(int filter);
 
-/// Applies a filter to the current layer. A failure is a std::exception whose text is for the user, and leaves the document as it was.
+/// Applies a filter to the current layer. A failure is a std::exception whose text is for the user, and
+/// leaves the document as it was.
 Outcome apply(int filter, const RichParameterList& par, MeshDocument& md, vcg::CallBackPos* progress);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What differs between MeshLab 2020.09 and 2022.02 onwards for code that works on layers. The filters are written against this file once.
+// What differs between MeshLab 2020.09 and 2022.02 onwards for code that works on layers. The filters are
+// written against this file once.
 #pragma once
 
 #if __has_include(<common/plugins/interfaces/filter_plugin.h>)
@@ -43,11 +44,13 @@ struct Page {
 	std::string where;
 };
 
-/// Makes `images` the layer's texture pages, in order, in place of those it had. `beside` is the layer whose name and folder the pages take.
+/// Makes `images` the layer's texture pages, in order, in place of those it had. `beside` is the layer whose
+/// name and folder the pages take.
 ///
-/// From 2022.02 pages are held in memory until the layer is saved. 2020.09 knows files only: pages are written beside the layer's file, under a
-/// name that is free.
-inline std::vector<Page> set_pages(MeshModel& layer, const MeshModel& beside, const std::vector<QImage>& images)
+/// From 2022.02 pages are held in memory until the layer is saved. 2020.09 knows files only: pages are
+/// written beside the layer's file, under a name that is free.
+inline std::vector<Page> set_pages(
+	MeshModel& layer, const MeshModel& beside, const std::vector<QImage>& images)
 {
 	QString stem = QFileInfo(beside.label()).completeBaseName();
 	stem.replace(' ', '_'); // which not every reader of .mtl files takes
@@ -55,7 +58,8 @@ inline std::vector<Page> set_pages(MeshModel& layer, const MeshModel& beside, co
 		stem += "_atlas";
 	std::vector<Page> pages;
 #if ATLASFIT_MESHLAB_2020
-	const QDir folder = beside.fullName().isEmpty() ? QDir::current() : QFileInfo(beside.fullName()).absoluteDir();
+	const QDir folder =
+		beside.fullName().isEmpty() ? QDir::current() : QFileInfo(beside.fullName()).absoluteDir();
 	layer.cm.textures.clear();
 	for (const QImage& image : images) {
 		QString name;
@@ -64,7 +68,9 @@ inline std::vector<Page> set_pages(MeshModel& layer, const MeshModel& beside, co
 		const QString path = folder.absoluteFilePath(name);
 		if (!image.save(path)) {
 			layer.cm.textures.clear();
-			return {{false, "the texture page cannot be written to " + path.toStdString() + ". Save the layer where files may be written"}};
+			return {{false,
+				"the texture page cannot be written to " + path.toStdString() +
+					". Save the layer where files may be written"}};
 		}
 		// The host looks for names from the current folder, which is that of the file opened last.
 		layer.cm.textures.push_back((folder == QDir::current() ? name : path).toStdString());
@@ -73,7 +79,8 @@ inline std::vector<Page> set_pages(MeshModel& layer, const MeshModel& beside, co
 #else
 	layer.clearTextures();
 	for (std::size_t i = 0; i < images.size(); ++i) {
-		const std::string name = (images.size() == 1 ? stem + ".png" : QString("%1_%2.png").arg(stem).arg(i)).toStdString();
+		const std::string name =
+			(images.size() == 1 ? stem + ".png" : QString("%1_%2.png").arg(stem).arg(i)).toStdString();
 		layer.addTexture(name, images[i]);
 		pages.push_back({true, name});
 	}

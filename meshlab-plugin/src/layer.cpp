@@ -18,7 +18,8 @@ Frame::Frame(const CMeshO& layer)
 	const vcg::Matrix44d product = to * back;
 	for (int i = 0; i < 16; ++i)
 		if (!(std::abs(product[i / 4][i % 4] - identity[i / 4][i % 4]) < 1e-6))
-			throw std::runtime_error("atlasfit: the layer's matrix flattens it, or is not finite. Use \"Matrix: Reset Current Matrix\" first");
+			throw std::runtime_error("atlasfit: the layer's matrix flattens it, or is not finite. Use "
+									 "\"Matrix: Reset Current Matrix\" first");
 }
 
 vcg::Point3<Coordinate> Frame::position_back(const double* p) const
@@ -34,7 +35,8 @@ vcg::Point3<Coordinate> Frame::normal_back(const float* n) const
 	vcg::Point3d q(n[0], n[1], n[2]);
 	if (moved) {
 		// Normals go with the transposed inverse of what positions go with.
-		q = vcg::Point3d(to[0][0] * n[0] + to[1][0] * n[1] + to[2][0] * n[2], to[0][1] * n[0] + to[1][1] * n[1] + to[2][1] * n[2],
+		q = vcg::Point3d(to[0][0] * n[0] + to[1][0] * n[1] + to[2][0] * n[2],
+			to[0][1] * n[0] + to[1][1] * n[1] + to[2][1] * n[2],
 			to[0][2] * n[0] + to[1][2] * n[1] + to[2][2] * n[2]);
 		if (q.Norm() > 0)
 			q.Normalize();
@@ -104,7 +106,10 @@ std::vector<uint32_t> polygons(const CMeshO& layer, const Triangles& triangles)
 {
 	struct Hidden {
 		uint32_t a, b, triangle;
-		bool operator<(const Hidden& o) const { return std::tie(a, b, triangle) < std::tie(o.a, o.b, o.triangle); }
+		bool operator<(const Hidden& o) const
+		{
+			return std::tie(a, b, triangle) < std::tie(o.a, o.b, o.triangle);
+		}
 	};
 	std::vector<Hidden> hidden;
 	for (std::size_t i = 0; i < triangles.face.size(); ++i)
@@ -144,7 +149,8 @@ std::vector<uint8_t> colors(const CMeshO& layer, const Points& points)
 	return rgba;
 }
 
-void set_corner_uv(MeshModel& layer, const Triangles& triangles, const std::vector<float>& uv, const std::vector<uint32_t>& pages)
+void set_corner_uv(MeshModel& layer, const Triangles& triangles, const std::vector<float>& uv,
+	const std::vector<uint32_t>& pages)
 {
 	layer.updateDataMask(MeshModel::MM_WEDGTEXCOORD);
 	for (std::size_t i = 0; i < triangles.face.size(); ++i)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A layer as plain arrays and back. Deleted elements are left out; positions are those that the user sees, the layer's matrix applied.
+// A layer as plain arrays and back. Deleted elements are left out; positions are those that the user sees,
+// the layer's matrix applied.
 #pragma once
 
 #include "host.h"
@@ -43,11 +44,13 @@ std::vector<float> corner_uv(const CMeshO& layer, const Triangles& triangles);
 /// The page of each triangle's UVs.
 std::vector<uint32_t> face_pages(const CMeshO& layer, const Triangles& triangles);
 
-/// For each triangle the polygon that it is part of, by the edges that the host hides. Empty where no edge is hidden.
+/// For each triangle the polygon that it is part of, by the edges that the host hides. Empty where no edge is
+/// hidden.
 std::vector<uint32_t> polygons(const CMeshO& layer, const Triangles& triangles);
 
 /// Red, green, blue, alpha of each point.
 std::vector<uint8_t> colors(const CMeshO& layer, const Points& points);
 
 /// Sets the corners' UVs and pages; `pages` has one number per triangle or is empty (one page).
-void set_corner_uv(MeshModel& layer, const Triangles& triangles, const std::vector<float>& uv, const std::vector<uint32_t>& pages);
+void set_corner_uv(MeshModel& layer, const Triangles& triangles, const std::vector<float>& uv,
+	const std::vector<uint32_t>& pages);

@@ -19,7 +19,9 @@ QImage checker(int size)
 	for (int y = 0; y < size; ++y) {
 		QRgb* row = reinterpret_cast<QRgb*>(image.scanLine(y));
 		for (int x = 0; x < size; ++x)
-			row[x] = (int(int64_t(x) * squares / size) + int(int64_t(y) * squares / size)) % 2 ? qRgb(235, 235, 235) : qRgb(90, 120, 160);
+			row[x] = (int(int64_t(x) * squares / size) + int(int64_t(y) * squares / size)) % 2
+				? qRgb(235, 235, 235)
+				: qRgb(90, 120, 160);
 	}
 	return image;
 }

@@ -16,12 +16,15 @@ void AtlasfitPlugin::initParameterSet(QAction* a, MeshModel&, RichParameterList&
 		case Parameter::BOOL: list.addParam(RichBool(p.name, p.value != 0, p.label, p.help)); break;
 		case Parameter::INT: list.addParam(RichInt(p.name, int(p.value), p.label, p.help)); break;
 		case Parameter::FLOAT: list.addParam(RichFloat(p.name, float(p.value), p.label, p.help)); break;
-		case Parameter::ENUM: list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help)); break;
+		case Parameter::ENUM:
+			list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help));
+			break;
 		}
 	}
 }
 
-bool AtlasfitPlugin::applyFilter(QAction* a, MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress)
+bool AtlasfitPlugin::applyFilter(
+	QAction* a, MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress)
 {
 	try {
 		for (const std::string& line : apply(ID(a), par, md, progress).lines)

@@ -16,17 +16,23 @@ RichParameterList AtlasfitPlugin::initParameterList(const QAction* a, const Mesh
 	RichParameterList list;
 	for (const Parameter& p : parameters(ID(a))) {
 		switch (p.kind) {
-		case Parameter::BOOL: list.addParam(RichBool(p.name, p.value != 0, p.label, p.help, p.advanced)); break;
+		case Parameter::BOOL:
+			list.addParam(RichBool(p.name, p.value != 0, p.label, p.help, p.advanced));
+			break;
 		case Parameter::INT: list.addParam(RichInt(p.name, int(p.value), p.label, p.help, p.advanced)); break;
-		case Parameter::FLOAT: list.addParam(RichFloat(p.name, Scalarm(p.value), p.label, p.help, p.advanced)); break;
-		case Parameter::ENUM: list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help, p.advanced)); break;
+		case Parameter::FLOAT:
+			list.addParam(RichFloat(p.name, Scalarm(p.value), p.label, p.help, p.advanced));
+			break;
+		case Parameter::ENUM:
+			list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help, p.advanced));
+			break;
 		}
 	}
 	return list;
 }
 
-std::map<std::string, QVariant> AtlasfitPlugin::applyFilter(const QAction* a, const RichParameterList& par, MeshDocument& md, unsigned int&,
-	vcg::CallBackPos* progress)
+std::map<std::string, QVariant> AtlasfitPlugin::applyFilter(const QAction* a, const RichParameterList& par,
+	MeshDocument& md, unsigned int&, vcg::CallBackPos* progress)
 {
 	Outcome outcome;
 	try {

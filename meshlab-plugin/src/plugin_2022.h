@@ -23,6 +23,6 @@ public:
 	int getPreConditions(const QAction* a) const override { return about(ID(a)).needs; }
 	int postCondition(const QAction* a) const override { return about(ID(a)).changes; }
 	RichParameterList initParameterList(const QAction*, const MeshModel&) override;
-	std::map<std::string, QVariant> applyFilter(const QAction*, const RichParameterList&, MeshDocument&, unsigned int& postConditionMask,
-		vcg::CallBackPos*) override;
+	std::map<std::string, QVariant> applyFilter(const QAction*, const RichParameterList&, MeshDocument&,
+		unsigned int& postConditionMask, vcg::CallBackPos*) override;
 };

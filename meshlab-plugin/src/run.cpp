@@ -13,14 +13,16 @@ void check(atlasfit_status status)
 		return;
 	std::string text(atlasfit_last_error(nullptr, 0) + 1, '\0');
 	text.resize(atlasfit_last_error(&text[0], text.size()));
-	throw std::runtime_error("atlasfit: " + (text.empty() ? std::string(atlasfit_status_name(status)) : text));
+	throw std::runtime_error(
+		"atlasfit: " + (text.empty() ? std::string(atlasfit_status_name(status)) : text));
 }
 
 static int32_t relay(void* user, uint32_t stage, double fraction)
 {
 	// The host's callback may not throw through the library.
 	try {
-		return reinterpret_cast<vcg::CallBackPos*>(user)(int(100 * fraction), atlasfit_stage_name(stage)) ? 1 : 0;
+		return reinterpret_cast<vcg::CallBackPos*>(user)(int(100 * fraction), atlasfit_stage_name(stage)) ? 1
+																										  : 0;
 	} catch (...) {
 		return 0;
 	}
@@ -31,11 +33,15 @@ std::vector<Parameter> run_parameters()
 	const atlasfit_run run = defaults(atlasfit_run_init);
 	return {
 		{Parameter::FLOAT, "timeLimit", TIME_LIMIT, "Time limit (s)",
-			"Seconds after which the filter gives up and changes nothing: MeshLab has no way to cancel a filter. 0 = no limit.", {}, true},
+			"Seconds after which the filter gives up and changes nothing: MeshLab has no way to cancel a "
+			"filter. 0 = no limit.",
+			{}, true},
 		{Parameter::INT, "memoryLimit", double(run.memory_limit_bytes), "Memory limit (MiB)",
 			"The filter gives up at once where it expects to need more. 0 = no limit.", {}, true},
-		{Parameter::INT, "seed", double(run.seed), "Seed", "Seed of everything random. Same input and seed give the same result.", {}, true},
-		{Parameter::INT, "threads", double(run.threads), "Threads", "Worker threads; 0 = all cores. The result does not depend on it.", {}, true},
+		{Parameter::INT, "seed", double(run.seed), "Seed",
+			"Seed of everything random. Same input and seed give the same result.", {}, true},
+		{Parameter::INT, "threads", double(run.threads), "Threads",
+			"Worker threads; 0 = all cores. The result does not depend on it.", {}, true},
 	};
 }
 
@@ -67,6 +73,7 @@ uint32_t count(const RichParameterList& par, const char* name)
 {
 	const int value = par.getInt(name);
 	if (value < 0)
-		throw std::runtime_error(std::string("atlasfit: ") + name + " is " + std::to_string(value) + ". Give 0 or more");
+		throw std::runtime_error(
+			std::string("atlasfit: ") + name + " is " + std::to_string(value) + ". Give 0 or more");
 	return uint32_t(value);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Calls into libatlasfit: its failures as exceptions, its handles freed, its progress on the host's bar, its struct defaults.
+// Calls into libatlasfit: its failures as exceptions, its handles freed, its progress on the host's bar, its
+// struct defaults.
 #pragma once
 
 #include "filters.h"
@@ -40,7 +41,8 @@ std::vector<Parameter> run_parameters();
 /// How a call is run, from those parameters.
 atlasfit_run run(const RichParameterList& par, vcg::CallBackPos* progress);
 
-/// A number that the user gave. Hosts built for float hold 1.1 as 1.10000002: its shortest decimal is what was meant.
+/// A number that the user gave. Hosts built for float hold 1.1 as 1.10000002: its shortest decimal is what
+/// was meant.
 double number(const RichParameterList& par, const char* name);
 
 /// A whole number that the user gave, 0 or more.
