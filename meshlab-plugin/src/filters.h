@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The filters as every MeshLab sees them: names, help, parameters, and applying one to the current layer. No
-// algorithm: arrays out, one call into libatlasfit, arrays back.
+// The filters as every MeshLab sees them: names, help, parameters (about.cpp), and applying one to the current
+// layer (filters.cpp). No algorithm: arrays out, one call into libatlasfit, arrays back.
 #pragma once
 
 #include "host.h"
 
 /// The filters, by the number that the host knows them by.
 enum Filter { RECONSTRUCT, DENOISE, PARAMETRIZE, DISTORTION, FILTERS };
+
+/// Choices of the parameter "texture".
+enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
 
 /// What the host shows of a filter, and what it must know before and after it runs.
 struct About {

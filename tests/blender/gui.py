@@ -113,7 +113,7 @@ def click(x, y):
 
 
 def script():
-    """Each yield lets Blender live for that many seconds."""
+    """Each yield lets Blender live for that many seconds. Over 80 lines: one walk through the window, in order."""
     remove_all()
     with within("VIEW_3D"):
         bpy.ops.mesh.primitive_monkey_add()

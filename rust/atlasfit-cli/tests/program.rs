@@ -33,6 +33,7 @@ const BOX: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1
     vt 0.8 0\nvt 0.99 0\nvt 0.99 0.19\nvt 0.8 0.19\nf 4/1 3/2 2/3 1/4\nf 1/5 2/6 6/7 5/8\n\
     f 2/9 3/10 7/11 6/12\nf 3/13 4/14 8/15 7/16\nf 4/17 1/18 5/19 8/20\n";
 
+// Over 80 lines: a list of command lines.
 #[test]
 fn wrong_command_lines_exit_with_2_and_failed_work_with_1() {
     let folder = Folder::new("codes");

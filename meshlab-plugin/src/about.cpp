@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the host shows of the filters: names, help and parameters.
+#include "filters.h"
+
+#include "run.h"
+
+#include <array>
+
+namespace {
+
+const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b>";
+const char* const STRETCH_PAPER =
+	"<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive "
+	"Meshes\"</b><br>SIGGRAPH 2001.";
+const char* const FRAME =
+	"<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
+
+Parameter texture_parameter()
+{
+	return {Parameter::ENUM, "texture", TEXTURE_COLORS, "Texture page",
+		"<b>Vertex colours</b>: they are baked into the page (plain grey where there are none). "
+		"<b>Checker</b>: squares look square and equally large "
+		"where the UVs are good. <b>None</b>: no page is made.",
+		{"Vertex colours", "Checker", "None"}, false};
+}
+
+Parameter texture_size_parameter(uint32_t value)
+{
+	return {Parameter::INT, "textureSize", double(value), "Page size (texels)",
+		"Side of the square texture page, 16 to 65536. The gaps between charts follow from it.", {}, false};
+}
+
+std::vector<Parameter> denoise_parameters(bool surface)
+{
+	const atlasfit_denoise_options o = defaults(atlasfit_denoise_options_init);
+	std::vector<Parameter> list{
+		{Parameter::BOOL, "onlySelected", 0,
+			surface ? "Only the selected vertices" : "Move only the selected vertices",
+			surface ? "The surface is fitted to the selected vertices, the others are left out."
+					: "The surface is fitted to all vertices, but only the selected ones are moved.",
+			{}, false},
+		{Parameter::FLOAT, "noise", o.noise, "Noise (length)",
+			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is "
+			"estimated.",
+			{}, false},
+		{Parameter::ENUM, "prior", double(o.prior), "Prior",
+			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they "
+			"grow wide. <b>Networks</b>: the paper's networks, "
+			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of "
+			"them. <b>Level set</b>: one network for all, closed surfaces only.",
+			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, false},
+		{Parameter::INT, "charts", double(o.charts), "Charts",
+			"Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
+	};
+	if (surface) {
+		list.push_back({Parameter::FLOAT, "detail", o.detail, "Detail",
+			"Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {},
+			false});
+		list.push_back({Parameter::FLOAT, "fillHoles", o.fill_holes, "Fill holes (length)",
+			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the "
+			"sampling.",
+			{}, false});
+		list.push_back({Parameter::BOOL, "uv", double(o.uv), "Lay out UVs",
+			"Whether the surface gets per-wedge texture coordinates.", {}, false});
+		list.push_back(texture_size_parameter(o.texture_size));
+		list.push_back(texture_parameter());
+	} else {
+		list.push_back({Parameter::BOOL, "selectOutliers", 0, "Select outliers",
+			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. They are "
+			"not moved in any case.",
+			{}, false});
+	}
+	return list;
+}
+
+std::vector<Parameter> unwrap_parameters()
+{
+	const atlasfit_unwrap_options o = defaults(atlasfit_unwrap_options_init);
+	return {
+		{Parameter::FLOAT, "maxStretch", o.max_stretch, "Largest stretch",
+			"Bound on the stretch of 95% of the area: 1.1 = lengths are kept within about 10%. Larger gives "
+			"fewer charts.",
+			{}, false},
+		{Parameter::INT, "maxCharts", double(o.max_charts), "Most charts",
+			"The stretch bound is raised as far as that needs. 0 = any number.", {}, false},
+		{Parameter::BOOL, "keepSeams", double(o.keep_uv_seams), "Keep seams",
+			"Seams of the texture coordinates that the mesh has stay seams.", {}, false},
+		{Parameter::FLOAT, "hardEdges", o.hard_edge_angle, "Cut at angles above (degrees)",
+			"Edges bent by more than this become seams, 0 to 180; 180 = none do for that reason.", {}, false},
+		texture_size_parameter(o.page_width),
+		texture_parameter(),
+		{Parameter::INT, "padding", double(o.padding), "Padding (texels)",
+			"Free texels between charts and at the page's border.", {}, true},
+		{Parameter::INT, "pages", double(o.pages), "Most pages",
+			"0 = one page, or with a density as many as that needs.", {}, true},
+		{Parameter::FLOAT, "density", o.texels_per_unit, "Density (texels per unit)",
+			"Texels per unit of length on the surface. 0 = what fills the pages.", {}, true},
+		{Parameter::ENUM, "packer", double(o.packer), "Packing",
+			"How charts are put on the page. <b>Shapes</b>: in each other's bays and holes. <b>Boxes</b>: by "
+			"their bounding boxes, fastest.",
+			{"Shapes", "Boxes"}, true},
+	};
+}
+
+} // namespace
+
+const About& about(int filter)
+{
+	static const std::array<About, FILTERS> all{{
+		{"Atlas reconstruction (deep manifold prior)", "generate_surface_reconstruction_atlas",
+			QString("Fits an atlas of smooth overlapping charts to the vertices of the current layer and "
+					"makes one clean connected surface of it in a new layer, with "
+					"normals, colours, per-wedge texture coordinates and a texture page. The layer may be a "
+					"point cloud or a mesh, whose faces are not looked at; "
+					"normals are not needed.<br>Use it for noisy scans with stray points, thin parts and "
+					"holes: noise, charts and smoothness are found from the data, holes "
+					"stay open unless you ask for them to be filled, one-sided surfaces are possible.") +
+				FRAME + PAPER,
+			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE,
+			MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},
+		{"Denoise points/vertices (deep manifold prior)", "apply_coord_denoising_atlas",
+			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of "
+					"smooth charts that is fitted to them. Order, faces, attributes and "
+					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices "
+					"that belong to no surface stay where they are.<br>Use it where "
+					"the points themselves matter: for registration, measuring, or before a reconstruction "
+					"of your choice.") +
+				FRAME + PAPER,
+			Host::Smoothing | Host::PointSet, MeshModel::MM_NONE,
+			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL |
+				MeshModel::MM_VERTQUALITY | MeshModel::MM_VERTFLAGSELECT},
+		{"Parametrization: stretch-regularized atlas", "compute_texcoord_parametrization_atlas",
+			QString("Gives the current mesh per-wedge texture coordinates: few charts of low stretch that "
+					"neither flip nor overlap, packed on square pages, and a texture page "
+					"with the vertex colours baked into it. Geometry and order stay as they are. Any mesh "
+					"will do: open, closed, of any genus, with non-manifold "
+					"edges or faces without area.<br>Use it before baking, painting or exporting with a "
+					"texture. The pages that the layer had are replaced.") +
+				FRAME + PAPER + STRETCH_PAPER,
+			Host::Texture, MeshModel::MM_FACENUMBER, MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
+		{"UV distortion", "compute_scalar_by_uv_distortion_per_face",
+			QString("Measures the per-wedge texture coordinates of the current mesh, whoever made them. Face "
+					"quality becomes the stretch: the largest factor by which a length on "
+					"the face is stretched or shrunk in the texture, after one global scale that makes the "
+					"areas equal; 1 = isometric. Collapsed faces get the "
+					"largest stretch of the others. The log says charts, seam length, stretch, flips and "
+					"overlaps, by exact predicates.<br>Pages count as square; "
+					"follow it with \"Colorize by face Quality\".") +
+				FRAME + STRETCH_PAPER,
+			Host::Quality | Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD,
+			MeshModel::MM_FACEQUALITY},
+	}};
+	return all.at(std::size_t(filter));
+}
+
+std::vector<Parameter> parameters(int filter)
+{
+	std::vector<Parameter> list;
+	switch (filter) {
+	case RECONSTRUCT: list = denoise_parameters(true); break;
+	case DENOISE: list = denoise_parameters(false); break;
+	case PARAMETRIZE: list = unwrap_parameters(); break;
+	}
+	for (const Parameter& p : run_parameters())
+		list.push_back(p);
+	for (Parameter& p : list) {
+		const QString value = p.kind == Parameter::BOOL ? QString(p.value != 0 ? "on" : "off")
+			: p.kind == Parameter::ENUM ? p.choices.value(int(p.value)) : QString::number(p.value);
+		p.help += "<br>Default: " + value + ".";
+	}
+	return list;
+}
