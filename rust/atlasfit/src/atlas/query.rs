@@ -25,6 +25,25 @@ const STEPS: (usize, usize) = (8, 6);
 const BOX: (usize, f64) = (9, 0.05);
 
 /// A fitted atlas.
+///
+/// ```
+/// use atlasfit::atlas::{file, query::Atlas};
+/// use atlasfit::{DenoiseOptions, Run, Vec3, denoise, geometry::PointCloud};
+/// let ball = (0..500).map(|i| {
+///     let (z, turn) = (1.0 - (f64::from(i) + 0.5) / 250.0, 2.4 * f64::from(i));
+///     [(1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z]
+/// });
+/// let scan = PointCloud::from_positions(ball.collect());
+/// let mut run = Run::default();
+/// let fit = denoise(&scan, &DenoiseOptions::default().with_uv(false), &mut run)?;
+/// let atlas = run.execute(|ctx| Atlas::new(fit.charts, fit.origin, fit.scale, ctx))?;
+/// let read = run.execute(|ctx| file::from_bytes(&file::to_bytes(&atlas)?, ctx))?;
+/// let found = run.execute(|ctx| read.project(&[Vec3([0.0, 0.0, 1.2])], ctx))?[0].unwrap();
+/// assert!((found.position.norm() - 1.0).abs() < 0.05 && (found.distance - 0.2).abs() < 0.05);
+/// let place = read.place(found.chart as usize, found.uv).unwrap();
+/// assert!(place.position.dist2(found.position).sqrt() < 0.1);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Atlas {
     charts: Vec<Chart>,

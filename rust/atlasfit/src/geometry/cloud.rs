@@ -55,6 +55,12 @@ pub struct Scanners {
 
 /// A point cloud. Positions are f64 in the user's unit and frame; every optional column has one entry per
 /// point.
+///
+/// ```
+/// use atlasfit::geometry::PointCloud;
+/// let cloud = PointCloud::from_positions(vec![[0.0; 3], [1.0, 0.0, 0.0]]);
+/// assert!(cloud.len() == 2 && !cloud.is_empty() && cloud.bytes() >= 48);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointCloud {
     /// Positions.

@@ -181,6 +181,18 @@ pub fn points(
 ///
 /// # Errors
 /// As [`points`].
+///
+/// ```
+/// use atlasfit::Run;
+/// use atlasfit::geometry::{PointCloud, TriMesh};
+/// use atlasfit::measure::{DistanceOptions, distance::points_each};
+/// let truth = TriMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+/// let cloud = PointCloud::from_positions(vec![[0.2, 0.2, 0.0], [0.2, 0.2, 0.5]]);
+/// let options = DistanceOptions::default();
+/// let (_, each) = Run::default().execute(|ctx| points_each(&cloud, &truth, &options, ctx))?;
+/// assert!(each[0] < 1e-12 && each[1] == 0.5);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn points_each(
     cloud: &PointCloud,
     truth: &TriMesh,

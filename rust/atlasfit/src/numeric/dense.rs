@@ -8,6 +8,14 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 /// Factors the symmetric positive definite `a` (n x n, upper triangle) as Uᵀ U in place. False if a pivot is
 /// not positive: the matrix is not numerically positive definite and its content is then meaningless. For a
 /// handful of unknowns; [`eliminate`] is for dozens.
+///
+/// ```
+/// use atlasfit::numeric::dense::{cholesky, cholesky_solve};
+/// let (mut a, mut b) = ([4.0, 2.0, 0.0, 5.0], [8.0, 12.0]);
+/// assert!(cholesky(&mut a, 2));
+/// cholesky_solve(&a, 2, &mut b);
+/// assert_eq!(b, [1.0, 2.0]);
+/// ```
 #[must_use]
 pub fn cholesky(a: &mut [f64], n: usize) -> bool {
     for p in 0..n {
@@ -44,6 +52,16 @@ pub const LANES: usize = 4;
 /// Right-looking by rows, `ROWS` pivots at a time: every inner loop runs along a row and has no carried
 /// sum, and an entry is loaded and stored once for several pivots. Vectors are chosen at run time and whole:
 /// the entries of a row just left of its diagonal change too.
+///
+/// ```
+/// use atlasfit::numeric::dense::{LANES, eliminate};
+/// let mut a = vec![0.0; LANES * LANES];
+/// (0..LANES).for_each(|i| a[i * LANES + i] = 4.0);
+/// a[1] = 2.0;
+/// assert!(eliminate(&mut a, LANES, 1));
+/// // The first row of U, and what it leaves of the second: 4 - 2^2 / 4.
+/// assert_eq!((a[0], a[1], a[LANES + 1]), (2.0, 1.0, 3.0));
+/// ```
 #[must_use]
 pub fn eliminate(a: &mut [f64], width: usize, pivots: usize) -> bool {
     assert!(width.is_multiple_of(LANES) && a.len() == width * width && pivots <= width);
@@ -125,6 +143,13 @@ impl WithSimd for Eliminate<'_> {
 }
 
 /// Solves Uᵀ U x = b in place for a factor made by [`cholesky`].
+///
+/// ```
+/// use atlasfit::numeric::dense::cholesky_solve;
+/// let mut b = [8.0];
+/// cholesky_solve(&[2.0], 1, &mut b);
+/// assert_eq!(b, [2.0]);
+/// ```
 pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
     for i in 0..n {
         let row = &u[i * n + i..(i + 1) * n];
@@ -143,6 +168,11 @@ pub fn cholesky_solve(u: &[f64], n: usize, b: &mut [f64]) {
 
 /// Eigenvalues (ascending) and unit eigenvectors of the symmetric 3 x 3 matrix with entries
 /// xx, xy, xz, yy, yz, zz. Jacobi rotations: exact to rounding, also for repeated eigenvalues.
+///
+/// ```
+/// let (values, vectors) = atlasfit::numeric::dense::eigen3([2.0, 0.0, 0.0, 3.0, 0.0, 1.0]);
+/// assert_eq!((values, vectors[0][2].abs()), ([1.0, 2.0, 3.0], 1.0));
+/// ```
 #[must_use]
 pub fn eigen3(m: [f64; 6]) -> ([f64; 3], [Vec3; 3]) {
     let mut a = [[m[0], m[1], m[2]], [m[1], m[3], m[4]], [m[2], m[4], m[5]]];
@@ -195,6 +225,14 @@ pub struct Principal {
 }
 
 /// Weighted mean, principal variances (ascending) and principal axes of points; `None` without weight.
+///
+/// ```
+/// use atlasfit::{Vec3, numeric::dense::principal};
+/// let points = [-1.0, 3.0].map(|x| (Vec3([x, 0.0, 0.0]), 1.0));
+/// let found = principal(points.into_iter()).unwrap();
+/// assert_eq!((found.mean[0], found.variances[2], found.axes[2][0].abs()), (1.0, 4.0, 1.0));
+/// assert_eq!(principal(std::iter::empty()), None);
+/// ```
 #[must_use]
 pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<Principal> {
     let (mut total, mut mean) = (0.0, Vec3::ZERO);

@@ -6,6 +6,13 @@
 pub(crate) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// A SplitMix64 stream. Give every block of parallel work a stream of its own ([`Rng::stream`]).
+///
+/// ```
+/// use atlasfit::numeric::Rng;
+/// let (mut a, mut b) = (Rng::new(7), Rng::stream(7, 1));
+/// assert_ne!(a.bits(), b.bits());
+/// assert!((0.0..1.0).contains(&a.uniform()) && a.below(6) < 6 && a.normal().is_finite());
+/// ```
 #[derive(Debug, Clone)]
 pub struct Rng(u64);
 
@@ -47,6 +54,12 @@ const fn mix(mut z: u64) -> u64 {
 }
 
 /// The numbers 0..n in a random order that depends on the seed only (Fisher and Yates).
+///
+/// ```
+/// let mut order = atlasfit::numeric::rng::shuffled(5, 1);
+/// order.sort_unstable();
+/// assert_eq!(order, [0, 1, 2, 3, 4]);
+/// ```
 #[must_use]
 pub fn shuffled(n: usize, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();

@@ -5,6 +5,11 @@
 pub const TUKEY: f64 = 4.0;
 
 /// Tukey's biweight of a residual.
+///
+/// ```
+/// use atlasfit::numeric::robust::tukey;
+/// assert_eq!([0.0, 1.0, 2.0].map(|r| tukey(r, 2.0)), [1.0, 0.5625, 0.0]);
+/// ```
 #[inline]
 #[must_use]
 pub fn tukey(residual: f64, limit: f64) -> f64 {

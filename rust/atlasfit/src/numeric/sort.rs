@@ -16,6 +16,14 @@ const SAMPLE: usize = 63;
 ///
 /// # Errors
 /// Cancelled or out of time; the elements are then in no particular order.
+///
+/// ```
+/// use atlasfit::{Run, numeric::sort::sort_by};
+/// let mut v = [1.5_f64, -2.0, 0.5];
+/// Run::default().execute(|ctx| sort_by(&mut v, |a, b| b.total_cmp(a), ctx))?;
+/// assert_eq!(v, [1.5, 0.5, -2.0]);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn sort_by<T: Copy + Send>(
     v: &mut [T],
     compare: impl Fn(&T, &T) -> Ordering + Copy + Send + Sync,
@@ -61,6 +69,14 @@ fn sort_to<T: Copy + Send>(
 ///
 /// # Errors
 /// Cancelled or out of time.
+///
+/// ```
+/// use atlasfit::{Run, numeric::sort::sort};
+/// let mut v = [3, 1, 2];
+/// Run::default().execute(|ctx| sort(&mut v, ctx))?;
+/// assert_eq!(v, [1, 2, 3]);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn sort<T: Copy + Send + Ord>(v: &mut [T], ctx: &Context<'_>) -> Result<()> {
     sort_by(v, T::cmp, ctx)
 }
@@ -69,6 +85,14 @@ pub fn sort<T: Copy + Send + Ord>(v: &mut [T], ctx: &Context<'_>) -> Result<()> 
 ///
 /// # Errors
 /// Cancelled or out of time.
+///
+/// ```
+/// use atlasfit::{Run, numeric::sort::partition};
+/// let mut v = [1, 2, 3, 4];
+/// let even = Run::default().execute(|ctx| partition(&mut v, |x| x % 2 == 0, ctx))?;
+/// assert!(even == 2 && v[..2].iter().all(|x| x % 2 == 0));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn partition<T: Copy>(v: &mut [T], first: impl Fn(&T) -> bool, ctx: &Context<'_>) -> Result<usize> {
     let mut front = 0;
     let mut from = 0;

@@ -2,6 +2,12 @@
 
 /// Ratio of the modified Bessel functions I1 / I0: the mean cosine of an angle known with concentration `k`
 /// (Abramowitz and Stegun 9.8).
+///
+/// ```
+/// use atlasfit::numeric::special::mean_cosine;
+/// assert_eq!(mean_cosine(0.0), 0.0);
+/// assert!((mean_cosine(2.0) - 0.697_775).abs() < 1e-5);
+/// ```
 #[must_use]
 pub fn mean_cosine(k: f64) -> f64 {
     let (l0, l1) = bessel_scaled(k);
@@ -9,6 +15,11 @@ pub fn mean_cosine(k: f64) -> f64 {
 }
 
 /// exp(-k) I0(k) and exp(-k) I1(k) (Abramowitz and Stegun 9.8.1 to 9.8.4, errors below 2e-7).
+///
+/// ```
+/// let (i0, i1) = atlasfit::numeric::special::bessel_scaled(1.0);
+/// assert!((i0 - 0.465_760).abs() < 1e-5 && (i1 - 0.207_910).abs() < 1e-5);
+/// ```
 #[must_use]
 pub fn bessel_scaled(k: f64) -> (f64, f64) {
     let horner = |c: &[f64], x: f64| c.iter().rev().fold(0.0, |a, b| a * x + b);

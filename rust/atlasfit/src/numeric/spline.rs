@@ -62,6 +62,11 @@ pub struct Hessian {
 }
 
 /// Height at (u, v) in the domain [-1, 1]^2.
+///
+/// ```
+/// use atlasfit::numeric::spline::{COEFFS, value};
+/// assert!((value(&[2.0; COEFFS], 0.3, -0.9) - 2.0).abs() < 1e-12);
+/// ```
 #[inline]
 #[must_use]
 pub fn value(coeffs: &[f32; COEFFS], u: f64, v: f64) -> f64 {
@@ -80,6 +85,12 @@ pub fn value(coeffs: &[f32; COEFFS], u: f64, v: f64) -> f64 {
 }
 
 /// Height and its two derivatives at (u, v) in the domain [-1, 1]^2.
+///
+/// ```
+/// use atlasfit::numeric::spline::{COEFFS, value_gradient};
+/// let slope = value_gradient(&[2.0; COEFFS], 0.3, -0.9);
+/// assert!(slope.du.abs() < 1e-12 && slope.dv.abs() < 1e-12);
+/// ```
 #[inline]
 #[must_use]
 pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> Slope {
@@ -99,6 +110,12 @@ pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> Slope {
 }
 
 /// Second derivatives (uu, uv, vv) of the height at (u, v) in the domain.
+///
+/// ```
+/// use atlasfit::numeric::spline::{COEFFS, hessian};
+/// let second = hessian(&[2.0; COEFFS], 0.3, -0.9);
+/// assert!(second.uu.abs() + second.uv.abs() + second.vv.abs() < 1e-9);
+/// ```
 #[must_use]
 pub fn hessian(coeffs: &[f32; COEFFS], u: f64, v: f64) -> Hessian {
     let ((i, s), (j, t)) = (locate(u), locate(v));

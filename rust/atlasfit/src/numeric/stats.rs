@@ -1,6 +1,10 @@
 //! Order statistics.
 
 /// The median of positive values; 0 for none.
+///
+/// ```
+/// assert_eq!(atlasfit::numeric::stats::median(&mut [3.0, 1.0, 2.0]), 2.0);
+/// ```
 #[must_use]
 pub fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {

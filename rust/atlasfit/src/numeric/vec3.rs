@@ -8,6 +8,13 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Deref, DerefMut, Mul, Neg, Sub, SubAssign};
 
 /// A vector or a point in space. It derefs to its array: `v[0]`, `v.iter()`.
+///
+/// ```
+/// use atlasfit::Vec3;
+/// let (a, b) = (Vec3([3.0, 0.0, 4.0]), Vec3::new(0.0, 2.0, 0.0));
+/// assert_eq!((a.norm(), a.dot(b), a.cross(b)), (5.0, 0.0, Vec3([-8.0, 0.0, 6.0])));
+/// assert_eq!((a + b * 0.5)[1], 1.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default, TransparentWrapper)]
 #[repr(transparent)]
 pub struct Vec3(pub [f64; 3]);

@@ -63,6 +63,19 @@ pub fn denoise(cloud: &PointCloud, options: &DenoiseOptions, run: &mut Run<'_>) 
 ///
 /// # Errors
 /// As [`denoise`], and those of the guide.
+///
+/// ```
+/// use atlasfit::{DenoiseOptions, Run, geometry::PointCloud, pipeline::denoise_guided};
+/// let ball = (0..500).map(|i| {
+///     let (z, turn) = (1.0 - (f64::from(i) + 0.5) / 250.0, 2.4 * f64::from(i));
+///     [(1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z]
+/// });
+/// let scan = PointCloud::from_positions(ball.collect());
+/// let options = DenoiseOptions::default().with_uv(false);
+/// let result = denoise_guided(&scan, &options, None, &mut Run::default())?;
+/// assert_eq!(result.points.len(), 500);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn denoise_guided(
     cloud: &PointCloud,
     options: &DenoiseOptions,

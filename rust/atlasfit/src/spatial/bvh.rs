@@ -11,6 +11,13 @@ use crate::run::Context;
 use std::ops::ControlFlow;
 
 /// An axis-aligned box.
+///
+/// ```
+/// use atlasfit::{Vec3, spatial::bvh::Aabb};
+/// let b = Aabb::of(&[Vec3([0.0; 3]), Vec3([1.0, 2.0, 0.0])]);
+/// assert_eq!((b.longest_side(), b.distance2(Vec3([0.0, 0.0, 3.0]))), (2.0, 9.0));
+/// assert_eq!(b.join(&Aabb::EMPTY), b);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
     /// Smallest coordinates.
@@ -55,6 +62,20 @@ impl Aabb {
 }
 
 /// The tree.
+///
+/// ```
+/// use atlasfit::{Run, Vec3, spatial::bvh::{Aabb, Bvh}};
+/// use std::ops::ControlFlow;
+/// let points = [0.0, 1.0, 5.0].map(|x| Vec3([x, 0.0, 0.0]));
+/// let tree = Run::default().execute(|ctx| Bvh::build(&points.map(|p| Aabb::of(&[p])), ctx))?;
+/// let query = Vec3([3.5, 0.0, 0.0]);
+/// let nearest = tree.nearest(query, f64::INFINITY, |i| points[i as usize].dist2(query));
+/// assert_eq!(nearest, Some((2, 2.25)));
+/// let region = Aabb::of(&[Vec3([4.0, 0.0, 0.0]), Vec3([6.0, 0.0, 0.0])]);
+/// let found = tree.meeting(&region, |i| if i == 2 { ControlFlow::Break(i) } else { ControlFlow::Continue(()) });
+/// assert_eq!(found, ControlFlow::Break(2));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
     nodes: Vec<Aabb>,

@@ -51,6 +51,18 @@ impl HalfEdge {
 }
 
 /// All half-edges of a mesh, by edge, then by face.
+///
+/// ```
+/// use atlasfit::{Run, spatial::edges::Edges};
+/// let triangles = [[0, 1, 2], [0, 2, 3]];
+/// let edges = Run::default().execute(|ctx| Edges::new(&triangles, ctx))?;
+/// assert_eq!(edges.iter().count(), 5);
+/// let inner = edges.iter().find(|e| e.len() == 2).unwrap();
+/// assert_eq!((inner[0].ends(), inner[0].face(), inner[1].face()), ([0, 2], 0, 1));
+/// assert!((inner[0].start(&triangles), inner[1].start(&triangles)) == (2, 0));
+/// assert!(!inner[0].runs_as(inner[1], &triangles));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Edges(Vec<HalfEdge>);
 

@@ -16,6 +16,19 @@ const NONE: u32 = u32::MAX;
 
 /// A forest of k-d trees (kiddo) over points, below a tree of boxes: a search looks only into the trees whose
 /// boxes it touches, and finds these in time that grows with the logarithm of their number.
+///
+/// ```
+/// use atlasfit::{Run, Vec3, spatial::Neighbours};
+/// let points: Vec<Vec3> = (0..9).map(|i| Vec3([f64::from(i), 0.0, 0.0])).collect();
+/// let tree = Run::default().execute(|ctx| Neighbours::build(&points, ctx))?;
+/// let (query, mut found) = (Vec3([2.25, 0.0, 0.0]), Vec::new());
+/// tree.nearest(query, 2, &mut found);
+/// assert_eq!((found[0].index, found[1].index), (2, 3));
+/// tree.within(query, 1.5, &mut found);
+/// assert_eq!(found.len(), 3);
+/// assert_eq!(tree.nearest_one(query).dist2, 0.0625);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub struct Neighbours {
     /// The boxes in preorder: a node, its first child with all below it, its second child.
     nodes: Vec<Node>,

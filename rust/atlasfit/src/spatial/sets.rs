@@ -2,6 +2,15 @@
 
 /// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of
 /// unions.
+///
+/// ```
+/// use atlasfit::spatial::sets::Sets;
+/// let mut sets = Sets::new(4);
+/// sets.join(3, 1);
+/// assert_eq!((sets.find(3), sets.find(2), sets.count(0..4)), (1, 2, 3));
+/// sets.reset(2);
+/// assert_eq!(sets.count(0..2), 2);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Sets(Vec<u32>);
 
@@ -41,6 +50,14 @@ impl Sets {
 
 /// Disjoint sets whose members are alike or opposite: each knows how it stands to its set's root, the
 /// smallest member.
+///
+/// ```
+/// use atlasfit::spatial::sets::SignedSets;
+/// let mut sets = SignedSets::new(3);
+/// sets.join(0, 1, true);
+/// sets.join(1, 2, true);
+/// assert_eq!((sets.find(1), sets.find(2)), ((0, true), (0, false)));
+/// ```
 #[derive(Debug, Clone)]
 pub struct SignedSets(Vec<(u32, bool)>);
 

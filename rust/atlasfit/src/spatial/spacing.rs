@@ -12,6 +12,11 @@ use crate::run::Context;
 use rayon::prelude::*;
 
 /// The spacing of a scan's points.
+///
+/// ```
+/// let sampling = atlasfit::spatial::spacing::Sampling::new(vec![1.0, 4.0, 2.0]);
+/// assert_eq!(sampling.median, 2.0);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Sampling {
     /// Spacing at each point: the side of the square of surface that one point stands for.
@@ -43,6 +48,14 @@ pub struct Around {
 ///
 /// # Errors
 /// Cancelled or out of time.
+///
+/// ```
+/// use atlasfit::{Run, Vec3, spatial::{Neighbours, spacing::around}};
+/// let grid: Vec<Vec3> = (0..400).map(|i| Vec3([f64::from(i % 20), f64::from(i / 20), 0.0])).collect();
+/// let found = Run::default().execute(|ctx| around(&grid, &Neighbours::build(&grid, ctx)?, ctx))?;
+/// assert!(found.copies.is_empty() && (0.5..1.5).contains(&found.spacing[210]));
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Around> {
     let parts = points
         .par_chunks(1024)

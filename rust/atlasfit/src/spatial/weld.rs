@@ -10,6 +10,13 @@ use crate::run::Context;
 ///
 /// # Errors
 /// Cancelled or out of time.
+///
+/// ```
+/// use atlasfit::{Run, Vec3, spatial::weld::weld};
+/// let at = [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]].map(Vec3);
+/// assert_eq!(Run::default().execute(|ctx| weld(&at, 0.0, ctx))?, [0, 1, 0]);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn weld(positions: &[Vec3], tolerance: f64, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let key = |p: &Vec3| {
         // Adding 0 makes one zero of the two that f64 has.

@@ -92,6 +92,42 @@ pub fn unwrap(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Res
 /// # Errors
 /// Those of [`unwrap`] and of the packer; [`Error::Internal`](crate::Error::Internal) where it puts a chart
 /// off its page.
+///
+/// ```
+/// use atlasfit::geometry::TriMesh;
+/// use atlasfit::unwrap::{ChartPosition, FlatChart, PagePacker, Pages, UnwrapOptions, unwrap_with};
+/// use atlasfit::{Context, Result, Run};
+///
+/// /// All charts in one row.
+/// struct Row;
+/// impl PagePacker for Row {
+///     fn fill(
+///         &self,
+///         charts: &[FlatChart<'_>],
+///         pages: Pages,
+///         _: &Context<'_>,
+///     ) -> Result<Option<Vec<ChartPosition>>> {
+///         let padding = f64::from(pages.padding);
+///         let [width, height] = pages.size.map(|s| f64::from(s) - padding);
+///         let (mut x, mut tallest, mut out) = (padding, 0.0_f64, Vec::new());
+///         for chart in charts {
+///             out.push(ChartPosition { page: 0, at: [x, padding] });
+///             x += chart.uv.iter().map(|p| p[0]).fold(0.0, f64::max) + padding;
+///             tallest = chart.uv.iter().map(|p| p[1]).fold(tallest, f64::max);
+///         }
+///         Ok((x <= width + padding && tallest + padding <= height).then_some(out))
+///     }
+/// }
+///
+/// let mesh = TriMesh::new(
+///     vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+///     vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+/// );
+/// let options = UnwrapOptions::default();
+/// let layout = Run::default().execute(|ctx| unwrap_with(&mesh, &options, &Row, ctx))?;
+/// assert!(layout.pages == 1 && layout.corner_uv.len() == 4);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn unwrap_with(
     mesh: &TriMesh,
     options: &UnwrapOptions,

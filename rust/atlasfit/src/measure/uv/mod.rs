@@ -86,6 +86,18 @@ pub fn uv(mesh: &TriMesh, ctx: &Context<'_>) -> Result<UvQuality> {
 /// # Errors
 /// As [`uv`], also [`InvalidArgument`](crate::Error::InvalidArgument) for a page without size and
 /// [`IndexOutOfRange`](crate::Error::IndexOutOfRange) for the page of a face.
+///
+/// ```
+/// use atlasfit::Run;
+/// use atlasfit::geometry::TriMesh;
+/// use atlasfit::measure::uv::{Pages, uv_on};
+/// let mut mesh = TriMesh::new(vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+/// mesh.corner_uv = Some(vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]);
+/// let page = Pages { of_face: None, size: [2048.0, 1024.0] };
+/// let quality = Run::default().execute(|ctx| uv_on(&mesh, &page, ctx))?;
+/// assert!(quality.stretch_p95 < 1.001 && quality.charts == 1);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
 pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQuality> {
     let laid = laid_out(mesh, pages)?;
     memory::reserve(mesh, ctx)?;
