@@ -9,7 +9,19 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+from ctypes import (
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 from functools import lru_cache
 from pathlib import Path
 
@@ -183,7 +195,13 @@ class atlasfit_mesh(Sized):
 
 
 class atlasfit_bake_options(Sized):
-    _fields_ = [("struct_size", c_size_t), ("width", c_uint32), ("height", c_uint32), ("padding", c_uint32), ("page", c_uint32)]
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("padding", c_uint32),
+        ("page", c_uint32),
+    ]
 
 
 class atlasfit_topology(Sized):
@@ -229,7 +247,12 @@ class atlasfit_uv_quality(Sized):
 
 
 class atlasfit_distance_options(Sized):
-    _fields_ = [("struct_size", c_size_t), ("samples", c_size_t), ("chamfer_samples", c_size_t), ("threshold", c_double)]
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("samples", c_size_t),
+        ("chamfer_samples", c_size_t),
+        ("threshold", c_double),
+    ]
 
 
 class atlasfit_distance_stats(Structure):
@@ -344,7 +367,15 @@ FUNCTIONS = {
     ),
     "atlasfit_measure_points": (
         status,
-        [_points, _mesh, POINTER(atlasfit_distance_options), _run, POINTER(atlasfit_distance), _array, c_size_t],
+        [
+            _points,
+            _mesh,
+            POINTER(atlasfit_distance_options),
+            _run,
+            POINTER(atlasfit_distance),
+            _array,
+            c_size_t,
+        ],
     ),
     "atlasfit_cancel_new": (status, [_new_handle]),
     "atlasfit_cancel_request": (status, [_handle]),
@@ -370,12 +401,15 @@ LIBRARY_NAME = {"win32": "atlasfit.dll", "darwin": "libatlasfit.dylib"}.get(sys.
 
 @lru_cache(maxsize=None)
 def lib() -> ctypes.CDLL:
-    """The native library: the one beside this file, or the one that the environment variable ATLASFIT_LIBRARY names."""
+    """The native library: the one beside this file, or the one that the environment variable ATLASFIT_LIBRARY
+    names.
+    """
     path = Path(os.environ.get("ATLASFIT_LIBRARY") or Path(__file__).with_name(LIBRARY_NAME))
     if not path.is_file():
         raise ImportError(
-            f"the native library {path} is missing. Install the wheel or the add-on zip that was made for this platform, "
-            "or let ATLASFIT_LIBRARY name the library that `cargo build --release -p atlasfit-capi` makes"
+            f"the native library {path} is missing. Install the wheel or the add-on zip that was made for"
+            " this platform, or let ATLASFIT_LIBRARY name the library that `cargo build --release -p"
+            " atlasfit-capi` makes"
         )
     library = ctypes.CDLL(str(path))
     library.atlasfit_version.restype = c_uint32
@@ -390,6 +424,9 @@ def lib() -> ctypes.CDLL:
     for name, (result, arguments) in FUNCTIONS.items():
         function = getattr(library, name, None)
         if function is None:
-            raise ImportError(f"the native library {path} has no {name}: it is older than this package. Reinstall both together")
+            raise ImportError(
+                f"the native library {path} has no {name}: it is older than this package. Reinstall both"
+                " together"
+            )
         function.restype, function.argtypes = result, arguments
     return library

@@ -68,12 +68,17 @@ def test_constants_are_the_headers():
 def test_struct_has_the_headers_fields(name):
     fields = [declaration(line) for line in STRUCTS[name].split(";") if line.strip()]
     # Texts are char pointers in both worlds.
-    ours = [(field, ctypes.c_void_p if kind is ctypes.c_char_p else kind) for field, kind in getattr(_abi, name)._fields_]
+    ours = [
+        (field, ctypes.c_void_p if kind is ctypes.c_char_p else kind)
+        for field, kind in getattr(_abi, name)._fields_
+    ]
     assert ours == fields
 
 
 def test_there_is_no_struct_that_the_header_lacks():
-    ours = {name for name, value in vars(_abi).items() if name.startswith("atlasfit_") and isinstance(value, type)}
+    ours = {
+        name for name, value in vars(_abi).items() if name.startswith("atlasfit_") and isinstance(value, type)
+    }
     assert ours == set(STRUCTS)
 
 
