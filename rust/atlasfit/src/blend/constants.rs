@@ -54,10 +54,13 @@ pub(crate) struct BlendConstants {
     pub chunk: usize,
     /// Bytes for one block: its corners, the blocks around it, its charts; and the vertices and quads in it.
     /// Source: measured; the command is not on record.
+    /// Halved or doubled: same bytes.
     pub bytes_per_block: u64,
     /// Bytes for one chart at this stage. Source: measured; the command is not on record.
+    /// Halved or doubled: same bytes.
     pub bytes_per_chart: u64,
     /// Bytes for one point at this stage. Source: measured; the command is not on record.
+    /// Halved or doubled: same bytes.
     pub bytes_per_point: u64,
     /// Rounds of filling: each extends the field by one voxel, so that gaps of up to twice as many voxels
     /// close. Source: chosen.
