@@ -6,8 +6,8 @@
 //! After "halved" and "doubled" stand ratios of figures to those of the unchanged program: number of UV
 //! charts (charts), length of seams (seam), stretch at the 95th percentile (stretch), share of the pages that
 //! is covered (coverage), processor time (time, where it changes by a quarter); the geometric mean of nine
-//! meshes, in brackets the one that changes most. Measured by `tests/constants.py unwrap/`. The mesh homer may
-//! have 30 charts at most: its stretch bound rises in steps until it has, and its figures jump with it.
+//! meshes, in brackets the one that changes most. Measured by `tests/constants.py unwrap/`. The mesh homer
+//! may have 30 charts at most: its stretch bound rises in steps until it has, and its figures jump with it.
 
 /// The numbers, see [`LARGE`].
 pub(crate) struct LargeConstants {
