@@ -30,6 +30,7 @@ pub(super) fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context
     let mut sets = agreeing(&planes, ctx)?;
     // The highest point of each part faces up.
     let roots: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| sets.find(i)).collect();
+    ctx.check()?;
     let mut highest = vec![u32::MAX; points.len()];
     for (i, (r, _)) in roots.iter().enumerate() {
         let h = &mut highest[*r as usize];
@@ -74,7 +75,7 @@ fn planes(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Result<Vec<P
                 .collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()?;
-    Ok(blocks.concat())
+    Ok(blocks.into_iter().flatten().collect())
 }
 
 /// The points in sets that hang together, each point alike or opposite to its set's root: along Kruskal's

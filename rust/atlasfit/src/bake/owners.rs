@@ -41,7 +41,7 @@ pub(super) fn owners(
             blocks.iter_mut().take(end).skip(first).for_each(|b| b.push(f as u32));
         }
     }
-    let mut owner = try_vec(NO_FACE, width * height)?;
+    let mut owner = try_vec(NO_FACE, width * height, ctx)?;
     owner.par_chunks_mut(width * ROWS).zip(blocks).enumerate().try_for_each(|(block, (owner, faces))| {
         let (top, rows) = (block * ROWS, owner.len() / width);
         for &f in &faces {

@@ -136,11 +136,11 @@ pub(crate) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     };
     while !sweeps.sweep(length, levels.len() as u8, ctx)? {
         if sweeps.left * THINNING <= kept && sweeps.left > THINNING * target {
-            levels.push(sweeps.mesh.level(&patches.label));
+            levels.push(sweeps.mesh.level(&patches.label, ctx)?);
             kept = sweeps.left;
         }
         length *= GROWTH * GROWTH;
     }
-    levels.push(sweeps.mesh.level(&patches.label));
+    levels.push(sweeps.mesh.level(&patches.label, ctx)?);
     Ok(Coarse { levels, parent: sweeps.parent, gone: sweeps.gone })
 }
