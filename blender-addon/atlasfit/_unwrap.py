@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref
+from ctypes import byref, c_uint64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -50,6 +50,8 @@ class UvInfo:
     """Share of the pages that lies under faces."""
     seconds: float
     """Wall time of unwrapping itself."""
+    padding: int
+    """Free texels between charts and at a page's border: the padding asked for, or less where with that the charts would have had no room."""
     warnings: tuple[str, ...]
     """What the user should hear; empty where all is well."""
 
@@ -76,6 +78,13 @@ class Uv:
         faces, sources, uv = np.empty((self.info.triangles, 3), np.uint32), np.empty(k, np.uint32), np.empty((k, 2), np.float32)
         check(lib().atlasfit_uv_split(self._handle.pointer, faces.ctypes.data, faces.size, sources.ctypes.data, uv.ctypes.data, k))
         return faces, sources, uv
+
+
+def unwrap_memory_needed(vertices: int, faces: int, **options: Unpack[RunOptions]) -> int:
+    """Bytes that unwrap() needs at its peak for a mesh of so many vertices and faces, which is included: an upper bound, up to twice too large."""
+    chosen, bytes_needed = options_with(_abi.atlasfit_unwrap_options()), c_uint64()
+    run(lambda r: lib().atlasfit_unwrap_memory_needed(vertices, faces, byref(chosen), r, byref(bytes_needed)), options)
+    return bytes_needed.value
 
 
 def unwrap(

@@ -230,6 +230,14 @@ impl Run<'_> {
         threads::warning(self.threads)
     }
 
+    /// Threads that the run works with.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] above [`MOST_THREADS`].
+    pub fn thread_count(&self) -> Result<usize> {
+        threads::granted(self.threads)
+    }
+
     /// Runs `job` in a thread pool of its own and reports progress on the calling thread until it is done.
     ///
     /// # Errors

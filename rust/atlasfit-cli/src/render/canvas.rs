@@ -75,7 +75,8 @@ impl<'p> Drawing<'p> {
     /// Draws rows of the picture.
     pub fn draw(&self, rows: Range<usize>, ctx: &Context<'_>) -> Result<Canvas> {
         let width = self.size[0];
-        let (mut id, mut depth) = (vec![NOTHING; rows.len() * width], vec![f32::INFINITY; rows.len() * width]);
+        let (mut id, mut depth) =
+            (vec![NOTHING; rows.len() * width], vec![f32::INFINITY; rows.len() * width]);
         for b in rows.start / BAND..rows.end.div_ceil(BAND) {
             let part = rows.start.max(b * BAND)..rows.end.min((b + 1) * BAND);
             let at = (part.start - rows.start) * width..(part.end - rows.start) * width;

@@ -63,8 +63,8 @@ fn depths(drawing: &Drawing<'_>, ctx: &Context<'_>) -> Result<[f32; 2]> {
         let seen = drawing.draw(rows, ctx)?.depth.into_iter().filter(|d| d.is_finite());
         Ok(seen.fold(nothing, |range, d| both(range, [d, d])))
     };
-    let [near, far] = (drawing.bands().into_par_iter().map(band))
-        .try_reduce(|| nothing, |a, b| Ok(both(a, b)))?;
+    let [near, far] =
+        (drawing.bands().into_par_iter().map(band)).try_reduce(|| nothing, |a, b| Ok(both(a, b)))?;
     Ok([near, far.max(near)])
 }
 

@@ -55,8 +55,8 @@ pub fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Con
             return lines[id - faces].color;
         }
         let Primitive::Triangle(t) = &primitives[id] else { return BACKGROUND };
-        let weights = Weights::new(t)
-            .map_or([1.0, 0.0, 0.0], |weights| weights.at(x as f32 + 0.5, y as f32 + 0.5));
+        let weights =
+            Weights::new(t).map_or([1.0, 0.0, 0.0], |weights| weights.at(x as f32 + 0.5, y as f32 + 0.5));
         shading.color(id, weights)
     };
     finish([Drawing::new(size, &primitives, ctx)?], 0, shade, not_shown, ctx)

@@ -87,9 +87,8 @@ fn agreeing(planes: &[Plane], ctx: &Context<'_>) -> Result<SignedSets> {
             Ok((block * BLOCK..)
                 .zip(own)
                 .flat_map(|(i, plane)| {
-                    (plane.of.iter().filter(move |j| **j as usize != i)).map(move |&j| {
-                        (1.0 - plane.normal.dot(planes[j as usize].normal).abs(), i as u32, j)
-                    })
+                    (plane.of.iter().filter(move |j| **j as usize != i))
+                        .map(move |&j| (1.0 - plane.normal.dot(planes[j as usize].normal).abs(), i as u32, j))
                 })
                 .collect::<Vec<_>>())
         })
