@@ -56,7 +56,8 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let mut bytes = 7;
         t.want(name, "out NULL", INVALID, atlasfit_unwrap_memory_needed(1, 1, null(), null(), null_mut()));
         t.sized(name, "options", &good, ABI, |o| atlasfit_unwrap_memory_needed(1, 1, o, null(), &mut 0));
-        t.run(name, |r| atlasfit_unwrap_memory_needed(1, 1, null(), r, &mut 0));
+        let run = atlasfit_run { threads: u32::MAX, ..init(atlasfit_run_init) };
+        t.want(name, "threads", INVALID, atlasfit_unwrap_memory_needed(1, 1, null(), &run, &mut 0));
         let needed = atlasfit_unwrap_memory_needed(500_000, 1_000_000, &good, null(), &mut bytes);
         t.want(name, "all well", ATLASFIT_OK, needed);
         assert!(bytes > 100 << 20, "{bytes}");
