@@ -581,8 +581,8 @@ typedef struct {
    */
   double network_learning_rate;
   /**
-   * With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it, whatever
-   * the points' normals say.
+   * With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it,
+   * whatever the points' normals say.
    */
   double viewpoint[3];
   /**
@@ -1262,8 +1262,8 @@ atlasfit_status atlasfit_denoise_options_init(atlasfit_denoise_options *options,
 
 /**
  * Tells how many bytes atlasfit_denoise() needs at its peak for an evenly sampled scan, its points included:
- * an upper bound that is up to twice too large. The points need not be there. A scan whose spacing varies, and
- * the network priors, need more.
+ * an upper bound that is up to twice too large. The points need not be there. A scan whose spacing varies,
+ * and the network priors, need more.
  *
  * @param points  How many points.
  * @param options How to denoise; NULL = the defaults.

@@ -69,8 +69,8 @@ pub struct atlasfit_denoise_options {
     pub network_stretch_weight: f64,
     /// With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
     pub network_learning_rate: f64,
-    /// With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it, whatever
-    /// the points' normals say.
+    /// With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it,
+    /// whatever the points' normals say.
     pub viewpoint: [f64; 3],
     /// 1 if viewpoint counts, else 0. Default 0.
     pub has_viewpoint: u32,
@@ -176,8 +176,8 @@ pub unsafe extern "C" fn atlasfit_denoise_options_init(
 }
 
 /// Tells how many bytes atlasfit_denoise() needs at its peak for an evenly sampled scan, its points included:
-/// an upper bound that is up to twice too large. The points need not be there. A scan whose spacing varies, and
-/// the network priors, need more.
+/// an upper bound that is up to twice too large. The points need not be there. A scan whose spacing varies,
+/// and the network priors, need more.
 ///
 /// @param points  How many points.
 /// @param options How to denoise; NULL = the defaults.

@@ -1,8 +1,8 @@
 //! A visibility buffer: which primitive is seen at each sample, and how far away it is.
 //!
-//! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample, for the rows asked for.
-//! A picture is drawn in bands of rows by several threads and never held whole, so that a large one takes little
-//! memory, and ends at once when the run does. The result does not depend on the bands or the threads.
+//! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample, for the rows asked
+//! for. A picture is drawn in bands of rows by several threads and never held whole, so that a large one
+//! takes little memory, and ends at once when the run does. The result does not depend on the bands or the threads.
 
 use atlasfit::{Context, Result};
 use std::ops::Range;
@@ -132,8 +132,8 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Shows primitive `id` at some samples of row `y`, where it is the nearest; `depth_at` gives its depth at
-    /// a sample's middle.
+    /// Shows primitive `id` at some samples of row `y`, where it is the nearest; `depth_at` gives its depth
+    /// at a sample's middle.
     fn put(&mut self, [y, id]: [u32; 2], columns: Range<usize>, depth_at: impl Fn(f32) -> f32) {
         if columns.is_empty() {
             return;

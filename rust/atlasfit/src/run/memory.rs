@@ -4,7 +4,6 @@
 //! The bytes for one element that the stages name are fitted to peaks of resident memory; `tests/memory.py`
 //! checks that they hold.
 
-use super::Context;
 use crate::error::{Error, Result};
 
 /// What one worker thread takes at its peak, in bytes: its stack, its scratch arrays and the allocator's
@@ -47,15 +46,15 @@ pub(super) fn probe(bytes: u64) -> Result<()> {
 const FILLED_AT_ONCE: usize = 1 << 20;
 
 /// `n` times `value`, for arrays that grow with the input: where the system has no room for them the run ends
-/// with an error, not the process.
+/// with an error, not the process. `check` looks at the run.
 ///
 /// # Errors
-/// [`Error::AllocationFailed`]; cancelled or out of time.
-pub(crate) fn try_vec<T: Clone>(value: T, n: usize, ctx: &Context<'_>) -> Result<Vec<T>> {
+/// [`Error::AllocationFailed`]; those of `check`.
+pub(super) fn filled<T: Clone>(value: T, n: usize, check: impl Fn() -> Result<()>) -> Result<Vec<T>> {
     let mut out = with_room(n)?;
     let piece = FILLED_AT_ONCE / size_of::<T>().max(1);
     while out.len() < n {
-        ctx.check()?;
+        check()?;
         out.resize(n.min(out.len() + piece.max(1)), value.clone());
     }
     Ok(out)
@@ -72,11 +71,10 @@ fn with_room<T>(n: usize) -> Result<Vec<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Run;
 
     #[test]
     fn an_array_that_no_memory_holds_is_an_error() {
-        let made = |n| Run::default().execute(|ctx| try_vec(7u64, n, ctx));
+        let made = |n| filled(7u64, n, || Ok(()));
         assert_eq!(made(3), Ok(vec![7; 3]));
         assert_eq!(made(FILLED_AT_ONCE), Ok(vec![7; FILLED_AT_ONCE]));
         let refused = made(usize::MAX / 32);

@@ -79,8 +79,8 @@ pub struct Band {
     packed: Packed,
 }
 
-/// The first layer's activations of one block, made from its inputs each time they are needed: the activations
-/// of all blocks would take more memory than those of all other layers, and more time to read than to make.
+/// The first layer's activations of one block, made from its inputs each time they are needed: those of all
+/// blocks would take more memory than those of all other layers.
 #[derive(Default)]
 struct First {
     act: Vec<f32>,
@@ -174,7 +174,8 @@ impl Band {
         Ok(())
     }
 
-    /// The activations of layer `l` and their sums; for the last the outputs. `folded` are those of all layers.
+    /// The activations of layer `l` and their sums; for the last the outputs. `folded` are those of all
+    /// layers.
     pub fn forward(
         &mut self,
         l: usize,

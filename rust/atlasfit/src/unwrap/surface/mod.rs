@@ -11,7 +11,7 @@ use super::options::UnwrapOptions;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::numeric::vec3::Vec3;
-use crate::run::{Context, try_vec};
+use crate::run::Context;
 pub(crate) use cells::Cells;
 use std::sync::Arc;
 pub(crate) use twins::NONE;
@@ -111,10 +111,10 @@ impl Surface {
         ctx: &Context<'_>,
     ) -> Result<Self> {
         let m = tri.len();
-        let mut normal = try_vec(Vec3::ZERO, m, ctx)?;
-        let mut area = try_vec(0.0, m, ctx)?;
-        let mut rest = try_vec([MIN_EDGE, 0.0, MIN_EDGE], m, ctx)?;
-        let mut length = try_vec([0f32; 3], m, ctx)?;
+        let mut normal = ctx.filled(Vec3::ZERO, m)?;
+        let mut area = ctx.filled(0.0, m)?;
+        let mut rest = ctx.filled([MIN_EDGE, 0.0, MIN_EDGE], m)?;
+        let mut length = ctx.filled([0f32; 3], m)?;
         for f in 0..m {
             ctx.check_at(f)?;
             let [a, b, c] = tri[f].map(|v| pos[v as usize]);
