@@ -580,6 +580,19 @@ typedef struct {
    * With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
    */
   double network_learning_rate;
+  /**
+   * With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it,
+   * whatever the points' normals say.
+   */
+  double viewpoint[3];
+  /**
+   * 1 if viewpoint counts, else 0. Default 0.
+   */
+  uint32_t has_viewpoint;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
 } atlasfit_denoise_options;
 
 /**
@@ -872,6 +885,15 @@ typedef struct {
    * Wall time of unwrapping, in seconds, without the copying of the mesh and the making of the split form.
    */
   double seconds;
+  /**
+   * Free texels between charts and at a page's border: the padding asked for, or less where with that the
+   * charts would have had no room.
+   */
+  uint32_t padding;
+  /**
+   * Is 0.
+   */
+  uint32_t reserved;
 } atlasfit_uv_info;
 
 /**
@@ -1239,6 +1261,22 @@ atlasfit_status atlasfit_denoise_options_init(atlasfit_denoise_options *options,
                                               size_t struct_size);
 
 /**
+ * Tells how many bytes atlasfit_denoise() needs at its peak for an evenly sampled scan, its points included:
+ * an upper bound that is up to twice too large. The points need not be there. A scan whose spacing varies,
+ * and the network priors, need more.
+ *
+ * @param points  How many points.
+ * @param options How to denoise; NULL = the defaults.
+ * @param run     How long work is run, of which the threads count; NULL = the defaults.
+ * @param bytes   Set to the bytes; 0 on failure.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_denoise_memory_needed(size_t points,
+                                               const atlasfit_denoise_options *options,
+                                               const atlasfit_run *run,
+                                               uint64_t *bytes);
+
+/**
  * Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
  *
  * @param points  The scan, at least a few hundred points on a surface.
@@ -1513,6 +1551,23 @@ ATLASFIT_API atlasfit_status atlasfit_atlas_load(const uint8_t *bytes, size_t si
 ATLASFIT_API
 atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
                                              size_t struct_size);
+
+/**
+ * Tells how many bytes atlasfit_unwrap() needs at its peak, the mesh included: an upper bound that is up to
+ * twice too large. The mesh need not be there.
+ *
+ * @param vertices  How many vertices.
+ * @param triangles How many triangles.
+ * @param options   How to unwrap; NULL = the defaults.
+ * @param run       How long work is run, of which the threads count; NULL = the defaults.
+ * @param bytes     Set to the bytes; 0 on failure.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_unwrap_memory_needed(size_t vertices,
+                                              size_t triangles,
+                                              const atlasfit_unwrap_options *options,
+                                              const atlasfit_run *run,
+                                              uint64_t *bytes);
 
 /**
  * Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on

@@ -522,6 +522,15 @@ class Denoised {
   atlasfit_report report_;
 };
 
+/// Bytes that denoise() needs at its peak for so many evenly sampled points: an upper bound.
+inline std::uint64_t denoise_memory_needed(std::size_t points, const DenoiseOptions &options = DenoiseOptions(),
+                                           const Run &run = Run()) {
+  detail::Call call(run);
+  std::uint64_t bytes = 0;
+  call.done(atlasfit_denoise_memory_needed(points, &options, call.c(), &bytes));
+  return bytes;
+}
+
 /// Denoises a scan.
 inline Denoised denoise(const Points &points, const DenoiseOptions &options = DenoiseOptions(),
                         const Run &run = Run()) {
@@ -583,6 +592,15 @@ class UvLayout {
   detail::Owner<atlasfit_uv, atlasfit_uv_free> handle_;
   atlasfit_uv_info info_;
 };
+
+/// Bytes that unwrap() needs at its peak for a mesh of so many vertices and triangles: an upper bound.
+inline std::uint64_t unwrap_memory_needed(std::size_t vertices, std::size_t triangles, const UnwrapOptions &options = UnwrapOptions(),
+                                          const Run &run = Run()) {
+  detail::Call call(run);
+  std::uint64_t bytes = 0;
+  call.done(atlasfit_unwrap_memory_needed(vertices, triangles, &options, call.c(), &bytes));
+  return bytes;
+}
 
 /// Lays out UVs for a mesh.
 inline UvLayout unwrap(const Mesh &mesh, const UnwrapOptions &options = UnwrapOptions(),

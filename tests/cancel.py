@@ -20,6 +20,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 # Seconds after which a run that does not end is killed and counted as such.
@@ -91,14 +92,15 @@ def run(command, moment):
         return child.returncode, None
     except subprocess.TimeoutExpired:
         pass
+    # A wait with a timeout would sleep up to 50 ms beyond the end.
+    guard = threading.Timer(HANG, child.kill)
+    guard.start()
     at = time.perf_counter()
     child.send_signal(signal.SIGINT)
-    try:
-        child.wait(timeout=HANG)
-    except subprocess.TimeoutExpired:
-        child.kill()
-        child.wait()
-    return child.returncode, time.perf_counter() - at
+    child.wait()
+    seconds = time.perf_counter() - at
+    guard.cancel()
+    return child.returncode, seconds
 
 
 def spin():

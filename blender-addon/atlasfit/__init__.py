@@ -13,7 +13,7 @@ from ._abi import VERSION
 from ._atlas import Atlas, Places, Projection
 from ._bake import bake
 from ._call import Cancel, Cancelled, Error, Progress, RunOptions, TimedOut
-from ._denoise import Denoised, Report, Surface, denoise
+from ._denoise import Denoised, Report, Surface, denoise, denoise_memory_needed
 from ._measure import (
     Distance,
     DistanceStats,
@@ -24,7 +24,7 @@ from ._measure import (
     measure_topology,
     measure_uv,
 )
-from ._unwrap import Uv, UvInfo, unwrap
+from ._unwrap import Uv, UvInfo, unwrap, unwrap_memory_needed
 
 __version__ = ".".join(map(str, VERSION))
 
@@ -54,9 +54,11 @@ __all__ = [
     "UvQuality",
     "bake",
     "denoise",
+    "denoise_memory_needed",
     "measure_points",
     "measure_surface",
     "measure_topology",
     "measure_uv",
     "unwrap",
+    "unwrap_memory_needed",
 ]

@@ -138,6 +138,9 @@ class atlasfit_denoise_options(Sized):
         ("recipe", c_uint32),
         ("network_stretch_weight", c_double),
         ("network_learning_rate", c_double),
+        ("viewpoint", c_double * 3),
+        ("has_viewpoint", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -317,6 +320,8 @@ class atlasfit_uv_info(Sized):
         ("over_stretched", c_double),
         ("coverage", c_double),
         ("seconds", c_double),
+        ("padding", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -338,6 +343,7 @@ FUNCTIONS = {
     "atlasfit_bake_options_init": (status, [POINTER(atlasfit_bake_options), c_size_t]),
     "atlasfit_bake": (status, [_mesh, _points, POINTER(atlasfit_bake_options), _run, _array, c_size_t]),
     "atlasfit_denoise_options_init": (status, [POINTER(atlasfit_denoise_options), c_size_t]),
+    "atlasfit_denoise_memory_needed": (status, [c_size_t, POINTER(atlasfit_denoise_options), _run, _array]),
     "atlasfit_denoise": (status, [_points, POINTER(atlasfit_denoise_options), _run, _new_handle]),
     "atlasfit_result_free": (status, [_handle]),
     "atlasfit_result_warnings": (status, [_handle, _array, c_size_t, _array]),
@@ -386,6 +392,7 @@ FUNCTIONS = {
     "atlasfit_status_name": (c_char_p, [status]),
     "atlasfit_last_error": (c_size_t, [c_void_p, c_size_t]),
     "atlasfit_unwrap_options_init": (status, [POINTER(atlasfit_unwrap_options), c_size_t]),
+    "atlasfit_unwrap_memory_needed": (status, [c_size_t, c_size_t, POINTER(atlasfit_unwrap_options), _run, _array]),
     "atlasfit_unwrap": (status, [_mesh, POINTER(atlasfit_unwrap_options), _run, _new_handle]),
     "atlasfit_uv_free": (status, [_handle]),
     "atlasfit_uv_warnings": (status, [_handle, _array, c_size_t, _array]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref
+from ctypes import byref, c_uint64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Mapping
 
@@ -107,6 +107,13 @@ class Denoised:
     report: Report
 
 
+def denoise_memory_needed(points: int, *, detail: float | None = None, uv: bool | None = None, **options: Unpack[RunOptions]) -> int:
+    """Bytes that denoise() needs at its peak for so many evenly sampled points, which are included: an upper bound, up to twice too large."""
+    chosen, bytes_needed = options_with(_abi.atlasfit_denoise_options(), detail=detail, uv=uv), c_uint64()
+    run(lambda r: lib().atlasfit_denoise_memory_needed(points, byref(chosen), r, byref(bytes_needed)), options)
+    return bytes_needed.value
+
+
 def denoise(
     points: ArrayLike,
     *,
@@ -126,6 +133,7 @@ def denoise(
     network_iterations: int | None = None,
     network_stretch_weight: float | None = None,
     network_learning_rate: float | None = None,
+    viewpoint: ArrayLike | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -151,6 +159,7 @@ def denoise(
     network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the
                   Chamfer distance (1), learning_rate of Adam (0.001); iterations and learning_rate are of the
                   recipe "paper"
+    viewpoint     (3,) where the scanner stood, in the points' unit: the surface faces it, whatever the normals say
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -181,6 +190,9 @@ def denoise(
         network_stretch_weight=network_stretch_weight,
         network_learning_rate=network_learning_rate,
     )
+    if viewpoint is not None:
+        chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()
+        chosen.has_viewpoint = 1
     result = Handle("result")
     run(lambda r: lib().atlasfit_denoise(byref(given), byref(chosen), r, byref(result.pointer)), options)
     return _read(result, columns)

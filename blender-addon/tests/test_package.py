@@ -448,3 +448,21 @@ def test_importing_adds_little_to_numpy():
         for _ in range(3)
     )
     print(f"import atlasfit: {1000 * seconds:.0f} ms beyond numpy")
+
+
+def test_memory_is_told_beforehand_and_grows_with_the_work():
+    assert atlasfit.denoise_memory_needed(1_000_000, threads=2) > atlasfit.denoise_memory_needed(1_000_000, uv=False, threads=2) > 100 << 20
+    assert atlasfit.unwrap_memory_needed(500_000, 1_000_000) > atlasfit.unwrap_memory_needed(50_000, 100_000) > 10 << 20
+
+
+def test_a_viewpoint_turns_the_surface_towards_it(sphere):
+    far = 100.0 * sphere.max() * np.ones(3)
+    with pytest.raises(ValueError):
+        atlasfit.denoise(sphere, viewpoint=[1.0, 2.0])
+    inside, outside = (atlasfit.denoise(sphere, viewpoint=at, uv=False).surface for at in (np.zeros(3), far))
+    out = lambda surface: np.mean(np.einsum("ij,ij->i", surface.vertices, surface.normals) > 0)
+    assert out(inside) < 0.1 and out(outside) > 0.9
+
+
+def test_the_padding_kept_is_told(sphere):
+    assert atlasfit.unwrap(sphere[:3], [[0, 1, 2]], padding=5).info.padding == 5

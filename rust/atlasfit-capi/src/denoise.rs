@@ -3,10 +3,10 @@
 use crate::handle;
 use crate::points::{self, atlasfit_points};
 use crate::result::{DenoiseResult, atlasfit_result};
-use crate::run::{atlasfit_run, core_run};
+use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
-use atlasfit::pipeline::{DenoiseOptions, Outliers, denoise_guided};
+use atlasfit::pipeline::{DenoiseOptions, Outliers, denoise_guided, memory_needed};
 use atlasfit_net::Prior;
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
@@ -69,12 +69,19 @@ pub struct atlasfit_denoise_options {
     pub network_stretch_weight: f64,
     /// With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
     pub network_learning_rate: f64,
+    /// With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it,
+    /// whatever the points' normals say.
+    pub viewpoint: [f64; 3],
+    /// 1 if viewpoint counts, else 0. Default 0.
+    pub has_viewpoint: u32,
+    /// Must be 0.
+    pub reserved: u32,
 }
 
 // SAFETY: numbers, size first.
 unsafe impl Sized for atlasfit_denoise_options {
     const NAME: &str = "atlasfit_denoise_options";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, viewpoint);
     fn defaults() -> Self {
         let (d, network) = (DenoiseOptions::default(), NetworkOptions::default());
         Self {
@@ -98,6 +105,9 @@ unsafe impl Sized for atlasfit_denoise_options {
             },
             network_stretch_weight: network.stretch_weight,
             network_learning_rate: network.learning_rate,
+            viewpoint: d.viewpoint.unwrap_or_default(),
+            has_viewpoint: u32::from(d.viewpoint.is_some()),
+            reserved: 0,
         }
     }
 }
@@ -137,6 +147,8 @@ impl atlasfit_denoise_options {
             other => return unknown("outliers", other, "ATLASFIT_OUTLIERS_KEEP or ATLASFIT_OUTLIERS_DROP"),
         };
         let uv = sized::flag(self.uv, "uv")?;
+        let has_viewpoint = sized::flag(self.has_viewpoint, "has_viewpoint")?;
+        sized::zero(self.reserved)?;
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
@@ -145,6 +157,7 @@ impl atlasfit_denoise_options {
             .with_fill_holes(self.fill_holes)
             .with_texture_size(self.texture_size)
             .with_outliers(outliers)
+            .with_viewpoint(has_viewpoint.then_some(self.viewpoint))
             .with_uv(uv);
         Ok((options, prior))
     }
@@ -160,6 +173,29 @@ pub unsafe extern "C" fn atlasfit_denoise_options_init(
     struct_size: usize,
 ) -> atlasfit_status {
     guard("atlasfit_denoise_options_init", || unsafe { sized::init(options, struct_size) })
+}
+
+/// Tells how many bytes atlasfit_denoise() needs at its peak for an evenly sampled scan, its points included:
+/// an upper bound that is up to twice too large. The points need not be there. A scan whose spacing varies,
+/// and the network priors, need more.
+///
+/// @param points  How many points.
+/// @param options How to denoise; NULL = the defaults.
+/// @param run     How long work is run, of which the threads count; NULL = the defaults.
+/// @param bytes   Set to the bytes; 0 on failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_denoise_memory_needed(
+    points: usize,
+    options: *const atlasfit_denoise_options,
+    run: *const atlasfit_run,
+    bytes: *mut u64,
+) -> atlasfit_status {
+    guard("atlasfit_denoise_memory_needed", || unsafe {
+        let bytes = number_out(bytes)?;
+        let (options, _) = sized::read_or_default(options)?.core()?;
+        *bytes = memory_needed(points, &options, core_run(run)?.thread_count()?);
+        Ok(())
+    })
 }
 
 /// Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.

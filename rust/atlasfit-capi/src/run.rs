@@ -164,3 +164,10 @@ static STAGE_NAMES: LazyLock<Vec<CString>> = LazyLock::new(|| {
 pub extern "C" fn atlasfit_stage_name(stage: u32) -> *const c_char {
     STAGE_NAMES.get(stage as usize).map_or(c"working", CString::as_c_str).as_ptr()
 }
+
+/// Where a number is put, set to 0 until it is known.
+pub(crate) unsafe fn number_out<'o>(out: *mut u64) -> Outcome<&'o mut u64> {
+    let out = unsafe { out.as_mut() }.ok_or_else(|| Failure::invalid("where the number is put is NULL"))?;
+    *out = 0;
+    Ok(out)
+}

@@ -3,11 +3,11 @@
 use crate::arrays::{copy_lines, copy_out};
 use crate::handle::{self, Handle};
 use crate::mesh::{self, atlasfit_mesh};
-use crate::run::{atlasfit_run, core_run};
+use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
 use atlasfit::measure;
-use atlasfit::unwrap::{Packer, SplitMesh, UnwrapOptions, UvLayout, unwrap};
+use atlasfit::unwrap::{Packer, SplitMesh, UnwrapOptions, UvLayout, memory_needed, unwrap};
 use std::ffi::c_char;
 use std::sync::Arc;
 use std::time::Instant;
@@ -121,6 +121,30 @@ pub unsafe extern "C" fn atlasfit_unwrap_options_init(
     guard("atlasfit_unwrap_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
+/// Tells how many bytes atlasfit_unwrap() needs at its peak, the mesh included: an upper bound that is up to
+/// twice too large. The mesh need not be there.
+///
+/// @param vertices  How many vertices.
+/// @param triangles How many triangles.
+/// @param options   How to unwrap; NULL = the defaults.
+/// @param run       How long work is run, of which the threads count; NULL = the defaults.
+/// @param bytes     Set to the bytes; 0 on failure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_unwrap_memory_needed(
+    vertices: usize,
+    triangles: usize,
+    options: *const atlasfit_unwrap_options,
+    run: *const atlasfit_run,
+    bytes: *mut u64,
+) -> atlasfit_status {
+    guard("atlasfit_unwrap_memory_needed", || unsafe {
+        let bytes = number_out(bytes)?;
+        let options = sized::read_or_default(options)?.core()?;
+        *bytes = memory_needed(vertices, triangles, &options, core_run(run)?.thread_count()?);
+        Ok(())
+    })
+}
+
 /// UVs of a mesh. Immutable: any number of threads may read one at once.
 pub struct atlasfit_uv(());
 
@@ -224,12 +248,17 @@ pub struct atlasfit_uv_info {
     pub coverage: f64,
     /// Wall time of unwrapping, in seconds, without the copying of the mesh and the making of the split form.
     pub seconds: f64,
+    /// Free texels between charts and at a page's border: the padding asked for, or less where with that the
+    /// charts would have had no room.
+    pub padding: u32,
+    /// Is 0.
+    pub reserved: u32,
 }
 
 // SAFETY: numbers, size first.
 unsafe impl Sized for atlasfit_uv_info {
     const NAME: &str = "atlasfit_uv_info";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, padding);
     fn defaults() -> Self {
         // SAFETY: zeros are valid numbers.
         Self { struct_size: size_of::<Self>(), ..unsafe { std::mem::zeroed() } }
@@ -265,6 +294,8 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             over_stretched: l.over_stretched,
             coverage: both.coverage,
             seconds: both.seconds,
+            padding: l.padding_px,
+            reserved: 0,
         };
         sized::write(info, value)
     })

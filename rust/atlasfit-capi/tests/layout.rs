@@ -49,7 +49,8 @@ fn structs() -> Vec<Struct> {
         }
         atlasfit_denoise_options {
             struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
-            network_iterations recipe network_stretch_weight network_learning_rate
+            network_iterations recipe network_stretch_weight network_learning_rate viewpoint
+            has_viewpoint reserved
         }
         atlasfit_report {
             struct_size points_given not_finite duplicates outliers points vertices triangles charts
@@ -65,7 +66,7 @@ fn structs() -> Vec<Struct> {
         atlasfit_uv_info {
             struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
-            over_stretched coverage seconds
+            over_stretched coverage seconds padding reserved
         }
         atlasfit_bake_options { struct_size width height padding page }
         atlasfit_topology {

@@ -2,6 +2,7 @@
 
 use crate::console::{Console, RunArgs, Usage};
 use anyhow::{Context as _, Result};
+use atlasfit::Stop;
 use atlasfit::bake::Image;
 use atlasfit_io::{Format, LoadOptions, Loaded};
 use serde_json::{Value, json};
@@ -118,7 +119,7 @@ pub fn repairs(loaded: &Loaded) -> Value {
 
 /// Writes a file of a benchmark.
 pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
-    Ok(atlasfit_io::write_file(path, content.as_ref())?)
+    Ok(atlasfit_io::write_file(path, content.as_ref(), &Stop::default())?)
 }
 
 /// [`png`], which Ctrl-C and the time limit end.

@@ -199,11 +199,11 @@ impl<'a> Writer<'a> {
 
     /// Writes bytes.
     pub fn bytes(&mut self, output: Output<'_>, bytes: &[u8]) -> Result<()> {
-        self.console.check(self.run, "writing")?;
         if output.is_standard() {
+            self.console.check(self.run, "writing")?;
             std::io::stdout().write_all(bytes).context("cannot write to standard output")?;
         } else {
-            atlasfit_io::write_file(output.path, bytes)?;
+            atlasfit_io::write_file(output.path, bytes, &self.console.stop(self.run))?;
         }
         self.written.add(&[output.path], Vec::new(), self.console);
         Ok(())

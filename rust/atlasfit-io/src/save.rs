@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::job::{Job, Texture, Written};
 use crate::staged::{Staged, is_special};
-use crate::stopping::WRITING;
+use crate::stopping::{WRITING, Watched};
 use crate::{gltf, obj, off, ply, stl, xyz};
 use atlasfit::Stop;
 use atlasfit::geometry::{PointCloud, TriMesh};
@@ -259,24 +259,6 @@ fn stream(out: impl Write, format: Option<Format>, job: &Job<'_>, stop: &Stop) -
 fn alone(written: Written) -> Vec<String> {
     let beside = written.beside.iter().map(|f| format!("{}, which belongs beside it", f.name));
     written.lost.into_iter().chain(beside).collect()
-}
-
-/// An output that fails when the writing is to end.
-struct Watched<'s, W> {
-    out: W,
-    stop: &'s Stop,
-}
-
-impl<W: Write> Write for Watched<'_, W> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        // A large piece is cut, so that what ends the writing is looked at about every millisecond.
-        const PIECE: usize = 1 << 20;
-        self.stop.check(WRITING).map_err(std::io::Error::other)?;
-        self.out.write(&bytes[..bytes.len().min(PIECE)])
-    }
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.out.flush()
-    }
 }
 
 fn write(format: Format, job: &Job<'_>, out: impl Write) -> std::io::Result<Written> {

@@ -6,6 +6,8 @@
 //! work.
 
 use crate::error::{Error, Result};
+use crate::stopping::{WRITING, Watched};
+use atlasfit::Stop;
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -49,20 +51,25 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     !is_special(a) && resolved(a).is_some_and(|a| resolved(b) == Some(a))
 }
 
-/// Writes `bytes` to `path`, whole or not at all.
+/// Writes `bytes` to `path`, whole or not at all; a device or a pipe gets what there is until `stop` ends it.
 ///
 /// # Errors
-/// [`Error::Io`].
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let io = |source| Error::Io { file: path.display().to_string(), action: "write it", source };
+/// [`Error::Io`], [`Error::Stopped`].
+pub fn write_file(path: &Path, bytes: &[u8], stop: &Stop) -> Result<()> {
+    let failed = |source| match stop.check(WRITING) {
+        Err(stopped) => Error::Stopped(stopped),
+        Ok(()) => Error::Io { file: path.display().to_string(), action: "write it", source },
+    };
+    let write = |out: File| {
+        let mut out = Watched { out, stop };
+        out.write_all(bytes).and_then(|()| out.flush()).map_err(failed)
+    };
     if is_special(path) {
-        return std::fs::write(path, bytes).map_err(io);
+        return write(File::create(path).map_err(failed)?);
     }
     let mut staged = Staged::default();
-    let mut out = staged.create(path).map_err(io)?;
-    out.write_all(bytes).and_then(|()| out.flush()).map_err(io)?;
-    drop(out);
-    staged.commit().map_err(io)?;
+    write(staged.create(path).map_err(failed)?)?;
+    staged.commit().map_err(failed)?;
     Ok(())
 }
 

@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 mod memory;
 mod threads;
 
-pub(crate) use memory::{total_bytes, try_vec, with_threads};
+pub(crate) use memory::{total_bytes, with_threads};
 pub use threads::MOST_THREADS;
 
 /// How often the calling thread wakes to report progress and to look at the cancel token. Well inside the
@@ -172,6 +172,10 @@ impl Context<'_> {
             _ => memory::probe(needed_bytes),
         }
     }
+    /// `n` times `value`, for large arrays: an error where there is no room for them, and a cancel is heard.
+    pub(crate) fn filled<T: Clone>(&self, value: T, n: usize) -> Result<Vec<T>> {
+        memory::filled(value, n, || self.check())
+    }
     /// Seconds spent in each stage so far, in the order entered; a stage entered twice is summed.
     #[must_use]
     pub fn stage_seconds(&self) -> Vec<(Stage, f64)> {
@@ -228,6 +232,14 @@ impl Run<'_> {
     #[must_use]
     pub fn threads_warning(&self) -> Option<String> {
         threads::warning(self.threads)
+    }
+
+    /// Threads that the run works with.
+    ///
+    /// # Errors
+    /// [`Error::InvalidArgument`] above [`MOST_THREADS`].
+    pub fn thread_count(&self) -> Result<usize> {
+        threads::granted(self.threads)
     }
 
     /// Runs `job` in a thread pool of its own and reports progress on the calling thread until it is done.

@@ -10,6 +10,7 @@ use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
+use std::mem::offset_of;
 use std::ptr::{null, null_mut, without_provenance_mut};
 
 /// Denoises and frees the result: there is one where the status says so.
@@ -36,8 +37,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         t.points(name, &pts, ATLASFIT_EMPTY_INPUT, |p| denoise(p, null(), null()));
         t.run(name, |r| denoise(&pts, null(), r));
         let good = init(atlasfit_denoise_options_init);
-        t.sized(name, "options", &good, ABI, |o| denoise(&pts, o, null()));
-        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 12] = [
+        let first = offset_of!(atlasfit_denoise_options, viewpoint);
+        t.sized_grown(name, "options", (&good, first), ABI, |o| denoise(&pts, o, null()));
+        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 15] = [
             ("noise", &|o| o.noise = -1.0),
             ("noise no number", &|o| o.noise = f64::NAN),
             ("detail", &|o| o.detail = 0.0),
@@ -47,6 +49,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("outliers", &|o| o.outliers = 2),
             ("uv", &|o| o.uv = 2),
             ("recipe", &|o| o.recipe = 2),
+            ("has_viewpoint", &|o| o.has_viewpoint = 2),
+            ("viewpoint no number", &|o| (o.has_viewpoint, o.viewpoint) = (1, [0.0, f64::NAN, 0.0])),
+            ("reserved", &|o| o.reserved = 1),
             ("texture", &|o| o.texture_size = 0),
             ("network charts", &|o| (o.prior, o.network_charts) = (ATLASFIT_PRIOR_MLP, 0)),
             ("network rate", &|o| (o.prior, o.network_learning_rate) = (ATLASFIT_PRIOR_CONV, f64::NAN)),
@@ -56,6 +61,17 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             spoil(&mut o);
             t.want(name, format!("options: {case}"), INVALID, denoise(&pts, &o, null()));
         }
+        let name = "atlasfit_denoise_memory_needed";
+        let mut bytes = 7;
+        let mut needed = |o, r| atlasfit_denoise_memory_needed(1_000_000, o, r, &mut bytes);
+        t.want(name, "out NULL", INVALID, atlasfit_denoise_memory_needed(1, null(), null(), null_mut()));
+        let needed_for = |o| atlasfit_denoise_memory_needed(1, o, null(), &mut 0);
+        t.sized_grown(name, "options", (&good, first), ABI, |o| needed_for(o));
+        let run = atlasfit_run { threads: u32::MAX, ..init(atlasfit_run_init) };
+        t.want(name, "threads", INVALID, atlasfit_denoise_memory_needed(1, null(), &run, &mut 0));
+        t.want(name, "all well", ATLASFIT_OK, needed(&good, null()));
+        assert!(bytes > 100 << 20, "{bytes}");
+        let name = "atlasfit_denoise";
         let line: Vec<f64> = (0..300).map(f64::from).collect();
         t.want(name, "a line", ATLASFIT_DEGENERATE, denoise(&points(&line), null(), null()));
         t.want(

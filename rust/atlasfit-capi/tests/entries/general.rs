@@ -51,7 +51,8 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         t.init("atlasfit_attribute_init", atlasfit_attribute_init);
         t.init("atlasfit_points_init", atlasfit_points_init);
         t.init("atlasfit_mesh_init", atlasfit_mesh_init);
-        t.init("atlasfit_denoise_options_init", atlasfit_denoise_options_init);
+        let first = offset_of!(atlasfit_denoise_options, viewpoint);
+        t.init_grown("atlasfit_denoise_options_init", first, atlasfit_denoise_options_init);
         t.init("atlasfit_unwrap_options_init", atlasfit_unwrap_options_init);
         t.init("atlasfit_bake_options_init", atlasfit_bake_options_init);
         t.init("atlasfit_distance_options_init", atlasfit_distance_options_init);

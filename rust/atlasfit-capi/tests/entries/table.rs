@@ -152,6 +152,18 @@ impl Table {
         newer: i32,
         call: impl Fn(*mut T) -> i32,
     ) {
+        self.sized_grown(function, name, (good, size_of::<T>()), newer, call);
+    }
+
+    /// The same for a struct, and how many bytes it was long in the first version of the header.
+    pub fn sized_grown<T: Copy>(
+        &mut self,
+        function: &'static str,
+        name: &str,
+        (good, first): (&T, usize),
+        newer: i32,
+        call: impl Fn(*mut T) -> i32,
+    ) {
         let size = size_of::<T>();
         let mut room = vec![0u8; size + 16];
         let at: *mut T = room.as_mut_ptr().cast();
@@ -159,7 +171,7 @@ impl Table {
             std::ptr::copy_nonoverlapping((good as *const T).cast::<u8>(), at.cast::<u8>(), size_of::<T>());
             at.cast::<usize>().write_unaligned(size);
         };
-        for wrong in [0, 1, size - 16, 4097, usize::MAX] {
+        for wrong in [0, 1, first - 16, 4097, usize::MAX] {
             set(at, wrong);
             self.want(function, format!("{name}.struct_size {wrong}"), ABI, call(at));
         }

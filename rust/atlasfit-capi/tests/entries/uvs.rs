@@ -52,6 +52,16 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             spoil(&mut o);
             t.want(name, format!("options: {case}"), INVALID, unwrap(&cube, &o, null()));
         }
+        let name = "atlasfit_unwrap_memory_needed";
+        let mut bytes = 7;
+        t.want(name, "out NULL", INVALID, atlasfit_unwrap_memory_needed(1, 1, null(), null(), null_mut()));
+        t.sized(name, "options", &good, ABI, |o| atlasfit_unwrap_memory_needed(1, 1, o, null(), &mut 0));
+        let run = atlasfit_run { threads: u32::MAX, ..init(atlasfit_run_init) };
+        t.want(name, "threads", INVALID, atlasfit_unwrap_memory_needed(1, 1, null(), &run, &mut 0));
+        let needed = atlasfit_unwrap_memory_needed(500_000, 1_000_000, &good, null(), &mut bytes);
+        t.want(name, "all well", ATLASFIT_OK, needed);
+        assert!(bytes > 100 << 20, "{bytes}");
+        let name = "atlasfit_unwrap";
         let flat = [0f32; 24];
         t.want(name, "no area", ATLASFIT_DEGENERATE, unwrap(&mesh(&flat, &s.cube.1), null(), null()));
     }

@@ -1,17 +1,18 @@
 //! A visibility buffer: which primitive is seen at each sample, and how far away it is.
 //!
-//! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample. The picture is cut
-//! into bands of rows; each thread fills its own bands, so that the result does not depend on the threads.
+//! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample, for the rows asked
+//! for. A picture is drawn in bands of rows by several threads and never held whole, so that a large one
+//! takes little memory, and ends at once when the run does. The result does not depend on the bands or the threads.
 
 use atlasfit::{Context, Result};
-use rayon::prelude::*;
+use std::ops::Range;
 
 /// Samples per pixel along each axis.
 pub const OVER: usize = 2;
-/// Rows of samples per band.
-const BAND: usize = 32;
+/// Rows of samples per band: a whole number of pixels.
+pub const BAND: usize = 32 * OVER;
 /// Primitives that are drawn between two looks at what ends the run.
-const PRIMITIVES_PER_CHECK: usize = 64;
+const PRIMITIVES_PER_CHECK: usize = 16;
 /// No primitive here.
 pub const NOTHING: u32 = u32::MAX;
 
@@ -26,20 +27,31 @@ pub enum Primitive {
     Disc { centre: [f32; 3], radius: f32, bulge: f32 },
 }
 
-/// What is seen at each sample.
-pub struct Canvas {
+/// Primitives, and which bands each may touch.
+pub struct Drawing<'p> {
     /// Samples per row and rows of samples.
     pub size: [usize; 2],
+    primitives: &'p [Primitive],
+    /// Numbers of the primitives of each band, in rising order.
+    bands: Vec<Vec<u32>>,
+}
+
+/// What is seen at each sample of some rows.
+pub struct Canvas {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// Samples per row.
+    pub width: usize,
     /// Number of the nearest primitive, or [`NOTHING`].
     pub id: Vec<u32>,
     /// Its depth.
     pub depth: Vec<f32>,
 }
 
-impl Canvas {
-    /// Draws primitives. Those that are not finite are left out.
-    pub fn draw(size: [usize; 2], primitives: &[Primitive], ctx: &Context<'_>) -> Result<Self> {
-        let [width, height] = size;
+impl<'p> Drawing<'p> {
+    /// Takes primitives. Those that are not finite are left out.
+    pub fn new(size: [usize; 2], primitives: &'p [Primitive], ctx: &Context<'_>) -> Result<Self> {
+        let height = size[1];
         let mut bands: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
         for (i, p) in primitives.iter().enumerate() {
             ctx.check_at(i)?;
@@ -51,24 +63,41 @@ impl Canvas {
                 }
             }
         }
-        let mut id = vec![NOTHING; width * height];
-        let mut depth = vec![f32::INFINITY; width * height];
-        id.par_chunks_mut(BAND * width)
-            .zip(depth.par_chunks_mut(BAND * width))
-            .zip(bands)
-            .enumerate()
-            .try_for_each(|(b, ((id, depth), band))| {
-                let mut rows = Rows { first: b * BAND, count: id.len() / width, width, id, depth };
-                for (n, i) in band.into_iter().enumerate() {
-                    // A large primitive takes up to a millisecond per band.
-                    if n.is_multiple_of(PRIMITIVES_PER_CHECK) {
-                        ctx.check()?;
-                    }
-                    rows.draw(i, &primitives[i as usize]);
+        Ok(Self { size, primitives, bands })
+    }
+
+    /// Bands of rows, from the top; the last may be lower.
+    pub fn bands(&self) -> Vec<Range<usize>> {
+        let height = self.size[1];
+        (0..height).step_by(BAND).map(|from| from..(from + BAND).min(height)).collect()
+    }
+
+    /// Draws rows of the picture.
+    pub fn draw(&self, rows: Range<usize>, ctx: &Context<'_>) -> Result<Canvas> {
+        let width = self.size[0];
+        let (mut id, mut depth) =
+            (vec![NOTHING; rows.len() * width], vec![f32::INFINITY; rows.len() * width]);
+        for b in rows.start / BAND..rows.end.div_ceil(BAND) {
+            let part = rows.start.max(b * BAND)..rows.end.min((b + 1) * BAND);
+            let at = (part.start - rows.start) * width..(part.end - rows.start) * width;
+            let (id, depth) = (&mut id[at.clone()], &mut depth[at]);
+            let mut part = Rows { first: part.start, count: part.len(), width, id, depth };
+            for (n, &i) in self.bands[b].iter().enumerate() {
+                // A large primitive takes up to a millisecond per band.
+                if n.is_multiple_of(PRIMITIVES_PER_CHECK) {
+                    ctx.check()?;
                 }
-                Ok(())
-            })?;
-        Ok(Self { size, id, depth })
+                part.draw(i, &self.primitives[i as usize]);
+            }
+        }
+        Ok(Canvas { rows, width, id, depth })
+    }
+}
+
+impl Canvas {
+    /// The place of a sample of the picture in this canvas' arrays. Its row must be one of this canvas.
+    pub fn at(&self, [x, y]: [usize; 2]) -> usize {
+        (y - self.rows.start) * self.width + x
     }
 }
 
@@ -103,19 +132,30 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn put(&mut self, x: usize, y: usize, z: f32, id: u32) {
-        let at = (y - self.first) * self.width + x;
-        if z < self.depth[at] {
-            self.depth[at] = z;
-            self.id[at] = id;
+    /// Shows primitive `id` at some samples of row `y`, where it is the nearest; `depth_at` gives its depth
+    /// at a sample's middle.
+    fn put(&mut self, [y, id]: [u32; 2], columns: Range<usize>, depth_at: impl Fn(f32) -> f32) {
+        if columns.is_empty() {
+            return;
+        }
+        let row = (y as usize - self.first) * self.width;
+        let at = row + columns.start..row + columns.end;
+        // Without a branch, so that several samples are done at once.
+        for ((x, depth), seen) in
+            (columns.start as i32..).zip(&mut self.depth[at.clone()]).zip(&mut self.id[at])
+        {
+            let z = depth_at(x as f32 + 0.5);
+            let nearer = z < *depth;
+            *depth = if nearer { z } else { *depth };
+            *seen = if nearer { id } else { *seen };
         }
     }
     /// The samples whose centres may lie between `lo` and `hi`.
-    fn columns(&self, lo: f32, hi: f32) -> std::ops::Range<usize> {
+    fn columns(&self, lo: f32, hi: f32) -> Range<usize> {
         let from = (lo - 0.5).ceil().max(0.0) as usize;
         from..(((hi - 0.5).floor() + 1.0).max(0.0) as usize).min(self.width)
     }
-    fn rows(&self, lo: f32, hi: f32) -> std::ops::Range<usize> {
+    fn rows(&self, lo: f32, hi: f32) -> Range<usize> {
         let from = ((lo - 0.5).ceil().max(0.0) as usize).max(self.first);
         from..(((hi - 0.5).floor() + 1.0).max(0.0) as usize).min(self.first + self.count)
     }
@@ -139,10 +179,10 @@ impl Rows<'_> {
         for y in self.rows(c[1] - radius, c[1] + radius) {
             let dy = y as f32 + 0.5 - c[1];
             let w = (r2 - dy * dy).max(0.0).sqrt();
-            for x in self.columns(c[0] - w, c[0] + w) {
-                let dx = x as f32 + 0.5 - c[0];
-                self.put(x, y, c[2] + bulge * ((dx * dx + dy * dy) / r2 - 1.0), id);
-            }
+            self.put([y as u32, id], self.columns(c[0] - w, c[0] + w), |x| {
+                let dx = x - c[0];
+                c[2] + bulge * ((dx * dx + dy * dy) / r2 - 1.0)
+            });
         }
     }
 
@@ -161,10 +201,10 @@ impl Rows<'_> {
                     to = to.max(x);
                 }
             }
-            for x in self.columns(from, to) {
-                let w = weights.at(x as f32 + 0.5, py);
-                self.put(x, y, w[0] * t[0][2] + w[1] * t[1][2] + w[2] * t[2][2], id);
-            }
+            self.put([y as u32, id], self.columns(from, to), |x| {
+                let w = weights.at(x, py);
+                w[0] * t[0][2] + w[1] * t[1][2] + w[2] * t[2][2]
+            });
         }
     }
 }
@@ -208,7 +248,9 @@ mod tests {
         all.extend(square(0.1, 30.0));
         let bad = Primitive::Triangle([[f32::NAN; 3], [0.0; 3], [9.0, 60.0, -1.0]]);
         all.push(bad);
-        let canvas = atlasfit::Run::default().execute(|ctx| Canvas::draw([64, 64], &all, ctx)).unwrap();
+        let canvas = atlasfit::Run::default()
+            .execute(|ctx| Drawing::new([64, 64], &all, ctx)?.draw(0..64, ctx))
+            .unwrap();
         assert!(canvas.id.iter().all(|i| *i == NOTHING || *i < 4));
         for y in 3..60 {
             for x in 3..59 {
@@ -217,5 +259,22 @@ mod tests {
             }
         }
         assert_eq!(canvas.id[0], NOTHING);
+    }
+    #[test]
+    fn rows_are_the_same_whichever_are_drawn_together() {
+        let disc = |k: usize| {
+            let centre = [(k * 37 % 64) as f32, (k * 53 % 90) as f32, (k % 5) as f32];
+            Primitive::Disc { centre, radius: 9.5, bulge: 0.3 }
+        };
+        let all: Vec<Primitive> = (0..60).map(disc).collect();
+        let (whole, part) = atlasfit::Run::default()
+            .execute(|ctx| {
+                let drawing = Drawing::new([64, 90], &all, ctx)?;
+                Ok((drawing.draw(0..90, ctx)?, drawing.draw(27..70, ctx)?))
+            })
+            .unwrap();
+        assert_eq!(part.id, whole.id[27 * 64..70 * 64]);
+        assert_eq!(part.depth, whole.depth[27 * 64..70 * 64]);
+        assert_eq!(part.at([3, 28]), 67);
     }
 }

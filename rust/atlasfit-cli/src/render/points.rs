@@ -1,7 +1,7 @@
 //! Points as discs.
 
 use crate::render::camera::Camera;
-use crate::render::canvas::{Canvas, NOTHING, OVER, Primitive};
+use crate::render::canvas::{Canvas, Drawing, NOTHING, OVER, Primitive};
 use crate::render::color::{BACK, BACKGROUND, FRONT, Rgb, mix, scaled};
 use crate::render::shade::{finish, finite, light, samples};
 use crate::render::style::{Picture, Style};
@@ -27,11 +27,13 @@ pub fn points(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pictur
         .par_iter()
         .map(|p| Primitive::Disc { centre: camera.project(*p), radius: radius.max(0.5), bulge })
         .collect();
-    let canvas = Canvas::draw(size, &primitives, ctx)?;
+    let drawing = Drawing::new(size, &primitives, ctx)?;
     let colors = mesh.colors.as_ref().filter(|_| style.colors);
-    let near = canvas.depth.iter().copied().fold(f32::INFINITY, f32::min);
-    let far = canvas.depth.iter().copied().filter(|d| d.is_finite()).fold(near, f32::max);
-    let shade = |at: usize| -> Rgb {
+    // In the light nothing depends on depth, nor on the samples beside.
+    let lit = mesh.normals.is_some();
+    let [near, far] = if lit { [0.0; 2] } else { depths(&drawing, ctx)? };
+    let shade = |[canvas]: &[Canvas; 1], sample: [usize; 2]| -> Rgb {
+        let at = canvas.at(sample);
         if canvas.id[at] == NOTHING {
             return BACKGROUND;
         }
@@ -45,27 +47,45 @@ pub fn points(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pictur
             }
             None => {
                 let fog = (canvas.depth[at] - near) / (far - near).max(1e-12);
-                scaled(base, eye_dome(&canvas, at) * (1.05 - 0.3 * fog))
+                scaled(base, eye_dome(canvas, sample) * (1.05 - 0.3 * fog))
             }
         }
     };
-    finish(&canvas, shade, mesh.positions.len() - shown.len(), ctx)
+    let reach = if lit { 0 } else { REACH };
+    finish([drawing], reach, shade, mesh.positions.len() - shown.len(), ctx)
 }
+
+/// The least and the greatest depth of all that is seen.
+fn depths(drawing: &Drawing<'_>, ctx: &Context<'_>) -> Result<[f32; 2]> {
+    let both = |[a, b]: [f32; 2], [c, d]: [f32; 2]| [a.min(c), b.max(d)];
+    let nothing = [f32::INFINITY, f32::NEG_INFINITY];
+    let band = |rows| {
+        let seen = drawing.draw(rows, ctx)?.depth.into_iter().filter(|d| d.is_finite());
+        Ok(seen.fold(nothing, |range, d| both(range, [d, d])))
+    };
+    let [near, far] =
+        (drawing.bands().into_par_iter().map(band)).try_reduce(|| nothing, |a, b| Ok(both(a, b)))?;
+    Ok([near, far.max(near)])
+}
+
+/// How far away the samples are that [`eye_dome`] looks at.
+const REACH: usize = 2 * OVER;
 
 /// How much of its brightness a sample keeps: less where its neighbours stand nearer to the viewer. Shows
 /// shape without normals (Boucheny 2009, "Eye-dome lighting").
-fn eye_dome(canvas: &Canvas, at: usize) -> f32 {
-    let (x, y) = ((at % canvas.size[0]) as isize, (at / canvas.size[0]) as isize);
-    let reach = 2 * OVER as isize;
+fn eye_dome(canvas: &Canvas, sample: [usize; 2]) -> f32 {
+    let [x, y] = sample.map(|k| k as isize);
+    let (reach, depth) = (REACH as isize, canvas.depth[canvas.at(sample)]);
+    let (first, end) = (canvas.rows.start as isize, canvas.rows.end as isize);
     let mut sum = 0.0;
     for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)] {
         let (px, py) = (x + reach * dx, y + reach * dy);
-        if px < 0 || py < 0 || px >= canvas.size[0] as isize || py >= canvas.size[1] as isize {
+        if px < 0 || px >= canvas.width as isize || py < first || py >= end {
             continue;
         }
-        let other = canvas.depth[py as usize * canvas.size[0] + px as usize];
+        let other = canvas.depth[canvas.at([px as usize, py as usize])];
         if other.is_finite() {
-            sum += (canvas.depth[at] - other).clamp(0.0, 0.05);
+            sum += (depth - other).clamp(0.0, 0.05);
         }
     }
     (-10.0 * sum).exp()

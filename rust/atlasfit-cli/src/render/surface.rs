@@ -1,7 +1,7 @@
 //! A surface: faces in the light, in colours of their charts, with a checker or a texture; lines along edges.
 
 use crate::render::camera::Camera;
-use crate::render::canvas::{Canvas, NOTHING, OVER, Primitive, Weights};
+use crate::render::canvas::{Canvas, Drawing, NOTHING, OVER, Primitive, Weights};
 use crate::render::color::{
     BACK, BACKGROUND, BOUNDARY, FRONT, LINE, NON_MANIFOLD, Rgb, chart_color, mix, scaled,
 };
@@ -45,22 +45,21 @@ pub fn surface(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Con
     ctx.check()?;
     let not_shown = mesh.triangles.len() - shown.len();
     let shading = Shading::new(mesh, texture, style, Shown { faces: shown, chart, camera });
-    let canvas = Canvas::draw(size, &primitives, ctx)?;
-    let shade = |at: usize| -> Rgb {
-        let id = canvas.id[at] as usize;
-        if canvas.id[at] == NOTHING {
+    let shade = |[canvas]: &[Canvas; 1], [x, y]: [usize; 2]| -> Rgb {
+        let id = canvas.id[canvas.at([x, y])];
+        if id == NOTHING {
             return BACKGROUND;
         }
+        let id = id as usize;
         if id >= faces {
             return lines[id - faces].color;
         }
         let Primitive::Triangle(t) = &primitives[id] else { return BACKGROUND };
-        let weights = Weights::new(t).map_or([1.0, 0.0, 0.0], |weights| {
-            weights.at((at % size[0]) as f32 + 0.5, (at / size[0]) as f32 + 0.5)
-        });
+        let weights =
+            Weights::new(t).map_or([1.0, 0.0, 0.0], |weights| weights.at(x as f32 + 0.5, y as f32 + 0.5));
         shading.color(id, weights)
     };
-    finish(&canvas, shade, not_shown, ctx)
+    finish([Drawing::new(size, &primitives, ctx)?], 0, shade, not_shown, ctx)
 }
 
 /// A line of a colour.

@@ -1,6 +1,6 @@
 //! The UV layout: charts in colours, flipped faces, overlaps, seams.
 
-use crate::render::canvas::{Canvas, NOTHING, OVER, Primitive};
+use crate::render::canvas::{Canvas, Drawing, NOTHING, OVER, Primitive};
 use crate::render::color::{BACKGROUND, FLIPPED, LINE, OVERLAP, Rgb, chart_color};
 use crate::render::shade::{chart_of_faces, finish, samples};
 use crate::render::style::{Picture, Style};
@@ -37,7 +37,6 @@ pub fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pic
     // Of faces at one depth the first one drawn stays. Drawn in reverse order, the last one does: where the
     // two differ, faces overlap.
     let reversed: Vec<Primitive> = primitives.iter().rev().copied().collect();
-    let (first, last) = (Canvas::draw(size, &primitives, ctx)?, Canvas::draw(size, &reversed, ctx)?);
     let faces = primitives.len();
     let mut line = |a: [f32; 2], b: [f32; 2], width: f32, z: f32, color: Rgb| {
         primitives.push(Primitive::Line {
@@ -58,8 +57,8 @@ pub fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pic
     ] {
         line(a, b, 1.0, -1.0, [0.5, 0.5, 0.5]);
     }
-    let canvas = Canvas::draw(size, &primitives, ctx)?;
-    let shade = |at: usize| -> Rgb {
+    let shade = |[canvas, first, last]: &[Canvas; 3], sample: [usize; 2]| -> Rgb {
+        let at = canvas.at(sample);
         let id = canvas.id[at];
         if id == NOTHING {
             return BACKGROUND;
@@ -71,7 +70,9 @@ pub fn uv_layout(mesh: &TriMesh, style: &Style, ctx: &Context<'_>) -> Result<Pic
         if twice { OVERLAP } else { colors[id as usize] }
     };
     let bad = uv.iter().filter(|c| !c.iter().flatten().all(|x| x.is_finite())).count();
-    finish(&canvas, shade, bad, ctx)
+    let [all, first, last] =
+        [&primitives[..], &primitives[..faces], &reversed].map(|drawn| Drawing::new(size, drawn, ctx));
+    finish([all?, first?, last?], 0, shade, bad, ctx)
 }
 
 /// Whether two faces share a corner in the texture. Rounding may then give a sample on their common side to

@@ -6,6 +6,7 @@
 
 use atlasfit::error::Result;
 use atlasfit::numeric::dense::eigen3;
+use atlasfit::numeric::sort::sort_by;
 use atlasfit::numeric::vec3::Vec3;
 use atlasfit::run::Context;
 use atlasfit::spatial::neighbours::Neighbours;
@@ -29,6 +30,7 @@ pub(super) fn oriented_normals(points: &[Vec3], neighbours: usize, ctx: &Context
     let mut sets = agreeing(&planes, ctx)?;
     // The highest point of each part faces up.
     let roots: Vec<(u32, bool)> = (0..points.len() as u32).map(|i| sets.find(i)).collect();
+    ctx.check()?;
     let mut highest = vec![u32::MAX; points.len()];
     for (i, (r, _)) in roots.iter().enumerate() {
         let h = &mut highest[*r as usize];
@@ -73,27 +75,33 @@ fn planes(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Result<Vec<P
                 .collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()?;
-    Ok(blocks.concat())
+    Ok(blocks.into_iter().flatten().collect())
 }
 
 /// The points in sets that hang together, each point alike or opposite to its set's root: along Kruskal's
 /// minimum spanning tree of the neighbourhood graph, the most parallel normals first.
 fn agreeing(planes: &[Plane], ctx: &Context<'_>) -> Result<SignedSets> {
-    let mut edges: Vec<(f64, u32, u32)> = planes
-        .iter()
-        .enumerate()
-        .flat_map(|(i, plane)| {
-            plane
-                .of
-                .iter()
-                .filter(move |j| **j as usize != i)
-                .map(move |&j| (1.0 - plane.normal.dot(planes[j as usize].normal).abs(), i as u32, j))
+    let blocks = (planes.par_chunks(BLOCK).enumerate())
+        .map(|(block, own)| {
+            ctx.check()?;
+            Ok((block * BLOCK..)
+                .zip(own)
+                .flat_map(|(i, plane)| {
+                    (plane.of.iter().filter(move |j| **j as usize != i))
+                        .map(move |&j| (1.0 - plane.normal.dot(planes[j as usize].normal).abs(), i as u32, j))
+                })
+                .collect::<Vec<_>>())
         })
-        .collect();
-    edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    ctx.check()?;
+        .collect::<Result<Vec<_>>>()?;
+    let mut edges: Vec<(f64, u32, u32)> = Vec::with_capacity(blocks.iter().map(Vec::len).sum());
+    for block in blocks {
+        ctx.check()?;
+        edges.extend(block);
+    }
+    sort_by(&mut edges, |a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))), ctx)?;
     let mut sets = SignedSets::new(planes.len());
-    for (_, i, j) in edges {
+    for (k, &(_, i, j)) in edges.iter().enumerate() {
+        ctx.check_at(k)?;
         sets.join(i, j, planes[i as usize].normal.dot(planes[j as usize].normal) < 0.0);
     }
     Ok(sets)

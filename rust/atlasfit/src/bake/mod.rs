@@ -11,7 +11,7 @@ mod owners;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::Vec3;
-use crate::run::{Context, Stage, total_bytes, try_vec, with_threads};
+use crate::run::{Context, Stage, total_bytes, with_threads};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
@@ -157,7 +157,7 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         Colors::Points(cloud) => of_points(mesh, cloud, ctx)?,
     };
     let owner = owners(uv, width, height, ctx)?;
-    let mut rgba = try_vec([0u8; 4], width * height)?;
+    let mut rgba = ctx.filled([0u8; 4], width * height)?;
     rgba.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS)).enumerate().try_for_each(
         |(block, (texels, owner))| {
             ctx.check()?;
@@ -172,8 +172,15 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
             Ok(())
         },
     )?;
-    let filled = owner.par_iter().map(|&f| f != NO_FACE).collect();
-    ctx.check()?;
+    let mut filled = ctx.filled(false, owner.len())?;
+    (filled.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS))).try_for_each(
+        |(filled, owner)| {
+            ctx.check()?;
+            filled.iter_mut().zip(owner).for_each(|(filled, &f)| *filled = f != NO_FACE);
+            Ok(())
+        },
+    )?;
+    drop(owner);
     dilate(&mut rgba, filled, width, options.dilation, ctx)?;
     Ok(Image { width: options.size[0], height: options.size[1], rgba })
 }

@@ -3,7 +3,7 @@
 //! In: UVs of the faces, size of the texture. Out: a face or [`NO_FACE`] for each texel, rows from the top.
 
 use crate::error::Result;
-use crate::run::{Context, try_vec};
+use crate::run::Context;
 use rayon::prelude::*;
 
 /// Stands for a texel without a face.
@@ -41,7 +41,7 @@ pub(super) fn owners(
             blocks.iter_mut().take(end).skip(first).for_each(|b| b.push(f as u32));
         }
     }
-    let mut owner = try_vec(NO_FACE, width * height)?;
+    let mut owner = ctx.filled(NO_FACE, width * height)?;
     owner.par_chunks_mut(width * ROWS).zip(blocks).enumerate().try_for_each(|(block, (owner, faces))| {
         let (top, rows) = (block * ROWS, owner.len() / width);
         for &f in &faces {

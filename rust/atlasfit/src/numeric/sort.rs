@@ -81,6 +81,43 @@ pub fn sort<T: Copy + Send + Ord>(v: &mut [T], ctx: &Context<'_>) -> Result<()> 
     sort_by(v, T::cmp, ctx)
 }
 
+/// Puts the `n` least elements first. Those on either side of the cut come in any order, and so may elements
+/// that compare equal to the one at the cut.
+///
+/// # Errors
+/// Cancelled or out of time; the elements are then in no particular order.
+pub fn select_by<T: Copy>(
+    v: &mut [T],
+    n: usize,
+    compare: impl Fn(&T, &T) -> Ordering + Copy,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let (mut v, mut n) = (v, n);
+    // Twice as many rounds as halves would need; then what is left is cut at once, in linear time.
+    let rounds = 2 * ((v.len() / BLOCK).max(1).ilog2() as usize + 1);
+    for _ in 0..rounds {
+        ctx.check()?;
+        if v.len() <= BLOCK || n == 0 || n >= v.len() {
+            break;
+        }
+        let mut sample: Vec<T> = (0..SAMPLE).map(|k| v[k * (v.len() - 1) / (SAMPLE - 1)]).collect();
+        sample.sort_unstable_by(compare);
+        let pivot = sample[SAMPLE / 2];
+        let cut = partition(v, |x| compare(x, &pivot).is_lt(), ctx)?;
+        let (below, rest) = v.split_at_mut(cut);
+        if n <= cut {
+            v = below;
+            continue;
+        }
+        let equal = partition(rest, |x| compare(x, &pivot).is_eq(), ctx)?;
+        (v, n) = (&mut rest[equal..], (n - cut).saturating_sub(equal));
+    }
+    if n > 0 && n < v.len() {
+        v.select_nth_unstable_by(n, compare);
+    }
+    Ok(())
+}
+
 /// Moves the elements that `first` holds for to the front; returns how many they are.
 ///
 /// # Errors
@@ -127,6 +164,26 @@ mod tests {
             Run::default().execute(|ctx| sort(&mut a, ctx)).unwrap();
             b.sort_unstable();
             assert!(a == b);
+        }
+    }
+
+    #[test]
+    fn the_least_are_put_first_whatever_the_list_holds() {
+        let mut rng = Rng::new(2);
+        let n = 5 * BLOCK;
+        let random: Vec<u64> = (0..n).map(|_| (rng.uniform() * 1e15) as u64).collect();
+        let few: Vec<u64> = random.iter().map(|x| x % 3).collect();
+        for v in [random, few, vec![7; n], (0..n as u64).collect(), (0..n as u64).rev().collect()] {
+            let mut sorted = v.clone();
+            sorted.sort_unstable();
+            for cut in [0, 1, 100, n / 2, n - 1, n] {
+                let mut cut_at = v.clone();
+                Run::default().execute(|ctx| select_by(&mut cut_at, cut, u64::cmp, ctx)).unwrap();
+                let (first, last) = cut_at.split_at_mut(cut);
+                first.sort_unstable();
+                last.sort_unstable();
+                assert!(first == &sorted[..cut] && last == &sorted[cut..], "{cut}");
+            }
         }
     }
 

@@ -48,6 +48,7 @@ fn transfer(
     if cloud.colors.is_none() && cloud.attributes.is_empty() {
         return Ok(());
     }
+    ctx.check()?;
     let (at, from): (Vec<Vec3>, Vec<u32>) = projected
         .iter()
         .zip(sources)
@@ -77,36 +78,32 @@ fn transfer(
         })
         .collect::<Result<Vec<_>>>()?
         .concat();
+    ctx.check()?;
     debug_assert!(weights.iter().all(|w| w[0].0 != u32::MAX));
     let blend = |w: &[(u32, f32); TRANSFER_K], value: &dyn Fn(usize) -> f64| {
         w.iter().filter(|w| w.0 != u32::MAX).map(|&(i, w)| f64::from(w) * value(i as usize)).sum::<f64>()
     };
     if let Some(colors) = &cloud.colors {
-        mesh.colors = Some(
-            weights
-                .iter()
-                .map(|w| [0, 1, 2, 3].map(|k| blend(w, &|i| f64::from(colors[i][k])) as f32))
-                .collect(),
-        );
+        let mut blended = Vec::with_capacity(weights.len());
+        for (i, w) in weights.iter().enumerate() {
+            ctx.check_at(i)?;
+            blended.push([0, 1, 2, 3].map(|k| blend(w, &|i| f64::from(colors[i][k])) as f32));
+        }
+        mesh.colors = Some(blended);
     }
-    mesh.attributes = cloud
-        .attributes
-        .iter()
-        .map(|a| Attribute {
-            values: weights
-                .iter()
-                .flat_map(|w| {
-                    (0..a.width).map(move |k| {
-                        if a.kind.is_integer() {
-                            a.values[w[0].0 as usize * a.width + k]
-                        } else {
-                            blend(w, &|i| a.values[i * a.width + k])
-                        }
-                    })
-                })
-                .collect(),
-            ..a.clone()
-        })
-        .collect();
+    for a in &cloud.attributes {
+        let mut values = Vec::with_capacity(weights.len() * a.width);
+        for (i, w) in weights.iter().enumerate() {
+            ctx.check_at(i)?;
+            values.extend((0..a.width).map(|k| {
+                if a.kind.is_integer() {
+                    a.values[w[0].0 as usize * a.width + k]
+                } else {
+                    blend(w, &|i| a.values[i * a.width + k])
+                }
+            }));
+        }
+        mesh.attributes.push(Attribute { values, ..a.clone() });
+    }
     Ok(())
 }

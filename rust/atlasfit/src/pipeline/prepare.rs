@@ -51,7 +51,8 @@ pub fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<Distinct> {
     let bits = |i: u32| given[i as usize].0.map(|x| (x + 0.0).to_bits());
     sort_by(&mut order, |&a, &b| (bits(a), a).cmp(&(bits(b), b)), ctx)?;
     let mut first = vec![u32::MAX; n];
-    for group in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
+    for (k, group) in order.chunk_by(|&a, &b| bits(a) == bits(b)).enumerate() {
+        ctx.check_at(k)?;
         for &i in group {
             first[i as usize] = group[0];
         }
@@ -62,6 +63,7 @@ pub fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<Distinct> {
     let mut of_input = first;
     let mut points = Vec::new();
     for i in 0..n {
+        ctx.check_at(i)?;
         let f = of_input[i];
         if f == i as u32 {
             of_input[i] = points.len() as u32;

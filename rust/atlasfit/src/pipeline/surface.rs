@@ -96,7 +96,7 @@ pub(super) fn build(
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     ctx.check()?;
-    let side = agreement(&surface, &charts);
+    let side = agreement(&surface, &charts, ctx)?;
     let turned = orient::face(&mut charts, &relations, &side);
     for p in &mut projected {
         if turned.get(p.chart as usize).is_some_and(|t| *t) {
@@ -153,12 +153,14 @@ fn points_of_charts(projected: &[ProjectedPoint], charts: usize) -> Vec<u32> {
 
 /// For each chart how much of the surface agrees with its normal, less how much does not: the surface knows
 /// which side is out.
-fn agreement(surface: &Surface, charts: &[Chart]) -> Vec<f64> {
+fn agreement(surface: &Surface, charts: &[Chart], ctx: &Context<'_>) -> Result<Vec<f64>> {
     let mut side = vec![0.0; charts.len()];
-    for ((&p, &n), &c) in surface.positions.iter().zip(&surface.normals).zip(&surface.chart) {
+    let vertices = surface.positions.iter().zip(&surface.normals).zip(&surface.chart);
+    for (i, ((&p, &n), &c)) in vertices.enumerate() {
+        ctx.check_at(i)?;
         if let Some(chart) = charts.get(c as usize) {
             side[c as usize] += chart.sign * n.dot(chart.normal_over(p));
         }
     }
-    side
+    Ok(side)
 }

@@ -41,14 +41,22 @@ pub(super) fn probe(bytes: u64) -> Result<()> {
     with_room::<u8>(room).map(drop)
 }
 
+/// Bytes that are filled between two looks at the run: memory that is touched for the first time comes at a
+/// millisecond for each of them (on a virtual machine; a third of it otherwise).
+const FILLED_AT_ONCE: usize = 1 << 20;
+
 /// `n` times `value`, for arrays that grow with the input: where the system has no room for them the run ends
-/// with an error, not the process.
+/// with an error, not the process. `check` looks at the run.
 ///
 /// # Errors
-/// [`Error::AllocationFailed`].
-pub(crate) fn try_vec<T: Clone>(value: T, n: usize) -> Result<Vec<T>> {
+/// [`Error::AllocationFailed`]; those of `check`.
+pub(super) fn filled<T: Clone>(value: T, n: usize, check: impl Fn() -> Result<()>) -> Result<Vec<T>> {
     let mut out = with_room(n)?;
-    out.resize(n, value);
+    let piece = FILLED_AT_ONCE / size_of::<T>().max(1);
+    while out.len() < n {
+        check()?;
+        out.resize(n.min(out.len() + piece.max(1)), value.clone());
+    }
     Ok(out)
 }
 
@@ -66,8 +74,10 @@ mod tests {
 
     #[test]
     fn an_array_that_no_memory_holds_is_an_error() {
-        assert_eq!(try_vec(7u8, 3), Ok(vec![7; 3]));
-        let refused = try_vec(0u64, usize::MAX / 32);
+        let made = |n| filled(7u64, n, || Ok(()));
+        assert_eq!(made(3), Ok(vec![7; 3]));
+        assert_eq!(made(FILLED_AT_ONCE), Ok(vec![7; FILLED_AT_ONCE]));
+        let refused = made(usize::MAX / 32);
         assert!(matches!(refused, Err(Error::AllocationFailed { bytes }) if bytes > 1 << 60), "{refused:?}");
         assert_eq!([1 << 20, 1 << 27].map(probe), [Ok(()), Ok(())]);
         assert_eq!(probe(1 << 60), Err(Error::AllocationFailed { bytes: 1 << 60 }));

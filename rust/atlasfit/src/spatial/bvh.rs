@@ -6,6 +6,7 @@
 
 use super::constants::SPATIAL;
 use crate::error::Result;
+use crate::numeric::sort::select_by;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use std::ops::ControlFlow;
@@ -198,10 +199,11 @@ fn build_node(
     let mid = order.len() / 2;
     if mid > 0 {
         // The index breaks ties, so that the tree does not depend on how the selection shuffles.
-        order.select_nth_unstable_by(mid, |&a, &b| {
-            let (x, y) = (centre(&boxes[a as usize])[axis], centre(&boxes[b as usize])[axis]);
-            x.total_cmp(&y).then(a.cmp(&b))
-        });
+        let by_centre = |a: &u32, b: &u32| {
+            let (x, y) = (centre(&boxes[*a as usize])[axis], centre(&boxes[*b as usize])[axis]);
+            x.total_cmp(&y).then(a.cmp(b))
+        };
+        select_by(order, mid, by_centre, ctx)?;
     }
     let count = order.len();
     let (left, right) = order.split_at_mut(mid);

@@ -3,7 +3,6 @@
 use crate::error::Result;
 use crate::numeric::sort::sort;
 use crate::run::Context;
-use rayon::prelude::*;
 
 /// A half-edge by its edge: the edge's smaller vertex, shifted by 32 bits, and its larger; then `3 * face +
 /// k` for the half-edge from corner `k` of a face to its next corner.
@@ -72,16 +71,14 @@ impl Edges {
     /// # Errors
     /// Cancelled or out of time.
     pub fn new(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
-        let mut half: Vec<HalfEdge> = triangles
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(f, t)| {
-                (0..3).map(move |k| {
-                    let (a, b) = (t[k], t[(k + 1) % 3]);
-                    HalfEdge((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), (3 * f + k) as u32)
-                })
-            })
-            .collect();
+        let mut half = Vec::with_capacity(3 * triangles.len());
+        for (f, t) in triangles.iter().enumerate() {
+            ctx.check_at(f)?;
+            half.extend((0..3).map(|k| {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                HalfEdge((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), (3 * f + k) as u32)
+            }));
+        }
         sort(&mut half, ctx)?;
         Ok(Self(half))
     }

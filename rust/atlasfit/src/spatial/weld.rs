@@ -22,16 +22,17 @@ pub fn weld(positions: &[Vec3], tolerance: f64, ctx: &Context<'_>) -> Result<Vec
         // Adding 0 makes one zero of the two that f64 has.
         p.0.map(|x| if tolerance > 0.0 { (x / tolerance).round() + 0.0 } else { x + 0.0 }.to_bits())
     };
-    ctx.check()?;
-    let mut order: Vec<([u64; 3], u32)> = positions
-        .iter()
-        .enumerate()
-        .filter(|(_, p)| p.iter().all(|x| x.is_finite()))
-        .map(|(i, p)| (key(p), i as u32))
-        .collect();
+    let mut order: Vec<([u64; 3], u32)> = Vec::with_capacity(positions.len());
+    for (i, p) in positions.iter().enumerate() {
+        ctx.check_at(i)?;
+        if p.iter().all(|x| x.is_finite()) {
+            order.push((key(p), i as u32));
+        }
+    }
     sort(&mut order, ctx)?;
     let mut to: Vec<u32> = (0..positions.len() as u32).collect();
-    for same in order.chunk_by(|a, b| a.0 == b.0) {
+    for (k, same) in order.chunk_by(|a, b| a.0 == b.0).enumerate() {
+        ctx.check_at(k)?;
         for (_, i) in same {
             to[*i as usize] = same[0].1;
         }

@@ -28,6 +28,7 @@ pub(crate) fn first_charts(
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
     let mut index_of = vec![NONE; label.len()];
     for (f, &l) in label.iter().enumerate() {
+        ctx.check_at(f)?;
         if l != NONE {
             index_of[f] = faces[l as usize].len() as u32;
             faces[l as usize].push(f as u32);

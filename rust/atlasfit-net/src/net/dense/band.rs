@@ -61,8 +61,11 @@ pub struct Band {
     pub rows: Range<usize>,
     /// For samples on a grid, whose first layer's activations are never made.
     pub hinges: Option<Hinges>,
-    /// Activations after ReLU. The backward pass replaces them by gradients before ReLU.
+    /// Activations after ReLU. The backward pass replaces them by gradients before ReLU. Those of the first
+    /// layer are never kept.
     pub act: [Vec<f32>; LAYERS - 1],
+    /// The first layer's activations of one block of scattered inputs.
+    first: First,
     /// Rows of [`OUT`]: outputs, then gradients before tanh.
     pub out: Vec<f32>,
     /// Column sums of a layer's activations.
@@ -76,6 +79,31 @@ pub struct Band {
     packed: Packed,
 }
 
+/// The first layer's activations of one block, made from its inputs each time they are needed: those of all
+/// blocks would take more memory than those of all other layers.
+#[derive(Default)]
+struct First {
+    act: Vec<f32>,
+    sum: Vec<f32>,
+    square: Vec<f32>,
+}
+
+impl First {
+    /// Makes the activations of the inputs `x`, their sums and those of their squares.
+    fn make(&mut self, x: &[f32], folded: &Folded) -> &mut [f32] {
+        let width = folded.bias.len();
+        self.act.resize(x.len() / IN * width, 0.0);
+        for sums in [&mut self.sum, &mut self.square] {
+            sums.clear();
+            sums.resize(width, 0.0);
+        }
+        let (out, bias) = (&mut self.act[..], &folded.bias);
+        let (sum, square) = (&mut self.sum[..], &mut self.square[..]);
+        multiply(x, &folded.forward, &mut Rectify { out, bias, sum, square });
+        &mut self.act
+    }
+}
+
 /// The first layer as a function of a grid's coordinates.
 pub fn layer<'a>(weights: &'a [f32], bias: &'a [f32], grid: &Grid) -> Layer<'a> {
     let [a, b] = grid.axes().map(|k| &weights[k * bias.len()..(k + 1) * bias.len()]);
@@ -86,11 +114,11 @@ impl Band {
     /// A band of the samples `rows`, before the first forward pass.
     pub fn new(rows: Range<usize>, hinges: Option<Hinges>) -> Self {
         let n = rows.len();
-        let first = if hinges.is_some() { 1 } else { 0 };
         Self {
             rows,
             hinges,
-            act: std::array::from_fn(|l| vec![0.0; if l < first { 0 } else { n * FAN[l][1] }]),
+            act: std::array::from_fn(|l| vec![0.0; if l == 0 { 0 } else { n * FAN[l][1] }]),
+            first: First::default(),
             out: vec![0.0; n * OUT],
             sum: Vec::new(),
             square: Vec::new(),
@@ -146,8 +174,15 @@ impl Band {
         Ok(())
     }
 
-    /// The activations of layer `l` and their sums; for the last the outputs.
-    pub fn forward(&mut self, l: usize, inputs: &Inputs, folded: &Folded, ctx: &Context<'_>) -> Result<()> {
+    /// The activations of layer `l` and their sums; for the last the outputs. `folded` are those of all
+    /// layers.
+    pub fn forward(
+        &mut self,
+        l: usize,
+        inputs: &Inputs,
+        folded: &[Folded; LAYERS],
+        ctx: &Context<'_>,
+    ) -> Result<()> {
         let [depth, width] = FAN[l];
         self.clear_sums(width);
         let (mut sum, mut square) = (vec![0f32; width], vec![0f32; width]);
@@ -155,21 +190,27 @@ impl Band {
             ctx.check()?;
             let at = self.at(&block);
             let (lower, upper) = self.act.split_at_mut(l);
+            if l == 0 {
+                self.first.make(inputs.scattered(at), &folded[0]);
+                flush(&mut self.sum, &mut self.first.sum);
+                flush(&mut self.square, &mut self.first.square);
+                continue;
+            }
             let x = match lower.last() {
-                Some(r) => &r[block.start * depth..block.end * depth],
-                None => inputs.scattered(at),
+                Some(r) if l > 1 => &r[block.start * depth..block.end * depth],
+                _ => self.first.make(inputs.scattered(at), &folded[0]),
             };
             let to = block.start * width..block.end * width;
+            let Folded { forward, bias, .. } = &folded[l];
             if let Some(upper) = upper.first_mut() {
                 let out = &mut upper[to];
-                let bias = &folded.bias;
-                multiply(x, &folded.forward, &mut Rectify { out, bias, sum: &mut sum, square: &mut square });
+                multiply(x, forward, &mut Rectify { out, bias, sum: &mut sum, square: &mut square });
                 flush(&mut self.sum, &mut sum);
                 flush(&mut self.square, &mut square);
                 continue;
             }
             let out = &mut self.out[to];
-            multiply(x, &folded.forward, &mut Store { out, bias: &folded.bias });
+            multiply(x, forward, &mut Store { out, bias });
             for row in out.chunks_exact_mut(width) {
                 for z in &mut row[..3] {
                     *z = z.tanh();
@@ -199,12 +240,12 @@ impl Band {
     }
 
     /// From the gradient before layer `l`'s nonlinearity to that of the layer below, with the partial sums of
-    /// the latter. `p` and `q` are the layer below's factors of [`Pull`].
+    /// the latter. `p` and `q` are the layer below's factors of [`Pull`], `folded` the weights of all layers.
     pub fn backward(
         &mut self,
         l: usize,
         inputs: &Inputs,
-        folded: &Folded,
+        folded: &[Folded; LAYERS],
         [p, q]: [&[f32]; 2],
         ctx: &Context<'_>,
     ) -> Result<()> {
@@ -219,15 +260,19 @@ impl Band {
             let (lower, upper) = self.act.split_at_mut(l);
             let (lowest, middle) = lower.split_at_mut(l - 1);
             let dz = &upper.first().unwrap_or(&self.out)[block.start * outputs..block.end * outputs];
-            let r = &mut middle[0][block.start * width..block.end * width];
-            multiply(dz, &folded.backward, &mut Pull { r, p, q, sum: &mut self.db });
+            let r = match l {
+                1 => self.first.make(inputs.scattered(at.clone()), &folded[0]),
+                _ => &mut middle[0][block.start * width..block.end * width],
+            };
+            multiply(dz, &folded[l].backward, &mut Pull { r, p, q, sum: &mut self.db });
             if on_grid {
                 continue;
             }
             self.packed.set(r, width);
             let x = match lowest.last() {
-                Some(x) => &x[block.start * below..block.end * below],
                 None => inputs.scattered(at),
+                Some(_) if l == 2 => self.first.make(inputs.scattered(at), &folded[0]),
+                Some(x) => &x[block.start * below..block.end * below],
             };
             add_outer(&mut self.dw, x, below, &self.packed);
         }

@@ -135,9 +135,9 @@ impl Dense {
     pub fn forward(&mut self, out: &mut [Sample], ctx: &Context<'_>) -> Result<()> {
         for l in 0..LAYERS {
             self.fold(l);
-            let (folded, inputs) = (&self.folded[l], &self.inputs);
+            let (folded, inputs) = (&self.folded, &self.inputs);
             self.bands.par_iter_mut().try_for_each(|band| match inputs {
-                Inputs::Grid(grid) if l < 2 => band.forward_hinges(l, grid, folded, ctx),
+                Inputs::Grid(grid) if l < 2 => band.forward_hinges(l, grid, &folded[l], ctx),
                 _ => band.forward(l, inputs, folded, ctx),
             })?;
             if l + 1 < LAYERS {
@@ -206,7 +206,7 @@ impl Dense {
                 return Ok(());
             }
             let [p, q] = [p, q].map(|x| x.into_iter().map(|x| x as f32).collect::<Vec<_>>());
-            let (folded, inputs) = (&self.folded[l], &self.inputs);
+            let (folded, inputs) = (&self.folded, &self.inputs);
             self.bands.par_iter_mut().try_for_each(|band| band.backward(l, inputs, folded, [&p, &q], ctx))?;
         }
         let dw = total(&self.bands, |b| &b.dw);

@@ -111,8 +111,10 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
     ctx.check()?;
 
     let areas = Areas::new(mesh, &uvs);
+    ctx.check()?;
     let singular: Vec<SingularValues> =
         (0..m).into_par_iter().map(|i| singular_values(mesh, i, &uvs[i], areas.to_space)).collect();
+    ctx.check()?;
     let stretch = stretch(&singular, &areas);
     ctx.advance(1);
     ctx.check()?;

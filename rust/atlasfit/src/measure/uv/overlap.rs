@@ -44,6 +44,7 @@ pub(super) fn texels(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) -> Resu
     };
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); TEXELS.div_ceil(BAND)];
     for (i, c) in uvs.iter().enumerate().filter(|(i, _)| finite[*i]) {
+        ctx.check_at(i)?;
         let (lo, hi) = rows(c);
         for band in bands.iter_mut().take(hi.div_ceil(BAND)).skip(lo / BAND) {
             band.push(i as u32);
@@ -115,16 +116,15 @@ fn cover(c: &FaceUv, first_row: usize, count: &mut [u8]) {
 /// Number of faces whose inside meets the inside of another: exact, whatever the size of the overlap.
 pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) -> Result<usize> {
     // Counter-clockwise faces with area; the others cover nothing.
-    let solid: Vec<FaceUv> = uvs
-        .iter()
-        .zip(finite)
-        .filter(|(_, f)| **f)
-        .filter_map(|(c, _)| match orient(c[0], c[1], c[2]) {
-            s if s > 0.0 => Some(*c),
-            s if s < 0.0 => Some([c[0], c[2], c[1]]),
-            _ => None,
-        })
-        .collect();
+    let mut solid: Vec<FaceUv> = Vec::with_capacity(uvs.len());
+    for (i, c) in uvs.iter().enumerate().filter(|(i, _)| finite[*i]) {
+        ctx.check_at(i)?;
+        match orient(c[0], c[1], c[2]) {
+            s if s > 0.0 => solid.push(*c),
+            s if s < 0.0 => solid.push([c[0], c[2], c[1]]),
+            _ => {}
+        }
+    }
     let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| Vec3([p[0], p[1], 0.0])))).collect();
     let tree = Bvh::build(&boxes, ctx)?;
     if surely_apart(&solid, &tree, ctx)? {

@@ -123,11 +123,11 @@ pub(crate) fn coarsen(s: &Surface, patches: &Patches, target: usize, ctx: &Conte
     };
     while !sweeps.sweep(length, levels.len() as u8, ctx)? {
         if sweeps.left * LARGE.thinning <= kept && sweeps.left > LARGE.thinning * target {
-            levels.push(sweeps.mesh.level(&patches.label));
+            levels.push(sweeps.mesh.level(&patches.label, ctx)?);
             kept = sweeps.left;
         }
         length *= LARGE.growth * LARGE.growth;
     }
-    levels.push(sweeps.mesh.level(&patches.label));
+    levels.push(sweeps.mesh.level(&patches.label, ctx)?);
     Ok(Coarse { levels, parent: sweeps.parent, gone: sweeps.gone })
 }

@@ -67,7 +67,7 @@ impl<'a> Mesh<'a> {
     }
 
     /// The faces that are left.
-    pub(super) fn level(&self, label: &[u32]) -> Level {
+    pub(super) fn level(&self, label: &[u32], ctx: &Context<'_>) -> Result<Level> {
         let mut name = vec![NONE; self.tri.len()];
         let mut kept = Vec::new();
         for f in 0..self.tri.len() {
@@ -79,11 +79,11 @@ impl<'a> Mesh<'a> {
         let tri = kept.iter().map(|&f| self.tri[f]).collect();
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * name[h as usize / 3] + h % 3 };
         let twin = kept.iter().map(|&f| self.twin[f].map(renamed)).collect();
-        Level {
-            surface: Surface::from_parts(self.s.pos.clone(), tri, twin),
+        Ok(Level {
+            surface: Surface::from_parts(self.s.pos.clone(), tri, twin, ctx)?,
             label: kept.iter().map(|&f| label[f]).collect(),
             path: kept.iter().map(|&f| self.path[f]).collect(),
-        }
+        })
     }
 
     /// Collects the half-edges that start at the vertex where `h` starts, in order.

@@ -158,6 +158,6 @@ pub(crate) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<S
     smooth(s, &mut label, &clusters, ctx)?;
     drop(clusters);
     ctx.check()?;
-    let (label, count) = split_components(s, &label);
+    let (label, count) = split_components(s, &label, ctx)?;
     Ok(Segmentation { label, count })
 }

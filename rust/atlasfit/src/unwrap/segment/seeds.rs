@@ -7,7 +7,7 @@ use super::constants::SEGMENT;
 use crate::error::Result;
 use crate::numeric::sort::sort_by;
 use crate::run::Context;
-use crate::unwrap::surface::{NONE, Surface};
+use crate::unwrap::surface::{Cells, NONE, Surface};
 use rayon::prelude::*;
 
 /// The border between two clusters.
@@ -28,7 +28,7 @@ pub(super) struct Seeds {
 /// Groups faces a few at a time without a queue: every cluster picks its cheapest neighbour, and pairs that
 /// pick each other join; repeated until it stops paying. `flatness` bounds 1 - |mean normal| of a cluster.
 pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<Seeds> {
-    let Seeds { mut clusters, mut of_face } = cells_alone(s);
+    let Seeds { mut clusters, mut of_face } = cells_alone(s, ctx)?;
     ctx.check()?;
     let mut edges = cell_edges(s, ctx)?;
     for pass in 0.. {
@@ -48,7 +48,8 @@ pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<See
             break;
         }
     }
-    for &Edge { ends: [a, b], length } in &edges {
+    for (i, &Edge { ends: [a, b], length }) in edges.iter().enumerate() {
+        ctx.check_at(i)?;
         clusters[a as usize].near.push((b, length));
         clusters[b as usize].near.push((a, length));
     }
@@ -56,17 +57,28 @@ pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<See
 }
 
 /// Every cell, or face, a cluster of its own.
-fn cells_alone(s: &Surface) -> Seeds {
+fn cells_alone(s: &Surface, ctx: &Context<'_>) -> Result<Seeds> {
     let m = s.faces();
+    let mut clusters = Vec::with_capacity(s.cells.as_ref().map_or(m, Cells::count));
     let one = |f: usize| Cluster::new(s.area[f], s.normal[f] * s.area[f], 0.0);
-    let (of_face, clusters) = match &s.cells {
-        None => ((0..m as u32).collect(), (0..m).map(one).collect()),
+    let of_face = match &s.cells {
+        None => {
+            for f in 0..m {
+                ctx.check_at(f)?;
+                clusters.push(one(f));
+            }
+            (0..m as u32).collect()
+        }
         Some(cells) => {
             let join = |c: u32| cells.faces(c).iter().map(|&f| one(f as usize)).reduce(|a, b| a.with(&b));
-            (cells.of_face.clone(), (0..cells.count() as u32).filter_map(join).collect())
+            for c in 0..cells.count() {
+                ctx.check_at(c)?;
+                clusters.extend(join(c as u32));
+            }
+            cells.of_face.clone()
         }
     };
-    Seeds { clusters, of_face }
+    Ok(Seeds { clusters, of_face })
 }
 
 /// The edges between cells, in the order of the faces.

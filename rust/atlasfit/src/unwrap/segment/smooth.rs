@@ -72,17 +72,21 @@ pub(super) fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: 
 }
 
 /// Numbers the connected pieces of equal label.
-pub(super) fn split_components(s: &Surface, label: &[u32]) -> (Vec<u32>, usize) {
+pub(super) fn split_components(s: &Surface, label: &[u32], ctx: &Context<'_>) -> Result<(Vec<u32>, usize)> {
     let mut out = vec![NONE; label.len()];
     let mut count = 0;
     let mut stack = Vec::new();
+    let mut seen = 0;
     for f in 0..label.len() {
+        ctx.check_at(f)?;
         if out[f] != NONE || label[f] == NONE {
             continue;
         }
         out[f] = count;
         stack.push(f as u32);
         while let Some(f) = stack.pop() {
+            seen += 1;
+            ctx.check_at(seen)?;
             for &h in &s.twin[f as usize] {
                 if h != NONE {
                     let g = h as usize / 3;
@@ -95,5 +99,5 @@ pub(super) fn split_components(s: &Surface, label: &[u32]) -> (Vec<u32>, usize) 
         }
         count += 1;
     }
-    (out, count as usize)
+    Ok((out, count as usize))
 }

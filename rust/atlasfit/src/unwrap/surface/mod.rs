@@ -65,10 +65,11 @@ impl Surface {
             .iter()
             .map(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && t.iter().all(|&v| finite(v)))
             .collect();
+        ctx.check()?;
         let (pos, unit) = normalised(mesh, &usable, ctx)?;
         let Twins { twin, non_manifold, duplicate } = pair_edges(&tri, &usable, options, ctx)?;
         ctx.check()?;
-        let mut out = Self::from_parts(Arc::new(pos), tri, twin);
+        let mut out = Self::from_parts(Arc::new(pos), tri, twin, ctx)?;
         ctx.check()?;
         if options.keep_uv_seams
             && let Some(uv) = &mesh.corner_uv
@@ -85,6 +86,7 @@ impl Surface {
             out.cut(|f, _, g, _| bent(f, g), options);
             out.normal = normal;
         }
+        ctx.check()?;
         out.cells = options.face_polygon.as_ref().map(|p| Cells::new(p, &out.twin));
         for f in (0..m).filter(|&f| !usable[f]) {
             out.normal[f] = Vec3::ZERO;
@@ -95,13 +97,22 @@ impl Surface {
     }
 
     /// Measures the faces of a mesh with known adjacency; all count as usable.
-    pub(crate) fn from_parts(pos: Arc<Vec<Vec3>>, tri: Vec<[u32; 3]>, twin: Vec<[u32; 3]>) -> Self {
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn from_parts(
+        pos: Arc<Vec<Vec3>>,
+        tri: Vec<[u32; 3]>,
+        twin: Vec<[u32; 3]>,
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
         let m = tri.len();
-        let mut normal = vec![Vec3::ZERO; m];
-        let mut area = vec![0.0; m];
-        let mut rest = vec![[SURFACE.min_edge, 0.0, SURFACE.min_edge]; m];
-        let mut length = vec![[0f32; 3]; m];
+        let mut normal = ctx.filled(Vec3::ZERO, m)?;
+        let mut area = ctx.filled(0.0, m)?;
+        let mut rest = ctx.filled([SURFACE.min_edge, 0.0, SURFACE.min_edge], m)?;
+        let mut length = ctx.filled([0f32; 3], m)?;
         for f in 0..m {
+            ctx.check_at(f)?;
             let [a, b, c] = tri[f].map(|v| pos[v as usize]);
             let (ab, ac) = (b - a, c - a);
             let n = ab.cross(ac);
@@ -121,7 +132,7 @@ impl Surface {
         let usable = vec![true; m];
         let cells = None;
         let (unit, degenerate, duplicate, non_manifold) = (1.0, 0, 0, 0);
-        Self {
+        Ok(Self {
             tri,
             twin,
             normal,
@@ -135,7 +146,7 @@ impl Surface {
             degenerate,
             duplicate,
             non_manifold,
-        }
+        })
     }
 
     /// Cuts edges between different polygons where `seam(face, slot, face beyond, its slot)` says so.
@@ -189,11 +200,11 @@ fn normalised(mesh: &TriMesh, usable: &[bool], ctx: &Context<'_>) -> Result<(Vec
             "Give a mesh with at least one proper triangle",
         ));
     }
-    let mut pos: Vec<Vec3> = mesh
-        .positions
-        .iter()
-        .map(|p| Vec3::from_fn(|k| (p[k] * 0.5 - (lo[k] * 0.25 + hi[k] * 0.25) * 1.0) * 2.0 / extent))
-        .collect();
+    let mut pos: Vec<Vec3> = Vec::with_capacity(mesh.positions.len());
+    for (i, p) in mesh.positions.iter().enumerate() {
+        ctx.check_at(i)?;
+        pos.push(Vec3::from_fn(|k| (p[k] * 0.5 - (lo[k] * 0.25 + hi[k] * 0.25) * 1.0) * 2.0 / extent));
+    }
     let raw_area = |pos: &[Vec3], t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| pos[v as usize]);
         (b - a).cross(c - a).norm() * 0.5

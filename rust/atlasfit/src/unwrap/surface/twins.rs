@@ -26,7 +26,8 @@ pub(crate) struct Twins {
 fn copies(tri: &[[u32; 3]], usable: &[bool], edges: &Edges, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let most = tri.iter().flatten().max().map_or(0, |&v| v as usize + 1);
     let mut at_vertex = vec![0u32; most];
-    for edge in edges.iter() {
+    for (i, edge) in edges.iter().enumerate() {
+        ctx.check_at(i)?;
         at_vertex[edge[0].low() as usize] += edge.iter().filter(|h| usable[h.face()]).count() as u32;
     }
     let mut copies = vec![0u32; tri.len()];
