@@ -171,6 +171,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
+    let spacing = smooth(&points, &tree, &spacing, ctx)?;
     let sampling = Sampling::new(spacing);
     if sampling.median < PIPELINE.least_spacing {
         return Err(Error::degenerate(
@@ -302,6 +303,26 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
                 own > lonely || own > PIPELINE.stray * median(&mut around)
             };
             Ok(chunk.iter().enumerate().map(lone).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()
+        .map(|v| v.concat())
+}
+
+/// The median spacing among each point and its nearest: a stray beside a surface is no reason for a patch
+/// wider than the surface asks for.
+fn smooth(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<f32>> {
+    points
+        .par_chunks(1024)
+        .map(|chunk| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            let around = |p: &Vec3| {
+                tree.nearest(*p, 9, &mut found);
+                let mut around: Vec<f64> =
+                    found.iter().map(|f| f64::from(spacing[f.index as usize])).collect();
+                median(&mut around) as f32
+            };
+            Ok(chunk.iter().map(around).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()
         .map(|v| v.concat())
