@@ -29,6 +29,7 @@ pub(super) fn cut(scan: &Scan, size: PatchSize) -> Cut<'_> {
         tree: &scan.tree,
         sampling: &scan.sampling,
         sigma: scan.noise.for_charts(),
+        relative: &scan.relative_noise,
         size,
     }
 }
@@ -40,11 +41,11 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         None => PatchSize::default(),
         Some(charts) => PatchSize::default().for_count(charts, scan.points.len()),
     };
-    let tubes = tubes::find(&cut(scan, size), scan.noise.is_given(), ctx)?;
+    let tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
     if let Some(sigma) = tubes.sigma {
         scan.noise = NoiseModel { sigma, source: NoiseSource::Tubes, ..scan.noise };
     }
-    if !scan.noise.is_given() {
+    if !scan.noise.is_settled() {
         let learned = learn::from_charts(&cut(scan, size), scan.noise, &tubes.covered, ctx)?;
         scan.noise = learned;
     }
@@ -71,6 +72,7 @@ fn drop_strays(scan: &Scan, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) ->
         tree: &scan.tree,
         spacing: &scan.sampling.spacing,
         sigma: scan.noise.for_charts(),
+        relative: &scan.relative_noise,
         fitted,
         members: &members,
     };

@@ -8,7 +8,7 @@ use super::constants::PIPELINE;
 use super::copies::{self, Places};
 use super::warnings;
 use crate::error::{Error, Result};
-use crate::noise::{NoiseModel, NoiseSource, check, estimate};
+use crate::noise::{NoiseModel, NoiseSource, check, estimate, quantised};
 use crate::numeric::dense::principal;
 use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
@@ -84,6 +84,8 @@ pub struct Scan {
     pub sampling: Sampling,
     /// How noisy they are.
     pub noise: NoiseModel,
+    /// The noise at each point, as a multiple of the usual; empty where it is the same everywhere.
+    pub relative_noise: Vec<f32>,
     /// The frame in the user's.
     pub frame: Frame,
     /// Where the given positions went.
@@ -181,8 +183,16 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     }
     let local = estimate::noise(&points, &tree, ctx)?;
     let mut warnings: Vec<String> = warnings::volume(&local).into_iter().collect();
+    let mut relative_noise = Vec::new();
     let noise = match given_noise {
-        None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
+        None => match quantised::rounding(&points, &tree, ctx)? {
+            None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
+            Some(rounding) => {
+                let usual = median(&mut rounding.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+                relative_noise = rounding.iter().map(|&s| s / usual as f32).collect();
+                NoiseModel::new(usual, NoiseSource::Rounding, sampling.median)
+            }
+        },
         Some(given) => {
             warnings.extend(warnings::too_little_noise(
                 given / frame.scale,
@@ -196,7 +206,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     let stray = all - copies - points.len();
     let duplicates = duplicates + copies;
     let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings };
-    Ok(Scan { points, tree, sampling, noise, frame, input })
+    Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input })
 }
 
 /// Fails where no position is finite.

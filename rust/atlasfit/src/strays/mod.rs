@@ -30,12 +30,22 @@ pub(crate) struct Charted<'a> {
     pub tree: &'a Neighbours,
     /// Spacing at each.
     pub spacing: &'a [f32],
-    /// Noise of the scan.
+    /// Usual noise of the scan.
     pub sigma: f64,
+    /// The noise at each point, as a multiple of the usual; empty where it is the same everywhere.
+    pub relative: &'a [f32],
     /// The charts.
     pub fitted: &'a [FittedChart],
     /// Which charts each point belongs to.
     pub members: &'a Membership,
+}
+
+impl Charted<'_> {
+    /// The scan's noise where a chart is.
+    fn noise_of(&self, f: &FittedChart) -> f64 {
+        let at = f.members.get(f.members.len() / 2).map_or(usize::MAX, |m| m.0 as usize);
+        self.sigma * self.relative.get(at).map_or(1.0, |&r| f64::from(r))
+    }
 }
 
 /// Whether each chart stands; all do where none has enough points to stand beyond doubt.
@@ -50,7 +60,7 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
         return Ok(vec![true; sure.len()]);
     }
     let overlaps = overlaps(charted.points, charted.fitted, charted.members, &sure, ctx)?;
-    let mut stands = go_on(sure, &overlaps);
+    let mut stands = go_on(sure, &evidence, &overlaps);
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
     remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
@@ -59,7 +69,7 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
 
 /// The evidence for each chart, in nats. Tubes have been judged when they were found.
 fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
-    let Charted { points, tree, spacing, sigma, fitted, .. } = *charted;
+    let Charted { points, tree, spacing, fitted, .. } = *charted;
     fitted
         .par_chunks(64)
         .map(|chunk| {
@@ -72,7 +82,7 @@ fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
                     );
                     let sheet = Sheet { map, sigma: f.chart.sigma, spacing };
                     evidence::of_sheet(points, tree, &sheet, &mut found)
-                        - evidence::cost_of_noise(f.chart.sigma, sigma)
+                        - evidence::cost_of_noise(f.chart.sigma, charted.noise_of(f))
                 }
                 Map::Tube(_) => f64::INFINITY,
             };
@@ -82,8 +92,9 @@ fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
         .map(|v| v.concat())
 }
 
-/// Adds the charts that go on from those that stand, and those that go on from these, and so on.
-fn go_on(mut stands: Vec<bool>, overlaps: &[Overlap]) -> Vec<bool> {
+/// Adds the charts that go on from those that stand, and those that go on from these, and so on: those against
+/// which their own points do not speak.
+fn go_on(mut stands: Vec<bool>, evidence: &[f64], overlaps: &[Overlap]) -> Vec<bool> {
     loop {
         let mut votes = vec![[0f32; 2]; stands.len()];
         for o in overlaps {
@@ -95,8 +106,8 @@ fn go_on(mut stands: Vec<bool>, overlaps: &[Overlap]) -> Vec<bool> {
             }
         }
         let mut more = false;
-        for (stands, [one, apart]) in stands.iter_mut().zip(votes) {
-            if !*stands && one >= STRAYS.shared && one > apart {
+        for ((stands, [one, apart]), evidence) in stands.iter_mut().zip(votes).zip(evidence) {
+            if !*stands && *evidence > 0.0 && one >= STRAYS.shared && one > apart {
                 *stands = true;
                 more = true;
             }
@@ -142,7 +153,7 @@ fn add_slabs(
                 f64::NEG_INFINITY
             } else {
                 let place = f.chart.at([0.0; 2]).position;
-                evidence::of_slab(&left, &tree, place, charted.sigma, &mut Vec::new())
+                evidence::of_slab(&left, &tree, place, charted.noise_of(f), &mut Vec::new())
             })
         })
         .collect::<Result<_>>()?;
@@ -204,6 +215,8 @@ fn add_dense(
     if alone.points.is_empty() || known.is_empty() {
         return Ok(());
     }
+    // Before their density is looked at, points are surface or strays as those that are known.
+    let prior = (known.len() as f64 / alone.points.len() as f64).ln();
     let dense = density::evidence(charted.points, charted.tree, &known, &alone.points, ctx)?;
     let mut at = vec![0.0; charted.points.len()];
     alone
@@ -227,7 +240,7 @@ fn add_dense(
     }
     for k in (0..stands.len()).filter(|&k| alone.count[k] > 0.0) {
         let group = groups.find(k as u32) as usize;
-        stands[k] = total[group] > 0.0 && count[group] >= PARTITION.min_members as f64;
+        stands[k] = total[group] + prior > 0.0 && count[group] >= PARTITION.min_members as f64;
     }
     Ok(())
 }
@@ -241,7 +254,7 @@ fn remove_doubtful_parts(
     enough: f64,
 ) {
     let mut parts = Sets::new(stands.len());
-    for o in overlaps.iter().filter(|o| o.is_one() && stands[o.a as usize] && stands[o.b as usize]) {
+    for o in overlaps.iter().filter(|o| stands[o.a as usize] && stands[o.b as usize]) {
         parts.join(o.a, o.b);
     }
     let mut charts = vec![0u32; charted.points.len()];

@@ -22,13 +22,6 @@ pub(super) struct Overlap {
     pub apart: f32,
 }
 
-impl Overlap {
-    /// Whether the two are one sheet.
-    pub fn is_one(&self) -> bool {
-        self.one > self.apart
-    }
-}
-
 /// A chart seen from one of its points.
 struct Seen {
     chart: u32,
