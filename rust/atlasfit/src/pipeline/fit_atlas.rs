@@ -65,7 +65,7 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
 }
 
 /// Takes out the charts that were laid through strays.
-fn drop_strays(scan: &Scan, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
+pub(super) fn drop_strays(scan: &Scan, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
     let members = membership::of_points(scan.points.len(), fitted, ctx)?;
     let charted = Charted {
         points: &scan.points,
