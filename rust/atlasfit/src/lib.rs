@@ -30,6 +30,8 @@ pub(crate) mod partition;
 
 pub(crate) mod fit;
 
+pub(crate) mod strays;
+
 pub(crate) mod noise;
 
 pub(crate) mod orient;

@@ -27,6 +27,27 @@ pub(crate) struct NoiseConstants {
     /// square roots of the two smaller principal variances). Source: chosen below the 0.7 to 0.8 that the
     /// ratio tends to on pure noise.
     pub flat: f64,
+    /// A neighbourhood is flat to the last digit below this ratio of thickness to width. Source: derived, the
+    /// rounding of single precision in a scan of a thousand spacings.
+    pub exactly_flat: f64,
+    /// Rounded scans have at least this share of such neighbourhoods. In (0, 1). Source: measured, 0.56 and
+    /// more on depth cameras' rounding of one to four spacings; below that, neighbourhoods see the steps.
+    pub flat_share: f64,
+    /// Normals with a greater cosine are the same. Source: derived from `exactly_flat`.
+    pub along: f64,
+    /// Of those neighbourhoods this share must face along one direction. In (0, 1). Source: chosen; a part of
+    /// clean planes has risers beside its treads.
+    pub flat_along: f64,
+    /// Points of one level differ by no more than this share of the extent. Source: derived, some ten times
+    /// the rounding of single precision.
+    pub level_thickness: f64,
+    /// Fewer levels may be a part's own planes. Source: chosen.
+    pub levels: usize,
+    /// Levels hold at least this many points each, in the mean: points of a clean slanted sheet are each a
+    /// level of their own. Source: chosen.
+    pub points_a_level: usize,
+    /// Steps above and below a level that say how large the usual step is. Source: chosen.
+    pub steps_around: usize,
     /// Times the noise may be corrected by charts. Source: chosen.
     pub rounds: usize,
     /// The noise stands when the charts see at least this share of it: where it varies over the scan, the
@@ -56,6 +77,14 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     samples: 1500,
     scales: [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)],
     flat: 0.6,
+    exactly_flat: 1e-3,
+    flat_share: 0.1,
+    along: 0.9999,
+    flat_along: 0.9,
+    level_thickness: 2e-6,
+    levels: 16,
+    points_a_level: 20,
+    steps_around: 4,
     rounds: 3,
     confirmed: 0.9,
     quantile: 0.3,

@@ -5,6 +5,7 @@
 
 use super::constants::NOISE;
 use super::{NoiseModel, NoiseSource};
+use crate::atlas::FittedChart;
 use crate::error::Result;
 use crate::fit::fit;
 use crate::partition::{self, Cut};
@@ -28,7 +29,10 @@ pub fn from_charts(
             break;
         }
         let sample = partition::sample(&Cut { sigma, ..*cut }, done, ctx)?;
-        let mut sigmas: Vec<f64> = fit(cut.points, &sample, ctx)?.iter().map(|f| f.chart.sigma).collect();
+        // In units of the usual noise.
+        let usual = |f: &FittedChart| cut.relative_noise(f.members.first().map_or(0, |m| m.0 as usize));
+        let mut sigmas: Vec<f64> =
+            fit(cut.points, &sample, ctx)?.iter().map(|f| f.chart.sigma / usual(f)).collect();
         if sigmas.is_empty() {
             break;
         }

@@ -9,5 +9,6 @@ pub(crate) mod constants;
 pub mod estimate;
 pub mod learn;
 mod model;
+pub(crate) mod quantised;
 
 pub use model::{NoiseModel, NoiseSource};

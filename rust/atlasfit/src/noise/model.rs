@@ -12,6 +12,8 @@ pub enum NoiseSource {
     Tubes,
     /// Charts fitted to a sample of patches.
     Charts,
+    /// Steps that the depth is rounded to: no less noise is believed.
+    Rounding,
     /// The user.
     Given,
 }
@@ -40,6 +42,11 @@ impl NoiseModel {
     #[must_use]
     pub fn is_given(&self) -> bool {
         self.source == NoiseSource::Given
+    }
+    /// Whether charts cannot correct the noise downwards: it was given, or the depth was rounded.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.is_given() || self.source == NoiseSource::Rounding
     }
     /// What charts are cut and fitted with.
     #[must_use]

@@ -49,18 +49,25 @@ pub(crate) struct Cut<'a> {
     pub tree: &'a Neighbours,
     /// How densely they lie.
     pub sampling: &'a Sampling,
-    /// Their noise, standard deviation along the normal.
+    /// Their usual noise, standard deviation along the normal.
     pub sigma: f64,
+    /// The noise at each point, as a multiple of the usual; empty where it is the same everywhere.
+    pub relative: &'a [f32],
     /// How large patches should be.
     pub size: PatchSize,
 }
 
 impl Cut<'_> {
-    /// The radius that a patch about a point may have.
+    /// The radius that a patch about a point may have where the usual noise is `sigma`.
     pub(super) fn reach(&self, point: usize, sigma: f64) -> f64 {
         // Where points stand farther apart than this there is no surface to show, only strays.
         let widest = SPATIAL.widest * self.sampling.median;
+        let sigma = sigma * self.relative_noise(point);
         self.size.reach(f64::from(self.sampling.spacing[point]).min(widest), sigma)
+    }
+    /// The noise at a point, as a multiple of the usual.
+    pub(crate) fn relative_noise(&self, point: usize) -> f64 {
+        self.relative.get(point).map_or(1.0, |&r| f64::from(r))
     }
     /// Grows a patch from each of the points `seeds`, a step of the running stage each. `earlier` is where an
     /// earlier fit put the points.
@@ -73,7 +80,12 @@ impl Cut<'_> {
     ) -> Result<Vec<Option<Patch>>> {
         let params = |i: usize| {
             let spacing = f64::from(self.sampling.spacing[i]);
-            GrowParams { sigma, spacing, max_radius: self.reach(i, sigma), earlier }
+            GrowParams {
+                sigma: sigma * self.relative_noise(i),
+                spacing,
+                max_radius: self.reach(i, sigma),
+                earlier,
+            }
         };
         grow_all(self.points, self.tree, seeds, params, |grown| ctx.advance(grown), ctx)
     }

@@ -53,7 +53,7 @@ impl NoisyParts {
             sigma *= PARTITION.more_noise;
             left.retain(|&k| {
                 let spacing = f64::from(cut.sampling.spacing[seeds[k]]).max(cut.sampling.median);
-                sigma <= PARTITION.most_noise * spacing
+                sigma * cut.relative_noise(seeds[k]) <= PARTITION.most_noise * spacing
             });
             let again: Vec<usize> = left.iter().map(|&k| seeds[k]).collect();
             for (&k, patch) in left.iter().zip(cut.grow(&again, sigma, earlier, ctx)?) {

@@ -63,12 +63,15 @@ fn stays(cut: &Cut<'_>, f: &FittedChart, projected: &[ProjectedPoint], found: &m
     let Map::Monge(map) = &f.chart.map else { return true };
     let center = map.at([0.0; 2]);
     cut.tree.nearest(center.position, 1, found);
-    let reach = found.first().map_or(0.0, |n| cut.reach(n.index as usize, cut.sigma));
+    let (reach, sigma) = found.first().map_or((0.0, cut.sigma), |n| {
+        let point = n.index as usize;
+        (cut.reach(point, cut.sigma), cut.sigma * cut.relative_noise(point))
+    });
     cut.tree.within(center.position, PARTITION.rim * reach, found);
     let (place, normal) = (center.position, center.normal * f.chart.sign);
-    let disturbing = PARTITION.disturbing_sigmas * cut.sigma + PARTITION.disturbing_share * reach;
+    let disturbing = PARTITION.disturbing_sigmas * sigma + PARTITION.disturbing_share * reach;
     !found.iter().any(|n| {
         let other = &projected[n.index as usize];
-        (other.position - place).dot(normal).abs() < disturbing && is_across(place, normal, other, cut.sigma)
+        (other.position - place).dot(normal).abs() < disturbing && is_across(place, normal, other, sigma)
     })
 }

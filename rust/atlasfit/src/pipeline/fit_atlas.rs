@@ -4,11 +4,13 @@
 
 use super::prepare::Scan;
 use crate::atlas::FittedChart;
+use crate::blend::membership;
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::noise::{NoiseModel, NoiseSource, learn};
 use crate::partition::{self, Cut, PatchSize, tubes};
 use crate::run::{Context, Stage};
+use crate::strays::{self, Charted};
 
 /// An atlas whose charts do not know of each other yet.
 pub(super) struct FirstAtlas {
@@ -27,6 +29,7 @@ pub(super) fn cut(scan: &Scan, size: PatchSize) -> Cut<'_> {
         tree: &scan.tree,
         sampling: &scan.sampling,
         sigma: scan.noise.for_charts(),
+        relative: &scan.relative_noise,
         size,
     }
 }
@@ -38,11 +41,11 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         None => PatchSize::default(),
         Some(charts) => PatchSize::default().for_count(charts, scan.points.len()),
     };
-    let tubes = tubes::find(&cut(scan, size), scan.noise.is_given(), ctx)?;
+    let tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
     if let Some(sigma) = tubes.sigma {
         scan.noise = NoiseModel { sigma, source: NoiseSource::Tubes, ..scan.noise };
     }
-    if !scan.noise.is_given() {
+    if !scan.noise.is_settled() {
         let learned = learn::from_charts(&cut(scan, size), scan.noise, &tubes.covered, ctx)?;
         scan.noise = learned;
     }
@@ -51,6 +54,7 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
     ctx.stage(Stage::Fit, patches.len());
     let mut fitted = fit::fit(&scan.points, &patches, ctx)?;
     fitted.extend(tubes.fitted);
+    drop_strays(scan, &mut fitted, ctx)?;
     if fitted.is_empty() {
         return Err(Error::degenerate(
             "no part of the points looks like a surface",
@@ -58,4 +62,22 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         ));
     }
     Ok(FirstAtlas { fitted, on_tubes: tubes.covered, size })
+}
+
+/// Takes out the charts that were laid through strays.
+pub(super) fn drop_strays(scan: &Scan, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
+    let members = membership::of_points(scan.points.len(), fitted, ctx)?;
+    let charted = Charted {
+        points: &scan.points,
+        tree: &scan.tree,
+        spacing: &scan.sampling.spacing,
+        sigma: scan.noise.for_charts(),
+        relative: &scan.relative_noise,
+        fitted,
+        members: &members,
+    };
+    let stands = strays::standing(&charted, ctx)?;
+    let mut stand = stands.iter();
+    fitted.retain(|_| stand.next().is_some_and(|s| *s));
+    Ok(())
 }

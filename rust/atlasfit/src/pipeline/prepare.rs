@@ -8,7 +8,7 @@ use super::constants::PIPELINE;
 use super::copies::{self, Places};
 use super::warnings;
 use crate::error::{Error, Result};
-use crate::noise::{NoiseModel, NoiseSource, check, estimate};
+use crate::noise::{NoiseModel, NoiseSource, check, estimate, quantised};
 use crate::numeric::dense::principal;
 use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
@@ -86,6 +86,8 @@ pub struct Scan {
     pub sampling: Sampling,
     /// How noisy they are.
     pub noise: NoiseModel,
+    /// The noise at each point, as a multiple of the usual; empty where it is the same everywhere.
+    pub relative_noise: Vec<f32>,
     /// The frame in the user's.
     pub frame: Frame,
     /// Where the given positions went.
@@ -173,6 +175,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
+    let spacing = smooth(&points, &tree, &spacing, ctx)?;
     let sampling = Sampling::new(spacing);
     if sampling.median < PIPELINE.least_spacing {
         return Err(Error::degenerate(
@@ -182,8 +185,16 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     }
     let local = estimate::noise(&points, &tree, ctx)?;
     let mut warnings: Vec<String> = warnings::volume(&local).into_iter().collect();
+    let mut relative_noise = Vec::new();
     let noise = match given_noise {
-        None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
+        None => match quantised::rounding(&points, &tree, ctx)? {
+            None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
+            Some(rounding) => {
+                let usual = median(&mut rounding.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+                relative_noise = rounding.iter().map(|&s| s / usual as f32).collect();
+                NoiseModel::new(usual, NoiseSource::Rounding, sampling.median)
+            }
+        },
         Some(given) => {
             warnings.extend(warnings::too_little_noise(
                 given / frame.scale,
@@ -197,7 +208,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     let stray = all - copies - points.len();
     let duplicates = duplicates + copies;
     let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings };
-    Ok(Scan { points, tree, sampling, noise, frame, input })
+    Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input })
 }
 
 /// Fails where no position is finite.
@@ -305,6 +316,26 @@ fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>)
                 own > lonely || own > PIPELINE.stray * median(&mut around)
             };
             Ok(chunk.iter().enumerate().map(lone).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()
+        .map(|v| v.concat())
+}
+
+/// The median spacing among each point and its nearest: a stray beside a surface is no reason for a patch
+/// wider than the surface asks for.
+fn smooth(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<f32>> {
+    points
+        .par_chunks(1024)
+        .map(|chunk| {
+            ctx.check()?;
+            let mut found = Vec::new();
+            let around = |p: &Vec3| {
+                tree.nearest(*p, 9, &mut found);
+                let mut around: Vec<f64> =
+                    found.iter().map(|f| f64::from(spacing[f.index as usize])).collect();
+                median(&mut around) as f32
+            };
+            Ok(chunk.iter().map(around).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()
         .map(|v| v.concat())

@@ -5,7 +5,7 @@
 //! partition, fit, orient and blend, as they need all four.
 
 use super::constants::PIPELINE;
-use super::fit_atlas::{FirstAtlas, cut};
+use super::fit_atlas::{FirstAtlas, cut, drop_strays};
 use super::prepare::Scan;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
 use crate::blend::{membership, project};
@@ -48,6 +48,7 @@ pub(super) fn separate(
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
+        drop_strays(scan, &mut fitted, ctx)?;
         atlas = oriented(scan, fitted, toward, ctx)?;
     }
     Ok(atlas)
