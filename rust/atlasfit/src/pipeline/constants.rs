@@ -20,8 +20,8 @@ pub(crate) struct PipelineConstants {
     /// Points farther than this many of the scan's sizes are stray. Source: chosen.
     /// Halved or doubled: same bytes.
     pub far: f64,
-    /// Points whose neighbours are this many times farther than their neighbours' neighbours are stray. Above
-    /// 1. Source: chosen.
+    /// Points whose neighbours are this many times farther than their neighbours' neighbours are stray. More
+    /// than one. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub stray: f64,
     /// Spacing, as a share of the scan's size, that rounding alone could make. Source: derived, some thousand

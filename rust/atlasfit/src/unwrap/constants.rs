@@ -43,8 +43,8 @@ pub(crate) struct UnwrapConstants {
     /// what rounding does.
     /// Halved or doubled: same bytes.
     pub density_kept: f64,
-    /// Squared length of the longest chart that fits on a page without making it larger; the surface has area
-    /// 1. Source: chosen, below the squared diagonal of the page that charts cover at 0.62: 3.2.
+    /// Squared length of the longest chart that fits on a page without making it larger; the area of the
+    /// surface is one. Source: chosen, below the squared diagonal of the page that charts cover at 0.62: 3.2.
     /// Halved: charts 1.01 (homer 1.06), seam 1.02 (cow 1.07); doubled: same bytes.
     pub page_length2: f64,
     /// A chart is cut where the page would have to be this much larger for it than for the area of all
