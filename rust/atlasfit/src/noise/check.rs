@@ -7,6 +7,7 @@ use super::{NoiseModel, NoiseSource};
 use crate::atlas::Patch;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
+use crate::partition::constants::PARTITION;
 use crate::partition::grow::{GrowParams, explains};
 use crate::partition::{PatchSize, grow_all};
 use crate::run::Context;
@@ -71,9 +72,12 @@ pub fn by_patches(
             at = found;
         }
     } else {
+        // Patches of full size explain all that a spline can follow, whatever the noise.
+        let followed = PARTITION.followed * PARTITION.patch_spacings * sampling.median;
+        let least = floor.max(followed / PARTITION.explained);
         loop {
             let next = at.0 / NOISE.guess_step;
-            if next < floor {
+            if next < least {
                 return Ok(kept);
             }
             let found = (next, share(next)?);

@@ -84,6 +84,12 @@ pub(crate) struct PartitionConstants {
     /// Of more points than this an even share decides how far a patch reaches: clumps hold a hundred
     /// thousand, and a few thousand tell as much (a residual's error is 1 / sqrt(2 n), 1 %). Source: derived.
     pub max_found: usize,
+    /// A patch explains points whose residual is up to this many standard deviations of the noise. Above 1.
+    /// Source: chosen.
+    pub explained: f64,
+    /// It also explains residuals up to this share of its smaller half axis: the chart's spline follows more
+    /// than a quadric. Source: chosen.
+    pub followed: f64,
     /// Fewer points than this carry no quadric. Source: derived, a quadric has six coefficients and one point
     /// must be left to contradict it.
     pub min_members: usize,
@@ -138,6 +144,8 @@ pub(crate) const PARTITION: PartitionConstants = PartitionConstants {
     growth: 1.3,
     most_followed: 64,
     max_found: 4096,
+    explained: 1.35,
+    followed: 0.06,
     min_members: 7,
     rim: 1.1,
     more_noise: 1.6,

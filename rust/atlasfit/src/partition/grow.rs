@@ -304,7 +304,5 @@ fn accept(points: &[Vec3], found: &[Neighbour], s: &mut State, sigma: f64) -> bo
 /// Whether a residual is the noise's, on a domain whose smaller half axis is `small`.
 #[must_use]
 pub(crate) fn explains(residual: f64, small: f64, sigma: f64) -> bool {
-    // The fit's basis can follow more than a quadric: a sixteenth of the radius of unexplained height is
-    // still fine.
-    residual <= (1.35 * sigma).max(0.06 * small)
+    residual <= (PARTITION.explained * sigma).max(PARTITION.followed * small)
 }
