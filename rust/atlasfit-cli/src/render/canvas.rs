@@ -2,7 +2,7 @@
 //!
 //! In: primitives in pixel coordinates. Out: the nearest primitive's number per sample, for the rows asked
 //! for. A picture is drawn in bands of rows by several threads and never held whole, so that a large one
-//! takes little memory, and ends at once when the run does. The result does not depend on the bands or the threads.
+//! takes little memory, and ends at once when the run does. The result does not depend on bands or threads.
 
 use atlasfit::{Context, Result};
 use std::ops::Range;

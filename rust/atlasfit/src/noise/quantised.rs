@@ -2,8 +2,8 @@
 //! puts them.
 //!
 //! In: points and their search tree. Out: the standard deviation of the rounding at each point, a step over
-//! the root of twelve. Steps are wider than neighbourhoods, so that these look like clean planes: the estimate
-//! from neighbourhoods would find no noise, and the surface would be stairs.
+//! the root of twelve. Steps are wider than neighbourhoods, so that these look like clean planes: an
+//! estimate from neighbourhoods finds no noise, and the surface becomes stairs.
 
 use super::constants::NOISE;
 use crate::error::Result;
