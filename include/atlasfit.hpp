@@ -523,7 +523,8 @@ class Denoised {
 };
 
 /// Bytes that denoise() needs at its peak for so many evenly sampled points: an upper bound.
-inline std::uint64_t denoise_memory_needed(std::size_t points, const DenoiseOptions &options = DenoiseOptions(),
+inline std::uint64_t denoise_memory_needed(std::size_t points,
+                                           const DenoiseOptions &options = DenoiseOptions(),
                                            const Run &run = Run()) {
   detail::Call call(run);
   std::uint64_t bytes = 0;
@@ -594,7 +595,8 @@ class UvLayout {
 };
 
 /// Bytes that unwrap() needs at its peak for a mesh of so many vertices and triangles: an upper bound.
-inline std::uint64_t unwrap_memory_needed(std::size_t vertices, std::size_t triangles, const UnwrapOptions &options = UnwrapOptions(),
+inline std::uint64_t unwrap_memory_needed(std::size_t vertices, std::size_t triangles,
+                                          const UnwrapOptions &options = UnwrapOptions(),
                                           const Run &run = Run()) {
   detail::Call call(run);
   std::uint64_t bytes = 0;

@@ -392,7 +392,9 @@ FUNCTIONS = {
     "atlasfit_status_name": (c_char_p, [status]),
     "atlasfit_last_error": (c_size_t, [c_void_p, c_size_t]),
     "atlasfit_unwrap_options_init": (status, [POINTER(atlasfit_unwrap_options), c_size_t]),
-    "atlasfit_unwrap_memory_needed": (status, [c_size_t, c_size_t, POINTER(atlasfit_unwrap_options), _run, _array]),
+    "atlasfit_unwrap_memory_needed": (
+        status, [c_size_t, c_size_t, POINTER(atlasfit_unwrap_options), _run, _array],
+    ),
     "atlasfit_unwrap": (status, [_mesh, POINTER(atlasfit_unwrap_options), _run, _new_handle]),
     "atlasfit_uv_free": (status, [_handle]),
     "atlasfit_uv_warnings": (status, [_handle, _array, c_size_t, _array]),

@@ -107,10 +107,15 @@ class Denoised:
     report: Report
 
 
-def denoise_memory_needed(points: int, *, detail: float | None = None, uv: bool | None = None, **options: Unpack[RunOptions]) -> int:
-    """Bytes that denoise() needs at its peak for so many evenly sampled points, which are included: an upper bound, up to twice too large."""
+def denoise_memory_needed(
+    points: int, *, detail: float | None = None, uv: bool | None = None, **options: Unpack[RunOptions]
+) -> int:
+    """Bytes that denoise() needs at its peak for so many evenly sampled points, which are included.
+
+    An upper bound, up to twice too large."""
     chosen, bytes_needed = options_with(_abi.atlasfit_denoise_options(), detail=detail, uv=uv), c_uint64()
-    run(lambda r: lib().atlasfit_denoise_memory_needed(points, byref(chosen), r, byref(bytes_needed)), options)
+    call = lib().atlasfit_denoise_memory_needed
+    run(lambda r: call(points, byref(chosen), r, byref(bytes_needed)), options)
     return bytes_needed.value
 
 
@@ -159,7 +164,8 @@ def denoise(
     network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the
                   Chamfer distance (1), learning_rate of Adam (0.001); iterations and learning_rate are of the
                   recipe "paper"
-    viewpoint     (3,) where the scanner stood, in the points' unit: the surface faces it, whatever the normals say
+    viewpoint     (3,) where the scanner stood, in the points' unit: the surface faces it, whatever the
+                  normals say
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.

@@ -51,7 +51,8 @@ class UvInfo:
     seconds: float
     """Wall time of unwrapping itself."""
     padding: int
-    """Free texels between charts and at a page's border: the padding asked for, or less where with that the charts would have had no room."""
+    """Free texels between charts and at a page's border: the padding asked for, or less where with
+    that the charts would have had no room."""
     warnings: tuple[str, ...]
     """What the user should hear; empty where all is well."""
 
@@ -90,9 +91,12 @@ class Uv:
 
 
 def unwrap_memory_needed(vertices: int, faces: int, **options: Unpack[RunOptions]) -> int:
-    """Bytes that unwrap() needs at its peak for a mesh of so many vertices and faces, which is included: an upper bound, up to twice too large."""
+    """Bytes that unwrap() needs at its peak for a mesh of so many vertices and faces, which is included.
+
+    An upper bound, up to twice too large."""
     chosen, bytes_needed = options_with(_abi.atlasfit_unwrap_options()), c_uint64()
-    run(lambda r: lib().atlasfit_unwrap_memory_needed(vertices, faces, byref(chosen), r, byref(bytes_needed)), options)
+    call = lib().atlasfit_unwrap_memory_needed
+    run(lambda r: call(vertices, faces, byref(chosen), r, byref(bytes_needed)), options)
     return bytes_needed.value
 
 

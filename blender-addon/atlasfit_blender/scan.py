@@ -19,8 +19,9 @@ def _active(context):
 
 
 def _normals(me, matrix):
-    """Which side is outside, of meshes that have faces, in the frame that the matrix leads to; None without.
-    """
+    """Which side is outside, of meshes that have faces, in the frame that the matrix leads to.
+
+    None without faces."""
     if not me.polygons:
         return None
     return _unit(mesh.get(me.vertices, "normal", 3, np.float32) @ np.linalg.inv(matrix)).astype(np.float32)

@@ -61,8 +61,8 @@ pub type atlasfit_progress_fn =
 pub struct atlasfit_run {
     /// sizeof(atlasfit_run).
     pub struct_size: usize,
-    /// Seed of everything random. Same input, options, seed and version give the same bytes on machines of one
-    /// type, which have the same vector instructions. Default 0.
+    /// Seed of everything random. Same input, options, seed and version give the same bytes on machines of
+    /// one type, which have the same vector instructions. Default 0.
     pub seed: u64,
     /// Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
     /// the report of a denoised scan says so. The result does not depend on it. Default 0.
@@ -80,8 +80,8 @@ pub struct atlasfit_run {
     pub progress_user: *mut c_void,
     /// A token that cancels the run from another thread; may be NULL. Borrowed for the call. Default NULL.
     pub cancel: *const atlasfit_cancel,
-    /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for one
-    /// bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
+    /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for
+    /// one bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
     pub overall: *mut f64,
 }
 

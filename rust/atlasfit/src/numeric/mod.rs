@@ -1,7 +1,9 @@
 //! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust
-//! weights, special functions, order statistics, random numbers, sorting.
+//! weights, special functions, order statistics, random numbers, sorting, sums over
+//! pairs.
 
 pub mod dense;
+pub(crate) mod pairs;
 pub(crate) mod plane;
 pub mod rng;
 pub mod robust;

@@ -6,10 +6,9 @@
 use super::constants::ORIENT;
 use crate::atlas::{FittedChart, Membership, Relation};
 use crate::error::Result;
-use crate::numeric::sort::sort_by;
+use crate::numeric::pairs::{self, PairOf};
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use rayon::prelude::*;
 
 /// A chart seen from one of its points.
 #[derive(Clone, Copy)]
@@ -69,29 +68,9 @@ pub(crate) fn relations(
             // Opposing sheets that share points face apart however alike their normals are.
             let gap = (b.offset - a.offset).norm() / (ORIENT.unsure * b.sigma.max(a.sigma)).max(spacing);
             let agree = b.normal.dot(a.normal) * b.weight.min(a.weight) * (1.0 - gap * gap).max(-1.0);
-            Some((b.chart.min(a.chart), b.chart.max(a.chart), agree as f32))
+            Some(PairOf { a: b.chart.min(a.chart), b: b.chart.max(a.chart), values: [agree as f32] })
         })
     };
-    let mut pairs: Vec<(u32, u32, f32)> = points
-        .par_chunks(1024)
-        .enumerate()
-        .map(|(c, chunk)| {
-            ctx.check()?;
-            Ok((c * 1024..c * 1024 + chunk.len()).flat_map(of_point).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()?
-        .concat();
-    // The last key makes the order of the sums the same on every run.
-    sort_by(&mut pairs, |x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)), ctx)?;
-    let mut out: Vec<Relation> = Vec::new();
-    for (i, (a, b, w)) in pairs.into_iter().enumerate() {
-        if i % 65536 == 0 {
-            ctx.check()?;
-        }
-        match out.last_mut() {
-            Some(r) if r.a == a && r.b == b => r.agreement += f64::from(w),
-            _ => out.push(Relation { a, b, agreement: f64::from(w) }),
-        }
-    }
-    Ok(out)
+    let sums = pairs::sums(points.len(), of_point, ctx)?;
+    Ok(sums.into_iter().map(|p| Relation { a: p.a, b: p.b, agreement: p.values[0] }).collect())
 }

@@ -54,7 +54,7 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
     ctx.stage(Stage::Fit, patches.len());
     let mut fitted = fit::fit(&scan.points, &patches, ctx)?;
     fitted.extend(tubes.fitted);
-    drop_strays(scan, &mut fitted, ctx)?;
+    drop_strays(&cut, &mut fitted, ctx)?;
     if fitted.is_empty() {
         return Err(Error::degenerate(
             "no part of the points looks like a surface",
@@ -65,18 +65,9 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
 }
 
 /// Takes out the charts that were laid through strays.
-pub(super) fn drop_strays(scan: &Scan, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
-    let members = membership::of_points(scan.points.len(), fitted, ctx)?;
-    let charted = Charted {
-        points: &scan.points,
-        tree: &scan.tree,
-        spacing: &scan.sampling.spacing,
-        sigma: scan.noise.for_charts(),
-        relative: &scan.relative_noise,
-        fitted,
-        members: &members,
-    };
-    let stands = strays::standing(&charted, ctx)?;
+pub(super) fn drop_strays(cut: &Cut<'_>, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
+    let members = membership::of_points(cut.points.len(), fitted, ctx)?;
+    let stands = strays::standing(&Charted { cut: *cut, fitted, members: &members }, ctx)?;
     let mut stand = stands.iter();
     fitted.retain(|_| stand.next().is_some_and(|s| *s));
     Ok(())

@@ -32,8 +32,8 @@ const VERTICES_PER_POINT: f64 = 2.1;
 const ADVICE: &str = "Raise the limit, lower the detail, leave out the UVs, or give fewer points";
 
 /// Bytes that [`denoise`](super::denoise) needs at its peak with so many threads for an evenly sampled scan
-/// of so many points, which are included. A scan whose spacing varies needs more: that is found, and refused if
-/// the run's limit is lower, once its spacing is known.
+/// of so many points, which are included. A scan whose spacing varies needs more: that is found, and refused
+/// if the run's limit is lower, once its spacing is known.
 ///
 /// ```
 /// use atlasfit::pipeline::{DenoiseOptions, memory_needed};

@@ -160,23 +160,26 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     let distinct = points.len();
     let places = copies::join(points, ctx)?;
     places.rename(&mut of_input);
-    let Places { mut points, mut tree, mut spacing, .. } = places;
+    let Places { mut points, mut tree, spacing, .. } = places;
     let copies = distinct - points.len();
     if copies > 0 {
         check_surface(&points)?;
     }
+    // A stray beside a surface is no reason for a patch wider than the surface asks for: what a point's
+    // neighbours have is its spacing.
+    let mut around = spacing_around(&points, &tree, &spacing, ctx)?;
     // Stray points are taken out once; the rest is then a scan of its own.
-    let lonely = stray(&points, &tree, &spacing, ctx)?;
+    let lonely = stray(&spacing, &around);
+    drop(spacing);
     if lonely.contains(&true) {
         drop(tree);
         keep(&mut points, &mut of_input, &lonely);
         let mut alone = lonely.iter();
-        spacing.retain(|_| !alone.next().unwrap_or(&false));
+        around.retain(|_| !alone.next().unwrap_or(&false));
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
-    let spacing = smooth(&points, &tree, &spacing, ctx)?;
-    let sampling = Sampling::new(spacing);
+    let sampling = Sampling::new(around);
     if sampling.median < PIPELINE.least_spacing {
         return Err(Error::degenerate(
             "most points all but coincide beside the scan's extent",
@@ -295,35 +298,13 @@ pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
     Ok(())
 }
 
-/// Points that are much lonelier than the points around them.
-fn stray(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<bool>> {
-    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan
-    // too.
-    let mut all = spacing.to_vec();
-    let at = all.len() * 9 / 10;
-    let lonely = SPATIAL.widest * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
-    points
-        .par_chunks(1024)
-        .enumerate()
-        .map(|(c, chunk)| {
-            ctx.check()?;
-            let mut found = Vec::new();
-            let lone = |(k, p): (usize, &Vec3)| {
-                let own = f64::from(spacing[c * 1024 + k]);
-                tree.nearest(*p, 9, &mut found);
-                let mut around: Vec<f64> =
-                    found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize])).collect();
-                own > lonely || own > PIPELINE.stray * median(&mut around)
-            };
-            Ok(chunk.iter().enumerate().map(lone).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()
-        .map(|v| v.concat())
-}
-
-/// The median spacing among each point and its nearest: a stray beside a surface is no reason for a patch
-/// wider than the surface asks for.
-fn smooth(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<f32>> {
+/// For each point the median spacing of the eight nearest others.
+fn spacing_around(
+    points: &[Vec3],
+    tree: &Neighbours,
+    spacing: &[f32],
+    ctx: &Context<'_>,
+) -> Result<Vec<f32>> {
     points
         .par_chunks(1024)
         .map(|chunk| {
@@ -331,14 +312,24 @@ fn smooth(points: &[Vec3], tree: &Neighbours, spacing: &[f32], ctx: &Context<'_>
             let mut found = Vec::new();
             let around = |p: &Vec3| {
                 tree.nearest(*p, 9, &mut found);
-                let mut around: Vec<f64> =
-                    found.iter().map(|f| f64::from(spacing[f.index as usize])).collect();
-                median(&mut around) as f32
+                let others = found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize]));
+                median(&mut others.collect::<Vec<_>>()) as f32
             };
             Ok(chunk.iter().map(around).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()
         .map(|v| v.concat())
+}
+
+/// Points that are much lonelier than the points around them.
+fn stray(spacing: &[f32], around: &[f32]) -> Vec<bool> {
+    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan
+    // too.
+    let mut all = spacing.to_vec();
+    let at = all.len() * 9 / 10;
+    let lonely = SPATIAL.widest * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
+    let lone = |own: f64, around: f64| own > lonely || own > PIPELINE.stray * around;
+    spacing.iter().zip(around).map(|(&s, &a)| lone(f64::from(s), f64::from(a))).collect()
 }
 
 /// How many parts hang together, and how many points are in none.

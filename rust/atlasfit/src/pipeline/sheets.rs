@@ -48,7 +48,7 @@ pub(super) fn separate(
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
-        drop_strays(scan, &mut fitted, ctx)?;
+        drop_strays(&cut, &mut fitted, ctx)?;
         atlas = oriented(scan, fitted, toward, ctx)?;
     }
     Ok(atlas)

@@ -11,8 +11,9 @@ use crate::error::{Error, Result};
 /// checks that it holds.
 const PER_THREAD_BYTES: u64 = 10 << 20;
 
-/// Smaller needs are not asked for: any system has as many. Above 32 MiB, the most up to which glibc's allocator
-/// learns from a freed block to keep later ones for itself, so that asking leaves the process no larger.
+/// Smaller needs are not asked for: any system has as many. Above 32 MiB, the most up to which glibc's
+/// allocator learns from a freed block to keep later ones for itself, so that asking leaves the process no
+/// larger.
 const SMALL_BYTES: u64 = 64 << 20;
 
 /// Bytes that a job needs of which one thread would need `work`: what the threads hold of their own is no

@@ -26,7 +26,7 @@ pub(crate) struct StraysConstants {
     /// charts' errors together stay below it.
     pub together: f64,
     /// Points that must say that charts go on from each other. Source: derived, one may be chance.
-    pub shared: f32,
+    pub shared: f64,
     /// Factor from one thickness of a slab that is tried to the next. Source: chosen.
     pub thicker: f64,
     /// Thicknesses of slabs that are tried. Source: chosen, up to about four times the noise.

@@ -7,6 +7,7 @@ use super::constants::STRAYS;
 use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
+use crate::partition::Cut;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::neighbours::Neighbour;
@@ -17,13 +18,8 @@ use std::f64::consts::TAU;
 const SCATTER_OF_MEDIAN: f64 = 1.4826;
 
 /// The evidence at each of the points `asked` from those that are `known`.
-pub(super) fn evidence(
-    points: &[Vec3],
-    tree: &Neighbours,
-    known: &[u32],
-    asked: &[u32],
-    ctx: &Context<'_>,
-) -> Result<Vec<f64>> {
+pub(super) fn evidence(cut: &Cut<'_>, known: &[u32], asked: &[u32], ctx: &Context<'_>) -> Result<Vec<f64>> {
+    let Cut { points, tree, .. } = *cut;
     let places: Vec<Vec3> = known.iter().map(|&i| points[i as usize]).collect();
     let around = Neighbours::build(&places, ctx)?;
     // The logarithm of the spacing at a point, less the median of the known ones about it.

@@ -4,49 +4,26 @@
 //! beyond doubt, when it goes on from one that stands, or when what else there is speaks for it: a slab
 //! thicker than the noise, or points as dense as the surface about them. What is left are strays.
 
+mod charted;
 pub(crate) mod constants;
 mod density;
 mod evidence;
 mod overlaps;
 
-use crate::atlas::{FittedChart, Map, Membership};
+use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
+use crate::partition::Cut;
 use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::sets::Sets;
+pub(crate) use charted::Charted;
 use constants::STRAYS;
 use evidence::Sheet;
 use overlaps::{Overlap, overlaps};
 use rayon::prelude::*;
-
-/// Points and the charts fitted to them.
-pub(crate) struct Charted<'a> {
-    /// The points.
-    pub points: &'a [Vec3],
-    /// Their search tree.
-    pub tree: &'a Neighbours,
-    /// Spacing at each.
-    pub spacing: &'a [f32],
-    /// Usual noise of the scan.
-    pub sigma: f64,
-    /// The noise at each point, as a multiple of the usual; empty where it is the same everywhere.
-    pub relative: &'a [f32],
-    /// The charts.
-    pub fitted: &'a [FittedChart],
-    /// Which charts each point belongs to.
-    pub members: &'a Membership,
-}
-
-impl Charted<'_> {
-    /// The scan's noise where a chart is.
-    fn noise_of(&self, f: &FittedChart) -> f64 {
-        let at = f.members.get(f.members.len() / 2).map_or(usize::MAX, |m| m.0 as usize);
-        self.sigma * self.relative.get(at).map_or(1.0, |&r| f64::from(r))
-    }
-}
 
 /// Whether each chart stands; all do where none has enough points to stand beyond doubt.
 ///
@@ -59,8 +36,8 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     if !sure.contains(&true) {
         return Ok(vec![true; sure.len()]);
     }
-    let overlaps = overlaps(charted.points, charted.fitted, charted.members, &sure, ctx)?;
-    let mut stands = go_on(sure, &evidence, &overlaps);
+    let overlaps = overlaps(charted, &sure, ctx)?;
+    let mut stands = go_on(sure, &evidence, &overlaps, ctx)?;
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
     remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
@@ -69,35 +46,38 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
 
 /// The evidence for each chart, in nats. Tubes have been judged when they were found.
 fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
-    let Charted { points, tree, spacing, fitted, .. } = *charted;
-    fitted
-        .par_chunks(64)
-        .map(|chunk| {
+    let Cut { points, tree, sampling, .. } = charted.cut;
+    let spacing = |f: &FittedChart| {
+        let members = f.members.iter().map(|m| f64::from(sampling.spacing[m.0 as usize]));
+        median(&mut members.collect::<Vec<_>>())
+    };
+    charted
+        .fitted
+        .par_iter()
+        .map_init(Vec::new, |found, f| {
             ctx.check()?;
-            let mut found = Vec::new();
-            let of = |f: &FittedChart| match &f.chart.map {
-                Map::Monge(map) => {
-                    let spacing = median(
-                        &mut f.members.iter().map(|m| f64::from(spacing[m.0 as usize])).collect::<Vec<_>>(),
-                    );
-                    let sheet = Sheet { map, sigma: f.chart.sigma, spacing };
-                    evidence::of_sheet(points, tree, &sheet, &mut found)
-                        - evidence::cost_of_noise(f.chart.sigma, charted.noise_of(f))
-                }
-                Map::Tube(_) => f64::INFINITY,
-            };
-            Ok(chunk.iter().map(of).collect::<Vec<_>>())
+            let Map::Monge(map) = &f.chart.map else { return Ok(f64::INFINITY) };
+            let sheet = Sheet { map, sigma: f.chart.sigma, spacing: spacing(f) };
+            let data = evidence::of_sheet(points, tree, &sheet, found);
+            Ok(data - evidence::cost_of_noise(f.chart.sigma, charted.noise_of(f)))
         })
-        .collect::<Result<Vec<_>>>()
-        .map(|v| v.concat())
+        .collect()
 }
 
-/// Adds the charts that go on from those that stand, and those that go on from these, and so on: those against
-/// which their own points do not speak.
-fn go_on(mut stands: Vec<bool>, evidence: &[f64], overlaps: &[Overlap]) -> Vec<bool> {
+/// Adds the charts that go on from those that stand, those that go on from these, and so on, as far as their
+/// own points do not speak against them.
+fn go_on(
+    mut stands: Vec<bool>,
+    evidence: &[f64],
+    overlaps: &[Overlap],
+    ctx: &Context<'_>,
+) -> Result<Vec<bool>> {
+    let mut open: Vec<&Overlap> = overlaps.iter().collect();
     loop {
-        let mut votes = vec![[0f32; 2]; stands.len()];
-        for o in overlaps {
+        ctx.check()?;
+        open.retain(|o| !stands[o.a as usize] || !stands[o.b as usize]);
+        let mut votes = vec![[0.0; 2]; stands.len()];
+        for o in &open {
             for (from, to) in [(o.a as usize, o.b as usize), (o.b as usize, o.a as usize)] {
                 if stands[from] && !stands[to] {
                     votes[to][0] += o.one;
@@ -105,22 +85,21 @@ fn go_on(mut stands: Vec<bool>, evidence: &[f64], overlaps: &[Overlap]) -> Vec<b
                 }
             }
         }
-        let mut more = false;
-        for ((stands, [one, apart]), evidence) in stands.iter_mut().zip(votes).zip(evidence) {
-            if !*stands && *evidence > 0.0 && one >= STRAYS.shared && one > apart {
-                *stands = true;
-                more = true;
-            }
+        let goes_on = |k: usize| {
+            let [one, apart] = votes[k];
+            !stands[k] && evidence[k] > 0.0 && one >= STRAYS.shared && one > apart
+        };
+        let more: Vec<usize> = (0..stands.len()).filter(|&k| goes_on(k)).collect();
+        if more.is_empty() {
+            return Ok(stands);
         }
-        if !more {
-            return stands;
-        }
+        more.into_iter().for_each(|k| stands[k] = true);
     }
 }
 
 /// Which points lie on charts that stand.
 fn explained(charted: &Charted<'_>, stands: &[bool]) -> Vec<bool> {
-    let mut explained = vec![false; charted.points.len()];
+    let mut explained = vec![false; charted.cut.points.len()];
     for (f, _) in charted.fitted.iter().zip(stands).filter(|(_, s)| **s) {
         f.members.iter().for_each(|m| explained[m.0 as usize] = true);
     }
@@ -137,7 +116,7 @@ fn add_slabs(
 ) -> Result<()> {
     let explained = explained(charted, stands);
     let left: Vec<Vec3> =
-        charted.points.iter().zip(&explained).filter(|(_, e)| !**e).map(|(p, _)| *p).collect();
+        charted.cut.points.iter().zip(&explained).filter(|(_, e)| !**e).map(|(p, _)| *p).collect();
     if left.len() < PARTITION.min_members {
         return Ok(());
     }
@@ -146,15 +125,13 @@ fn add_slabs(
         .fitted
         .par_iter()
         .zip(&*stands)
-        .map(|(f, stands)| {
+        .map_init(Vec::new, |found, (f, stands)| {
             ctx.check()?;
-            let alone = f.members.iter().any(|m| !explained[m.0 as usize]);
-            Ok(if *stands || !alone {
-                f64::NEG_INFINITY
-            } else {
-                let place = f.chart.at([0.0; 2]).position;
-                evidence::of_slab(&left, &tree, place, charted.noise_of(f), &mut Vec::new())
-            })
+            if *stands || f.members.iter().all(|m| explained[m.0 as usize]) {
+                return Ok(f64::NEG_INFINITY);
+            }
+            let place = f.chart.at([0.0; 2]).position;
+            Ok(evidence::of_slab(&left, &tree, place, charted.noise_of(f), found))
         })
         .collect::<Result<_>>()?;
     for ((e, s), slab) in evidence.iter_mut().zip(stands).zip(slabs) {
@@ -166,37 +143,33 @@ fn add_slabs(
     Ok(())
 }
 
-/// What the charts that do not stand have to themselves.
-struct Alone {
-    /// Points that lie on no chart that stands.
-    points: Vec<u32>,
-    /// For each point of the scan on how many charts it lies that do not stand.
+/// How some charts share some points.
+struct Shares {
+    /// For each point on how many of the charts it lies.
     charts: Vec<u32>,
-    /// For each chart how much of what it says is its own: points that others say the same of are shared, and
-    /// those on charts that stand count for nothing.
-    share: Vec<f64>,
-    /// For each chart how many such points it has, shared alike.
-    count: Vec<f64>,
+    /// For each chart how many of the points are its own, each divided by the charts that it lies on; 0 for
+    /// the others.
+    points: Vec<f64>,
 }
 
-fn alone(charted: &Charted<'_>, stands: &[bool]) -> Alone {
-    let explained = explained(charted, stands);
-    let mut charts = vec![0u32; charted.points.len()];
-    for (f, _) in charted.fitted.iter().zip(stands).filter(|(_, s)| !**s) {
-        f.members.iter().for_each(|m| charts[m.0 as usize] += 1);
+impl Shares {
+    /// Of the charts that `some` marks, and the points that `counts` marks.
+    fn new(charted: &Charted<'_>, some: &[bool], counts: &[bool]) -> Self {
+        let mut charts = vec![0u32; counts.len()];
+        for (f, _) in charted.fitted.iter().zip(some).filter(|(_, s)| **s) {
+            f.members.iter().for_each(|m| charts[m.0 as usize] += 1);
+        }
+        let own = |f: &FittedChart| {
+            let points = f.members.iter().map(|m| m.0 as usize).filter(|&m| counts[m]);
+            points.map(|m| 1.0 / f64::from(charts[m])).sum()
+        };
+        let points = charted.fitted.iter().zip(some).map(|(f, s)| if *s { own(f) } else { 0.0 }).collect();
+        Self { charts, points }
     }
-    let count: Vec<f64> = charted
-        .fitted
-        .iter()
-        .zip(stands)
-        .map(|(f, s)| {
-            let own = |m: &(u32, f32)| !s && !explained[m.0 as usize];
-            f.members.iter().filter(|m| own(m)).map(|m| 1.0 / f64::from(charts[m.0 as usize])).sum()
-        })
-        .collect();
-    let share = charted.fitted.iter().zip(&count).map(|(f, c)| c / f.members.len().max(1) as f64).collect();
-    let points = (0..explained.len() as u32).filter(|&i| !explained[i as usize]).collect();
-    Alone { points, charts, share, count }
+    /// How much of what a chart says is its own: of its points, the share that no other says the same of.
+    fn of(&self, k: usize, f: &FittedChart) -> f64 {
+        self.points[k] / f.members.len().max(1) as f64
+    }
 }
 
 /// Adds groups of charts whose points are as dense as the surface about them, where that and the charts' own
@@ -208,39 +181,36 @@ fn add_dense(
     overlaps: &[Overlap],
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let alone = alone(charted, stands);
-    let mut is_alone = vec![false; charted.points.len()];
-    alone.points.iter().for_each(|&i| is_alone[i as usize] = true);
-    let known: Vec<u32> = (0..charted.points.len() as u32).filter(|&i| !is_alone[i as usize]).collect();
-    if alone.points.is_empty() || known.is_empty() {
+    let explained = explained(charted, stands);
+    let (known, alone): (Vec<u32>, Vec<u32>) =
+        (0..explained.len() as u32).partition(|&i| explained[i as usize]);
+    if alone.is_empty() || known.is_empty() {
         return Ok(());
     }
+    let [waits, is_alone] = [&*stands, &explained].map(|v| v.iter().map(|x| !x).collect::<Vec<_>>());
+    let shares = Shares::new(charted, &waits, &is_alone);
     // Before their density is looked at, points are surface or strays as those that are known.
-    let prior = (known.len() as f64 / alone.points.len() as f64).ln();
-    let dense = density::evidence(charted.points, charted.tree, &known, &alone.points, ctx)?;
-    let mut at = vec![0.0; charted.points.len()];
-    alone
-        .points
-        .iter()
-        .zip(dense)
-        .for_each(|(&i, d)| at[i as usize] = d / f64::from(alone.charts[i as usize].max(1)));
+    let prior = (known.len() as f64 / alone.len() as f64).ln();
+    let mut dense = vec![0.0; explained.len()];
+    for (&i, d) in alone.iter().zip(density::evidence(&charted.cut, &known, &alone, ctx)?) {
+        // Each distance to a neighbour is shared by as many points.
+        dense[i as usize] = d / f64::from(shares.charts[i as usize].max(1)) / (STRAYS.density_k + 1) as f64;
+    }
     let mut groups = Sets::new(stands.len());
-    for o in overlaps.iter().filter(|o| !stands[o.a as usize] && !stands[o.b as usize]) {
+    for o in overlaps.iter().filter(|o| waits[o.a as usize] && waits[o.b as usize]) {
         groups.join(o.a, o.b);
     }
-    let (mut total, mut count) = (vec![0.0; stands.len()], vec![0.0; stands.len()]);
-    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| alone.count[*k] > 0.0) {
-        // Each distance to a neighbour is shared by as many points.
-        let dense: f64 =
-            f.members.iter().map(|m| at[m.0 as usize]).sum::<f64>() / (STRAYS.density_k + 1) as f64;
-        evidence[k] = alone.share[k] * evidence[k] + dense;
+    let (mut total, mut count) = (vec![prior; stands.len()], vec![0.0; stands.len()]);
+    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
+        let share = shares.of(k, f);
+        evidence[k] += f.members.iter().map(|m| dense[m.0 as usize]).sum::<f64>() / share;
         let group = groups.find(k as u32) as usize;
-        total[group] += evidence[k];
-        count[group] += alone.count[k];
+        total[group] += share * evidence[k];
+        count[group] += shares.points[k];
     }
-    for k in (0..stands.len()).filter(|&k| alone.count[k] > 0.0) {
+    for k in (0..stands.len()).filter(|&k| shares.points[k] > 0.0) {
         let group = groups.find(k as u32) as usize;
-        stands[k] = total[group] + prior > 0.0 && count[group] >= PARTITION.min_members as f64;
+        stands[k] = total[group] > 0.0 && count[group] >= PARTITION.min_members as f64;
     }
     Ok(())
 }
@@ -257,14 +227,10 @@ fn remove_doubtful_parts(
     for o in overlaps.iter().filter(|o| stands[o.a as usize] && stands[o.b as usize]) {
         parts.join(o.a, o.b);
     }
-    let mut charts = vec![0u32; charted.points.len()];
-    for (f, _) in charted.fitted.iter().zip(&*stands).filter(|(_, s)| **s) {
-        f.members.iter().for_each(|m| charts[m.0 as usize] += 1);
-    }
+    let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);
     let mut total = vec![0.0; stands.len()];
-    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| stands[*k]) {
-        let own: f64 = f.members.iter().map(|m| 1.0 / f64::from(charts[m.0 as usize])).sum();
-        total[parts.find(k as u32) as usize] += evidence[k] * own / f.members.len().max(1) as f64;
+    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
+        total[parts.find(k as u32) as usize] += evidence[k] * shares.of(k, f);
     }
     for (k, stands) in stands.iter_mut().enumerate() {
         *stands &= total[parts.find(k as u32) as usize] > enough;

@@ -3,13 +3,13 @@
 //! In: charts, and which of them each point belongs to. Out: the pairs that share points, with how many of
 //! these say that they are one sheet there and how many that they are not.
 
+use super::charted::Charted;
 use super::constants::STRAYS;
-use crate::atlas::{FittedChart, Membership, View};
+use crate::atlas::View;
 use crate::error::Result;
-use crate::numeric::sort::sort_by;
-use crate::numeric::vec3::Vec3;
+use crate::numeric::pairs::{self, PairOf};
+use crate::partition::Cut;
 use crate::run::Context;
-use rayon::prelude::*;
 
 /// Two charts that share points, the first less than the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,9 +17,9 @@ pub(super) struct Overlap {
     pub a: u32,
     pub b: u32,
     /// Points at which they are one sheet, each with its robust weight.
-    pub one: f32,
+    pub one: f64,
     /// Points at which they are not.
-    pub apart: f32,
+    pub apart: f64,
 }
 
 /// A chart seen from one of its points.
@@ -32,13 +32,8 @@ struct Seen {
 
 /// Pairs of charts that share points: each point's first chart of those that are `sure` with its other sure
 /// ones, and every chart that is not with all others.
-pub(super) fn overlaps(
-    points: &[Vec3],
-    fitted: &[FittedChart],
-    members: &Membership,
-    sure: &[bool],
-    ctx: &Context<'_>,
-) -> Result<Vec<Overlap>> {
+pub(super) fn overlaps(charted: &Charted<'_>, sure: &[bool], ctx: &Context<'_>) -> Result<Vec<Overlap>> {
+    let Charted { cut: Cut { points, .. }, fitted, members } = *charted;
     let seen = |point: usize| -> Vec<Seen> {
         members
             .of(point)
@@ -50,7 +45,7 @@ pub(super) fn overlaps(
             })
             .collect()
     };
-    let of_point = |point: usize| -> Vec<Overlap> {
+    let of_point = |point: usize| -> Vec<PairOf<f32, 2>> {
         let at = seen(point);
         let first = at.iter().position(|s| sure[s.chart as usize]);
         let mut out = Vec::new();
@@ -63,37 +58,16 @@ pub(super) fn overlaps(
         }
         out
     };
-    let mut pairs = points
-        .par_chunks(1024)
-        .enumerate()
-        .map(|(c, chunk)| {
-            ctx.check()?;
-            Ok((c * 1024..c * 1024 + chunk.len()).flat_map(of_point).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()?
-        .concat();
-    // The last keys make the order of the sums the same on every run.
-    let by = |x: &Overlap, y: &Overlap| {
-        (x.a, x.b).cmp(&(y.a, y.b)).then(x.one.total_cmp(&y.one)).then(x.apart.total_cmp(&y.apart))
-    };
-    sort_by(&mut pairs, by, ctx)?;
-    pairs.dedup_by(|next, sum| {
-        let same = (next.a, next.b) == (sum.a, sum.b);
-        if same {
-            sum.one += next.one;
-            sum.apart += next.apart;
-        }
-        same
-    });
-    Ok(pairs)
+    let sums = pairs::sums(points.len(), of_point, ctx)?;
+    Ok(sums.into_iter().map(|p| Overlap { a: p.a, b: p.b, one: p.values[0], apart: p.values[1] }).collect())
 }
 
 /// What one point says of two of its charts.
-fn overlap(a: &Seen, b: &Seen) -> Overlap {
+fn overlap(a: &Seen, b: &Seen) -> PairOf<f32, 2> {
     let gap = (a.view.normal * a.view.distance - b.view.normal * b.view.distance).norm();
     let one = a.view.normal.dot(b.view.normal).abs() > STRAYS.parallel
         && gap < STRAYS.together * a.sigma.max(b.sigma);
     let weight = a.weight.min(b.weight);
-    let (one, apart) = if one { (weight, 0.0) } else { (0.0, weight) };
-    Overlap { a: a.chart.min(b.chart), b: a.chart.max(b.chart), one, apart }
+    let values = if one { [weight, 0.0] } else { [0.0, weight] };
+    PairOf { a: a.chart.min(b.chart), b: a.chart.max(b.chart), values }
 }

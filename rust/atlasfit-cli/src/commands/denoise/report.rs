@@ -72,8 +72,8 @@ impl Done<'_> {
         json!({
             "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite,
             "duplicates": r.duplicates, "outliers": r.outliers, "spacing": number(r.spacing),
-            "noise": number(r.noise), "charts": r.charts, "voxel": number(r.voxel), "vertices": mesh.positions.len(),
-            "faces": mesh.triangles.len(), "parts": r.parts, "one_sided": r.one_sided,
+            "noise": number(r.noise), "charts": r.charts, "voxel": number(r.voxel),
+            "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts, "one_sided": r.one_sided,
             "boundary_edges": r.boundary_edges,
             "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),
             "stages": stages_json(&r.seconds), "files": self.files,
