@@ -287,8 +287,8 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * Seed of everything random. Same input, options, seed and version give the same bytes on machines of one
-   * type, which have the same vector instructions. Default 0.
+   * Seed of everything random. Same input, options, seed and version give the same bytes on machines of
+   * one type, which have the same vector instructions. Default 0.
    */
   uint64_t seed;
   /**
@@ -322,8 +322,8 @@ typedef struct {
    */
   const atlasfit_cancel *cancel;
   /**
-   * Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for one
-   * bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
+   * Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for
+   * one bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
    */
   double *overall;
 } atlasfit_run;
