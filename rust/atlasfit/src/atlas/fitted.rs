@@ -8,4 +8,6 @@ pub struct FittedChart {
     pub chart: Chart,
     /// Points that the chart explains: index, and the robust weight they had.
     pub members: Vec<(u32, f32)>,
+    /// Whether it is one of two sheets that were told apart though they lie within each other's noise.
+    pub of_two: bool,
 }

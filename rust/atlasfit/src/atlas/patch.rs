@@ -21,6 +21,8 @@ pub struct Patch {
     pub spacing: f64,
     /// Noise that the patch was grown with, standard deviation.
     pub sigma: f64,
+    /// Whether it is one of two sheets that were told apart though they lie within each other's noise.
+    pub of_two: bool,
     /// Whether the quadric explains the points to within the noise. A patch that does not is a last resort.
     pub accepted: bool,
 }

@@ -116,5 +116,5 @@ fn finish(mut sheet: Sheet, points: &[DomainPoint], weights: &[f64], patch: &Pat
         .collect::<Vec<_>>();
     let Sheet { map, sigma, support, .. } = sheet;
     let chart = Chart { map: Map::Monge(map), sigma, sign: 1.0, support };
-    (!members.is_empty()).then_some(FittedChart { chart, members })
+    (!members.is_empty()).then_some(FittedChart { chart, members, of_two: patch.of_two })
 }

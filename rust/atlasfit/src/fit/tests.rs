@@ -249,6 +249,7 @@ fn patch(
         residual: noise,
         spacing,
         sigma: noise,
+        of_two: false,
         accepted: true,
     };
     (points, patch)

@@ -39,6 +39,7 @@ pub fn by_patches(
                 spacing,
                 max_radius: PatchSize::default().reach(spacing, sigma),
                 earlier: None,
+                only: None,
             }
         };
         let explained = |p: &Patch| p.accepted && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);

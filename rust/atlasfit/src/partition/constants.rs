@@ -121,6 +121,23 @@ pub(crate) struct PartitionConstants {
     /// ... plus this share of the patch's reach cannot keep it from growing. Source: chosen.
     /// Halved: com 1.03 (plate 1.18); doubled: acc 0.98 (box 0.89).
     pub disturbing_share: f64,
+    /// Share of the points that lie on no sheet, where one sheet is compared with two. In (0, 1). Source:
+    /// chosen.
+    pub astray: f64,
+    /// Two sheets are looked for within the patch's reach, and within so many smaller ones, each smaller by
+    /// `growth`. Source: chosen.
+    pub slab_sizes: usize,
+    /// Steps of fitting two sheets, at the most. Source: chosen; it ends before.
+    pub slab_steps: usize,
+    /// Two sheets nearer than this many standard deviations of the noise are one. Source: derived, up to 2
+    /// two equal Gaussians have one mode.
+    pub slab_apart: f64,
+    /// What two sheets must explain better than their rivals, in nats. Source: derived, ln(1000) + 3: beyond
+    /// chance (1 in 20) among a thousand seeds.
+    pub slab_gain: f64,
+    /// Sheets within each other's noise are copies of one surface when the cosine between their normals is
+    /// greater. Source: chosen (46 degrees, as `ORIENT.parallel`).
+    pub copy_turn: f64,
     /// Height, in units of the scan's size, of a point that only fills a vector: it has no weight in any fit,
     /// and its square does not overflow. Source: derived, the square root of the largest f64 is 1e154.
     pub no_weight_height: f64,
@@ -154,5 +171,11 @@ pub(crate) const PARTITION: PartitionConstants = PartitionConstants {
     unexplained: 2,
     disturbing_sigmas: 6.0,
     disturbing_share: 0.15,
+    astray: 0.02,
+    slab_sizes: 4,
+    slab_steps: 30,
+    slab_apart: 2.0,
+    slab_gain: 10.0,
+    copy_turn: 0.7,
     no_weight_height: 1e150,
 };

@@ -50,6 +50,10 @@ pub(crate) fn partition(
         }
         ctx.stage(Stage::Partition, seeds.len());
         let mut grown = cut.grow(&seeds, cut.sigma, earlier, ctx)?;
+        let slabs = match earlier {
+            None => cut.grow_slabs(&seeds, &grown, ctx)?,
+            Some(_) => seeds.iter().map(|_| None).collect(),
+        };
         if noisy.is_none() {
             let at: Vec<Vec3> = seeds.iter().map(|&i| cut.points[i]).collect();
             noisy = Some(NoisyParts::new(&at, &grown, ctx)?);
@@ -57,9 +61,13 @@ pub(crate) fn partition(
         if let Some(noisy) = &noisy {
             noisy.grow_again(cut, &seeds, &mut grown, earlier, ctx)?;
         }
-        for (seed, patch) in seeds.into_iter().zip(grown) {
-            if let Some(patch) = patch {
-                cover.offer(seed, patch, round);
+        for ((seed, patch), slab) in seeds.into_iter().zip(grown).zip(slabs) {
+            match (slab, patch) {
+                (Some(sides), _) => {
+                    sides.into_iter().for_each(|(seed, patch)| cover.offer(seed, patch, round));
+                }
+                (None, Some(patch)) => cover.offer(seed, patch, round),
+                (None, None) => {}
             }
         }
     }

@@ -2,12 +2,14 @@
 
 use super::constants::PARTITION;
 use super::grow::{GrowParams, Scratch, grow};
+use super::slab;
 use crate::atlas::{Patch, ProjectedPoint};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::constants::SPATIAL;
+use crate::spatial::neighbours::Neighbour;
 use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
 
@@ -85,9 +87,53 @@ impl Cut<'_> {
                 spacing,
                 max_radius: self.reach(i, sigma),
                 earlier,
+                only: None,
             }
         };
         grow_all(self.points, self.tree, seeds, params, |grown| ctx.advance(grown), ctx)
+    }
+    /// Looks for two sheets about the seeds whose patches do not reach as far as they may, a pair of patches
+    /// for each where there are two.
+    pub(super) fn grow_slabs(
+        &self,
+        seeds: &[usize],
+        grown: &[Option<Patch>],
+        ctx: &Context<'_>,
+    ) -> Result<Vec<Option<[(usize, Patch); 2]>>> {
+        let of = |k: usize, found: &mut Vec<Neighbour>, scratch: &mut Scratch| {
+            let (seed, patch) = (seeds[k], grown[k].as_ref());
+            let reach = self.reach(seed, self.sigma);
+            let sigma = self.sigma * self.relative_noise(seed);
+            if patch.is_some_and(|p| p.accepted && p.radii[0].max(p.radii[1]) > 0.99 * reach) {
+                return Ok(None);
+            }
+            self.tree.within(self.points[seed], reach, found);
+            let Some(sides) = slab::sides(self.points, found, reach, sigma, patch) else { return Ok(None) };
+            let mut patches = Vec::new();
+            for mut side in sides {
+                // The nearest come first.
+                let seed = side[0] as usize;
+                side.sort_unstable();
+                let spacing = f64::from(self.sampling.spacing[seed]);
+                let params =
+                    GrowParams { sigma, spacing, max_radius: reach, earlier: None, only: Some(&side) };
+                match grow(self.points, self.tree, seed, &params, scratch, ctx)? {
+                    Some(patch) if patch.accepted => patches.push((seed, patch)),
+                    _ => return Ok(None),
+                }
+            }
+            Ok(<[_; 2]>::try_from(patches).ok())
+        };
+        let order: Vec<usize> = (0..seeds.len()).collect();
+        let found = order
+            .par_chunks(8)
+            .map(|chunk| {
+                ctx.check()?;
+                let (mut found, mut scratch) = (Vec::new(), Scratch::default());
+                chunk.iter().map(|&k| of(k, &mut found, &mut scratch)).collect::<Result<Vec<_>>>()
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(found.into_iter().flatten().collect())
     }
 }
 

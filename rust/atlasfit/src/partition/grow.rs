@@ -29,6 +29,8 @@ pub(crate) struct GrowParams<'a> {
     pub max_radius: f64,
     /// Where an earlier fit put the points: a patch takes none of an opposing sheet.
     pub earlier: Option<&'a [ProjectedPoint]>,
+    /// The points that may be taken, in order, if not all.
+    pub only: Option<&'a [u32]>,
 }
 
 /// Whether point `b` of an earlier fit lies on a sheet that opposes the place with this normal. It does when
@@ -73,6 +75,9 @@ pub(crate) fn grow(
     let Scratch { found, local } = scratch;
     let origin = points[seed];
     let same_sheet = |found: &mut Vec<Neighbour>| {
+        if let Some(only) = p.only {
+            found.retain(|f| only.binary_search(&f.index).is_ok());
+        }
         if let Some(earlier) = p.earlier
             && earlier[seed].chart != u32::MAX
         {
@@ -152,6 +157,7 @@ fn patch(s: State, members: Vec<u32>, accepted: bool, p: &GrowParams<'_>) -> Opt
         residual,
         spacing: p.spacing,
         sigma: p.sigma,
+        of_two: p.only.is_some(),
         accepted,
     })
 }

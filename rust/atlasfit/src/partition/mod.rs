@@ -10,6 +10,7 @@ pub(crate) mod grow;
 mod moments;
 mod noisy_parts;
 mod refit;
+mod slab;
 pub(crate) mod tubes;
 
 pub(crate) use cover::{partition, sample};

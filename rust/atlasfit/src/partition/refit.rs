@@ -72,6 +72,16 @@ fn stays(cut: &Cut<'_>, f: &FittedChart, projected: &[ProjectedPoint], found: &m
     let disturbing = PARTITION.disturbing_sigmas * sigma + PARTITION.disturbing_share * reach;
     !found.iter().any(|n| {
         let other = &projected[n.index as usize];
-        (other.position - place).dot(normal).abs() < disturbing && is_across(place, normal, other, sigma)
+        let near = (other.position - place).dot(normal).abs() < disturbing;
+        near && (is_across(place, normal, other, sigma) || (f.of_two && is_copy(f, other, sigma)))
+    })
+}
+
+/// Whether a point lies on a second sheet that faces as the chart does: sweeps of a scanner that are
+/// misaligned show one surface twice.
+fn is_copy(f: &FittedChart, other: &ProjectedPoint, sigma: f64) -> bool {
+    f.chart.view(other.position).is_some_and(|v| {
+        let turn = v.normal.dot(other.normal) * f.chart.sign;
+        turn > PARTITION.copy_turn && v.mask >= 0.5 && v.distance.abs() > PARTITION.between * sigma
     })
 }

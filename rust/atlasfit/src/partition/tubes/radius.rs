@@ -133,7 +133,11 @@ fn fit(
     }
     let support = weights.iter().sum();
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
-    Ok((!members.is_empty()).then_some(FittedTube { fitted: FittedChart { chart, members }, covered, ratio }))
+    Ok((!members.is_empty()).then_some(FittedTube {
+        fitted: FittedChart { chart, members, of_two: false },
+        covered,
+        ratio,
+    }))
 }
 
 /// Fits the harmonics of the radius. Gives the noise about it.
