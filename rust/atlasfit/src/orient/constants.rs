@@ -26,6 +26,18 @@ pub(crate) struct OrientConstants {
     /// must be cut across its whole width, which takes one or two percent of its overlaps; stray charts
     /// contradict in far fewer. Source: chosen between the two.
     pub one_sided: f64,
+    /// Charts that a part must have before what it encloses is asked for. Source: chosen.
+    pub least_part: usize,
+    /// Sets of charts that are tried the other way round, the largest of each part. Source: chosen.
+    pub turned_sets: usize,
+    /// How often signs follow from what the charts enclose with the signs before. Source: chosen.
+    pub turn_rounds: usize,
+    /// Places of a part where its winding is looked at, at the most. Source: chosen, for speed.
+    pub winding_samples: usize,
+    /// Windings of charts about such places that are held at once, at the most. Source: chosen, 64 MB.
+    pub windings: usize,
+    /// Error of a winding about a chart's middle that is summed over points. Source: chosen.
+    pub winding_error: f64,
     /// Points that the search for a scanner looks at; more make the position no better than the model is.
     /// Source: chosen.
     pub scanner_sample: usize,
@@ -65,6 +77,12 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     unsure: 1.8,
     min_conflict: 1.0,
     one_sided: 0.004,
+    least_part: 8,
+    turned_sets: 32,
+    turn_rounds: 4,
+    winding_samples: 1000,
+    windings: 1 << 24,
+    winding_error: 0.05,
     scanner_sample: 2000,
     scanner_few: 8,
     starts_followed: [4, 2],

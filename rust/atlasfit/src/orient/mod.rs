@@ -5,15 +5,19 @@
 //! a point's). Where the scan says which way it faces, or one scanner saw all of it, the atlas faces that
 //! way.
 
+mod connected;
 pub(crate) mod constants;
+mod enclose;
 mod opposing;
 mod relations;
 mod scanner;
 mod signs;
 mod votes;
 
+pub(crate) use connected::connected;
+pub(crate) use enclose::Sheets;
 pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
-pub(crate) use signs::{connected, face, orient};
+pub(crate) use signs::{face, orient};
 pub(crate) use votes::votes;

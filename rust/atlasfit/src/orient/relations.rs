@@ -18,7 +18,7 @@ pub(super) struct ChartAtPoint {
     weight: f64,
     pub(super) normal: Vec3,
     /// From the chart's surface to the point.
-    offset: Vec3,
+    pub(super) offset: Vec3,
     /// Noise of the chart.
     sigma: f64,
 }

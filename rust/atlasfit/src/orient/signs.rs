@@ -3,11 +3,13 @@
 //! In: how charts face each other, and how the scan votes on each. Out: a sign per chart, and the pairs of
 //! overlapping charts whose relative orientation the signs contradict.
 
+use super::connected::connected;
 use super::constants::ORIENT;
+use super::enclose::{self, Part, Sheets};
 use crate::atlas::{Chart, Pair, Relation, Vote};
 use crate::error::Result;
 use crate::run::Context;
-use crate::spatial::sets::{Sets, SignedSets};
+use crate::spatial::sets::SignedSets;
 use std::collections::{BTreeMap, BinaryHeap};
 
 /// The sum of all agreement between two sets of charts, for the strongest to come first; the lesser root
@@ -36,28 +38,148 @@ pub(crate) struct Signs {
 }
 
 /// Signs per chart from the relations and from what opposing sheets say, and the relations that the signs
-/// contradict. Sets of charts are joined in the order of the agreement between them, all pairs of their
-/// charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction, as for
-/// multicuts: Keuper et al. 2015.) What the scan knows of the charts' sides (`votes`, one per chart, or none)
-/// joins in as one more chart, which shows the right side.
+/// contradict. What the scan knows of the charts' sides (`votes`, one per chart, or none) decides; else what
+/// the charts enclose has a say.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn orient(
-    charts: usize,
     relations: &[Relation],
     opposing: &[Relation],
     votes: &[Vote],
+    sheets: &Sheets<'_>,
     ctx: &Context<'_>,
 ) -> Result<Signs> {
-    let right_side = charts as u32;
-    let voted: Vec<Relation> = (votes.iter().zip(0..))
-        .filter(|(v, _)| v.sum != 0.0)
-        .map(|(v, chart)| Relation { a: chart, b: right_side, agreement: v.sum })
+    let charts = sheets.fitted.len();
+    let all = [relations, opposing].concat();
+    let of_scan: Vec<(u32, f64)> = (0..).zip(votes.iter().map(|v| v.sum)).collect();
+    let mut found = contract(charts, &all, &of_scan, ctx)?;
+    let mut two_sided = vec![false; charts];
+    if votes.iter().all(|v| v.sum == 0.0) {
+        for part in enclose(&mut found, &all, sheets, ctx)? {
+            part.charts().iter().for_each(|&c| two_sided[c as usize] = true);
+        }
+    }
+    let signs = found.signs;
+    let conflicts: Vec<Pair> = relations
+        .iter()
+        .filter(|r| {
+            !two_sided[r.a as usize]
+                && r.agreement.abs() > ORIENT.min_conflict
+                && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
+        })
+        .map(|r| (r.a, r.b))
         .collect();
+    let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
+    let against = sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
+    let one_sided = against > ORIENT.one_sided * sum(&mut relations.iter());
+    ctx.check()?;
+    Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
+}
+
+/// Signs that explain both how charts face each other and what they enclose, part by part. First the largest
+/// of the sets that were joined are turned, each if that is likelier. Then from signs follow votes, from
+/// votes signs, as long as these are likelier. Returns the parts that enclose a body.
+fn enclose(
+    found: &mut Contracted,
+    relations: &[Relation],
+    sheets: &Sheets<'_>,
+    ctx: &Context<'_>,
+) -> Result<Vec<Part>> {
+    let sets = found.largest();
+    let signs = &mut found.signs;
+    let mut parts = Vec::new();
+    for part in enclose::parts(sheets, relations, ctx)? {
+        let mut said = part.said(signs);
+        let of_part = sets.iter().filter(|set| part.has(set[0]));
+        for set in of_part.take(ORIENT.turned_sets) {
+            ctx.check()?;
+            let mut next = signs.clone();
+            set.iter().for_each(|&c| next[c as usize] = -next[c as usize]);
+            let then = part.said(&mut next);
+            if part.likelihood(&then) > part.likelihood(&said) {
+                part.take(&next, signs);
+                said = then;
+            }
+        }
+        parts.push((part, said));
+    }
+    for _ in 0..ORIENT.turn_rounds {
+        let votes: Vec<(u32, f64)> = parts.iter().flat_map(|(part, said)| part.votes(said, signs)).collect();
+        let mut next = contract(signs.len(), relations, &votes, ctx)?.signs;
+        let mut settled = true;
+        for (part, said) in &mut parts {
+            ctx.check()?;
+            let then = part.said(&mut next);
+            if part.likelihood(&then) > part.likelihood(said) {
+                part.take(&next, signs);
+                *said = then;
+                settled = false;
+            }
+        }
+        if settled {
+            break;
+        }
+    }
+    parts.retain(|(part, said)| part.encloses(said));
+    Ok(parts.into_iter().map(|p| p.0).collect())
+}
+
+/// Charts in sets, all charts of a set with signs that go together.
+struct Contracted {
+    /// A sign per chart.
+    signs: Vec<f64>,
+    /// The two sets that became one, for each join. The first sets are the charts and the right side, then
+    /// come the joins.
+    halves: Vec<[u32; 2]>,
+}
+
+impl Contracted {
+    /// The charts of the lesser half of each join that has enough of them, the largest first.
+    fn largest(&self) -> Vec<Vec<u32>> {
+        let leaves = self.signs.len() + 1;
+        let mut size = vec![1usize; leaves];
+        for &[a, b] in &self.halves {
+            size.push(size[a as usize] + size[b as usize]);
+        }
+        let mut lesser: Vec<u32> = self
+            .halves
+            .iter()
+            .map(|&[a, b]| if size[a as usize] < size[b as usize] { a } else { b })
+            .filter(|&s| size[s as usize] >= ORIENT.least_part)
+            .collect();
+        lesser.sort_by_key(|&s| (std::cmp::Reverse(size[s as usize]), s));
+        let charts = |set: u32| {
+            let (mut out, mut open) = (Vec::new(), vec![set]);
+            while let Some(s) = open.pop() {
+                match (s as usize).checked_sub(leaves) {
+                    Some(join) => open.extend(self.halves[join]),
+                    None => out.push(s),
+                }
+            }
+            out
+        };
+        lesser.into_iter().map(charts).collect()
+    }
+}
+
+/// A sign per chart. Sets of charts are joined in the order of the agreement between them, all pairs of their
+/// charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction, as for
+/// multicuts: Keuper et al. 2015.) What is known of the charts' sides (`votes`, charts with their agreement)
+/// joins in as one more chart, which shows the right side.
+fn contract(
+    charts: usize,
+    relations: &[Relation],
+    votes: &[(u32, f64)],
+    ctx: &Context<'_>,
+) -> Result<Contracted> {
+    let right_side = charts as u32;
+    let voted = votes.iter().filter(|(_, vote)| *vote != 0.0);
+    let voted: Vec<Relation> =
+        voted.map(|&(a, agreement)| Relation { a, b: right_side, agreement }).collect();
     let mut links: Vec<BTreeMap<u32, f64>> = vec![BTreeMap::new(); charts + 1];
     let mut heap = BinaryHeap::with_capacity(relations.len());
-    for r in relations.iter().chain(opposing).chain(&voted) {
+    for r in relations.iter().chain(&voted) {
         *links[r.a as usize].entry(r.b).or_insert(0.0) += r.agreement;
         *links[r.b as usize].entry(r.a).or_insert(0.0) += r.agreement;
     }
@@ -67,6 +189,8 @@ pub(crate) fn orient(
         }
     }
     let mut sets = SignedSets::new(charts + 1);
+    let mut number: Vec<u32> = (0..=right_side).collect();
+    let mut halves = Vec::new();
     let mut steps = 0;
     while let Some(link) = heap.pop() {
         steps += 1;
@@ -80,6 +204,8 @@ pub(crate) fn orient(
             continue;
         }
         sets.join(a, b, agreement < 0.0);
+        halves.push([number[a as usize], number[b as usize]]);
+        number[a as usize] = right_side + halves.len() as u32;
         links[a as usize].remove(&b);
         for (k, w) in std::mem::take(&mut links[b as usize]) {
             if k == a {
@@ -98,27 +224,8 @@ pub(crate) fn orient(
     // Sets that nothing was voted on keep the side of their first chart.
     let (right, wrong) = sets.find(right_side);
     let turned = |(root, turned): (u32, bool)| turned != (root == right && wrong);
-    let signs: Vec<f64> = (0..right_side).map(|c| if turned(sets.find(c)) { -1.0 } else { 1.0 }).collect();
-    let conflicts: Vec<Pair> = relations
-        .iter()
-        .filter(|r| {
-            r.agreement.abs() > ORIENT.min_conflict
-                && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
-        })
-        .map(|r| (r.a, r.b))
-        .collect();
-    let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
-    let against = sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
-    let one_sided = against > ORIENT.one_sided * sum(&mut relations.iter());
-    ctx.check()?;
-    Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
-}
-
-/// For each chart the first of the charts that it is connected with.
-pub(crate) fn connected(charts: usize, relations: &[Relation]) -> Vec<u32> {
-    let mut sets = Sets::new(charts);
-    relations.iter().for_each(|r| sets.join(r.a, r.b));
-    (0..charts as u32).map(|c| sets.find(c)).collect()
+    let signs = (0..right_side).map(|c| if turned(sets.find(c)) { -1.0 } else { 1.0 }).collect();
+    Ok(Contracted { signs, halves })
 }
 
 /// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each
@@ -152,7 +259,8 @@ mod tests {
             [(0, 1, 10.0), (1, 2, 10.0), (3, 4, 10.0), (4, 5, 10.0), (0, 3, -3.0), (1, 4, 2.0), (2, 5, 2.0)];
         let relations = all.map(|(a, b, agreement)| Relation { a, b, agreement });
         let sign = |opposing: &[Relation]| {
-            crate::Run::default().execute(|ctx| Ok(orient(6, &relations, opposing, &[], ctx)?.of_chart))
+            let all = [&relations, opposing].concat();
+            crate::Run::default().execute(|ctx| Ok(contract(6, &all, &[], ctx)?.signs))
         };
         assert_eq!(sign(&[])?, [1.0; 6]);
         let across = Relation { a: 2, b: 3, agreement: -1.5 };

@@ -69,7 +69,9 @@ fn oriented(
         Some(toward) => orient::votes(points, &fitted, &members, toward, ctx)?,
         None => Vec::new(),
     };
-    let signs = orient::orient(fitted.len(), &relations, &opposing, &votes, ctx)?;
+    let sheets =
+        orient::Sheets { points, spacing: &scan.sampling.spacing, fitted: &fitted, members: &members };
+    let signs = orient::orient(&relations, &opposing, &votes, &sheets, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
         f.chart.sign = *sign;
     }

@@ -1,0 +1,202 @@
+//! Which way charts face, as far as what they enclose says so.
+//!
+//! In: charts as sheets in space, how they face each other, a sign per chart. Out: how likely the signs are,
+//! and how each chart's place votes on its side.
+//!
+//! About a point of a closed surface that faces outward, the rest of the surface winds half a time (its
+//! generalised winding number, Jacobson et al. 2013; as a test of orientation: Takayama et al. 2014, Xu et
+//! al. 2023). Where signs are wrong it winds less. How far this holds is not known beforehand: a sheet
+//! encloses nothing. So both the winding's variance about one half and the share of contradicted agreement
+//! are unknowns of the likelihood, each estimated with the signs.
+
+use super::connected::connected;
+use super::constants::ORIENT;
+use super::relations::charts_at;
+use crate::atlas::{FittedChart, Membership, Relation};
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// The scan's points as pieces of the charts that weigh most at them.
+pub(crate) struct Sheets<'a> {
+    /// Points.
+    pub points: &'a [Vec3],
+    /// Side of the square of surface that each point stands for.
+    pub spacing: &'a [f32],
+    /// The charts.
+    pub fitted: &'a [FittedChart],
+    /// Which charts each point belongs to.
+    pub members: &'a Membership,
+}
+
+/// A square of a chart.
+struct Piece {
+    position: Vec3,
+    normal: Vec3,
+    /// Side of the square.
+    side: f64,
+}
+
+/// A connected part of the atlas, and what it encloses.
+pub(super) struct Part {
+    /// Its charts, ascending.
+    charts: Vec<u32>,
+    /// The relations among them.
+    relations: Vec<Relation>,
+    /// The charts about whose middles its winding is known.
+    samples: Vec<u32>,
+    /// For each of its charts how often its own side winds about each sample.
+    winding: Vec<Vec<f32>>,
+    /// Number of charts that tell something of their own.
+    independent: f64,
+}
+
+/// What the signs of a part say.
+pub(super) struct Said {
+    /// How often the part winds about each sample.
+    winding: Vec<f64>,
+    /// Mean square distance of those from one half.
+    square: f64,
+    /// Share of the agreement that the signs contradict.
+    contradicted: f64,
+}
+
+/// The parts of an atlas that have enough charts to enclose something.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn parts(sheets: &Sheets<'_>, relations: &[Relation], ctx: &Context<'_>) -> Result<Vec<Part>> {
+    let charts = sheets.fitted.len();
+    let root = connected(charts, relations);
+    let mut of_root: Vec<Vec<u32>> = vec![Vec::new(); charts];
+    root.iter().zip(0..).for_each(|(&r, chart)| of_root[r as usize].push(chart));
+    let mut among: Vec<Vec<Relation>> = vec![Vec::new(); charts];
+    for (i, r) in relations.iter().enumerate() {
+        ctx.check_at(i)?;
+        among[root[r.a as usize] as usize].push(*r);
+    }
+    let pieces = pieces(sheets, ctx)?;
+    // Charts overlap: as many of them as would cover the points once tell something of their own.
+    let members: usize = sheets.fitted.iter().map(|f| f.members.len()).sum();
+    let once = pieces.iter().map(Vec::len).sum::<usize>() as f64 / members.max(1) as f64;
+    let enough = of_root.into_iter().zip(among).filter(|(charts, _)| charts.len() >= ORIENT.least_part);
+    enough.map(|(charts, relations)| part(charts, relations, &pieces, once, ctx)).collect()
+}
+
+/// The pieces of each chart.
+fn pieces(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Vec<Vec<Piece>>> {
+    let Sheets { points, spacing, fitted, members } = *sheets;
+    let of_point = |i: usize| {
+        let strongest = charts_at(points[i], members.of(i), fitted).into_iter().next()?;
+        let position = points[i] - strongest.offset;
+        Some((strongest.chart, Piece { position, normal: strongest.normal, side: f64::from(spacing[i]) }))
+    };
+    let chunks: Vec<Vec<(u32, Piece)>> = (0..points.len().div_ceil(1024))
+        .into_par_iter()
+        .map(|k| {
+            ctx.check()?;
+            Ok((k * 1024..points.len().min((k + 1) * 1024)).filter_map(of_point).collect())
+        })
+        .collect::<Result<_>>()?;
+    let mut out: Vec<Vec<Piece>> = (0..fitted.len()).map(|_| Vec::new()).collect();
+    chunks.into_iter().flatten().for_each(|(chart, piece)| out[chart as usize].push(piece));
+    Ok(out)
+}
+
+fn part(
+    charts: Vec<u32>,
+    relations: Vec<Relation>,
+    pieces: &[Vec<Piece>],
+    once: f64,
+    ctx: &Context<'_>,
+) -> Result<Part> {
+    let most = ORIENT.winding_samples.min(ORIENT.windings / charts.len()).max(1);
+    let step = charts.len().div_ceil(most);
+    let with_pieces = charts.iter().copied().filter(|&c| !pieces[c as usize].is_empty());
+    let samples: Vec<u32> = with_pieces.step_by(step).collect();
+    let middles: Vec<&Piece> =
+        samples.iter().map(|&c| &pieces[c as usize][pieces[c as usize].len() / 2]).collect();
+    let winding = charts
+        .par_iter()
+        .map(|&c| {
+            ctx.check()?;
+            let about = |m: &&Piece| pieces[c as usize].iter().map(|x| winds(x, m)).sum::<f64>() as f32;
+            Ok(middles.iter().map(about).collect())
+        })
+        .collect::<Result<_>>()?;
+    let independent = once * charts.len() as f64;
+    Ok(Part { charts, relations, samples, winding, independent })
+}
+
+/// How often a piece winds about the middle of another, regularised within the spacing there.
+fn winds(x: &Piece, about: &Piece) -> f64 {
+    let d = x.position - about.position;
+    let r2 = d.dot(d) + about.side * about.side;
+    x.side * x.side * x.normal.dot(d) / (4.0 * PI * r2 * r2.sqrt())
+}
+
+impl Part {
+    /// What these signs, one per chart of the atlas, say; they are turned if most of the part faces inward.
+    pub(super) fn said(&self, signs: &mut [f64]) -> Said {
+        let mut winding = vec![0.0; self.samples.len()];
+        for (&c, of) in self.charts.iter().zip(&self.winding) {
+            winding.iter_mut().zip(of).for_each(|(sum, &w)| *sum += signs[c as usize] * f64::from(w));
+        }
+        if winding.iter().sum::<f64>() < 0.0 {
+            self.charts.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+            winding.iter_mut().for_each(|w| *w = -*w);
+        }
+        let square = winding.iter().map(|w| (w - 0.5).powi(2)).sum::<f64>() / winding.len().max(1) as f64;
+        let (mut against, mut all) = (0.0, 0.0);
+        for r in &self.relations {
+            all += r.agreement.abs();
+            if r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0 {
+                against += r.agreement.abs();
+            }
+        }
+        // One relation more of each kind, as none is certain beforehand (Laplace).
+        let n = self.relations.len() as f64;
+        let contradicted = (against / all.max(f64::MIN_POSITIVE) * n + 1.0) / (n + 2.0);
+        Said { winding, square: square + ORIENT.winding_error.powi(2), contradicted }
+    }
+
+    /// Logarithm of the likelihood of what is said, in nats.
+    pub(super) fn likelihood(&self, said: &Said) -> f64 {
+        let p = said.contradicted;
+        let entropy = -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
+        -0.5 * self.independent * said.square.ln() - self.relations.len() as f64 * entropy
+    }
+
+    /// How the winding votes on the sides of the charts that it is known about: in agreement, as the
+    /// relations. Where all about a place is turned, its winding changes its sign.
+    pub(super) fn votes(&self, said: &Said, signs: &[f64]) -> Vec<(u32, f64)> {
+        let all: f64 = self.relations.iter().map(|r| r.agreement.abs()).sum();
+        let p = said.contradicted;
+        let nats = self.relations.len() as f64 / all.max(f64::MIN_POSITIVE) * ((1.0 - p) / p).ln();
+        let weight = self.independent / self.samples.len().max(1) as f64 / (said.square * nats);
+        self.samples.iter().zip(&said.winding).map(|(&c, w)| (c, weight * w * signs[c as usize])).collect()
+    }
+
+    /// Whether the part encloses a body, so that it has two sides: about most places it winds nearer to half
+    /// a time than to none.
+    pub(super) fn encloses(&self, said: &Said) -> bool {
+        2 * said.winding.iter().filter(|w| **w > 0.25).count() > said.winding.len()
+    }
+
+    /// Its charts, ascending.
+    pub(super) fn charts(&self) -> &[u32] {
+        &self.charts
+    }
+
+    /// Whether it has this chart.
+    pub(super) fn has(&self, chart: u32) -> bool {
+        self.charts.binary_search(&chart).is_ok()
+    }
+
+    /// Takes the signs of its charts.
+    pub(super) fn take(&self, from: &[f64], to: &mut [f64]) {
+        self.charts.iter().for_each(|&c| to[c as usize] = from[c as usize]);
+    }
+}

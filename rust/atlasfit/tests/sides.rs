@@ -1,0 +1,102 @@
+//! Claims about which side is which: thin walls, ropes that touch, sweeps that are misaligned.
+
+#[path = "denoise_shapes/mod.rs"]
+mod shapes;
+
+use atlasfit::numeric::rng::Rng;
+use atlasfit::{Denoised, Vec3};
+use shapes::{rms, run, sphere, topology};
+use std::f64::consts::TAU;
+
+/// Share of the surface's area that faces away from `outward`, a direction for each place.
+fn turned(out: &Denoised, outward: impl Fn(Vec3) -> Vec3) -> f64 {
+    let (mut wrong, mut all) = (0.0, 0.0);
+    for t in &out.surface.triangles {
+        let [a, b, c] = t.map(|i| Vec3(out.surface.positions[i as usize]));
+        let normal = (b - a).cross(c - a);
+        all += normal.norm();
+        if normal.dot(outward((a + b + c) * (1.0 / 3.0))) < 0.0 {
+            wrong += normal.norm();
+        }
+    }
+    wrong / all
+}
+
+/// A square plate of side 1, its rims included.
+fn plate(n: usize, thick: f64, sigma: f64) -> Vec<[f64; 3]> {
+    let mut rng = Rng::new(33);
+    let mut point = |i: usize| {
+        let (u, v) = (rng.uniform() - 0.5, rng.uniform() - 0.5);
+        let side = [-0.5, 0.5][i % 2];
+        // A share of the points as large as the rims' share of the area.
+        let p = match rng.uniform() * (1.0 + 2.0 * thick) {
+            x if x < 1.0 => [u, v, side * thick],
+            x if x < 1.0 + thick => [u, side, v * thick],
+            _ => [side, u, v * thick],
+        };
+        p.map(|x| x + sigma * rng.normal())
+    };
+    (0..n).map(&mut point).collect()
+}
+
+#[test]
+fn a_plate_three_times_as_thick_as_the_noise_keeps_both_its_sides() {
+    let (thick, sigma) = (0.03, 0.01);
+    let out = run(&plate(14_000, thick, sigma)).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges), (1, 0), "{t:?}");
+    let middle = out.surface.positions.iter().filter(|p| p[0].abs().max(p[1].abs()) < 0.35);
+    let left = rms(middle.map(|p| p[2].abs() - 0.5 * thick));
+    assert!(left < 0.5 * sigma, "{left}");
+    let away = turned(&out, |p| {
+        let middle = p[0].abs().max(p[1].abs()) < 0.4;
+        if middle { Vec3([0.0, 0.0, p[2]]) } else { Vec3::ZERO }
+    });
+    assert!(away < 0.01, "{away}");
+}
+
+#[test]
+fn ropes_that_touch_all_face_outward() {
+    let (radius, spread, mut rng) = (0.03, 0.4, Rng::new(5));
+    // Two along x lie on two along y, as in a net.
+    let axes = [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)];
+    let points: Vec<[f64; 3]> = (0..16_000)
+        .map(|i| {
+            let (along, side) = axes[i % 4];
+            let (t, a) = (2.0 * rng.uniform() - 1.0, TAU * rng.uniform());
+            let r = radius + 0.003 * rng.normal();
+            let z = [0.98, -0.98][along] * radius + r * a.sin();
+            let across = side * spread + r * a.cos();
+            if along == 0 { [t, across, z] } else { [across, t, z] }
+        })
+        .collect();
+    let out = run(&points).unwrap();
+    let outward = |p: Vec3| {
+        let rope = |(along, side): (usize, f64)| {
+            let mut axis = p;
+            axis[1 - along] = side * spread;
+            axis[2] = [0.98, -0.98][along] * radius;
+            p - axis
+        };
+        axes.into_iter().map(rope).min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or(p)
+    };
+    let away = turned(&out, outward);
+    assert!(away < 0.02, "{away}");
+}
+
+#[test]
+fn misaligned_sweeps_of_one_sphere_are_one_surface() {
+    let sigma = 0.01;
+    let one = sphere(8000, 3);
+    let mut points = one.noisy(sigma / one.spacing, 4);
+    let two = sphere(8000, 5);
+    // The second sweep lies two and a half standard deviations beside the first.
+    points.extend(two.noisy(sigma / two.spacing, 6).iter().map(|p| [p[0], p[1], p[2] + 2.5 * sigma]));
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges), (1, 0), "{t:?}");
+    let off = |p: &[f64; 3]| Vec3([p[0], p[1], p[2] - 1.25 * sigma]).norm() - 1.0;
+    let left = rms(out.surface.positions.iter().map(off));
+    assert!(left < 0.5 * sigma, "{left}");
+    assert!(turned(&out, |p| p) < 0.001);
+}
