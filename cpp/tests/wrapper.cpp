@@ -117,11 +117,18 @@ int main() {
        "a limit below the need refuses");
 
   want(layout.info().padding == 2, "the padding asked for is kept");
+  // Two hundred triangles that share no vertex are as many charts.
+  std::vector<double> loose;
+  std::vector<std::uint32_t> corner;
+  for (int i = 0; i < 200; i++) {
+    loose.insert(loose.end(), {2.0 * i, 0, 0, 2.0 * i + 1, 0, 0, 2.0 * i, 1, 0});
+    for (int k = 0; k < 3; k++) corner.push_back(static_cast<std::uint32_t>(3 * i + k));
+  }
   atlasfit::UnwrapOptions spread;
-  spread.page_width = spread.page_height = 16;
-  spread.padding = 2;
-  const atlasfit::UvLayout narrow = atlasfit::unwrap(atlasfit::Mesh(surface, triangles), spread);
-  want(narrow.info().padding < 2 && !narrow.warnings().empty(), "a padding that does not fit is lowered");
+  spread.page_width = spread.page_height = 64;
+  spread.padding = 8;
+  const atlasfit::UvLayout narrow = atlasfit::unwrap(atlasfit::Mesh(loose, corner), spread);
+  want(narrow.info().padding < 8 && !narrow.warnings().empty(), "a padding that does not fit is lowered");
 
   // A sheet faces where its scanner stood.
   std::vector<double> sheet;
