@@ -5,7 +5,8 @@ usage: cancel.py PROGRAM [--moments 50] [--size 200000] [--limit MS] [--only WOR
 
 Each command of the program runs on a scan or a mesh of SIZE points or faces made here (and denoise on as many near-duplicates: each point
 twice, 1e-7 apart). It runs once to its end, or for --longest seconds, to learn how long it takes; then MOMENTS times it gets SIGINT at a
-random moment. Prints a Markdown table: the time from signal to end, worst and median, in milliseconds, and the moment of the worst. --busy N keeps
+random moment. Prints a Markdown table: the time from signal to end, worst and median, in milliseconds, and the moment of the worst; beside it
+the worst of KILLS runs that are killed (SIGKILL): so long the system itself takes to end the process and to take its memory back. --busy N keeps
 N other processors' worth of work going. Exit code 1 where a run did not end with 130 (or 0 when it was done first), left a file, or took longer than
 --limit milliseconds (100). Needs only Python.
 """
@@ -25,6 +26,8 @@ import time
 
 # Seconds after which a run that does not end is killed and counted as such.
 HANG = 30
+# Runs of each command that are killed, for comparison.
+KILLS = 5
 
 
 def scan(path, count, twice=False):
@@ -84,8 +87,8 @@ COMMANDS = {
 }
 
 
-def run(command, moment):
-    """Runs, with SIGINT after so many seconds; the exit code, and the seconds from the signal to the end (None: it was done before)."""
+def run(command, moment, sent=signal.SIGINT):
+    """Runs, with a signal after so many seconds; the exit code, and the seconds from the signal to the end (None: it was done before)."""
     child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         child.wait(timeout=moment)
@@ -96,7 +99,7 @@ def run(command, moment):
     guard = threading.Timer(HANG, child.kill)
     guard.start()
     at = time.perf_counter()
-    child.send_signal(signal.SIGINT)
+    child.send_signal(sent)
     child.wait()
     seconds = time.perf_counter() - at
     guard.cancel()
@@ -124,7 +127,7 @@ def main():
     busy = [multiprocessing.Process(target=spin, daemon=True) for _ in range(args.busy)]
     for process in busy:
         process.start()
-    table = ["| command | seconds | cancelled | median ms | worst ms | at second | wrong |", "|---|---|---|---|---|---|---|"]
+    table = ["| command | seconds | cancelled | median ms | worst ms | at second | killed, worst ms | wrong |", "|---|---|---|---|---|---|---|---|"]
     failed = False
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
@@ -158,10 +161,12 @@ def main():
                 left = sorted(f.name for f in out.iterdir())
                 if left and code != 0:
                     wrong.append(f"left {left} at {moment:.3f} s")
+            kills = [run(command, rng.uniform(0.02, max(0.03, min(seconds, args.longest))), signal.SIGKILL)[1] for _ in range(KILLS)]
+            killed = max((k for k in kills if k is not None), default=0.0)
             worst = max(waits, default=(0.0, 0.0))
             median = statistics.median([w for w, _ in waits]) if waits else 0.0
             failed |= bool(wrong) or 1000 * worst[0] > args.limit
-            row = f"| {name} | {seconds:.2f} | {len(waits)} of {args.moments} | {1000 * median:.0f} | {1000 * worst[0]:.0f} | {worst[1]:.3f} | {'; '.join(wrong)} |"
+            row = f"| {name} | {seconds:.2f} | {len(waits)} of {args.moments} | {1000 * median:.0f} | {1000 * worst[0]:.0f} | {worst[1]:.3f} | {1000 * killed:.0f} | {'; '.join(wrong)} |"
             table.append(row)
             print(row, flush=True)
             for file in out.iterdir():

@@ -6,6 +6,10 @@ what the system keeps of freed memory); a refused one ends with status 1 and say
     tests/memory.py target/release/atlasfit --data ../shared/data            # all; about half an hour on two cores
     tests/memory.py target/release/atlasfit --only unwrap --limits 50M,300M   # a part
     tests/memory.py target/release/atlasfit --measure                         # peaks without a limit
+    tests/memory.py target/release/atlasfit --address-space                   # ulimit -v instead of --max-memory
+
+With --address-space the system itself gives no more (limits of 20 MB up, in steps of a tenth, until two in a row are enough): a run then ends
+with an output, or with status 1, "out of memory" (or that no thread can be started), and no output; never by a signal.
 
 The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render were fitted by hand to such peaks.
 tests/python/test_memory.py runs a small case of this in CI.
@@ -84,22 +88,54 @@ print(used.ru_maxrss, os.waitstatus_to_exitcode(status))
 """
 
 
-def run(program, args, limit=None):
-    """Peak bytes, seconds, exit status, text on standard error."""
+def run(program, args, limit=None, space=None):
+    """Peak bytes, seconds, exit status, text on standard error. `limit` is --max-memory, `space` bytes of address space."""
     command = [str(program), *map(str, args), "--quiet", *(["--max-memory", str(limit)] if limit else [])]
+    if space:
+        command = ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(space >> 10), *command]
     started = time.monotonic()
     done = subprocess.run([sys.executable, "-I", "-S", "-c", LAUNCH, *command], capture_output=True, text=True, errors="replace")
     kilobytes, status = map(int, done.stdout.split())
     return kilobytes * 1024, time.monotonic() - started, status, done.stderr.strip()
 
 
+def is_over(text):
+    """Whether a run was accepted and ended by its time limit: the networks take minutes, and their peak is reached in seconds."""
+    return "time limit" in text
+
+
 def judge(peak, status, text, limit):
     """What is wrong with a run under a limit; nothing if all is well."""
     if peak > FACTOR * limit + SLACK:
         return f"peak of {peak / MB:.0f} MB under a limit of {limit / MB:.0f} MB"
-    if status != 0 and not (status == 1 and "more than the limit" in text):
+    if status != 0 and not (status == 1 and ("more than the limit" in text or is_over(text))):
         return f"exit status {status}: {text}"
     return None
+
+
+def judge_space(status, text, outputs):
+    """What is wrong with a run that the system gave too little memory; nothing if all is well."""
+    if status == 0:
+        return None
+    told = "out of memory" in text or "start" in text and "thread" in text
+    if status != 1 or not told:
+        return f"exit status {status}: {text[-200:]}"
+    return f"{outputs[0].name} was left" if outputs else None
+
+
+def sweep(program, arguments, out, most=4096 * MB):
+    """Runs in more and more address space until two runs in a row succeed; what went wrong, and the limits that were enough."""
+    space, enough, wrong = 20 * MB, [], []
+    while space < most and enough[-2:] != [1, 1]:
+        for file in out.iterdir():
+            file.unlink()
+        _, _, status, text = run(program, arguments, space=space)
+        problem = judge_space(status, text, list(out.iterdir()))
+        if problem:
+            wrong.append(f"{space / MB:.0f} MB: {problem}")
+        enough.append(int(status == 0))
+        space = space * 11 // 10
+    return wrong, enough
 
 
 def cases(folder, data):
@@ -122,6 +158,8 @@ def cases(folder, data):
     yield "measure", many, ["--against", small]
     yield "render", small, ["-o", "{out}/r.png", "--size", "4000x4000"]
     yield "convert", json, ["{out}/c.ply"]
+    for prior in ("level-set", "conv", "mlp"):
+        yield "denoise", scan, ["-o", "{out}/d.ply", "--prior", prior, "--time-limit", "10"]
     for points in [scan, *scans, many]:
         yield "denoise", points, ["--points", "{out}/p.ply"]
         yield "denoise", points, ["-o", "{out}/d.ply"]
@@ -137,6 +175,7 @@ def main():
     parser.add_argument("--limits", default="20M,50M,100M,200M,400M,800M,1600M")
     parser.add_argument("--threads", default="1,8")
     parser.add_argument("--measure", action="store_true", help="no limits: peaks only")
+    parser.add_argument("--address-space", action="store_true", help="limits by the system, not by --max-memory")
     options = parser.parse_args()
     limits = [None] if options.measure else [size(s) for s in options.limits.split(",")]
     print(f"{'command':9}{'input':20}{'threads':>8}{'limit MB':>10}  {'outcome':9}{'peak MB':>8}{'seconds':>9}  {'says'}")
@@ -147,17 +186,25 @@ def main():
             if options.only not in " ".join(map(str, [command, file.name, *more])):
                 continue
             for threads in options.threads.split(","):
-                arguments = [command, file, *(str(a).format(out=folder) for a in more), "--threads", threads]
+                out = folder / "out"
+                out.mkdir(exist_ok=True)
+                arguments = [command, file, *(str(a).format(out=out) for a in more), "--threads", threads]
+                if options.address_space:
+                    problems, enough = sweep(options.program, arguments, out)
+                    wrong += len(problems)
+                    print(f"{command:9}{file.name:20}{threads:>4} threads: {len(enough)} limits, {sum(enough)} enough", *problems, sep="\n  ", flush=True)
+                    continue
                 for limit in limits:
                     peak, seconds, status, text = run(options.program, arguments, limit)
                     problem = judge(peak, status, text, limit) if limit else (text if status else None)
                     wrong += problem is not None
-                    outcome = "WRONG" if problem else "accepted" if status == 0 else "refused"
-                    says = problem or (text.split("needs about ")[-1].split(" of memory")[0] if status else "")
+                    accepted = status == 0 or is_over(text)
+                    outcome = "WRONG" if problem else "accepted" if accepted else "refused"
+                    says = problem or (text.split("needs about ")[-1].split(" of memory")[0] if not accepted else "")
                     told = f"{limit / MB:.0f}" if limit else "none"
                     name = " ".join([file.name, *(str(m) for m in more if "{out}" not in str(m) and m != "-o")])
                     print(f"{command:9}{name[-28:]:30}{threads:>4}{told:>6}  {outcome:9}{peak / MB:8.0f}{seconds:9.2f}  {says}", flush=True)
-                    if limit and status == 0:
+                    if limit and accepted:
                         break  # a higher limit changes nothing
     print(f"{wrong} wrong")
     return wrong > 0

@@ -52,7 +52,8 @@ class RunOptions(TypedDict, total=False):
     threads       worker threads, 0 = all cores; the result does not depend on it. Default 0.
     time_limit    seconds after which TimedOut is raised; 0 = no limit. Default 0.
     memory_limit  bytes that the run's own estimate may not exceed; 0 = no limit. Default 0.
-    progress      called with the stage's name and its share done in [0, 1], on the calling thread, at most 50
+    progress      called with the name of the running stage and the share of the whole call that is done, in
+                  [0, 1], which never falls (a stage may come again); on the calling thread, at most 50
                   times a second. Return False to cancel. What it raises ends the run and is raised by the
                   function.
     cancel        a token that cancels the run from another thread.
@@ -143,18 +144,20 @@ def run(call: Callable[[Any], int], options: RunOptions) -> None:
     if unknown:
         raise TypeError(f"unknown option {', '.join(sorted(unknown))}")
     held = _Held()
+    overall = ctypes.c_double()
     progress, cancel = options.get("progress"), options.get("cancel")
 
     @_abi.progress_fn  # type: ignore[untyped-decorator]
-    def tick(_user: object, stage: int, fraction: float) -> int:
+    def tick(_user: object, stage: int, _fraction: float) -> int:
         # Being here at all lets Python run its signal handlers: see `interrupted`.
         if progress is not None and held.exception is None:
-            if held.call(progress, lib().atlasfit_stage_name(stage).decode(), fraction) is False:
+            if held.call(progress, lib().atlasfit_stage_name(stage).decode(), overall.value) is False:
                 return 0
         return held.exception is None
 
     settings = _abi.atlasfit_run()
     check(lib().atlasfit_run_init(byref(settings), settings.struct_size))
+    settings.overall = ctypes.addressof(overall)
     for name, ours in (
         ("seed", "seed"),
         ("threads", "threads"),

@@ -34,6 +34,11 @@ class Status:
     share = 0.0
 
 
+def within(progress, begin, end):
+    """`progress` for one of several calls: it goes from one share of all the work to another."""
+    return lambda stage, share: progress(stage, begin + (end - begin) * share)
+
+
 class Job:
     """Work in a thread of its own."""
 

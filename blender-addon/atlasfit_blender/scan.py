@@ -7,8 +7,10 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from . import bake, mesh
-from .long import LongOperator, Refused
+from .long import LongOperator, Refused, within
 from .native import atlasfit
+
+FITTED = 0.9  # share of the progress that fitting takes where colours are baked after it
 
 
 def _active(context):
@@ -275,15 +277,28 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         }
 
         def work(progress, cancel):
-            how = {"progress": progress, "cancel": cancel}
+            fitted = 1.0 if paint is None else FITTED
             out = atlasfit.denoise(
-                points, normals=normals, colors=colors, attributes=columns, **options, **how
+                points,
+                normals=normals,
+                colors=colors,
+                attributes=columns,
+                **options,
+                progress=within(progress, 0.0, fitted),
+                cancel=cancel,
             )
             if paint is None:
                 return out, None
             s = out.surface
             return out, atlasfit.bake(
-                s.vertices, s.triangles, s.corner_uv, paint, points=out.points, page_size=size, **how
+                s.vertices,
+                s.triangles,
+                s.corner_uv,
+                paint,
+                points=out.points,
+                page_size=size,
+                progress=within(progress, fitted, 1.0),
+                cancel=cancel,
             )
 
         return work

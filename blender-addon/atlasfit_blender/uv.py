@@ -8,11 +8,12 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from . import bake, mesh
-from .long import LongOperator, Refused
+from .long import LongOperator, Refused, within
 from .native import atlasfit
 
 UV_MAP_LIMIT = 8
 UDIM_ROW = 10
+LAID_OUT = 0.8  # share of a job's progress that its layout takes where colours are baked after it
 
 
 class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
@@ -124,20 +125,26 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
 
         def work(progress, cancel):
             out = []
-            for given, constraints, colors in jobs:
+            for i, (given, constraints, colors) in enumerate(jobs):
+                begin, end = i / len(jobs), (i + 1) / len(jobs)
+                laid_out = end if colors is None else begin + LAID_OUT * (end - begin)
                 uv = atlasfit.unwrap(
                     given.vertices,
                     given.faces,
                     face_polygons=given.face_polygons,
                     **constraints,
                     **options,
-                    progress=progress,
+                    progress=within(progress, begin, laid_out),
                     cancel=cancel,
                 )
                 image = None
                 if colors is not None:
                     image = bake.image(
-                        colors, uv.corner_uv, page_size=options["page_size"], progress=progress, cancel=cancel
+                        colors,
+                        uv.corner_uv,
+                        page_size=options["page_size"],
+                        progress=within(progress, laid_out, end),
+                        cancel=cancel,
                     )
                 out.append((given, uv, image))
             return out
@@ -297,10 +304,15 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
                 if not ob.data.uv_layers:
                     raise Refused(f"{ob.name} has no UV map. Run Atlas Unwrap first")
                 jobs.append((given, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]))
-        return lambda progress, cancel: [
-            (given, atlasfit.measure_uv(given.vertices, given.faces, uv, progress=progress, cancel=cancel))
-            for given, uv in jobs
-        ]
+
+        def work(progress, cancel):
+            out = []
+            for i, (given, uv) in enumerate(jobs):
+                how = {"progress": within(progress, i / len(jobs), (i + 1) / len(jobs)), "cancel": cancel}
+                out.append((given, atlasfit.measure_uv(given.vertices, given.faces, uv, **how)))
+            return out
+
+        return work
 
     def finish(self, context, result):
         """Writes the colours and the reports."""

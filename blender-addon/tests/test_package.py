@@ -344,6 +344,13 @@ def test_an_error_carries_its_status():
     assert caught.value.status == _abi.INDEX_OUT_OF_RANGE and caught.value.status_name
 
 
+def test_progress_is_of_the_whole_call_and_never_falls(sphere):
+    seen = []
+    atlasfit.denoise(sphere, progress=lambda stage, share: seen.append((stage, share)))
+    shares = [share for _, share in seen]
+    assert len({stage for stage, _ in seen}) > 1 and shares == sorted(shares) and 0 <= shares[0] < shares[-1] <= 1
+
+
 def test_a_callback_that_returns_false_cancels(sphere):
     with pytest.raises(atlasfit.Cancelled):
         atlasfit.denoise(sphere, progress=lambda stage, share: False)

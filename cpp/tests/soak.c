@@ -67,7 +67,22 @@ int main(int argc, char **argv) {
   want(atlasfit_denoise(&bad, NULL, &run, &result), ATLASFIT_DEGENERATE, "five points");
   bad.struct_size = 3;
   want(atlasfit_denoise(&bad, NULL, &run, &result), ATLASFIT_ABI_MISMATCH, "struct_size");
-  run.memory_limit_bytes = 1000;
+  atlasfit_denoise_options seen;
+  want(atlasfit_denoise_options_init(&seen, sizeof seen), ATLASFIT_OK, "options");
+  seen.has_viewpoint = 1;
+  seen.viewpoint[1] = NAN;
+  want(atlasfit_denoise(&points, &seen, &run, &result), ATLASFIT_INVALID_ARGUMENT, "viewpoint");
+  /* What a call needs is told beforehand, and a limit below that refuses the call. */
+  uint64_t needed = 0, more = 0, to_unwrap = 0;
+  want(atlasfit_denoise_memory_needed(n, NULL, &run, &needed), ATLASFIT_OK, "memory of denoising");
+  want(atlasfit_denoise_memory_needed(2 * n, NULL, &run, &more), ATLASFIT_OK, "memory of denoising");
+  want(atlasfit_unwrap_memory_needed(n, 2 * n, NULL, &run, &to_unwrap), ATLASFIT_OK, "memory of unwrapping");
+  if (more <= needed || needed <= to_unwrap || to_unwrap < 100 * n) {
+    fprintf(stderr, "memory needed: %.0f, %.0f, %.0f\n", (double)needed, (double)more, (double)to_unwrap);
+    wrong++;
+  }
+  want(atlasfit_unwrap_memory_needed(n, 2 * n, NULL, &run, NULL), ATLASFIT_INVALID_ARGUMENT, "no place");
+  run.memory_limit_bytes = needed / 2;
   want(atlasfit_denoise(&points, NULL, &run, &result), ATLASFIT_OUT_OF_MEMORY, "memory limit");
   run.memory_limit_bytes = 0;
   run.time_limit_s = 1e-6;
@@ -199,6 +214,10 @@ int main(int argc, char **argv) {
   atlasfit_uv_info uv_info;
   uv_info.struct_size = sizeof uv_info;
   want(atlasfit_uv_get_info(layout, &uv_info), ATLASFIT_OK, "UV info");
+  if (uv_info.padding != 2) {
+    fprintf(stderr, "a padding of %u instead of the default\n", (unsigned)uv_info.padding);
+    wrong++;
+  }
   want(atlasfit_uv_corners(layout, floats, 6 * t), ATLASFIT_OK, "corners");
   uint32_t *sources = malloc(uv_info.split_vertices * sizeof *sources);
   float *split = malloc(2 * uv_info.split_vertices * sizeof *split);

@@ -107,6 +107,45 @@ int main() {
            255,
        "baked colours of a scan");
 
+  const std::uint64_t needed = atlasfit::denoise_memory_needed(3000);
+  want(atlasfit::denoise_memory_needed(6000) > needed && needed > 100 * 3000, "denoising tells its memory");
+  want(atlasfit::unwrap_memory_needed(6000, 12000) > atlasfit::unwrap_memory_needed(3000, 6000),
+       "unwrapping tells its memory");
+  atlasfit::Run little;
+  little.memory_limit_bytes = needed / 2;
+  want(status_of([&] { atlasfit::denoise(atlasfit::Points(xyz), {}, little); }) == ATLASFIT_OUT_OF_MEMORY,
+       "a limit below the need refuses");
+
+  want(layout.info().padding == 2, "the padding asked for is kept");
+  // Two hundred triangles that share no vertex are as many charts.
+  std::vector<double> loose;
+  std::vector<std::uint32_t> corner;
+  for (int i = 0; i < 200; i++) {
+    loose.insert(loose.end(), {2.0 * i, 0, 0, 2.0 * i + 1, 0, 0, 2.0 * i, 1, 0});
+    for (int k = 0; k < 3; k++) corner.push_back(static_cast<std::uint32_t>(3 * i + k));
+  }
+  atlasfit::UnwrapOptions spread;
+  spread.page_width = spread.page_height = 64;
+  spread.padding = 8;
+  const atlasfit::UvLayout narrow = atlasfit::unwrap(atlasfit::Mesh(loose, corner), spread);
+  want(narrow.info().padding < 8 && !narrow.warnings().empty(), "a padding that does not fit is lowered");
+
+  // A sheet faces where its scanner stood.
+  std::vector<double> sheet;
+  for (int i = 0; i < 60; i++)
+    for (int j = 0; j < 60; j++)
+      sheet.insert(sheet.end(), {i / 60.0, j / 60.0, 0.001 * std::sin(7.0 * i * j)});
+  for (const double side : {1.0, -1.0}) {
+    atlasfit::DenoiseOptions from;
+    from.has_viewpoint = 1;
+    from.viewpoint[0] = from.viewpoint[1] = 0.5;
+    from.viewpoint[2] = 3.0 * side;
+    const std::vector<float> normals = atlasfit::denoise(atlasfit::Points(sheet), from).point_normals();
+    double up = 0.0;
+    for (std::size_t i = 2; i < normals.size(); i += 3) up += static_cast<double>(normals[i]);
+    want(up * side > 0.9 * 3600, "a sheet faces its viewpoint");
+  }
+
   const std::vector<double> none, four(4);
   want(status_of([&] { atlasfit::denoise(atlasfit::Points(none)); }) == ATLASFIT_EMPTY_INPUT, "no points");
   want(status_of([&] { atlasfit::Points{four}; }) == ATLASFIT_INVALID_ARGUMENT, "four numbers are no points");

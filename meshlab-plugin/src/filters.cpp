@@ -89,7 +89,7 @@ struct Denoised {
 
 /// The library's denoising of a layer's points, with what they carry.
 Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par,
-	vcg::CallBackPos* progress, bool surface, Outcome& outcome)
+	Bar& bar, bool surface, Outcome& outcome)
 {
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
 	options.noise = number(par, "noise");
@@ -121,7 +121,7 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 			in.attribute_count = 1;
 		}
 	}
-	const atlasfit_run how = run(par, progress);
+	const atlasfit_run how = run(par, &bar);
 	atlasfit_result* result = nullptr;
 	timed(outcome, [&] { return atlasfit_denoise(&in, &options, &how, &result); });
 	out.result.reset(result);
@@ -168,10 +168,13 @@ void check_page(const RichParameterList& par)
 			" texels is more than MeshLab can hold. Make it smaller, or choose no page");
 }
 
+/// Share of the host's bar that is full when the pages are baked, where they are.
+static const double LAID_OUT = 0.9;
+
 /// The pages that the user asked for: with the colours of `scan`, or of the mesh's own vertices. Made before
 /// the document is touched: they may need more memory than there is.
 std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages, const atlasfit_mesh& mesh,
-	const atlasfit_points* scan, vcg::CallBackPos* progress, Outcome& outcome)
+	const atlasfit_points* scan, Bar& bar, Outcome& outcome)
 {
 	const int texture = par.getEnum("texture"), size = int(count(par, "textureSize"));
 	if (texture == TEXTURE_NONE)
@@ -182,9 +185,11 @@ std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages,
 		return std::vector<QImage>(pages, plain(size));
 	atlasfit_bake_options options = defaults(atlasfit_bake_options_init);
 	options.width = options.height = uint32_t(size);
-	const atlasfit_run how = run(par, progress);
+	const atlasfit_run how = run(par, &bar);
 	std::vector<QImage> images;
 	for (; options.page < pages; ++options.page) {
+		const double share = (1 - LAID_OUT) / double(pages), from = LAID_OUT + share * options.page;
+		bar.part(from, from + share);
 		QImage image(size, size, QImage::Format_RGBA8888);
 		timed(outcome, [&] {
 			return atlasfit_bake(&mesh, scan, &options, &how, image.bits(), std::size_t(image.sizeInBytes()));
@@ -204,13 +209,14 @@ void keep_pages(
 		outcome.lines.push_back(p.kept ? "texture page: " + p.where : p.where);
 }
 
-void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
 {
 	MeshModel& source = current(md);
 	check_page(par);
 	const Frame frame(source.cm);
 	const Points from = points(source.cm, frame, only_selected(source, par));
-	const Denoised fit = denoise(source, from, par, progress, true, outcome);
+	bar.part(0, LAID_OUT);
+	const Denoised fit = denoise(source, from, par, bar, true, outcome);
 	const atlasfit_report& r = fit.report;
 
 	std::vector<double> xyz(3 * r.vertices);
@@ -248,7 +254,7 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 		atlasfit_points scan = cloud(clean);
 		scan.colors = fit.rgba.empty() ? nullptr : fit.rgba.data();
 		scan.color_scalar = ATLASFIT_U8;
-		images = page_images(par, 1, page, &scan, progress, outcome);
+		images = page_images(par, 1, page, &scan, bar, outcome);
 	}
 
 	MeshModel& layer = *md.addNewMesh("", QFileInfo(source.label()).completeBaseName() + "_atlas", true);
@@ -293,13 +299,13 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 }
 
 void denoise_vertices(
-	MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+	MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
 {
 	MeshModel& layer = current(md);
 	const Frame frame(layer.cm);
 	const bool selection = only_selected(layer, par);
 	const Points from = points(layer.cm, frame, false);
-	const Denoised fit = denoise(layer, from, par, progress, false, outcome);
+	const Denoised fit = denoise(layer, from, par, bar, false, outcome);
 	std::vector<double> xyz(3 * fit.report.points);
 	std::vector<float> normals(3 * fit.report.points);
 	std::vector<uint32_t> chart(fit.report.points);
@@ -368,7 +374,7 @@ void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float
 		outcome.values.push_back(v);
 }
 
-void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
 {
 	MeshModel& layer = current(md);
 	check_page(par);
@@ -397,7 +403,8 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	const std::vector<uint32_t> polygon = polygons(layer.cm, faces);
 	if (!polygon.empty())
 		in.face_polygon = polygon.data();
-	const atlasfit_run how = run(par, progress);
+	bar.part(0, LAID_OUT);
+	const atlasfit_run how = run(par, &bar);
 	atlasfit_uv* made = nullptr;
 	timed(outcome, [&] { return atlasfit_unwrap(&in, &options, &how, &made); });
 	const Uv owned(made);
@@ -418,7 +425,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 		laid.colors = rgba.data();
 		laid.color_scalar = ATLASFIT_U8;
 	}
-	const std::vector<QImage> images = page_images(par, info.pages, laid, nullptr, progress, outcome);
+	const std::vector<QImage> images = page_images(par, info.pages, laid, nullptr, bar, outcome);
 
 	set_corner_uv(layer, faces, uv, pages);
 	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) +
@@ -438,7 +445,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, vcg::CallBackPo
 	measure(laid, run(par, nullptr), nullptr, outcome);
 }
 
-void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress, Outcome& outcome)
+void distortion(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
 {
 	MeshModel& layer = current(md);
 	if (!layer.hasDataMask(MeshModel::MM_WEDGTEXCOORD))
@@ -452,7 +459,7 @@ void distortion(MeshDocument& md, const RichParameterList& par, vcg::CallBackPos
 	in.corner_uv = uv.data();
 	in.face_page = pages.data();
 	std::vector<float> stretch(faces.face.size());
-	measure(in, run(par, progress), &stretch, outcome);
+	measure(in, run(par, &bar), &stretch, outcome);
 
 	// Infinity would spoil the host's colour maps and histograms; how many have collapsed is in the log.
 	float largest = 1;
@@ -475,11 +482,12 @@ Outcome apply(int filter, const RichParameterList& par, MeshDocument& md, vcg::C
 		throw std::runtime_error("atlasfit: the plugin was built for another version of libatlasfit than the "
 								 "one that was loaded. Build it again");
 	Outcome outcome;
+	Bar bar(progress);
 	switch (filter) {
-	case RECONSTRUCT: reconstruct(md, par, progress, outcome); break;
-	case DENOISE: denoise_vertices(md, par, progress, outcome); break;
-	case PARAMETRIZE: parametrize(md, par, progress, outcome); break;
-	case DISTORTION: distortion(md, par, progress, outcome); break;
+	case RECONSTRUCT: reconstruct(md, par, bar, outcome); break;
+	case DENOISE: denoise_vertices(md, par, bar, outcome); break;
+	case PARAMETRIZE: parametrize(md, par, bar, outcome); break;
+	case DISTORTION: distortion(md, par, bar, outcome); break;
 	default: throw std::runtime_error("atlasfit: no such filter");
 	}
 	outcome.lines.push_back("libatlasfit took " + brief(outcome.library_seconds) + " s");

@@ -17,12 +17,13 @@ void check(atlasfit_status status)
 		"atlasfit: " + (text.empty() ? std::string(atlasfit_status_name(status)) : text));
 }
 
-static int32_t relay(void* user, uint32_t stage, double fraction)
+static int32_t relay(void* user, uint32_t stage, double)
 {
+	const Bar& bar = *static_cast<const Bar*>(user);
 	// The host's callback may not throw through the library.
 	try {
-		return reinterpret_cast<vcg::CallBackPos*>(user)(int(100 * fraction), atlasfit_stage_name(stage)) ? 1
-																										  : 0;
+		const double share = bar.from + (bar.to - bar.from) * bar.overall;
+		return bar.host(int(100 * share), atlasfit_stage_name(stage)) ? 1 : 0;
 	} catch (...) {
 		return 0;
 	}
@@ -45,16 +46,17 @@ std::vector<Parameter> run_parameters()
 	};
 }
 
-atlasfit_run run(const RichParameterList& par, vcg::CallBackPos* progress)
+atlasfit_run run(const RichParameterList& par, Bar* bar)
 {
 	atlasfit_run run = defaults(atlasfit_run_init);
 	run.time_limit_s = number(par, "timeLimit");
 	run.memory_limit_bytes = uint64_t(count(par, "memoryLimit")) << 20;
 	run.seed = count(par, "seed");
 	run.threads = count(par, "threads");
-	if (progress) {
+	if (bar && bar->host) {
 		run.progress = relay;
-		run.progress_user = reinterpret_cast<void*>(progress);
+		run.progress_user = bar;
+		run.overall = &bar->overall;
 	}
 	return run;
 }

@@ -35,11 +35,30 @@ struct Free {
 using Result = std::unique_ptr<atlasfit_result, Free>;
 using Uv = std::unique_ptr<atlasfit_uv, Free>;
 
+/// The host's bar, filled once over all calls of a filter: it never falls.
+class Bar {
+public:
+	/// `host` may be null.
+	explicit Bar(vcg::CallBackPos* host) : host(host) {}
+	Bar(const Bar&) = delete;
+	Bar& operator=(const Bar&) = delete;
+	/// What the calls to come cover, in [0, 1].
+	void part(double begin, double end)
+	{
+		from = begin;
+		to = end;
+	}
+	vcg::CallBackPos* const host;
+	/// Of the call: written by the library.
+	double overall = 0;
+	double from = 0, to = 1;
+};
+
 /// The parameters that every filter ends with.
 std::vector<Parameter> run_parameters();
 
-/// How a call is run, from those parameters.
-atlasfit_run run(const RichParameterList& par, vcg::CallBackPos* progress);
+/// How a call is run, from those parameters. The bar, if there is one, must outlive the call.
+atlasfit_run run(const RichParameterList& par, Bar* bar);
 
 /// A number that the user gave. Hosts built for float hold 1.1 as 1.10000002: its shortest decimal is what
 /// was meant.

@@ -36,6 +36,33 @@ def test_a_limit_is_kept_or_the_run_is_refused_before_it_works(program, files, t
     assert enough is None or outcomes[-1] == 0, "a limit far above what is needed is enough"
 
 
+@pytest.mark.parametrize("command, file, more", [
+    ("denoise", "scan", ["-o", "{}/d.ply", "--points", "{}/p.ply"]),
+    ("unwrap", "mesh", ["-o", "{}/u.ply"]),
+    ("unwrap", "painted", ["-o", "{}/u.glb", "--bake", "--texture-size", "512"]),
+    ("convert", "mesh", ["{}/c.glb"]),
+    ("convert", "painted", ["{}/c.glb"]),
+    ("render", "mesh", ["-o", "{}/r.png", "--size", "300x300"]),
+    ("measure", "mesh", []),
+])
+def test_under_any_limit_of_address_space_a_run_ends_well_or_with_an_error(program, files, tmp_path, command, file, more):
+    pytest.importorskip("resource")
+    at, faces = memory.grid(60)
+    files["painted"] = tmp_path / "painted.obj"
+    files["painted"].write_text("".join(f"v {x} {y} {z} 0.5 {x} 1\n" for x, y, z in at) + "".join("f {} {} {}\n".format(*t) for t in faces + 1))
+    out = tmp_path / "out"
+    out.mkdir()
+    arguments = [command, files[file], *(m.format(out) for m in more), "--threads", "1"]
+    enough = []
+    for space in (20, 36, 60, 100, 200, 400, 1000):
+        for left in out.iterdir():
+            left.unlink()
+        _, _, status, text = memory.run(program, arguments, space=space * memory.MB)
+        assert memory.judge_space(status, text, list(out.iterdir())) is None, f"{space} MB of address space"
+        enough.append(status == 0)
+    assert not enough[0] and enough[-1]
+
+
 @pytest.mark.parametrize("command, more", [("unwrap", ["-o", "{}/u.ply"]), ("info", []), ("measure", [])])
 def test_where_the_system_gives_no_memory_the_run_ends_with_an_error(program, files, tmp_path, command, more):
     resource = pytest.importorskip("resource")

@@ -96,12 +96,14 @@ pub struct Console {
 }
 
 impl Console {
-    /// Listens to Ctrl-C: the first cancels the run, the second ends the program at once.
+    /// Listens to Ctrl-C: the first cancels the run, the second ends the program at once, without leaving
+    /// half an output.
     pub fn new(quiet: bool, json: bool) -> Result<Self> {
         let cancel = CancelToken::new();
         let token = cancel.clone();
         ctrlc::set_handler(move || {
             if token.is_cancelled() {
+                atlasfit_io::discard_unfinished();
                 std::process::exit(130);
             }
             token.cancel();

@@ -1,6 +1,7 @@
 //! Numbers for people and for JSON.
 
 use atlasfit::Stage;
+pub use atlasfit::numeric::wording::{count, counted};
 use serde_json::Value;
 
 /// Four significant digits, without an exponent where the number is easily read.
@@ -14,24 +15,6 @@ pub fn short(x: f64) -> String {
     }
     let digits = (3 - size.log10().floor() as i32).max(0) as usize;
     format!("{x:.digits$}")
-}
-
-/// A count with thousands parted.
-pub fn count(n: usize) -> String {
-    let digits = n.to_string();
-    let mut out = String::new();
-    for (i, c) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(c);
-    }
-    out
-}
-
-/// A count and what is counted: "1 loop", "2 loops".
-pub fn counted(n: usize, what: &str) -> String {
-    format!("{} {what}{}", count(n), if n == 1 { "" } else { "s" })
 }
 
 /// The word for so many vertices.
@@ -76,8 +59,6 @@ mod tests {
             [1.0, 12.3456, 123456.0, 0.00123456, 1.5e-7].map(short).join(" "),
             "1.000 12.35 123456 0.001235 1.500e-7"
         );
-        assert_eq!([0, 999, 1000, 1234567].map(count).join(" "), "0 999 1,000 1,234,567");
-        assert_eq!([0, 1, 1500].map(|n| counted(n, "loop")).join(", "), "0 loops, 1 loop, 1,500 loops");
         assert!(json(f64::INFINITY).is_null());
     }
 }

@@ -11,6 +11,8 @@ use std::path::{Component, Path};
 
 /// Bytes below which the system is not asked: any machine has as many.
 const SMALL: u64 = 1 << 20;
+/// What one is about to read is asked for ahead: this part of what there is already.
+const AHEAD: u64 = 4;
 
 pub(crate) struct Input<'a> {
     /// The file's name for messages.
@@ -135,9 +137,14 @@ impl<'a> Input<'a> {
                 Err(Error::OutOfMemory { file: self.file.clone(), needed_bytes: self.used, limit_bytes })
             }
             _ if self.used > self.asked => {
-                // Arrays that grow item by item grow to twice their size.
-                let ahead = more.max(self.used);
-                self.asked = self.used + ahead;
+                let ahead = if more > self.used / AHEAD {
+                    self.asked = self.used;
+                    more
+                } else {
+                    // Arrays that grow item by item have room for twice what they hold, and are copied to it.
+                    self.asked = self.used + self.used / AHEAD;
+                    3 * self.asked - self.used
+                };
                 can_allocate(ahead, &self.file)
             }
             _ => Ok(()),

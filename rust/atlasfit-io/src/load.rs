@@ -208,7 +208,7 @@ pub fn load_reader(name: &Path, reader: impl Read, options: &LoadOptions) -> Res
 /// let loaded = load_bytes("two.off".as_ref(), off, &LoadOptions::default())?;
 /// assert_eq!(loaded.faces, [[0, 1, 2]]);
 /// let note = loaded.report.notes[0].to_string();
-/// assert_eq!(note, "1 faces that name a vertex that is not there, left out (first: triangle 1)");
+/// assert_eq!(note, "faces that name a vertex that is not there, left out: 1 (first: triangle 1)");
 /// # Ok(())
 /// # }
 /// ```

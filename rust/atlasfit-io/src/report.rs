@@ -14,7 +14,8 @@ pub struct Note {
 
 impl std::fmt::Display for Note {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {}", self.count, self.what)?;
+        // The same words for one and for many.
+        write!(f, "{}: {}", self.what, self.count)?;
         self.first.as_ref().map_or(Ok(()), |at| write!(f, " (first: {at})"))
     }
 }

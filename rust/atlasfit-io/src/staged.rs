@@ -3,7 +3,7 @@
 //! In: the path of an output. Out: a file under a hidden name beside it, renamed to it once all is written.
 //! The target of a symbolic link is replaced, not the link; a file that is read-only is not replaced; the
 //! permissions of the file that is replaced are kept. [`check_output`] tells beforehand whether this can
-//! work.
+//! work; [`discard_unfinished`] removes what a process leaves that ends in the middle of it.
 
 use crate::error::{Error, Result};
 use crate::stopping::{WRITING, Watched};
@@ -11,6 +11,7 @@ use atlasfit::Stop;
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Fails where [`save_mesh`](crate::save_mesh) and its like could not write `path`: no such folder, a folder
 /// that takes no files, a file that is read-only, a folder of that name. Nothing is left behind.
@@ -97,6 +98,35 @@ fn target(path: &Path) -> std::io::Result<PathBuf> {
     Err(std::io::Error::other("its symbolic links lead in a circle"))
 }
 
+/// The files that this process has begun and not finished.
+struct Unfinished {
+    hidden: Vec<PathBuf>,
+    /// Whether the process ends: no file is begun or finished any more.
+    ending: bool,
+}
+
+static UNFINISHED: Mutex<Unfinished> = Mutex::new(Unfinished { hidden: Vec::new(), ending: false });
+
+fn unfinished() -> MutexGuard<'static, Unfinished> {
+    // Paths in a list: a panic cannot leave them half changed.
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Fails where the process ends.
+fn goes_on(unfinished: &Unfinished) -> std::io::Result<()> {
+    if unfinished.ending { Err(ErrorKind::Interrupted.into()) } else { Ok(()) }
+}
+
+/// Removes the unfinished files of all outputs that this process writes, in whichever thread. From then on
+/// every output fails: call it right before the process ends without waiting for its threads.
+pub fn discard_unfinished() {
+    let mut unfinished = unfinished();
+    unfinished.ending = true;
+    for file in unfinished.hidden.drain(..) {
+        let _ = std::fs::remove_file(file);
+    }
+}
+
 /// Files written under a hidden name beside their final one. Dropped without [`Staged::commit`], they vanish.
 #[derive(Default)]
 pub(crate) struct Staged {
@@ -128,8 +158,11 @@ impl Staged {
             hidden.push(name);
             hidden.push(format!(".{}-{attempt}.part", std::process::id()));
             let hidden = target.with_file_name(hidden);
+            let mut unfinished = unfinished();
+            goes_on(&unfinished)?;
             match File::create_new(&hidden) {
                 Ok(file) => {
+                    unfinished.hidden.push(hidden.clone());
                     self.files.push(StagedFile { hidden, target, named: path.to_owned() });
                     if let Some(before) = before {
                         file.set_permissions(before.permissions())?;
@@ -146,18 +179,31 @@ impl Staged {
     /// Renames all, the output itself last: once it is there, all it needs is there.
     pub fn commit(mut self) -> std::io::Result<Vec<PathBuf>> {
         let done: Vec<PathBuf> = self.files.iter().map(|f| f.named.clone()).collect();
+        let mut unfinished = unfinished();
+        goes_on(&unfinished)?;
         while let Some(file) = self.files.last() {
-            std::fs::rename(&file.hidden, &file.target)?;
+            // On failure dropping the rest takes the lock.
+            if let Err(e) = std::fs::rename(&file.hidden, &file.target) {
+                drop(unfinished);
+                return Err(e);
+            }
+            unfinished.hidden.retain(|h| *h != file.hidden);
             self.files.pop();
         }
+        drop(unfinished);
         Ok(done)
     }
 }
 
 impl Drop for Staged {
     fn drop(&mut self) {
+        if self.files.is_empty() {
+            return;
+        }
+        let mut unfinished = unfinished();
         for file in &self.files {
             let _ = std::fs::remove_file(&file.hidden);
+            unfinished.hidden.retain(|h| *h != file.hidden);
         }
     }
 }

@@ -67,8 +67,8 @@ fn binary(input: &mut Input<'_>) -> Result<Vec<[f64; 3]>> {
     let body = input.data.get(HEADER..).unwrap_or_default();
     let there = body.len() / RECORD;
     let read = there.min(announced);
-    let mut corners = Vec::new();
     input.reserve(there, 72)?;
+    let mut corners = Vec::with_capacity(3 * read);
     let mut implausible = 0;
     for record in input.watched(body.chunks_exact(RECORD).take(read)) {
         let mut v = [0.0f64; 12];

@@ -54,10 +54,10 @@ fn ply_polygons_strips_range_grids_and_odd_properties() {
     assert_eq!(l.cloud.attributes[0].kind, ScalarKind::U32);
     assert_eq!((l.cloud.attributes[1].width, l.cloud.attributes[1].values.len()), (2, 8));
     let notes = notes(&l);
-    assert!(notes.contains("1 polygons, cut into triangles"), "{notes}");
-    assert!(notes.contains("1 faces that name a vertex that is not there"), "{notes}");
-    assert!(notes.contains("1 faces of fewer than 3 corners"), "{notes}");
-    assert!(notes.contains("2 rows of the element \"range_grid\""), "{notes}");
+    assert!(notes.contains("polygons, cut into triangles: 1"), "{notes}");
+    assert!(notes.contains("faces that name a vertex that is not there, left out: 1"), "{notes}");
+    assert!(notes.contains("faces of fewer than 3 corners, left out: 1"), "{notes}");
+    assert!(notes.contains("rows of the element \"range_grid\", which is not used: 2"), "{notes}");
     let strips = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n";
     assert_eq!(read("a.ply", strips).faces, [[0, 1, 2], [2, 1, 3], [0, 1, 2]]);
 }
@@ -96,7 +96,7 @@ fn obj_corners_of_all_forms_relative_indices_and_continued_lines() {
     assert_eq!(l.cloud.colors.as_ref().unwrap()[2], [0.0, 0.0, 1.0, 1.0]);
     assert_eq!(l.cloud.normals, Some(vec![[0.0, 0.0, 1.0]; 3]));
     assert_eq!(l.corner_uv.as_ref().unwrap()[0], [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]);
-    assert!(notes(&l).contains("1 triangles without texture coordinates"), "{}", notes(&l));
+    assert!(notes(&l).contains("triangles without texture coordinates, set to 0: 1"), "{}", notes(&l));
 }
 
 #[test]
@@ -105,8 +105,8 @@ fn obj_groups_objects_and_materials_become_one_mesh_and_are_counted() {
     let l = read("a.obj", obj);
     assert_eq!(l.faces, [[0, 1, 2], [1, 3, 2]]);
     let notes = notes(&l);
-    assert!(notes.contains("2 changes of material, which are not kept"), "{notes}");
-    assert!(notes.contains("3 groups and objects, joined into one mesh"), "{notes}");
+    assert!(notes.contains("changes of material, which are not kept: 2"), "{notes}");
+    assert!(notes.contains("groups and objects, joined into one mesh: 3"), "{notes}");
 }
 
 #[test]
@@ -139,12 +139,20 @@ fn stl_corners_are_joined_and_a_cut_file_says_so() {
         let data = common::saved_mesh("a.stl", &mesh, &SaveMesh::default().with_ascii(ascii));
         let l = read("a.stl", &data);
         assert_eq!((l.cloud.len(), l.faces.len()), (8, 12));
-        assert!(notes(&l).contains("28 repeated corners"), "{}", notes(&l));
+        assert!(
+            notes(&l).contains("repeated corners of triangles, joined where exactly equal: 28"),
+            "{}",
+            notes(&l)
+        );
     }
     let data = common::saved_mesh("a.stl", &mesh, &SaveMesh::default());
     let cut = read("a.stl", &data[..data.len() - 60]);
     assert_eq!(cut.faces.len(), 10);
-    assert!(notes(&cut).contains("2 triangles announced"), "{}", notes(&cut));
+    assert!(
+        notes(&cut).contains("triangles announced by the header but not in the file (it is cut off): 2"),
+        "{}",
+        notes(&cut)
+    );
 }
 
 #[test]
@@ -177,7 +185,7 @@ fn columns_of_numbers_whatever_separates_and_names_them() {
     assert_eq!(l.cloud.len(), 2);
     assert_eq!((l.cloud.attributes[0].name.as_str(), l.cloud.attributes[0].kind), ("label", ScalarKind::I32));
     assert!(
-        notes(&l).contains("1 lines that are not rows of numbers, left out (first: line 3)"),
+        notes(&l).contains("lines that are not rows of numbers, left out: 1 (first: line 3)"),
         "{}",
         notes(&l)
     );
@@ -308,7 +316,7 @@ fn points_that_are_not_finite_stay_in_place_and_are_counted() {
     assert_eq!(l.cloud.len(), 4);
     assert_eq!(l.cloud.positions[3], [3.0; 3]);
     assert!(
-        notes(&l).contains("2 points with a coordinate that is not finite, kept in place (first: point 1)")
+        notes(&l).contains("points with a coordinate that is not finite, kept in place: 2 (first: point 1)")
     );
 }
 

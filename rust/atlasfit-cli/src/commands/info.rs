@@ -6,7 +6,7 @@
 use crate::commands::measure::{topology_json, topology_text};
 use crate::console::{Console, RunArgs};
 use crate::files::{self, InputArgs};
-use crate::number::{count, json as number, short};
+use crate::number::{count, counted, json as number, short};
 use anyhow::Result;
 use atlasfit::geometry::{ScalarKind, TriMesh};
 use atlasfit::measure::{self, Topology, topology};
@@ -218,9 +218,9 @@ fn text(
     );
     let _ = writeln!(
         s,
-        "content        {} points, {} faces",
-        count(mesh.positions.len()),
-        count(mesh.triangles.len())
+        "content        {}, {}",
+        counted(mesh.positions.len(), "point"),
+        counted(mesh.triangles.len(), "face")
     );
     let names: Vec<String> = attributes(mesh)
         .as_array()
@@ -255,19 +255,19 @@ fn text(
     if let Some(groups) = &facts.groups {
         let _ = writeln!(
             s,
-            "parts          {}, {} stray points, {} duplicates",
+            "parts          {}, {}, {}",
             count(groups.count),
-            count(groups.stray),
-            count(facts.duplicates)
+            counted(groups.stray, "stray point"),
+            counted(facts.duplicates, "duplicate")
         );
     }
     if let Some(t) = &facts.topology {
         s += &topology_text(t);
         let _ = writeln!(
             s,
-            "duplicates     {} points, {} faces",
-            count(facts.duplicates),
-            count(facts.duplicate_faces)
+            "duplicates     {}, {}",
+            counted(facts.duplicates, "point"),
+            counted(facts.duplicate_faces, "face")
         );
     }
     for w in warnings {

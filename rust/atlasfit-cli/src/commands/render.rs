@@ -5,7 +5,7 @@ use crate::files::{self, InputArgs};
 use crate::number::counted;
 use crate::output::{self, Holds, Output, OutputArgs, Writer};
 use crate::render::camera::{Up, View};
-use crate::render::{Mode, Picture, Style, render};
+use crate::render::{Mode, Picture, Style, bytes_of_pixels, render};
 use anyhow::{Context as _, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -70,8 +70,6 @@ fn diameter(s: &str) -> Result<f64, String> {
 
 /// Bytes for one face, or one point of a cloud, while it is drawn (measured, rounded up).
 const BYTES_PER_FACE: u64 = 200;
-/// Bytes for one pixel of the picture (measured, rounded up).
-const BYTES_PER_PIXEL: u64 = 40;
 
 /// Draws.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
@@ -96,11 +94,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         colors: !args.plain,
         point_size: args.point_size,
     };
-    let pixels = BYTES_PER_PIXEL * (args.size[0] * args.size[1]) as u64;
     let elements = BYTES_PER_FACE * mesh.triangles.len().max(mesh.positions.len()) as u64;
     let image = texture.as_ref().map_or(0, |t| 8 * t.rgba.len() as u64);
-    let needed = mesh.bytes() + image + elements + pixels;
+    let needed = mesh.bytes() + image + elements;
     let picture = console.start(&args.run).execute(|ctx| {
+        let needed = needed + bytes_of_pixels(&style, ctx.threads());
         ctx.reserve(needed, "Raise the limit, or ask for a smaller picture")?;
         render(&mesh, texture.as_ref(), &style, ctx)
     })?;

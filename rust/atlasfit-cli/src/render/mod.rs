@@ -21,6 +21,22 @@ use atlasfit::{Context, Error, Result};
 pub use color::chart_color;
 pub use style::{Mode, Picture, Style};
 
+/// Bytes for one pixel of the picture: its colour, and its share of the encoded file in a buffer that grows
+/// to twice its size. Derived.
+const BYTES_PER_PIXEL: usize = 3 + 2 * 3;
+/// Bytes for one sample of a band: the primitive and its depth. Derived.
+const BYTES_PER_SAMPLE: usize = 8;
+
+/// Bytes that the pixels of a picture take at the peak: the picture, and a band for each thread.
+pub fn bytes_of_pixels(style: &Style, threads: usize) -> u64 {
+    let [width, height] = style.size;
+    // UVs, and the borders of their charts twice.
+    let canvases = if style.mode == Mode::Uv { 3 } else { 1 };
+    // A row more above and below.
+    let samples = (canvas::BAND + 2 * canvas::OVER) * canvas::OVER * width;
+    (BYTES_PER_PIXEL * width * height + threads * canvases * BYTES_PER_SAMPLE * samples) as u64
+}
+
 /// Draws a mesh, in the light with its texture if there is one. Modes that need UVs or faces fail without
 /// them.
 pub fn render(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Context<'_>) -> Result<Picture> {

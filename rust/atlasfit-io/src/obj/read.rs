@@ -111,8 +111,11 @@ impl Reader {
         let Some(key) = words.next() else { return Ok(true) };
         let ok = match key {
             b"v" => {
+                let before = self.colors.len();
+                let ok = self.vertex(words);
                 input.reserve(1, 24)?;
-                self.vertex(words)
+                input.reserve(self.colors.len() - before, 16)?;
+                ok
             }
             b"vt" => {
                 input.reserve(1, 8)?;
@@ -126,9 +129,14 @@ impl Reader {
                 self.normal(words)
             }
             b"f" | b"fo" => {
-                let before = self.faces.triangles.len();
+                let before = [self.faces.triangles.len(), self.corner_normals.len()];
                 let ok = self.face(words);
-                input.reserve(self.faces.triangles.len() - before, 36)?;
+                input.reserve(self.faces.triangles.len() - before[0], 36)?;
+                input.reserve(self.corner_normals.len() - before[1], 8)?;
+                if self.corners.len() > 3 {
+                    // The polygon, its corners and their texture coordinates.
+                    input.reserve(1, 24 + 12 * self.corners.len())?;
+                }
                 ok
             }
             b"usemtl" => {
@@ -248,11 +256,11 @@ impl Reader {
         if self.colored > 0 {
             content.cloud.colors = Some(self.take_colors(input));
         }
-        input.reserve(n, 16)?;
         if self.corner_normals.is_empty() && self.normals.len() == n && n > 0 {
             // A cloud: one normal per point, in order.
             content.cloud.normals = Some(self.normals);
         } else if !self.corner_normals.is_empty() {
+            input.reserve(n, 41)?;
             content.cloud.normals = self.vertex_normals(input);
         }
         content.cloud.positions = self.positions;

@@ -58,10 +58,10 @@ impl Chart {
             Self::Conv(net) => net.backward(gradient, ctx),
         }
     }
-    fn step(&mut self, rate: f32) {
+    fn step(&mut self, rate: f32, ctx: &Context<'_>) -> Result<()> {
         match self {
-            Self::Dense(net) => net.step(rate),
-            Self::Conv(net) => net.step(rate),
+            Self::Dense(net) => net.step(rate, ctx),
+            Self::Conv(net) => net.step(rate, ctx),
         }
     }
 }
@@ -125,17 +125,18 @@ impl Trainer {
         let charts = (0..options.charts as u64)
             .into_par_iter()
             .map(|chart| {
+                ctx.check()?;
                 let mut rng = Rng::stream(ctx.seed, chart);
                 let inputs = if options.dim == Dim::Contour { 1 } else { 2 };
-                match options.network {
+                Ok(match options.network {
                     Network::Dense => {
                         let outputs = if options.flat { 2 } else { 3 };
                         Chart::Dense(Box::new(Dense::new(inputs, outputs, &mut rng)))
                     }
                     Network::Conv => Chart::Conv(Box::new(Conv::new(&mut rng))),
-                }
+                })
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let mut trainer = Self {
             stretch_weight: options.stretch_weight,
             parts: 1,
@@ -212,7 +213,7 @@ impl Trainer {
             .map(|(chart, (samples, gradient))| {
                 let value = stretch(samples, grid, weight, gradient);
                 chart.backward(gradient, ctx)?;
-                chart.step(rate as f32);
+                chart.step(rate as f32, ctx)?;
                 Ok(value)
             })
             .collect::<Result<Vec<f64>>>()?;

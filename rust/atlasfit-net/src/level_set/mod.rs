@@ -64,8 +64,10 @@ setters! {
     }
 }
 
-/// Memory per point: the activations of 464 units at two samples (f32), rounded up.
-const BYTES_PER_POINT: u64 = 4000;
+/// Memory per point: the activations of 192 units at two samples (f32), those of the first layer left out,
+/// inputs, outputs, neighbours. Fitted by hand to peaks of resident memory (2,260 from 20,000 to 200,000
+/// points); `tests/memory.py` checks that it holds.
+const BYTES_PER_POINT: u64 = 2500;
 /// Memory per voxel: the field's value, and what its evaluation and meshing hold, rounded up.
 const BYTES_PER_VOXEL: u64 = 40;
 /// The learning rate at the end, as a share of that at the start: the last statistics of batch norm must fit
@@ -143,8 +145,10 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
     let mut net = Dense::new(3, 1, &mut Rng::stream(ctx.seed, 0));
     let moved =
         |side: f64| points.iter().zip(&normals).map(move |(p, n)| (*p + *n * (side * epsilon)).to_f32());
+    ctx.check()?;
     let inputs: Vec<Sample> = moved(1.0).chain(moved(-1.0)).collect();
-    net.set_inputs(inputs.iter().copied());
+    ctx.check()?;
+    net.set_inputs(&inputs, ctx)?;
     let mut out = vec![[0f32; 3]; inputs.len()];
     let share = 2.0 / inputs.len() as f32;
     for step in 0..options.iterations {
@@ -157,7 +161,7 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
         }
         net.backward(&out, ctx)?;
         let done = step as f64 / options.iterations as f64;
-        net.step((options.learning_rate * LAST_RATE.powf(done)) as f32);
+        net.step((options.learning_rate * LAST_RATE.powf(done)) as f32, ctx)?;
         ctx.advance(1);
     }
     // The statistics of batch norm belong to the last parameters.

@@ -75,7 +75,12 @@ fn planes(points: &[Vec3], neighbours: usize, ctx: &Context<'_>) -> Result<Vec<P
                 .collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()?;
-    Ok(blocks.into_iter().flatten().collect())
+    let mut planes = Vec::with_capacity(points.len());
+    for block in blocks {
+        ctx.check()?;
+        planes.extend(block);
+    }
+    Ok(planes)
 }
 
 /// The points in sets that hang together, each point alike or opposite to its set's root: along Kruskal's

@@ -15,8 +15,10 @@ use atlasfit::run::Context;
 use atlasfit::spatial::neighbours::Neighbours;
 use rayon::prelude::*;
 
-/// Queries per task: below a millisecond of work between two looks at the cancel flag.
+/// Queries per task.
 const BLOCK: usize = 512;
+/// Queries between two looks at the cancel flag: a query far from everything takes up to 50 us.
+const LOOK: usize = 32;
 
 /// Margin for the rounding of f32 distances between normalised points: as a length in the normalised frame,
 /// and as a share of the distance. About a hundred times the rounding of f32 (6e-8).
@@ -93,9 +95,11 @@ impl Chamfer {
             .par_chunks(BLOCK)
             .zip(gradient.par_chunks_mut(BLOCK).zip(last.par_chunks_mut(BLOCK)))
             .map(|(samples, (gradient, last))| {
-                ctx.check()?;
                 let mut sum = 0.0;
-                for ((s, g), last) in samples.iter().zip(gradient).zip(last) {
+                for (i, ((s, g), last)) in samples.iter().zip(gradient).zip(last).enumerate() {
+                    if i.is_multiple_of(LOOK) {
+                        ctx.check()?;
+                    }
                     let bound = bound(s, &self.points, *last);
                     *last = if bound.sqrt() <= FAR * self.cells.size {
                         self.cells.nearest(s, *last, bound)
@@ -124,14 +128,15 @@ impl Chamfer {
         let nearest = some
             .par_chunks(BLOCK)
             .map(|some| {
-                ctx.check()?;
-                Ok(some
-                    .iter()
-                    .map(|&i| match &tree {
+                let mut found: Vec<u32> = Vec::with_capacity(some.len());
+                for some in some.chunks(LOOK) {
+                    ctx.check()?;
+                    found.extend(some.iter().map(|&i| match &tree {
                         Some(tree) => tree.nearest_one(Vec3(self.points[i].map(f64::from))).index,
                         None => cells.nearest(&self.points[i], self.last_sample[i], bound(i)),
-                    })
-                    .collect::<Vec<_>>())
+                    }));
+                }
+                Ok(found)
             })
             .collect::<Result<Vec<_>>>()?
             .concat();

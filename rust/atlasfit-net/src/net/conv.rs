@@ -12,7 +12,7 @@
 
 use super::adam::Adam;
 use super::dense::EPS;
-use super::gemm::{PANEL, Packed, Store, add_outer, multiply};
+use super::gemm::{PANEL, Packed, Store, TILE, add_outer_of, multiply_panels};
 use crate::sample::Sample;
 use atlasfit::error::Result;
 use atlasfit::numeric::rng::Rng;
@@ -28,8 +28,11 @@ const BLOCKS: usize = 3;
 const OUT: usize = 3;
 /// Taps of a 3 x 3 convolution (supplement A).
 const TAPS: usize = 9;
-/// Pixels per matrix product: a few milliseconds of work between two looks at the cancel flag.
+/// Pixels per matrix product.
 const ROWS: usize = 64;
+/// Panels, and columns, of a product between two looks at the cancel flag: a millisecond or two of work.
+const PANELS: usize = 16;
+const COLUMNS: usize = 8 * TILE;
 /// Slope of LeakyReLU for negative values (supplement A).
 const LEAK: f32 = 0.2;
 /// Lines and samples per line of the output: 32 each.
@@ -126,12 +129,13 @@ impl Conv {
                 upsample(&before.y, before.side, block.channels, &mut block.x);
             }
             let (n, width) = (block.outputs, block.width);
+            ctx.check()?;
             self.packed.set(&block.weights, width);
+            ctx.check()?;
             let none = vec![0.0; width];
             let rows = ROWS * block.channels;
             for (x, taps) in block.x.chunks(rows).zip(block.taps.chunks_mut(ROWS * width)) {
-                ctx.check()?;
-                multiply(x, &self.packed, &mut Store { out: taps, bias: &none });
+                watched_product(x, &self.packed, &mut Store { out: taps, bias: &none }, ctx)?;
             }
             block.y.fill(0.0);
             shifted(block.side, |pixel, from, tap| {
@@ -181,19 +185,22 @@ impl Conv {
             block.d_weights.fill(0.0);
             let rows = ROWS * block.channels;
             for (x, taps) in block.x.chunks(rows).zip(block.taps.chunks(ROWS * width)) {
-                ctx.check()?;
                 self.packed.set(taps, width);
-                add_outer(&mut block.d_weights, x, block.channels, &self.packed);
+                for from in (0..block.channels).step_by(COLUMNS) {
+                    ctx.check()?;
+                    let of = from..block.channels.min(from + COLUMNS);
+                    add_outer_of(&mut block.d_weights, x, block.channels, of, &self.packed);
+                }
             }
             if l == 0 {
                 break; // the noise is fixed
             }
+            ctx.check()?;
             self.packed.set_transposed(&block.weights, width);
             let none = vec![0.0; block.channels];
             let mut dx = vec![0.0; block.x.len()];
             for (dx, taps) in dx.chunks_mut(rows).zip(block.taps.chunks(ROWS * width)) {
-                ctx.check()?;
-                multiply(taps, &self.packed, &mut Store { out: dx, bias: &none });
+                watched_product(taps, &self.packed, &mut Store { out: dx, bias: &none }, ctx)?;
             }
             d = downsample(&dx, block.side / 2, block.channels);
         }
@@ -201,12 +208,25 @@ impl Conv {
     }
 
     /// One step of Adam with the gradients of the last [`Self::backward`].
-    pub fn step(&mut self, rate: f32) {
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn step(&mut self, rate: f32, ctx: &Context<'_>) -> Result<()> {
         for b in &mut self.blocks {
-            b.adam.step(&mut b.weights, &b.d_weights, rate);
-            b.adam_affine.step(&mut b.affine, &b.d_affine, rate);
+            b.adam.step(&mut b.weights, &b.d_weights, rate, ctx)?;
+            b.adam_affine.step(&mut b.affine, &b.d_affine, rate, ctx)?;
         }
+        Ok(())
     }
+}
+
+/// [`multiply`](super::gemm::multiply), with looks at the run.
+fn watched_product(a: &[f32], b: &Packed, out: &mut Store<'_>, ctx: &Context<'_>) -> Result<()> {
+    for from in (0..b.panels()).step_by(PANELS) {
+        ctx.check()?;
+        multiply_panels(a, b, from..b.panels().min(from + PANELS), out);
+    }
+    Ok(())
 }
 
 impl Block {
@@ -319,7 +339,8 @@ fn downsample(d: &[f32], side: usize, channels: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use atlasfit::run::Run;
+    use atlasfit::error::Error;
+    use atlasfit::run::{CancelToken, Run};
 
     /// The network as the supplement states it, in f64, by the definition of each layer.
     fn plain(noise: &[f64], blocks: &[Block], parameters: &[[Vec<f64>; 2]]) -> Vec<f64> {
@@ -379,6 +400,21 @@ mod tests {
 
     fn wide(x: &[f32]) -> Vec<f64> {
         x.iter().map(|&x| f64::from(x)).collect()
+    }
+
+    #[test]
+    fn each_part_of_a_step_hears_a_cancel() {
+        let mut net = Conv::with_channels(64, &mut Rng::new(3));
+        let mut out = vec![[0.0; 3]; GRID[0] * GRID[1]];
+        let gradient = out.clone();
+        let token = CancelToken::new();
+        let heard = Run { cancel: Some(token.clone()), ..Run::default() }.execute(|ctx| {
+            token.cancel();
+            let parts = [net.forward(&mut out, ctx), net.backward(&gradient, ctx), net.step(1e-3, ctx)];
+            assert_eq!(parts, [const { Err(Error::Cancelled) }; 3]);
+            Ok(())
+        });
+        assert_eq!(heard, Err(Error::Cancelled));
     }
 
     #[test]

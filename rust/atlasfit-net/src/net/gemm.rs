@@ -7,12 +7,13 @@
 //! of threads.
 
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
 
 /// Columns of a panel, two vectors of AVX2; widths of packed matrices are multiples of it. The twelve sums of
 /// a tile of [`TILE`] rows, two vectors of columns and a factor fit AVX2's sixteen registers.
 pub const PANEL: usize = 16;
 /// Rows of a tile: see [`PANEL`].
-const TILE: usize = 6;
+pub const TILE: usize = 6;
 
 /// A matrix in panels of [`PANEL`] columns, each row by row.
 #[derive(Clone, Default)]
@@ -53,6 +54,10 @@ impl Packed {
                 }
             }
         }
+    }
+    /// Number of panels.
+    pub fn panels(&self) -> usize {
+        self.columns / PANEL
     }
     fn resize(&mut self, rows: usize, columns: usize) {
         (self.rows, self.columns) = (rows, columns);
@@ -103,12 +108,18 @@ pub fn vectors_mut<S: Simd>(part: &mut [f32]) -> &mut [S::f32s] {
 
 /// Runs `finish` on the tiles of `a` times `b`; `a` is row-major with as many columns as `b` has rows.
 pub fn multiply(a: &[f32], b: &Packed, finish: &mut impl Finish) {
-    dispatch(Multiply { a, b, finish });
+    multiply_panels(a, b, 0..b.panels(), finish);
+}
+
+/// The part of [`multiply`] that some panels of `b` give.
+pub fn multiply_panels(a: &[f32], b: &Packed, panels: Range<usize>, finish: &mut impl Finish) {
+    dispatch(Multiply { a, b, panels, finish });
 }
 
 struct Multiply<'a, F> {
     a: &'a [f32],
     b: &'a Packed,
+    panels: Range<usize>,
     finish: &'a mut F,
 }
 
@@ -116,7 +127,8 @@ impl<F: Finish> Kernel for Multiply<'_, F> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(self, simd: S) {
         let depth = self.b.rows;
-        for (p, panel) in self.b.data.chunks_exact(depth * PANEL).enumerate() {
+        let panels = self.b.data.chunks_exact(depth * PANEL).enumerate();
+        for (p, panel) in panels.take(self.panels.end).skip(self.panels.start) {
             let panel = S::as_simd_f32s(panel).0.as_chunks::<V>().0;
             let tiles = self.a.chunks_exact(TILE * depth);
             let rest = tiles.remainder();
@@ -156,13 +168,20 @@ fn product<S: Simd, const V: usize, const M: usize>(
 
 /// Adds aᵀ b to `sum`, row-major. `a` has `inputs` columns and as many rows as `b`.
 pub fn add_outer(sum: &mut [f32], a: &[f32], inputs: usize, b: &Packed) {
-    dispatch(Outer { sum, a, inputs, b });
+    add_outer_of(sum, a, inputs, 0..inputs, b);
+}
+
+/// The part of [`add_outer`] that some columns of `a` give. The bytes are the same where all parts but the
+/// last begin and end at multiples of [`TILE`].
+pub fn add_outer_of(sum: &mut [f32], a: &[f32], inputs: usize, of: Range<usize>, b: &Packed) {
+    dispatch(Outer { sum, a, inputs, of, b });
 }
 
 struct Outer<'a> {
     sum: &'a mut [f32],
     a: &'a [f32],
     inputs: usize,
+    of: Range<usize>,
     b: &'a Packed,
 }
 
@@ -172,15 +191,15 @@ const GATHER: usize = 256;
 impl Kernel for Outer<'_> {
     #[inline(always)]
     fn run<S: Simd, const V: usize>(mut self, simd: S) {
-        let mut at = 0;
-        while at < self.inputs {
-            match self.inputs - at {
+        let Range { start: mut at, end } = self.of;
+        while at < end {
+            match end - at {
                 TILE.. => self.tile::<S, V, TILE>(simd, at),
                 4.. => self.tile::<S, V, 4>(simd, at),
                 2.. => self.tile::<S, V, 2>(simd, at),
                 _ => self.tile::<S, V, 1>(simd, at),
             }
-            at += match self.inputs - at {
+            at += match end - at {
                 TILE.. => TILE,
                 4.. => 4,
                 2.. => 2,
@@ -277,6 +296,11 @@ mod tests {
             let mut out = vec![0.0; m * n];
             multiply(&a, &packed, &mut Store { out: &mut out, bias: &bias });
             close(&out, &slow(&a, &b, [m, k, n]));
+            let mut parts = vec![0.0; m * n];
+            for p in 0..packed.panels() {
+                multiply_panels(&a, &packed, p..p + 1, &mut Store { out: &mut parts, bias: &bias });
+            }
+            assert!(out == parts, "parts of {n} columns");
             // bᵀ by its transpose.
             let across: Vec<f32> = (0..n * k).map(|i| b[i % k * n + i / k]).collect();
             packed.set_transposed(&across, k);
@@ -295,6 +319,11 @@ mod tests {
             packed.set(&b, n);
             let mut sum = vec![1.0; inputs * n];
             add_outer(&mut sum, &a, inputs, &packed);
+            let mut parts = vec![1.0; inputs * n];
+            for from in (0..inputs).step_by(TILE) {
+                add_outer_of(&mut parts, &a, inputs, from..inputs.min(from + TILE), &packed);
+            }
+            assert!(sum == parts, "parts of {inputs} columns");
             let expected: Vec<f64> = slow(&across, &b, [inputs, rows, n]).iter().map(|x| x + 1.0).collect();
             close(&sum, &expected);
         }

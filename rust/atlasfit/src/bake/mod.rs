@@ -30,6 +30,8 @@ const LEAST_DISTANCE2: f64 = 1e-300;
 const TEXELS_PER_POINT: f64 = 4.0;
 /// Share of a page that charts cover, for estimates. Measured with `atlasfit bench unwrap`.
 const COVERAGE: f64 = 0.7;
+/// Texels between two looks at the run: the nearest points of one take up to 5 us.
+const TEXELS_PER_CHECK: usize = 512;
 /// Bytes for one texel: owner, colour, state and front of the spreading; twice, and encoding the image is
 /// covered too. Fitted by hand to peaks of runs; `tests/memory.py` checks that they hold.
 const BYTES_PER_TEXEL: u64 = 20;
@@ -160,8 +162,10 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
     let mut rgba = ctx.filled([0u8; 4], width * height)?;
     rgba.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS)).enumerate().try_for_each(
         |(block, (texels, owner))| {
-            ctx.check()?;
             for (i, (texel, &f)) in texels.iter_mut().zip(owner).enumerate() {
+                if i.is_multiple_of(TEXELS_PER_CHECK) {
+                    ctx.check()?;
+                }
                 if f != NO_FACE {
                     let at = block * ROWS * width + i;
                     let weights = barycentric(&uv[f as usize], middle(at, width, height));

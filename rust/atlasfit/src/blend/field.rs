@@ -158,7 +158,10 @@ fn pairs_between(source: &Source<'_>, from: u64, to: u64, ctx: &Context<'_>) -> 
         })
         .collect::<Result<_>>()?;
     let mut pairs: Vec<BlockSite> = Vec::with_capacity(found.iter().map(Vec::len).sum());
-    found.into_iter().for_each(|f| pairs.extend(f));
+    for some in found {
+        ctx.check()?;
+        pairs.extend(some);
+    }
     sort(&mut pairs, ctx)?;
     Ok(pairs)
 }

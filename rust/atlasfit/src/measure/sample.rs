@@ -38,15 +38,15 @@ pub struct Sample {
 pub fn uniform(mesh: &TriMesh, count: usize, seed: u64, ctx: &Context<'_>) -> Result<Vec<Sample>> {
     mesh.validate()?;
     let mut total = 0.0;
-    let below: Vec<f64> = (0..mesh.triangles.len())
-        .map(|i| {
-            let area = area(mesh, i);
-            if area.is_finite() {
-                total += area;
-            }
-            total
-        })
-        .collect();
+    let mut below: Vec<f64> = Vec::with_capacity(mesh.triangles.len());
+    for i in 0..mesh.triangles.len() {
+        ctx.check_at(i)?;
+        let area = area(mesh, i);
+        if area.is_finite() {
+            total += area;
+        }
+        below.push(total);
+    }
     if !(total > 0.0 && total.is_finite()) {
         return Err(Error::degenerate(
             format!("a mesh of {} triangles has no area", mesh.triangles.len()),

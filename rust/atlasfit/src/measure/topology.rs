@@ -81,13 +81,17 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
     let triangles = welded(mesh, ctx)?;
     let (n, f) = (mesh.positions.len(), triangles.len());
     let mut named = vec![false; n];
-    mesh.triangles.iter().flatten().for_each(|&v| named[v as usize] = true);
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        ctx.check_at(i)?;
+        t.iter().for_each(|&v| named[v as usize] = true);
+    }
     let mut joined = Joined::new(&triangles, ctx)?;
     ctx.check()?;
 
     let mut fans_at = vec![0u32; n];
     let mut fan_count = 0;
     for corner in 0..3 * f as u32 {
+        ctx.check_at(corner as usize)?;
         if joined.fans.find(corner) == corner {
             fan_count += 1;
             fans_at[triangles[corner as usize / 3][corner as usize % 3] as usize] += 1;
@@ -95,7 +99,8 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
     }
     ctx.check()?;
     let mut parts = Sets::new(n);
-    for t in &triangles {
+    for (i, t) in triangles.iter().enumerate() {
+        ctx.check_at(i)?;
         parts.join(t[0], t[1]);
         parts.join(t[0], t[2]);
     }
@@ -132,19 +137,23 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
 
 /// The mesh's faces with vertices at one place joined; without those that name a place twice.
 fn welded(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
-    let finite = mesh
-        .positions
-        .iter()
-        .filter(|p| p.iter().all(|x| x.is_finite()))
-        .fold(Aabb::EMPTY, |b, p| b.join(&Aabb { min: Vec3(*p), max: Vec3(*p) }));
-    ctx.check()?;
+    let mut finite = Aabb::EMPTY;
+    for (i, p) in mesh.positions.iter().enumerate() {
+        ctx.check_at(i)?;
+        if p.iter().all(|x| x.is_finite()) {
+            finite = finite.join(&Aabb { min: Vec3(*p), max: Vec3(*p) });
+        }
+    }
     let to = weld(vec3::of(&mesh.positions), WELD_SHARE * finite.longest_side(), ctx)?;
-    Ok(mesh
-        .triangles
-        .iter()
-        .map(|t| t.map(|v| to[v as usize]))
-        .filter(|[a, b, c]| a != b && b != c && c != a)
-        .collect())
+    let mut out = Vec::with_capacity(mesh.triangles.len());
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        ctx.check_at(i)?;
+        let [a, b, c] = t.map(|v| to[v as usize]);
+        if a != b && b != c && c != a {
+            out.push([a, b, c]);
+        }
+    }
+    Ok(out)
 }
 
 /// What is joined through the edges of a mesh. A half-edge is `3 * face + corner`, at the corner where it

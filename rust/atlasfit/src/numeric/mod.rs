@@ -1,6 +1,5 @@
 //! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust
-//! weights, special functions, order statistics, random numbers, sorting, sums over
-//! pairs.
+//! weights, special functions, order statistics, random numbers, sorting, sums over pairs; counts as text.
 
 pub mod dense;
 pub(crate) mod pairs;
@@ -12,6 +11,7 @@ pub mod special;
 pub mod spline;
 pub mod stats;
 pub mod vec3;
+pub mod wording;
 
 pub use rng::Rng;
 pub use vec3::Vec3;

@@ -40,11 +40,11 @@ pub(super) fn finish(
     let Built { charts, projected, frame, input, .. } = built;
     let uv_charts = if options.uv { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
-    for p in &mut mesh.positions {
+    for (i, p) in mesh.positions.iter_mut().enumerate() {
+        ctx.check_at(i)?;
         *p = frame.to_user(Vec3(*p)).0;
     }
-    ctx.check()?;
-    let mut moved = move_points(cloud, &input, &projected, |p| frame.to_user(p));
+    let mut moved = move_points(cloud, &input, &projected, |p| frame.to_user(p), ctx)?;
     let outliers = moved.outlier.iter().filter(|o| **o).count();
     if options.outliers == Outliers::Drop {
         moved.drop_outliers();
@@ -114,12 +114,14 @@ fn move_points(
     input: &InputMap,
     projected: &[ProjectedPoint],
     to_user: impl Fn(Vec3) -> Vec3,
-) -> Moved {
+    ctx: &Context<'_>,
+) -> Result<Moved> {
     let n = cloud.len();
     let mut points = cloud.clone();
     let mut normals = vec![[0f32; 3]; n];
     let (mut chart, mut outlier) = (vec![u32::MAX; n], vec![false; n]);
     for (i, &p) in input.of_input.iter().enumerate() {
+        ctx.check_at(i)?;
         if !cloud.positions[i].iter().all(|x| x.is_finite()) {
             continue;
         }
@@ -138,7 +140,7 @@ fn move_points(
         }
     }
     points.normals = Some(normals);
-    Moved { points, source: (0..n as u32).collect(), chart, outlier }
+    Ok(Moved { points, source: (0..n as u32).collect(), chart, outlier })
 }
 
 impl Moved {

@@ -6,6 +6,7 @@ use super::constants::PIPELINE;
 use crate::contour::holes::Left;
 use crate::noise::estimate::LocalNoise;
 use crate::numeric::vec3::Vec3;
+use crate::numeric::wording::counted;
 use crate::spatial::spacing::Sampling;
 
 /// Below this share of the spacing noise makes no difference.
@@ -60,8 +61,10 @@ pub(super) fn no_noise(found: f64, rounding: f64) -> Option<String> {
 pub(super) fn many_faces(faces: usize, points: usize) -> Option<String> {
     (faces > MANY_FACES * points).then(|| {
         format!(
-            "the surface has {faces} triangles for {points} points: most of it lies between points. Lower \
-             the detail, or give a denser scan"
+            "the surface has {} for {}: most of it lies between points. Lower the detail, or give a \
+             denser scan",
+            counted(faces, "triangle"),
+            counted(points, "point")
         )
     })
 }
@@ -72,7 +75,7 @@ pub(super) fn holes_left(asked: f64, left: &Left, scale: f64) -> Vec<String> {
     if asked <= 0.0 {
         return Vec::new();
     }
-    let holes = |n: usize| if n == 1 { "1 hole is".into() } else { format!("{n} holes are") };
+    let holes = |n: usize| format!("{} {}", counted(n, "hole"), if n == 1 { "is" } else { "are" });
     let long = (left.longer > 0).then(|| {
         format!(
             "{} left open: the boundary is longer than {asked}; the shortest is {:.3} long",

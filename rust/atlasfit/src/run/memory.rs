@@ -11,10 +11,13 @@ use crate::error::{Error, Result};
 /// checks that it holds.
 const PER_THREAD_BYTES: u64 = 10 << 20;
 
-/// Smaller needs are not asked for: any system has as many. Above 32 MiB, the most up to which glibc's
-/// allocator learns from a freed block to keep later ones for itself, so that asking leaves the process no
-/// larger.
-const SMALL_BYTES: u64 = 64 << 20;
+/// Smaller needs are not asked for: any system has as many.
+const SMALL_BYTES: u64 = 128 << 10;
+/// The least that is asked for: the address space that glibc's allocator wants for a new thread. A thread
+/// that did not get it works all the same, but takes a page of its own for every small block, and with those
+/// the process runs into the limit and is aborted. (It is also above 32 MiB, the most up to which that
+/// allocator learns from a freed block to keep later ones for itself: asking leaves the process no larger.)
+const LEAST_ASKED_BYTES: u64 = 128 << 20;
 
 /// Bytes that a job needs of which one thread would need `work`: what the threads hold of their own is no
 /// more than that again.
@@ -38,6 +41,7 @@ pub(super) fn probe(bytes: u64) -> Result<()> {
     if bytes < SMALL_BYTES {
         return Ok(());
     }
+    let bytes = bytes.max(LEAST_ASKED_BYTES);
     let room = usize::try_from(bytes).map_err(|_| Error::AllocationFailed { bytes })?;
     with_room::<u8>(room).map(drop)
 }

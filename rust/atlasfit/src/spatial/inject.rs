@@ -5,7 +5,9 @@
 //! injective: the degree of the map is then 1 inside by the turning numbers of the border (Hopf) and the
 //! Euler characteristic. Orientation signs are exact (Shewchuk 1997, crate `robust`).
 
+use crate::error::Result;
 use crate::numeric::plane::{corners, twice_area};
+use crate::run::Context;
 use robust::{Coord, orient2d};
 use std::f64::consts::PI;
 
@@ -35,29 +37,43 @@ fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
 }
 
 /// Whether the chart is injective. `border` lists (triangle, slot) of the free edges.
-pub(crate) fn injective(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
-    turns_once(tris, uv, &[]) && !border_touches(tris, uv, border)
+pub(crate) fn injective(
+    tris: &[[u32; 3]],
+    uv: &[[f64; 2]],
+    border: &[(u32, u8)],
+    ctx: &Context<'_>,
+) -> Result<bool> {
+    Ok(turns_once(tris, uv, &[], ctx)? && !border_touches(tris, uv, border, ctx)?)
 }
 
 /// Whether every triangle is counter-clockwise and every vertex is wound round once at most. Vertices marked
 /// in `skip` (which may be empty) are not judged: not all their triangles are given.
-pub(crate) fn turns_once(tris: &[[u32; 3]], uv: &[[f64; 2]], skip: &[bool]) -> bool {
-    tris.iter().all(|t| positive(corners(*t, uv)))
-        && overwound(tris, uv).iter().enumerate().all(|(v, &o)| !o || skip.get(v).is_some_and(|&s| s))
+pub(crate) fn turns_once(
+    tris: &[[u32; 3]],
+    uv: &[[f64; 2]],
+    skip: &[bool],
+    ctx: &Context<'_>,
+) -> Result<bool> {
+    if !tris.iter().all(|t| positive(corners(*t, uv))) {
+        return Ok(false);
+    }
+    let over = overwound(tris, uv, ctx)?;
+    Ok(over.iter().enumerate().all(|(v, &o)| !o || skip.get(v).is_some_and(|&s| s)))
 }
 
 /// The triangles that are not counter-clockwise, or have a vertex that is wound round more than once.
-pub(crate) fn wrong(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
-    let over = overwound(tris, uv);
-    tris.iter().map(|t| t.iter().any(|&v| over[v as usize]) || !positive(corners(*t, uv))).collect()
+pub(crate) fn wrong(tris: &[[u32; 3]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<Vec<bool>> {
+    let over = overwound(tris, uv, ctx)?;
+    Ok(tris.iter().map(|t| t.iter().any(|&v| over[v as usize]) || !positive(corners(*t, uv))).collect())
 }
 
 /// Per vertex, whether it is wound round more than once.
-fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
+fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut angle = vec![0f64; uv.len()];
     // Next minus previous neighbour, summed: zero exactly where the triangles close round a vertex.
     let mut open = vec![0i64; uv.len()];
-    for t in tris {
+    for (i, t) in tris.iter().enumerate() {
+        ctx.check_at(i)?;
         let p = corners(*t, uv);
         for k in 0..3 {
             let (a, b, c) = (p[k], p[(k + 1) % 3], p[(k + 2) % 3]);
@@ -67,25 +83,36 @@ fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<bool> {
         }
     }
     // Inside, angles sum to 2 pi or to 4 pi and more; at the border a full turn already touches itself.
-    angle.iter().zip(open).map(|(&a, open)| a >= if open != 0 { 2.0 * PI - 1e-7 } else { 3.0 * PI }).collect()
+    let full = |open: i64| if open != 0 { 2.0 * PI - 1e-7 } else { 3.0 * PI };
+    Ok(angle.iter().zip(open).map(|(&a, open)| a >= full(open)).collect())
 }
 
 /// Whether the border curves touch or cross themselves or each other.
-pub(crate) fn border_touches(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> bool {
-    touching(tris, uv, border).is_some()
+pub(crate) fn border_touches(
+    tris: &[[u32; 3]],
+    uv: &[[f64; 2]],
+    border: &[(u32, u8)],
+    ctx: &Context<'_>,
+) -> Result<bool> {
+    Ok(touching(tris, uv, border, ctx)?.is_some())
 }
 
 /// Two triangles whose border edges touch, if any do.
-pub(crate) fn touching(tris: &[[u32; 3]], uv: &[[f64; 2]], border: &[(u32, u8)]) -> Option<[u32; 2]> {
+pub(crate) fn touching(
+    tris: &[[u32; 3]],
+    uv: &[[f64; 2]],
+    border: &[(u32, u8)],
+    ctx: &Context<'_>,
+) -> Result<Option<[u32; 2]>> {
     let segments: Vec<[u32; 2]> = border
         .iter()
         .map(|&(t, k)| [tris[t as usize][k as usize], tris[t as usize][(k as usize + 1) % 3]])
         .collect();
-    segments_touch(&segments, uv).map(|pair| pair.map(|i| border[i as usize].0))
+    Ok(segments_touch(&segments, uv, ctx)?.map(|pair| pair.map(|i| border[i as usize].0)))
 }
 
 /// Two segments that touch without sharing a vertex, if there are any.
-fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
+fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<Option<[u32; 2]>> {
     let n = segments.len();
     let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let mut total = 0.0;
@@ -100,7 +127,7 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
         total += (a[0] - b[0]).abs() + (a[1] - b[1]).abs();
     }
     if n < 4 {
-        return None;
+        return Ok(None);
     }
     let size = [hi[0] - lo[0], hi[1] - lo[1]];
     // Cells about one mean segment wide, but never many more cells than segments.
@@ -112,7 +139,8 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
         [0, 1].map(|k| (at(a[k].min(b[k]), k), at(a[k].max(b[k]), k)))
     };
     let mut start = vec![0u32; dims[0] * dims[1] + 1];
-    for s in segments {
+    for (q, s) in segments.iter().enumerate() {
+        ctx.check_at(q)?;
         let [x, y] = range(s);
         for j in y.0..=y.1 {
             for i in x.0..=x.1 {
@@ -126,6 +154,7 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
     let mut fill = start.clone();
     let mut item = vec![0u32; start[dims[0] * dims[1]] as usize];
     for (q, s) in segments.iter().enumerate() {
+        ctx.check_at(q)?;
         let [x, y] = range(s);
         for j in y.0..=y.1 {
             for i in x.0..=x.1 {
@@ -136,6 +165,7 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
         }
     }
     for c in 0..dims[0] * dims[1] {
+        ctx.check_at(c)?;
         let own = &item[start[c] as usize..start[c + 1] as usize];
         for (i, &p) in own.iter().enumerate() {
             for &q in &own[i + 1..] {
@@ -145,10 +175,10 @@ fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]]) -> Option<[u32; 2]> {
                 }
                 let [a, b, c, d] = [s[0], s[1], t[0], t[1]].map(|v| uv[v as usize]);
                 if touch(a, b, c, d) {
-                    return Some([p, q]);
+                    return Ok(Some([p, q]));
                 }
             }
         }
     }
-    None
+    Ok(None)
 }

@@ -44,7 +44,7 @@ pub(crate) fn pack_checked(
     for round in 0.. {
         let packed = pack::pack(&charts, &job, ctx)?;
         let spoiled: Vec<Option<Vec<bool>>> = (charts.par_iter().zip(&packed.placements))
-            .map(|(c, p)| ctx.check().map(|()| spoiled(s, c, &p.positions(&c.uv), round)))
+            .map(|(c, p)| ctx.check().and_then(|()| spoiled(s, c, &p.positions(&c.uv), round, ctx)))
             .collect::<Result<_>>()?;
         if round == UNWRAP.repairs || spoiled.iter().all(Option::is_none) {
             return Ok(Checked { charts, packed, repaired });
@@ -72,15 +72,22 @@ pub(crate) fn pack_checked(
 
 /// The faces of a chart to be cut out of it because rounding flipped them; where its border touches itself,
 /// half of it. `None` if all is well.
-fn spoiled(s: &Surface, c: &Chart, at: &[[f32; 2]], round: usize) -> Option<Vec<bool>> {
+fn spoiled(
+    s: &Surface,
+    c: &Chart,
+    at: &[[f32; 2]],
+    round: usize,
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<bool>>> {
     let at: Vec<[f64; 2]> = at.iter().map(|p| p.map(f64::from)).collect();
     let bad: Vec<bool> = c.tris.iter().map(|t| !inject::positive(corners(*t, &at))).collect();
     if c.faces.len() == 1 {
-        return None;
+        return Ok(None);
     }
+    ctx.check()?;
     if bad.iter().any(|&b| b) {
-        return Some(whole_cells(s, &c.faces, bad));
+        return Ok(Some(whole_cells(s, &c.faces, bad)));
     }
-    inject::border_touches(&c.tris, &at, &c.border)
-        .then(|| halves(s, &c.faces, |i| c.tris[i].iter().map(|&v| at[v as usize][round % 2]).sum::<f64>()))
+    Ok(inject::border_touches(&c.tris, &at, &c.border, ctx)?
+        .then(|| halves(s, &c.faces, |i| c.tris[i].iter().map(|&v| at[v as usize][round % 2]).sum::<f64>())))
 }

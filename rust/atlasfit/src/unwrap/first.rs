@@ -98,10 +98,8 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
             }
             blend_without_flips(&c.tris, &mut c.uv, &uv);
         }
-        if stopped() {
-            return Vec::new();
-        }
-        if inject::injective(&c.tris, &c.uv, &c.border) {
+        let Ok(injective) = inject::injective(&c.tris, &c.uv, &c.border, ctx) else { return Vec::new() };
+        if injective {
             if let Some(bound) = bound {
                 c.over = over_area(s, &c, bound);
                 c.waste = c.wasted();

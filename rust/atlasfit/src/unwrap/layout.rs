@@ -104,13 +104,20 @@ struct Faces {
 }
 
 /// The layout of packed charts; `known` holds what was decided before.
-pub(crate) fn layout(s: &Surface, checked: &Checked, polygon: Option<&[u32]>, known: UvLayout) -> UvLayout {
+pub(crate) fn layout(
+    s: &Surface,
+    checked: &Checked,
+    polygon: Option<&[u32]>,
+    known: UvLayout,
+    ctx: &Context<'_>,
+) -> Result<UvLayout> {
     let list = &checked.charts;
     let m = s.faces();
     let mut faces = Faces { uv: vec![[[0f32; 2]; 3]; m], chart: vec![NONE; m], page: vec![0; m] };
     for (id, (c, p)) in list.iter().zip(&checked.packed.placements).enumerate() {
         let at = p.positions(&c.uv);
-        for (&f, t) in c.faces.iter().zip(&c.tris) {
+        for (i, (&f, t)) in c.faces.iter().zip(&c.tris).enumerate() {
+            ctx.check_at(i)?;
             faces.chart[f as usize] = id as u32;
             faces.page[f as usize] = p.page;
             faces.uv[f as usize] = t.map(|v| at[v as usize]);
@@ -118,6 +125,7 @@ pub(crate) fn layout(s: &Surface, checked: &Checked, polygon: Option<&[u32]>, kn
     }
     // Faces without a shape share a point inside the first chart's first face.
     for f in 0..m {
+        ctx.check_at(f)?;
         if faces.chart[f] == NONE {
             let home = list.first().map_or(0, |c| c.faces[0] as usize);
             faces.chart[f] = faces.chart[home];
@@ -127,12 +135,13 @@ pub(crate) fn layout(s: &Surface, checked: &Checked, polygon: Option<&[u32]>, kn
     }
     let mut split_polygons = 0;
     let mut first = 0;
-    for run in polygon.unwrap_or_default().chunk_by(|a, b| a == b) {
+    for (i, run) in polygon.unwrap_or_default().chunk_by(|a, b| a == b).enumerate() {
+        ctx.check_at(i)?;
         let own = first..first + run.len();
         first = own.end;
         split_polygons += usize::from(run.len() > 1 && !rejoin(s, own, &mut faces));
     }
-    UvLayout {
+    Ok(UvLayout {
         corner_uv: faces.uv,
         face_chart: faces.chart,
         charts: list.len(),
@@ -144,7 +153,7 @@ pub(crate) fn layout(s: &Surface, checked: &Checked, polygon: Option<&[u32]>, kn
         non_manifold_edges: s.non_manifold,
         split_polygons,
         ..known
-    }
+    })
 }
 
 /// Gives the faces of a polygon that have no shape the UVs of the others' corners. Returns whether all its

@@ -177,7 +177,8 @@ fn packed_by(
         warnings: warnings(&s, &checked, options),
         ..UvLayout::default()
     };
-    Ok(layout(&s, &checked, options.face_polygon.as_deref(), known))
+    ctx.check()?;
+    layout(&s, &checked, options.face_polygon.as_deref(), known, ctx)
 }
 
 /// The surface in charts that are stretched by `bound` at most.

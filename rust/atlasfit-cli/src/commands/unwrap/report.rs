@@ -35,8 +35,8 @@ pub fn notes(layout: &UvLayout, options: &UnwrapOptions, console: &Console) {
         && layout.charts > most
     {
         console.note(format_args!(
-            "{} charts are the fewest found for this mesh and its constraints",
-            layout.charts
+            "{} is the least found for this mesh and its constraints",
+            counted(layout.charts, "chart")
         ));
     }
     layout.warnings.iter().for_each(|w| console.note(w));

@@ -36,7 +36,7 @@ use atlasfit::error::Result;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::run::Context;
 use band::{BLOCK, Band, Folded, Inputs, layer};
-use layers::{FAN, LAYERS, OFFSETS, OUT, PARAMETERS, bias, gain, weights};
+use layers::{FAN, IN, LAYERS, OFFSETS, OUT, PARAMETERS, bias, gain, weights};
 use norm::Norm;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -94,9 +94,18 @@ impl Dense {
     }
 
     /// Sets the batch. Of each input the numbers that are not used must be 0.
-    pub fn set_inputs(&mut self, inputs: impl Iterator<Item = [f32; 3]>) {
-        self.inputs = Inputs::Scattered(inputs.flat_map(|[u, v, w]| [u, v, w, 0.0]).collect());
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn set_inputs(&mut self, inputs: &[[f32; 3]], ctx: &Context<'_>) -> Result<()> {
+        let mut rows = Vec::with_capacity(IN * inputs.len());
+        for (i, &[u, v, w]) in inputs.iter().enumerate() {
+            ctx.check_at(i)?;
+            rows.extend([u, v, w, 0.0]);
+        }
+        self.inputs = Inputs::Scattered(rows);
         self.set_bands(BAND, |_| None);
+        Ok(())
     }
 
     /// Sets the batch to a grid's samples: the inputs are those of [`Grid::input`].
@@ -244,8 +253,11 @@ impl Dense {
     }
 
     /// One step of Adam with the gradients of the last [`Self::backward`].
-    pub fn step(&mut self, rate: f32) {
-        self.adam.step(&mut self.params, &self.grads, rate);
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn step(&mut self, rate: f32, ctx: &Context<'_>) -> Result<()> {
+        self.adam.step(&mut self.params, &self.grads, rate, ctx)
     }
 
     /// Outputs for any inputs, with batch norm's statistics of the last [`Self::forward`].

@@ -83,7 +83,7 @@ fn tried(case: &Case) -> Tried {
             .map(|_| random())
             .map(|x| [0, 1, 2].map(|k| if k < used { x[k] } else { 0.0 }))
             .collect();
-        net.set_inputs(inputs.into_iter());
+        Run::default().execute(|ctx| net.set_inputs(&inputs, ctx)).unwrap();
     }
     let mut out = vec![[0.0; 3]; batch];
     let net = Run::default()
@@ -186,7 +186,7 @@ fn padding_stays_zero_and_adam_goes_downhill() {
                 .map(|_| {
                     net.forward(&mut out, ctx)?;
                     net.backward(&functional, ctx)?;
-                    net.step(1e-3);
+                    net.step(1e-3, ctx)?;
                     Ok(value(&out))
                 })
                 .collect()

@@ -63,11 +63,10 @@ pub(super) fn surely_apart(faces: &[FaceUv], tree: &Bvh, ctx: &Context<'_>) -> R
     }
     drop(edges);
     ctx.check()?;
-    if !turns_once(&tris, &at, &[]) {
+    if !turns_once(&tris, &at, &[], ctx)? {
         return Ok(false);
     }
-    ctx.check()?;
-    if border_touches(&tris, &at, &border) {
+    if border_touches(&tris, &at, &border, ctx)? {
         return Ok(false);
     }
     // One border vertex of each part must lie in no other.

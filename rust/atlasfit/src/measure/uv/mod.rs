@@ -23,6 +23,9 @@ use overlap::{overlapping, texels};
 use rayon::prelude::*;
 use stretch::{Areas, SingularValues, singular_values, stretch};
 
+/// Faces per task: below a millisecond of work.
+const BLOCK: usize = 4096;
+
 /// Quality of UVs. Stretch is after one global scale that makes the summed areas equal: 1 = isometric.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -110,12 +113,16 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
     ctx.advance(1);
     ctx.check()?;
 
-    let areas = Areas::new(mesh, &uvs);
-    ctx.check()?;
-    let singular: Vec<SingularValues> =
-        (0..m).into_par_iter().map(|i| singular_values(mesh, i, &uvs[i], areas.to_space)).collect();
-    ctx.check()?;
-    let stretch = stretch(&singular, &areas);
+    let areas = Areas::new(mesh, &uvs, ctx)?;
+    let mut singular = vec![SingularValues::default(); m];
+    singular.par_chunks_mut(BLOCK).enumerate().try_for_each(|(block, values)| {
+        ctx.check()?;
+        for (i, value) in (block * BLOCK..).zip(values) {
+            *value = singular_values(mesh, i, &uvs[i], areas.to_space);
+        }
+        Ok(())
+    })?;
+    let stretch = stretch(&singular, &areas, ctx)?;
     ctx.advance(1);
     ctx.check()?;
 

@@ -125,7 +125,11 @@ pub(super) fn overlapping(uvs: &[FaceUv], finite: &[bool], ctx: &Context<'_>) ->
             _ => {}
         }
     }
-    let boxes: Vec<Aabb> = solid.iter().map(|c| Aabb::of(&c.map(|p| Vec3([p[0], p[1], 0.0])))).collect();
+    let mut boxes: Vec<Aabb> = Vec::with_capacity(solid.len());
+    for (i, c) in solid.iter().enumerate() {
+        ctx.check_at(i)?;
+        boxes.push(Aabb::of(&c.map(|p| Vec3([p[0], p[1], 0.0]))));
+    }
     let tree = Bvh::build(&boxes, ctx)?;
     if surely_apart(&solid, &tree, ctx)? {
         return Ok(0);

@@ -10,6 +10,7 @@ use super::layout::{FaceUv, Pages, is_finite, laid_out, signed_area};
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::measure::sample::area;
+use crate::numeric::sort::sort_by;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use rayon::prelude::*;
@@ -40,8 +41,7 @@ const LEAST_AREA: f64 = 1e-300;
 /// ```
 pub fn face_stretch(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<Vec<f32>> {
     let uvs = laid_out(mesh, pages)?.uvs;
-    let areas = Areas::new(mesh, &uvs);
-    ctx.check()?;
+    let areas = Areas::new(mesh, &uvs, ctx)?;
     Ok((0..uvs.len())
         .into_par_iter()
         .map(|i| {
@@ -69,18 +69,23 @@ pub(super) struct Areas {
 
 impl Areas {
     /// Of UVs that are laid out.
-    pub fn new(mesh: &TriMesh, uvs: &[FaceUv]) -> Self {
-        let space: Vec<f64> = (0..uvs.len()).map(|i| area(mesh, i)).collect();
+    pub fn new(mesh: &TriMesh, uvs: &[FaceUv], ctx: &Context<'_>) -> Result<Self> {
+        let (mut space, mut texture) = (Vec::with_capacity(uvs.len()), Vec::with_capacity(uvs.len()));
+        for (i, c) in uvs.iter().enumerate() {
+            ctx.check_at(i)?;
+            space.push(area(mesh, i));
+            texture.push(if is_finite(c) { signed_area(c) } else { 0.0 });
+        }
         let total = space.iter().sum();
-        let texture = uvs.iter().map(|c| if is_finite(c) { signed_area(c) } else { 0.0 }).collect();
         let mut out = Self { space, total, texture, to_space: 0.0 };
         let (mut in_space, mut in_texture) = (0.0, 0.0);
         for i in (0..uvs.len()).filter(|&i| out.some(i)) {
+            ctx.check_at(i)?;
             in_space += out.space[i];
             in_texture += out.texture[i].abs();
         }
         out.to_space = (in_space / in_texture.max(LEAST_AREA)).sqrt();
-        out
+        Ok(out)
     }
 
     /// Whether a face has area in space.
@@ -90,7 +95,7 @@ impl Areas {
 }
 
 /// Singular values of the map from a face in space to the scaled texture, s1 >= s2 >= 0.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct SingularValues {
     s1: f64,
     s2: f64,
@@ -127,10 +132,11 @@ pub(super) struct Stretch {
 }
 
 /// Sums the stretch of all faces, weighted by their areas in space.
-pub(super) fn stretch(singular: &[SingularValues], areas: &Areas) -> Stretch {
+pub(super) fn stretch(singular: &[SingularValues], areas: &Areas, ctx: &Context<'_>) -> Result<Stretch> {
     let (mut weight, mut squares, mut ratio, mut linf, mut collapsed) = (0.0, 0.0, 0.0, 0.0f64, 0);
     let mut worst: Vec<(f64, f64)> = Vec::new();
     for i in (0..singular.len()).filter(|&i| areas.some(i)) {
+        ctx.check_at(i)?;
         let SingularValues { s1, s2 } = singular[i];
         if s2 > COLLAPSED {
             weight += areas.space[i];
@@ -144,7 +150,7 @@ pub(super) fn stretch(singular: &[SingularValues], areas: &Areas) -> Stretch {
         let value = if s2 > COLLAPSED { s1.max(s2.recip()) } else { s1.max(COLLAPSED.recip()) };
         worst.push((if value.is_nan() { f64::INFINITY } else { value }, areas.space[i]));
     }
-    worst.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    sort_by(&mut worst, |a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)), ctx)?;
     let all: f64 = worst.iter().map(|w| w.1).sum();
     let quantile = |q: f64| {
         let mut below = 0.0;
@@ -155,14 +161,14 @@ pub(super) fn stretch(singular: &[SingularValues], areas: &Areas) -> Stretch {
         reached.or(worst.last()).map_or(f64::INFINITY, |w| w.0)
     };
     let or_infinite = |x: f64| if weight > 0.0 { x } else { f64::INFINITY };
-    Stretch {
+    Ok(Stretch {
         l2: or_infinite((squares / weight).sqrt()),
         linf: or_infinite(linf),
         median: quantile(0.5),
         p95: quantile(0.95),
         conformal: or_infinite(ratio / weight),
         collapsed,
-    }
+    })
 }
 
 #[cfg(test)]

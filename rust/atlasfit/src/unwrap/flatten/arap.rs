@@ -73,7 +73,10 @@ impl<'c> Arap<'c> {
             }
             Solver::Iterative(_) => rhs.resize(uv.len(), [0.0; 2]),
         }
-        for ((t, &[l, x, y]), cot) in tris.iter().zip(&self.rest).zip(&self.cot) {
+        for (i, ((t, &[l, x, y]), cot)) in tris.iter().zip(&self.rest).zip(&self.cot).enumerate() {
+            if self.ctx.check_at(i).is_err() {
+                return;
+            }
             let p = corners(*t, uv);
             // Edge k runs opposite corner k, from corner k + 1 to k + 2.
             let e = [[x - l, y], [-x, -y], [l, 0.0]];

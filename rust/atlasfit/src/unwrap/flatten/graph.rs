@@ -17,6 +17,7 @@ impl Graph {
     /// The Laplacian's graph: each corner weight `w[k]` of a triangle belongs to the edge opposite corner k.
     /// Without edges when the run is to stop: the caller checks.
     pub(crate) fn from_triangles(n: usize, tris: &[[u32; 3]], w: &[[f64; 3]], ctx: &Context<'_>) -> Self {
+        let none = || Self { start: vec![0; n + 1], to: Vec::new(), weight: Vec::new() };
         let mut start = vec![0u32; n + 1];
         for t in tris {
             for &v in t {
@@ -28,7 +29,10 @@ impl Graph {
         }
         let mut fill = start.clone();
         let mut raw = vec![(0u32, 0f64); start[n] as usize];
-        for (t, w) in tris.iter().zip(w) {
+        for (i, (t, w)) in tris.iter().zip(w).enumerate() {
+            if ctx.check_at(i).is_err() {
+                return none();
+            }
             for k in 0..3 {
                 let (a, b) = (t[(k + 1) % 3], t[(k + 2) % 3]);
                 for (a, b) in [(a, b), (b, a)] {
@@ -43,7 +47,7 @@ impl Graph {
         let mut place = vec![0usize; n];
         for i in 0..n {
             if ctx.check_at(i).is_err() {
-                return Self { start: vec![0; n + 1], to: Vec::new(), weight: Vec::new() };
+                return none();
             }
             let from = out.to.len();
             for &(j, w) in &raw[start[i] as usize..start[i + 1] as usize] {

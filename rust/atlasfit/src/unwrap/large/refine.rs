@@ -197,7 +197,7 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
         }
         let of = |i: u32| label[c.faces[i as usize] as usize];
         let all = 0..c.faces.len() as u32;
-        let wrong = wrong(&c.tris, &c.uv);
+        let Ok(wrong) = wrong(&c.tris, &c.uv, ctx) else { break };
         let mut off: Vec<u32> = all.clone().filter(|&i| wrong[i as usize]).map(of).collect();
         off.sort_unstable();
         off.dedup();
@@ -205,7 +205,9 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
             break;
         }
         let mut spoiled = !off.is_empty();
-        if !spoiled && let Some(pair) = touching(&c.tris, &c.uv, &c.border) {
+        let touching = if spoiled { Ok(None) } else { touching(&c.tris, &c.uv, &c.border, ctx) };
+        let Ok(touching) = touching else { break };
+        if let Some(pair) = touching {
             let [p, q] = pair.map(of);
             let size = |p: u32| all.clone().filter(|&i| of(i) == p).count();
             off.push(if (size(p), p) < (size(q), q) { p } else { q });

@@ -20,6 +20,7 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
     let &Pair { s, a, b, limits, .. } = pair;
     let bound = limits.bound;
     let mut p = patch(pair, shared, motion)?;
+    ctx.check().ok()?;
     let over = |p: &Patch| -> f64 {
         (p.tris.iter().zip(&p.rest).zip(&p.area))
             .filter(|((t, r), _)| stretch(**r, corners(**t, &p.uv)) > bound)
@@ -47,12 +48,14 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
         let now = over(&p);
         let positive = all_positive(&p.tris, &p.uv);
         if now <= allowed && positive {
+            ctx.check().ok()?;
             let mut c = assemble(pair, &p)?;
+            ctx.check().ok()?;
             c.over = far + now;
             c.waste = c.wasted();
             let c = worth(c, a, b, shared, bound)?;
-            let accepted =
-                turns_once(&p.tris, &p.uv, &p.pinned) && !border_touches(&c.tris, &c.uv, &c.border);
+            let accepted = turns_once(&p.tris, &p.uv, &p.pinned, ctx).ok()?
+                && !border_touches(&c.tris, &c.uv, &c.border, ctx).ok()?;
             return accepted.then_some(c);
         }
         // Hopeless: far too stretched, or hardly getting better. Success nearly always shows at once.
@@ -66,7 +69,9 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
         return None;
     }
     // Without flips from the start, at the cost of the whole chart.
-    let c = flattened(s, assemble(pair, &p)?, bound, ctx)?;
+    let c = assemble(pair, &p)?;
+    ctx.check().ok()?;
+    let c = flattened(s, c, bound, ctx)?;
     worth(c, a, b, shared, bound).filter(|c| c.over <= limits.over * c.area)
 }
 
@@ -76,7 +81,7 @@ pub(super) fn flattened(s: &Surface, mut c: Chart, bound: f64, ctx: &Context<'_>
     c.uv = dirichlet::flatten(&disk, bound, ctx)?;
     c.over = over_area(s, &c, bound);
     c.waste = c.wasted();
-    injective(&c.tris, &c.uv, &c.border).then_some(c)
+    injective(&c.tris, &c.uv, &c.border, ctx).ok()?.then_some(c)
 }
 
 /// The merged chart, if the seam it saves is worth what it wastes of the page.

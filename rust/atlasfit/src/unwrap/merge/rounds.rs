@@ -30,6 +30,7 @@ pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
         let borders = Borders::find(s, charts);
         ctx.check()?;
         let candidates = candidates(charts, &borders, &refused);
+        ctx.check()?;
         if candidates.is_empty() {
             // Refusals were handed down while charts grew; with all grown, each is tried afresh once.
             if passes == MERGE.passes {
@@ -54,6 +55,7 @@ pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
             .collect();
         ctx.check()?;
         for (&(a, b), result) in chosen.iter().zip(results) {
+            ctx.check()?;
             match result {
                 Some(merged) => {
                     let id = charts.replace(a, b, merged);

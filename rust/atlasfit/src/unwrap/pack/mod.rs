@@ -30,6 +30,7 @@ use super::chart::Chart;
 use super::options::Packer;
 use super::planar::upright;
 use crate::error::{Error, Result};
+use crate::numeric::wording::counted;
 use crate::run::Context;
 use boxes::{crumbs, one_page_of_boxes};
 use fixed::several_pages;
@@ -60,9 +61,9 @@ pub(crate) fn pack(charts: &[Chart], job: &PackJob<'_>, ctx: &Context<'_>) -> Re
             let [width, height] = job.page;
             return Err(Error::invalid(
                 format!(
-                    "the packer finds no room for {} charts on {} of {width} by {height} texels",
-                    charts.len(),
-                    if job.pages == 1 { "a page".into() } else { format!("{} pages", job.pages) },
+                    "the packer finds no room for {} on {} of {width} by {height} texels",
+                    counted(charts.len(), "chart"),
+                    counted(job.pages as usize, "page"),
                 ),
                 "Give larger pages or more of them, or use another packer",
             ));

@@ -106,10 +106,17 @@ fn take_in(clusters: &mut [Cluster], a: u32, b: u32) {
 fn join_all(clusters: &mut [Cluster], flatness: f64, ctx: &Context<'_>) -> Result<Vec<u32>> {
     // The queue holds the cheapest partner of every cluster. One that has changed since is looked for again
     // when its turn comes: what got cheaper is in the queue for the cluster that it got cheaper with.
-    let first = (0..clusters.len() as u32).into_par_iter().filter_map(|c| cheapest(clusters, c, flatness));
-    let mut heap = BinaryHeap::from(first.collect::<Vec<_>>());
+    let all: Vec<u32> = (0..clusters.len() as u32).collect();
+    let first: Vec<Vec<Candidate>> = all
+        .par_chunks(SEGMENT.chunk)
+        .map(|some| {
+            ctx.check()?;
+            Ok(some.iter().filter_map(|&c| cheapest(clusters, c, flatness)).collect())
+        })
+        .collect::<Result<_>>()?;
+    let mut heap = BinaryHeap::from(first.into_iter().flatten().collect::<Vec<_>>());
     ctx.check()?;
-    let mut taken_by: Vec<u32> = (0..clusters.len() as u32).collect();
+    let mut taken_by = all;
     let (mut steps, mut looks) = (0usize, 0usize);
     while let Some(Candidate { a, b, stamps, of, .. }) = heap.pop() {
         looks += 1;

@@ -184,7 +184,8 @@ fn normalised(mesh: &TriMesh, usable: &[bool], ctx: &Context<'_>) -> Result<(Vec
     let tri = &mesh.triangles;
     // A first scale by the box keeps squares inside the floating-point range, a second one makes the area 1.
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for (t, _) in tri.iter().zip(usable).filter(|(_, u)| **u) {
+    for (f, (t, _)) in tri.iter().zip(usable).filter(|(_, u)| **u).enumerate() {
+        ctx.check_at(f)?;
         for &v in t {
             for k in 0..3 {
                 lo[k] = lo[k].min(mesh.positions[v as usize][k]);
@@ -209,7 +210,11 @@ fn normalised(mesh: &TriMesh, usable: &[bool], ctx: &Context<'_>) -> Result<(Vec
         let [a, b, c] = t.map(|v| pos[v as usize]);
         (b - a).cross(c - a).norm() * 0.5
     };
-    let total: f64 = tri.iter().zip(usable).filter(|(_, u)| **u).map(|(t, _)| raw_area(&pos, t)).sum();
+    let mut total = 0.0;
+    for (f, (t, _)) in tri.iter().zip(usable).filter(|(_, u)| **u).enumerate() {
+        ctx.check_at(f)?;
+        total += raw_area(&pos, t);
+    }
     if total.is_nan() || total <= 0.0 {
         return Err(Error::degenerate(
             "every triangle of the mesh has zero area",

@@ -77,7 +77,7 @@ fn image_prior(dots: &[Vec3], steps: usize, ctx: &Context<'_>) -> Result<Vec<Vec
         let gradient: Vec<[f32; 3]> =
             out.iter().zip(&ink).map(|(y, ink)| [2.0 * (y[0] - ink), 0.0, 0.0]).collect();
         net.backward(&gradient, ctx)?;
-        net.step(1e-3);
+        net.step(1e-3, ctx)?;
     }
     net.forward(&mut out, ctx)?;
     Ok((0..ink.len()).filter(|&i| out[i][0] > 0.0).map(|i| Vec3(centre(i))).collect())
