@@ -83,13 +83,13 @@ impl Aabb {
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
-    nodes: Vec<Aabb>,
-    order: Vec<u32>,
-    height: u32,
+    pub(super) nodes: Vec<Aabb>,
+    pub(super) order: Vec<u32>,
+    pub(super) height: u32,
 }
 
 /// Nodes of a full binary tree of the given height (a leaf has height 0).
-const fn tree_size(height: u32) -> usize {
+pub(super) const fn tree_size(height: u32) -> usize {
     (2usize << height) - 1
 }
 
