@@ -5,7 +5,7 @@ usage: watertight.py [--program ATLASFIT] [--noise 0.005] [--points 30000] [--ke
   A FILE without faces is a scan, and so is one given as scan:FILE (its vertices).
 A line a file: whether the solid is one (what is wrong otherwise), its parts, pairs of triangles that meet, the share of its area that is marked as extrapolated,
 rms distance to the truth where there are data (of the open surface, of the solid's unmarked triangles), and of the truth to both, smallest angle (1% quantile, degrees),
-vertices and seconds of both. Ends with 1 if one is no solid. Needs numpy; scipy for the distances.
+vertices and seconds of both. Ends with 1 if one is no solid. Needs numpy and scipy; igl makes distances exact.
 """
 
 import argparse
@@ -14,8 +14,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from fractions import Fraction
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8",
@@ -56,32 +60,34 @@ def positions(columns):
     return np.stack([columns[k] for k in "xyz"], -1)
 
 
+def components(pairs, n):
+    """How many pieces n things make that are joined in pairs."""
+    graph = coo_matrix((np.ones(len(pairs), bool), pairs.T), (n, n))
+    return connected_components(graph, directed=False)[0]
+
+
+def parts(faces):
+    used, at = np.unique(faces, return_inverse=True)
+    at = at.reshape(-1, 3)
+    return components(np.concatenate([at[:, :2], at[:, 1:]]), len(used))
+
+
 def wrong(vertices, faces):
     """What keeps triangles from being a closed, oriented two-manifold that faces outward; nothing where they are one."""
     if not len(faces):
         return "empty"
     half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    if len(np.unique(half, axis=0)) != len(half):
+    forth, back = (np.sort(half[:, k] << 32 | half[:, 1 - k]) for k in (0, 1))
+    if (forth[1:] == forth[:-1]).any():
         return "not oriented"
-    forth, back = (set(map(tuple, h)) for h in (half, half[:, ::-1]))
-    if forth != back:
+    if (forth != back).any():
         return "open"
     # One fan about every vertex: its triangles, joined across edges, are one piece.
     triangle = np.tile(np.arange(len(faces)), 3)
     corner = lambda v: 3 * triangle + (faces[triangle] == v[:, None]).argmax(1)
     order, reverse = np.lexsort(half.T[::-1]), np.lexsort(half[:, ::-1].T[::-1])
-    label = np.arange(3 * len(faces))
-    pairs = np.concatenate([np.stack([corner(half[:, k])[order], corner(half[:, k])[reverse]], -1) for k in (0, 1)])
-    while True:
-        low = np.minimum(label[pairs[:, 0]], label[pairs[:, 1]])
-        new = label.copy()
-        np.minimum.at(new, pairs[:, 0], low)
-        np.minimum.at(new, pairs[:, 1], low)
-        new = new[new]
-        if (new == label).all():
-            break
-        label = new
-    if len(np.unique(label)) != len(np.unique(faces)):
+    pairs = np.concatenate([np.stack([corner(half[:, k])[order], corner(half[:, 1 - k])[reverse]], -1) for k in (0, 1)])
+    if components(pairs, 3 * len(faces)) != len(np.unique(faces)):
         return "not two-manifold"
     a, b, c = (vertices[faces[:, k]] - vertices.mean(0) for k in range(3))
     return "inward" if (a * np.cross(b, c)).sum() <= 0 else ""
@@ -139,20 +145,34 @@ def meetings(vertices, faces):
         n = [np.cross(corners[x, 1] - corners[x, 0], corners[x, 2] - corners[x, 0]) for x in (i, j)]
         bad |= (shared == 2) & ((n[0] * n[1]).sum(1) < -(1 - 1e-9) * np.linalg.norm(n[0], axis=1) * np.linalg.norm(n[1], axis=1))
         found.append(np.stack([i, j], -1)[bad & (shared < 3)])
-    return len(np.unique(np.sort(np.concatenate(found), 1), axis=0)) if found else 0
+    suspects = np.unique(np.sort(np.concatenate(found), 1), axis=0) if found else []
+    return sum(meet_exactly(vertices, faces[i], faces[j]) for i, j in suspects)
 
 
-def parts(faces):
-    label = np.arange(faces.max() + 1)
-    while True:
-        new = label.copy()
-        low = label[faces].min(1)
-        for k in range(3):
-            np.minimum.at(new, faces[:, k], low)
-        new = new[new]
-        if (new == label).all():
-            return len(np.unique(label[np.unique(faces)]))
-        label = new
+def meet_exactly(vertices, s, t):
+    """Whether two triangles meet elsewhere than at what they share, in rational numbers: rounding makes suspects of some in nearly one plane."""
+    if len(set(s) & set(t)) > 1:
+        return True
+    point = lambda v: [Fraction(float(x)) for x in vertices[v]]
+    minus = lambda a, b: [x - y for x, y in zip(a, b)]
+    cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    dot = lambda a, b: sum(x * y for x, y in zip(a, b))
+    volume = lambda a, b, c, d: dot(minus(b, a), cross(minus(c, a), minus(d, a)))
+    for one, other in ((s, t), (t, s)):
+        a, b, c = map(point, other)
+        for u, v in zip(one, np.roll(one, -1)):
+            if u in other or v in other:
+                continue
+            p, q = point(u), point(v)
+            low, high = volume(a, b, c, p), volume(a, b, c, q)
+            if low * high > 0:
+                continue
+            if low == high == 0:  # in one plane: not told apart further
+                return True
+            sides = [volume(p, q, x, y) for x, y in ((a, b), (b, c), (c, a))]
+            if all(x >= 0 for x in sides) or all(x <= 0 for x in sides):
+                return True
+    return False
 
 
 def areas(vertices, faces):
@@ -169,8 +189,6 @@ def draw(vertices, faces, n, rng):
 
 def rms(of, to, rng, n=20000):
     """Root mean square distance of one surface to the other: to the nearest of many samples, refined on the plane there."""
-    from scipy.spatial import cKDTree
-
     try:
         import igl
 

@@ -99,7 +99,11 @@ fn piece(tet: &[u32; 4], samples: &[Sample]) -> Piece {
     }
     let alone = ONE.iter().find(|p| inside[p[0]] == (count == 1));
     let [i, j, k, l] = alone.unwrap_or(&ONE[0]).map(|c| tet[c]);
-    if count == 1 { Piece::Triangle([[i, j], [i, k], [i, l]]) } else { Piece::Triangle([[j, i], [l, i], [k, i]]) }
+    if count == 1 {
+        Piece::Triangle([[i, j], [i, k], [i, l]])
+    } else {
+        Piece::Triangle([[j, i], [l, i], [k, i]])
+    }
 }
 
 /// Where the solid's surface crosses an edge: on the surface if that crosses there, else by interpolation.
@@ -107,6 +111,7 @@ fn vertex(edge: LatticeEdge, samples: &[Sample], faces: &Faces<'_>) -> Vertex {
     let [inner, outer] = edge.map(|v| samples[v as usize]);
     let way = outer.position - inner.position;
     if let Some(Exit { triangle, share }) = faces.exit(inner.position, outer.position) {
+        let share = share.clamp(SOLID.exit_margin, 1.0 - SOLID.exit_margin);
         return Vertex { position: inner.position + way * share, on: Some(triangle) };
     }
     let share = inner.value / (inner.value - outer.value);

@@ -7,7 +7,7 @@
 //! number's two sides, so that a plate of the stated thickness stands behind it.
 
 use super::constants::SOLID;
-use super::lattice::{Site, position};
+use super::lattice::{Site, jittered};
 use super::mesh::Faces;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -83,7 +83,7 @@ impl<'a> Field<'a> {
 
     /// The lattice's vertex of a site.
     pub(super) fn sample(&self, site: Site) -> Sample {
-        let mut p = position(site, self.side);
+        let mut p = jittered(site, self.side);
         let clearance = SOLID.clearance * self.side;
         let reach = self.thickness.max(clearance);
         let corners = |t: u32| &self.faces.corners[t as usize];
@@ -102,7 +102,10 @@ impl<'a> Field<'a> {
             let fade = (2.0 * distance / self.thickness - 1.0).clamp(0.0, 1.0);
             level = low.min(level) + fade * (level - low.min(level));
         }
-        Sample { position: p, value: (self.winding.at(p) - level).max(self.seams.bar(p, 0.5 * self.thickness)) }
+        Sample {
+            position: p,
+            value: (self.winding.at(p) - level).max(self.seams.bar(p, 0.5 * self.thickness)),
+        }
     }
 }
 

@@ -98,6 +98,15 @@ pub(super) fn position(site: Site, side: f64) -> Vec3 {
     Vec3::from_fn(|k| 0.5 * side * f64::from(site[k]))
 }
 
+/// [`position`], off by up to `SOLID.jitter` along each axis: always the same for a site, another for each.
+pub(super) fn jittered(site: Site, side: f64) -> Vec3 {
+    // The high bits of a product with an odd number are as good as random (Knuth's multiplicative hashing).
+    let mixed = (key(site) ^ key(site) >> 29).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ mixed >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
+    let off = |k: usize| (mixed >> (20 * k) & 0xfffff) as f64 / f64::from(1 << 19) - 1.0;
+    position(site, side) + Vec3::from_fn(|k| SOLID.jitter * side * off(k))
+}
+
 /// The cube whose tetrahedra lie about `p`: its even site is the nearest below or at `p`. `None` out of range.
 pub(super) fn cube_at(p: Vec3, side: f64) -> Option<Site> {
     let at = [0, 1, 2].map(|k| 2.0 * (p[k] / side).floor());

@@ -43,17 +43,19 @@ pub(crate) struct Solid {
 pub(crate) fn close(surface: Surface, voxel: f64, ctx: &Context<'_>) -> Result<Solid> {
     let faces = Faces::new(&surface, ctx)?;
     let winding = Winding::new(&faces.tree, &faces.corners, ctx)?;
-    if sound::is_solid(&faces, &winding, ctx)? {
-        drop(winding);
-        drop(faces);
-        let extrapolated = vec![false; surface.positions.len()];
+    if sound::encloses(&faces, &winding, ctx)?
+        && let Some(positions) = sound::untangle(&surface, ctx)?
+    {
+        let extrapolated = vec![false; positions.len()];
+        let surface = Surface { positions, ..surface };
         return Ok(Solid { surface, extrapolated, thickness: 0.0, plates: false });
     }
     let reach = surface.positions.iter().flat_map(|p| p.0).fold(0.0, |m: f64, x| m.max(x.abs()));
     let side = (SOLID.step * voxel).max(4.0 * reach / f64::from(SOLID.range));
     let thickness = SOLID.thickness.max(SOLID.least_thickness * side);
     let field = Field::new(&faces, winding, side, thickness, ctx)?;
-    let plates = (0..faces.positions.len()).any(|v| field.level(v) < SOLID.level);
+    let lower = (0..faces.positions.len()).filter(|&v| field.level(v) < SOLID.level - SOLID.told).count();
+    let plates = lower as f64 > SOLID.told_share * faces.positions.len() as f64;
     let grown = grow::grow(&field, &faces, ctx)?;
     drop(field);
     let contour = contour::contour(&grown, &faces, ctx)?;

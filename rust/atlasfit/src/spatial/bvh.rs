@@ -57,7 +57,9 @@ impl Aabb {
     pub fn longest_side(&self) -> f64 {
         (0..3).map(|k| self.max[k] - self.min[k]).fold(0.0, f64::max)
     }
-    fn meets(&self, o: &Self) -> bool {
+    /// Whether two boxes share a point.
+    #[must_use]
+    pub(crate) fn meets(&self, o: &Self) -> bool {
         (0..3).all(|k| self.min[k] <= o.max[k] && o.min[k] <= self.max[k])
     }
 }

@@ -4,7 +4,9 @@
 //! 2004, "Real-Time Collision Detection", 5.1.5), with a fall-back to the three sides where the triangle has
 //! no area.
 
+use super::inject;
 use crate::numeric::vec3::Vec3;
+use robust::{Coord3D, orient3d};
 
 /// Where the square of twice a triangle's area is below this times the fourth power of its longer side at the
 /// first corner, the weights of its corners are lost in rounding (2e-16 each): its sides are searched
@@ -88,6 +90,38 @@ pub(crate) fn crossing(p: Vec3, q: Vec3, t: &[Vec3; 3]) -> Option<(f64, bool)> {
     (0.0..=1.0).contains(&share).then_some((share, fall < 0.0))
 }
 
+/// Whether a segment and a triangle share a point: exact, also in one plane (Shewchuk 1997, crate `robust`).
+pub(crate) fn segment_meets(p: Vec3, q: Vec3, t: &[Vec3; 3]) -> bool {
+    let [a, b, c] = *t;
+    let (below, above) = (side(a, b, c, p), side(a, b, c, q));
+    if below == 0.0 && above == 0.0 {
+        return segment_meets_in_plane(p, q, t);
+    }
+    if (below > 0.0 && above > 0.0) || (below < 0.0 && above < 0.0) {
+        return false;
+    }
+    let sides = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
+    sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0)
+}
+
+/// On which side of the plane of three points the fourth lies, exactly.
+fn side(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> f64 {
+    let k = |p: Vec3| Coord3D { x: p[0], y: p[1], z: p[2] };
+    orient3d(k(a), k(b), k(c), k(d))
+}
+
+/// [`segment_meets`] for five points in one plane.
+fn segment_meets_in_plane(p: Vec3, q: Vec3, t: &[Vec3; 3]) -> bool {
+    let normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    let axis = (1..3).fold(0, |a, k| if normal[k].abs() > normal[a].abs() { k } else { a });
+    let flat = |v: Vec3| [v[(axis + 1) % 3], v[(axis + 2) % 3]];
+    let ([a, b, c], p, q) = (t.map(flat), flat(p), flat(q));
+    let within = [[a, b, p], [b, c, p], [c, a, p]].map(inject::positive);
+    let within_turned = [[b, a, p], [c, b, p], [a, c, p]].map(inject::positive);
+    let sides = [(a, b), (b, c), (c, a)];
+    within == [true; 3] || within_turned == [true; 3] || sides.iter().any(|s| inject::touch(p, q, s.0, s.1))
+}
+
 /// The weights of a triangle's corners whose sum is the point `p` of the triangle; thirds where it has no
 /// area.
 pub(crate) fn weights(p: Vec3, t: &[Vec3; 3]) -> [f64; 3] {
@@ -137,6 +171,16 @@ mod tests {
             prop_assert!(d <= grid + 1e-9, "{d} {grid}");
             prop_assert!(d >= grid - 0.08, "{d} {grid}");
         }
+    }
+
+    #[test]
+    fn a_segment_meets_a_triangle_across_its_plane_and_in_it() {
+        let t = [[0.0, 0.0, 0.1], [1.0, 0.0, 0.1], [0.0, 1.0, 0.1]].map(Vec3);
+        let meets = |p: [f64; 3], q: [f64; 3]| segment_meets(Vec3(p), Vec3(q), &t);
+        assert!(meets([0.2, 0.2, 1.0], [0.2, 0.3, -1.0]) && meets([0.2, 0.2, 0.1], [0.3, 0.3, 0.1]));
+        assert!(meets([-1.0, 0.5, 0.1], [2.0, 0.5, 0.1]) && meets([0.0, 1.0, 0.1], [0.0, 2.0, 0.1]));
+        assert!(!meets([0.2, 0.2, 1.0], [0.2, 0.3, 0.2]) && !meets([0.6, 0.6, 1.0], [0.6, 0.6, -1.0]));
+        assert!(!meets([-1.0, 1.5, 0.1], [2.0, 1.5, 0.1]) && !meets([0.0, 1.1, 0.1], [0.0, 2.0, 0.1]));
     }
 
     #[test]

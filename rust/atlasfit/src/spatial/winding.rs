@@ -118,7 +118,8 @@ impl<'a> Winding<'a> {
             return 0.0;
         }
         let (mut far, mut near) = (0.0, 0.0);
-        let mut stack = [Node { index: 0, height: self.tree.height, low: 0, high: self.tree.order.len() }; 64];
+        let mut stack =
+            [Node { index: 0, height: self.tree.height, low: 0, high: self.tree.order.len() }; 64];
         let mut top = 1;
         while top > 0 {
             top -= 1;
