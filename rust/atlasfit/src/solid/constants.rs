@@ -62,7 +62,7 @@ pub(crate) const SOLID: SolidConstants = SolidConstants {
     thickness: 0.01,
     least_thickness: 4.0,
     check: 256,
-    untangle: 10,
+    untangle: 4,
     relaxed: 4,
     told: 0.1,
     told_share: 0.01,

@@ -75,7 +75,7 @@ pub(super) fn meeting(faces: &Faces<'_>, of: &[u32], ctx: &Context<'_>) -> Resul
 }
 
 /// Moves the few vertices of a closed surface that has triangles which meet, and those next to them, to the
-/// means of their neighbours, until none meet. The positions, or nothing where that does not help.
+/// means of their neighbours, in wider and wider rings, until none meet. The positions, or nothing where that does not help.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -85,7 +85,7 @@ pub(super) fn untangle(surface: &Surface, ctx: &Context<'_>) -> Result<Option<Ve
         Surface { positions: surface.positions.clone(), triangles: triangles.clone(), ..Surface::default() };
     // Vertices that have moved: only their triangles can have come to meet others.
     let mut free = vec![true; moved.positions.len()];
-    for _ in 0..SOLID.untangle {
+    for round in 0..SOLID.untangle {
         let asked: Vec<u32> = (0..triangles.len())
             .filter(|&t| triangles[t].iter().any(|&v| free[v as usize]))
             .map(|t| t as u32)
@@ -97,7 +97,7 @@ pub(super) fn untangle(surface: &Surface, ctx: &Context<'_>) -> Result<Option<Ve
         if met.len() as f64 > SOLID.tangled * triangles.len() as f64 {
             return Ok(None);
         }
-        free = around(&met, surface, ctx)?;
+        free = around(&met, surface, round + 1, ctx)?;
         for _ in 0..SOLID.relaxed {
             relax(&mut moved, &free, ctx)?;
         }
@@ -105,15 +105,17 @@ pub(super) fn untangle(surface: &Surface, ctx: &Context<'_>) -> Result<Option<Ve
     Ok(None)
 }
 
-/// The vertices of triangles, and those next to them.
-fn around(of: &[u32], s: &Surface, ctx: &Context<'_>) -> Result<Vec<bool>> {
-    let mut core = vec![false; s.positions.len()];
-    of.iter().flat_map(|&t| s.triangles[t as usize]).for_each(|v| core[v as usize] = true);
-    let mut all = core.clone();
-    for (i, t) in s.triangles.iter().enumerate() {
-        ctx.check_at(i)?;
-        if t.iter().any(|&v| core[v as usize]) {
-            t.iter().for_each(|&v| all[v as usize] = true);
+/// The vertices of triangles, and some rings of vertices about them.
+fn around(of: &[u32], s: &Surface, rings: usize, ctx: &Context<'_>) -> Result<Vec<bool>> {
+    let mut all = vec![false; s.positions.len()];
+    of.iter().flat_map(|&t| s.triangles[t as usize]).for_each(|v| all[v as usize] = true);
+    for _ in 0..rings {
+        let core = all.clone();
+        for (i, t) in s.triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            if t.iter().any(|&v| core[v as usize]) {
+                t.iter().for_each(|&v| all[v as usize] = true);
+            }
         }
     }
     Ok(all)
