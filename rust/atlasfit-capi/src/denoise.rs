@@ -74,9 +74,9 @@ pub struct atlasfit_denoise_options {
     pub viewpoint: [f64; 3],
     /// 1 if viewpoint counts, else 0. Default 0.
     pub has_viewpoint: u32,
-    /// 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections. One
-    /// attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the surface
-    /// open where the data end. Default 0.
+    /// 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections.
+    /// One attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the
+    /// surface open where the data end. Default 0.
     pub watertight: u32,
 }
 

@@ -13,7 +13,8 @@ use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
 
-/// The attribute of a watertight surface's vertices, after the scan's own, that is 1 where they were invented, 0 where data are.
+/// The attribute of a watertight surface's vertices, after the scan's own, that is 1 where they were
+/// invented, 0 where data are.
 pub const EXTRAPOLATED: &str = "extrapolated";
 
 /// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes

@@ -19,8 +19,8 @@ const BYTES_PER_POINT_WITH_UV: u64 = 230;
 const BYTES_PER_SURFACE_VERTEX: u64 = 350;
 /// Bytes for one vertex of the surface while UVs are laid out, beside what unwrapping needs: its columns.
 const BYTES_PER_HELD_VERTEX: u64 = 40;
-/// Bytes for one vertex of the open surface while a solid is made of it: its triangles in a tree with the series
-/// of their clusters, the lattice and its triangles, on both sides where it is a plate.
+/// Bytes for one vertex of the open surface while a solid is made of it: its triangles in a tree with the
+/// series of their clusters, the lattice and its triangles, on both sides where it is a plate.
 const BYTES_PER_SOLID_VERTEX: u64 = 1800;
 /// Vertices of a solid for each of the open surface.
 const SOLID_VERTICES: usize = 4;

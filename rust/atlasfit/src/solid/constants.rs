@@ -8,18 +8,18 @@ pub(crate) struct SolidConstants {
     /// parts (chair, cup, sheets).
     pub step: f64,
     /// A vertex of the lattice that lies nearer to the surface than this share of the cubes' side steps back
-    /// to that distance: triangles then have no short sides. With the jitter's sqrt(3) times below 0.25, so that
-    /// no tetrahedron is turned over: its opposite edges are half a side apart. Source: chosen.
+    /// to that distance: triangles then have no short sides. With the jitter's sqrt(3) times below 0.25, so
+    /// that no tetrahedron is turned over: its opposite edges are half a side apart. Source: chosen.
     pub clearance: f64,
-    /// Vertices of the lattice are off by up to this share of the side along each axis: else invented triangles
-    /// lie in one plane by the thousand, and tests for intersections are at the mercy of rounding. Source:
-    /// chosen.
+    /// Vertices of the lattice are off by up to this share of the side along each axis: else invented
+    /// triangles lie in one plane by the thousand, and tests for intersections are at the mercy of rounding.
+    /// Source: chosen.
     pub jitter: f64,
     /// Where no surface crosses an edge of the lattice, the membrane stays this share of the edge away from
     /// its ends. In (0, 0.5). Source: chosen.
     pub end_margin: f64,
-    /// Where the surface crosses an edge, it stays this share of the edge away from its ends: it may pass through
-    /// a vertex that stepped back from another sheet. In (0, 0.5). Source: chosen, small.
+    /// Where the surface crosses an edge, it stays this share of the edge away from its ends: it may pass
+    /// through a vertex that stepped back from another sheet. In (0, 0.5). Source: chosen, small.
     pub exit_margin: f64,
     /// The winding number that bounds what is enclosed. Source: derived, half the jump; about a surface with
     /// a plane rim the membrane is the plane then.

@@ -1,8 +1,8 @@
 //! The solid's surface in tetrahedra (marching tetrahedra).
 //!
-//! In: tetrahedra that are partly inside. Out: triangles, one or two in each. Every tetrahedron holds its own,
-//! and none overlap, so nothing meets; edges of the lattice have two different ends, so every vertex stands
-//! apart: the surface is closed and two-manifold whatever the field is.
+//! In: tetrahedra that are partly inside. Out: triangles, one or two in each. Every tetrahedron holds its
+//! own, and none overlap, so nothing meets; edges of the lattice have two different ends, so every vertex
+//! stands apart: the surface is closed and two-manifold whatever the field is.
 
 use super::constants::SOLID;
 use super::field::Sample;

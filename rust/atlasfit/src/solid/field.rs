@@ -2,9 +2,9 @@
 //!
 //! In: a site of the lattice. Out: where its vertex lies, and a value that is positive inside.
 //!
-//! What the surface encloses winds about a point by more than half a turn. Where it encloses nothing (a sheet,
-//! a relief, a room seen from within), the level sinks behind it, to a quarter above the mean of the winding
-//! number's two sides, so that a plate of the stated thickness stands behind it.
+//! What the surface encloses winds about a point by more than half a turn. Where it encloses nothing (a
+//! sheet, a relief, a room seen from within), the level sinks behind it, to a quarter above the mean of the
+//! winding number's two sides, so that a plate of the stated thickness stands behind it.
 
 use super::constants::SOLID;
 use super::lattice::{Site, jittered};

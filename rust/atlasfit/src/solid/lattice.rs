@@ -107,7 +107,8 @@ pub(super) fn jittered(site: Site, side: f64) -> Vec3 {
     position(site, side) + Vec3::from_fn(|k| SOLID.jitter * side * off(k))
 }
 
-/// The cube whose tetrahedra lie about `p`: its even site is the nearest below or at `p`. `None` out of range.
+/// The cube whose tetrahedra lie about `p`: its even site is the nearest below or at `p`. `None` out of
+/// range.
 pub(super) fn cube_at(p: Vec3, side: f64) -> Option<Site> {
     let at = [0, 1, 2].map(|k| 2.0 * (p[k] / side).floor());
     let limit = f64::from(SOLID.range - 4);

@@ -1,7 +1,7 @@
 //! The surface that a solid is made of, prepared: corners, boxes, seams.
 //!
-//! In: a surface. Out: a tree of its triangles, and what is asked about them: whether they are a solid as they
-//! are, and where a segment leaves through them.
+//! In: a surface. Out: a tree of its triangles, and what is asked about them: whether they are a solid as
+//! they are, and where a segment leaves through them.
 
 use crate::contour::surface::Surface;
 use crate::error::Result;

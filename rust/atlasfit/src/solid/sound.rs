@@ -22,11 +22,12 @@ use std::ops::ControlFlow;
 const CHECK: usize = 512;
 /// So far in front of a triangle, in its perimeters, it is asked what lies there.
 const IN_FRONT: f64 = 1e-3;
-/// Two triangles at an edge whose normals' cosine is below this lie on each other. Source: chosen, close to -1.
+/// Two triangles at an edge whose normals' cosine is below this lie on each other. Source: chosen, close to
+/// -1.
 const FOLDED: f64 = -0.999_999;
 
-/// Whether the triangles are closed, with the solid behind them, whether or not they meet. Every vertex is taken
-/// to have one fan.
+/// Whether the triangles are closed, with the solid behind them, whether or not they meet. Every vertex is
+/// taken to have one fan.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -75,7 +76,8 @@ pub(super) fn meeting(faces: &Faces<'_>, of: &[u32], ctx: &Context<'_>) -> Resul
 }
 
 /// Moves the few vertices of a closed surface that has triangles which meet, and those next to them, to the
-/// means of their neighbours, in wider and wider rings, until none meet. The positions, or nothing where that does not help.
+/// means of their neighbours, in wider and wider rings, until none meet. The positions, or nothing where
+/// that does not help.
 ///
 /// # Errors
 /// Cancelled or out of time.

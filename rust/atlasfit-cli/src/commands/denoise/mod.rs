@@ -70,8 +70,8 @@ pub struct Args {
         help_heading = "Fit"
     )]
     fill_holes: f64,
-    /// Make the surface that of a solid, for printing: closed, without self-intersections. The vertex attribute
-    /// "extrapolated" is 1 where it was invented
+    /// Make the surface that of a solid, for printing: closed, without self-intersections. The vertex
+    /// attribute "extrapolated" is 1 where it was invented
     #[arg(long, help_heading = "Fit")]
     watertight: bool,
     /// Side of the texture in texels, for the padding between UV charts and for --bake [default: 1024; with
