@@ -140,7 +140,7 @@ class atlasfit_denoise_options(Sized):
         ("network_learning_rate", c_double),
         ("viewpoint", c_double * 3),
         ("has_viewpoint", c_uint32),
-        ("reserved", c_uint32),
+        ("watertight", c_uint32),
     ]
 
 

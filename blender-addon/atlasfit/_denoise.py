@@ -139,6 +139,7 @@ def denoise(
     network_stretch_weight: float | None = None,
     network_learning_rate: float | None = None,
     viewpoint: ArrayLike | None = None,
+    watertight: bool | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -166,6 +167,8 @@ def denoise(
                   recipe "paper"
     viewpoint     (3,) where the scanner stood, in the points' unit: the surface faces it, whatever the
                   normals say
+    watertight    whether the surface is to be that of a solid, for printing: closed, without self-intersections
+                  (default False). Its attribute "extrapolated" is 1 where it was invented
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -195,13 +198,18 @@ def denoise(
         network_iterations=network_iterations,
         network_stretch_weight=network_stretch_weight,
         network_learning_rate=network_learning_rate,
+        watertight=watertight,
     )
     if viewpoint is not None:
         chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()
         chosen.has_viewpoint = 1
     result = Handle("result")
     run(lambda r: lib().atlasfit_denoise(byref(given), byref(chosen), r, byref(result.pointer)), options)
-    return _read(result, columns)
+    out = _read(result, columns)
+    if watertight:
+        marks = result.copy("surface_attribute", (len(out.surface.vertices),), np.float64, len(columns.names))
+        out.surface.attributes["extrapolated"] = marks
+    return out
 
 
 def _read(result: Handle, columns: Attributes) -> Denoised:

@@ -251,6 +251,11 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         default=0.0,
         min=0.0,
     )
+    watertight: BoolProperty(
+        name="Watertight",
+        description="Close the surface to a solid for printing; the attribute extrapolated marks what was invented",
+        default=False,
+    )
     texture_size: bake.TEXTURE_SIZE
     bake: BoolProperty(
         name="Bake Colors",
@@ -261,7 +266,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("detail", "fill_holes", "noise", "charts", "prior", "texture_size", "bake"):
+        for name in ("detail", "fill_holes", "watertight", "noise", "charts", "prior", "texture_size", "bake"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -273,6 +278,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,
+            "watertight": self.watertight,
             "texture_size": size,
         }
 
@@ -338,7 +344,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             mesh.add_attribute(me, self._color, "FLOAT_COLOR", surface.colors)
             me.color_attributes.active_color = me.color_attributes[self._color]
         for column, values in surface.attributes.items():
-            mesh.add_attribute(me, column, self._kinds[column], values)
+            mesh.add_attribute(me, column, self._kinds.get(column, "INT"), values)
         ob = bpy.data.objects.new(f"{source.name} Surface", me)
         ob.matrix_world = source.matrix_world
         mesh.put_beside(context, ob, source)

@@ -60,6 +60,9 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the "
 			"sampling.",
 			{}, false});
+		list.push_back({Parameter::BOOL, "watertight", double(o.watertight), "Watertight",
+			"Whether the surface is to be that of a solid, for printing: closed, without self-intersections.", {},
+			false});
 		list.push_back({Parameter::BOOL, "uv", double(o.uv), "Lay out UVs",
 			"Whether the surface gets per-wedge texture coordinates.", {}, false});
 		list.push_back(texture_size_parameter(o.texture_size));

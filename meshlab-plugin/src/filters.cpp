@@ -103,6 +103,7 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	if (surface) {
 		options.detail = number(par, "detail");
 		options.fill_holes = number(par, "fillHoles");
+		options.watertight = par.getBool("watertight") ? 1 : 0;
 		options.uv = par.getBool("uv") ? 1 : 0;
 		options.texture_size = count(par, "textureSize");
 		if (layer.hasDataMask(MeshModel::MM_VERTCOLOR)) {

@@ -74,8 +74,10 @@ pub struct atlasfit_denoise_options {
     pub viewpoint: [f64; 3],
     /// 1 if viewpoint counts, else 0. Default 0.
     pub has_viewpoint: u32,
-    /// Must be 0.
-    pub reserved: u32,
+    /// 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections.
+    /// One attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the
+    /// surface open where the data end. Default 0.
+    pub watertight: u32,
 }
 
 // SAFETY: numbers, size first.
@@ -107,7 +109,7 @@ unsafe impl Sized for atlasfit_denoise_options {
             network_learning_rate: network.learning_rate,
             viewpoint: d.viewpoint.unwrap_or_default(),
             has_viewpoint: u32::from(d.viewpoint.is_some()),
-            reserved: 0,
+            watertight: u32::from(d.watertight),
         }
     }
 }
@@ -148,13 +150,14 @@ impl atlasfit_denoise_options {
         };
         let uv = sized::flag(self.uv, "uv")?;
         let has_viewpoint = sized::flag(self.has_viewpoint, "has_viewpoint")?;
-        sized::zero(self.reserved)?;
+        let watertight = sized::flag(self.watertight, "watertight")?;
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
             .with_detail(self.detail)
             .with_charts((self.charts > 0).then_some(self.charts as usize))
             .with_fill_holes(self.fill_holes)
+            .with_watertight(watertight)
             .with_texture_size(self.texture_size)
             .with_outliers(outliers)
             .with_viewpoint(has_viewpoint.then_some(self.viewpoint))

@@ -40,6 +40,8 @@ pub(crate) mod blend;
 
 pub(crate) mod contour;
 
+pub(crate) mod solid;
+
 pub mod measure;
 
 pub mod bake;

@@ -51,7 +51,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("recipe", &|o| o.recipe = 2),
             ("has_viewpoint", &|o| o.has_viewpoint = 2),
             ("viewpoint no number", &|o| (o.has_viewpoint, o.viewpoint) = (1, [0.0, f64::NAN, 0.0])),
-            ("reserved", &|o| o.reserved = 1),
+            ("watertight", &|o| o.watertight = 2),
             ("texture", &|o| o.texture_size = 0),
             ("network charts", &|o| (o.prior, o.network_charts) = (ATLASFIT_PRIOR_MLP, 0)),
             ("network rate", &|o| (o.prior, o.network_learning_rate) = (ATLASFIT_PRIOR_CONV, f64::NAN)),

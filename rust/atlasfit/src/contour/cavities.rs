@@ -9,6 +9,7 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
 use crate::spatial::sets::Sets;
+use crate::spatial::triangle::half_solid_angle;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -95,18 +96,14 @@ fn is_closed(s: &Surface, part: &Part, ctx: &Context<'_>) -> Result<bool> {
     Ok(Edges::new(&triangles, ctx)?.iter().all(|edge| edge.len() == 2))
 }
 
-/// How often a part winds about a point: the sum of the solid angles of its triangles over 4 pi (Jacobson et
-/// al. 2013; the angle of one after van Oosterom and Strackee 1983).
+/// How often a part winds about a point (Jacobson et al. 2013).
 fn winding(s: &Surface, part: &Part, p: Vec3, ctx: &Context<'_>) -> Result<f64> {
-    let mut angle = 0.0;
+    let mut half_angle = 0.0;
     for (i, &t) in part.triangles.iter().enumerate() {
         ctx.check_at(i)?;
-        let [a, b, c] = corners(&s.positions, &s.triangles[t as usize]).map(|v| v - p);
-        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-        let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        angle += 2.0 * a.dot(b.cross(c)).atan2(below);
+        half_angle += half_solid_angle(p, &corners(&s.positions, &s.triangles[t as usize]));
     }
-    Ok(angle / (4.0 * PI))
+    Ok(half_angle / (2.0 * PI))
 }
 
 #[cfg(test)]

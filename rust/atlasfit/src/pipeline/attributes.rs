@@ -7,11 +7,15 @@ use super::constants::TRANSFER_K;
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
-use crate::geometry::{Attribute, PointCloud, TriMesh};
+use crate::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
+
+/// The attribute of a watertight surface's vertices, after the scan's own, that is 1 where they were
+/// invented, 0 where data are.
+pub const EXTRAPOLATED: &str = "extrapolated";
 
 /// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes
 /// the surface.
@@ -22,6 +26,15 @@ pub(super) fn mesh(cloud: &PointCloud, built: &mut Built, ctx: &Context<'_>) -> 
     mesh.normals = Some(surface.normals.iter().map(|n| n.to_f32()).collect());
     let sources = first_inputs(&built.input.of_input, built.projected.len());
     transfer(cloud, &built.projected, &sources, &mut mesh, ctx)?;
+    if let Some(extrapolated) = built.extrapolated.take() {
+        // A scan that was made watertight before brings a column of that name: it keeps its place.
+        for old in mesh.attributes.iter_mut().filter(|a| a.name == EXTRAPOLATED) {
+            old.name.push_str("_before");
+        }
+        let values = extrapolated.into_iter().map(|e| f64::from(u8::from(e))).collect();
+        let name = EXTRAPOLATED.to_string();
+        mesh.attributes.push(Attribute { name, width: 1, kind: ScalarKind::U8, values });
+    }
     Ok(mesh)
 }
 

@@ -19,6 +19,11 @@ const BYTES_PER_POINT_WITH_UV: u64 = 230;
 const BYTES_PER_SURFACE_VERTEX: u64 = 350;
 /// Bytes for one vertex of the surface while UVs are laid out, beside what unwrapping needs: its columns.
 const BYTES_PER_HELD_VERTEX: u64 = 40;
+/// Bytes for one vertex of the open surface while a solid is made of it: its triangles in a tree with the
+/// series of their clusters, the lattice and its triangles, on both sides where it is a plate.
+const BYTES_PER_SOLID_VERTEX: u64 = 1800;
+/// Vertices of a solid for each of the open surface.
+const SOLID_VERTICES: usize = 4;
 /// Bytes of the pairs of a point and a block that are contoured at a time.
 const PAIRS_BYTES: u64 = 60 << 20;
 /// Bytes of the pairs of one point: small scans do not fill the above.
@@ -51,7 +56,10 @@ pub fn memory_needed(points: usize, options: &DenoiseOptions, threads: usize) ->
 fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
     let pairs = total_bytes(&[(points, PAIRS_BYTES_PER_POINT)]).min(PAIRS_BYTES);
     let contouring = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SURFACE_VERTEX), (1, pairs)];
-    let contouring = with_threads(total_bytes(&contouring), threads);
+    let closing = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SOLID_VERTEX)];
+    let closing = if options.watertight { total_bytes(&closing) } else { 0 };
+    let contouring = with_threads(total_bytes(&contouring).max(closing), threads);
+    let vertices = if options.watertight { vertices.saturating_mul(SOLID_VERTICES) } else { vertices };
     if !options.uv {
         return contouring;
     }

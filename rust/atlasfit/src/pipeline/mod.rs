@@ -23,6 +23,7 @@ mod sheets;
 mod surface;
 mod warnings;
 
+pub use attributes::EXTRAPOLATED;
 pub use guide::Guide;
 pub use memory::memory_needed;
 pub use options::{DenoiseOptions, Outliers};

@@ -28,6 +28,10 @@ pub struct DenoiseOptions {
     /// Holes with a boundary shorter than this are filled, in the scan's unit; 0 fills only gaps of the
     /// sampling.
     pub fill_holes: f64,
+    /// Whether the surface is to be that of a solid, for printing: closed, two-manifold, without
+    /// self-intersections. What is invented where there are no data is marked by the attribute
+    /// [`EXTRAPOLATED`](super::EXTRAPOLATED) of the surface's vertices.
+    pub watertight: bool,
     /// Side of the texture page in texels, for the padding between UV charts.
     pub texture_size: u32,
     /// What to do with outliers.
@@ -45,6 +49,7 @@ setters! {
         with_detail: detail: f64,
         with_charts: charts: Option<usize>,
         with_fill_holes: fill_holes: f64,
+        with_watertight: watertight: bool,
         with_texture_size: texture_size: u32,
         with_outliers: outliers: Outliers,
         with_viewpoint: viewpoint: Option<[f64; 3]>,
@@ -59,6 +64,7 @@ impl Default for DenoiseOptions {
             detail: 1.0,
             charts: None,
             fill_holes: 0.0,
+            watertight: false,
             texture_size: 1024,
             outliers: Outliers::Keep,
             viewpoint: None,

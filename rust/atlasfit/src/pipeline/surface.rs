@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::numeric::vec3::Vec3;
 use crate::orient;
 use crate::run::{Context, Stage};
+use crate::solid::{self, Solid};
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::spacing::Sampling;
 
@@ -23,6 +24,8 @@ use crate::spatial::spacing::Sampling;
 pub(super) struct Built {
     /// The surface.
     pub surface: Surface,
+    /// For each of its vertices, whether it was invented to close the surface; only of a solid.
+    pub extrapolated: Option<Vec<bool>>,
     /// The charts, facing as the surface does.
     pub charts: Vec<Chart>,
     /// The scan's points on the charts, facing as the surface does.
@@ -104,8 +107,15 @@ pub(super) fn build(
         }
     }
     let one_sided = !conflicts.is_empty();
+    let mut extrapolated = None;
+    if options.watertight {
+        let solid: Solid = solid::close(surface, voxel, ctx)?;
+        input.warnings.extend(warnings::plates(&solid, one_sided, frame.scale));
+        (surface, extrapolated) = (solid.surface, Some(solid.extrapolated));
+    }
     Ok(Built {
         surface,
+        extrapolated,
         charts,
         projected,
         median_spacing: median,

@@ -7,6 +7,7 @@ use crate::contour::holes::Left;
 use crate::noise::estimate::LocalNoise;
 use crate::numeric::vec3::Vec3;
 use crate::numeric::wording::counted;
+use crate::solid::Solid;
 use crate::spatial::spacing::Sampling;
 
 /// Below this share of the spacing noise makes no difference.
@@ -65,6 +66,17 @@ pub(super) fn many_faces(faces: usize, points: usize) -> Option<String> {
              denser scan",
             counted(faces, "triangle"),
             counted(points, "point")
+        )
+    })
+}
+
+/// What to tell of a solid where the scan encloses nothing. The unit of the normalised frame is `scale` long.
+pub(super) fn plates(solid: &Solid, one_sided: bool, scale: f64) -> Option<String> {
+    let seam = if one_sided { ", with a bar where the one-sided surface turns over" } else { "" };
+    solid.plates.then(|| {
+        format!(
+            "parts of the surface enclose nothing: behind them the solid is about {:.3e} thick{seam}",
+            solid.thickness * scale
         )
     })
 }

@@ -57,7 +57,9 @@ impl Aabb {
     pub fn longest_side(&self) -> f64 {
         (0..3).map(|k| self.max[k] - self.min[k]).fold(0.0, f64::max)
     }
-    fn meets(&self, o: &Self) -> bool {
+    /// Whether two boxes share a point.
+    #[must_use]
+    pub(crate) fn meets(&self, o: &Self) -> bool {
         (0..3).all(|k| self.min[k] <= o.max[k] && o.min[k] <= self.max[k])
     }
 }
@@ -83,13 +85,13 @@ impl Aabb {
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
-    nodes: Vec<Aabb>,
-    order: Vec<u32>,
-    height: u32,
+    pub(super) nodes: Vec<Aabb>,
+    pub(super) order: Vec<u32>,
+    pub(super) height: u32,
 }
 
 /// Nodes of a full binary tree of the given height (a leaf has height 0).
-const fn tree_size(height: u32) -> usize {
+pub(super) const fn tree_size(height: u32) -> usize {
     (2usize << height) - 1
 }
 

@@ -21,8 +21,8 @@ pub(crate) fn positive(p: [[f64; 2]; 3]) -> bool {
     orient(p[0], p[1], p[2]) > 0.0
 }
 
-/// Whether closed segments ab and cd share a point.
-fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
+/// Whether closed segments ab and cd share a point, exactly.
+pub(super) fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     for k in 0..2 {
         if a[k].max(b[k]) < c[k].min(d[k]) || c[k].max(d[k]) < a[k].min(b[k]) {
             return false;

@@ -1,5 +1,5 @@
-//! Finding things in space and along meshes: nearest neighbours, boxes, disjoint sets, edges, welding, point
-//! spacing.
+//! Finding things in space and along meshes: nearest neighbours, boxes, triangles, winding numbers,
+//! disjoint sets, edges, welding, point spacing.
 
 pub mod bvh;
 pub(crate) mod constants;
@@ -8,6 +8,8 @@ pub(crate) mod inject;
 pub mod neighbours;
 pub mod sets;
 pub mod spacing;
+pub(crate) mod triangle;
 pub mod weld;
+pub(crate) mod winding;
 
 pub use neighbours::{Neighbour, Neighbours};

@@ -70,6 +70,10 @@ pub struct Args {
         help_heading = "Fit"
     )]
     fill_holes: f64,
+    /// Make the surface that of a solid, for printing: closed, without self-intersections. The vertex
+    /// attribute "extrapolated" is 1 where it was invented
+    #[arg(long, help_heading = "Fit")]
+    watertight: bool,
     /// Side of the texture in texels, for the padding between UV charts and for --bake [default: 1024; with
     /// --bake about four texels per point]
     #[arg(
@@ -258,6 +262,7 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
         .with_detail(args.detail)
         .with_charts(args.charts.0)
         .with_fill_holes(args.fill_holes)
+        .with_watertight(args.watertight)
         .with_texture_size(texture_size)
         .with_outliers(match args.outliers {
             Outliers::Keep => pipeline::Outliers::Keep,
