@@ -42,6 +42,9 @@ impl PatchSize {
     }
 }
 
+/// The patches on the two sides of a thin wall, each with the point that it grew from.
+pub(super) type Slab = [(usize, Patch); 2];
+
 /// What patches are cut from.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut<'a> {
@@ -99,7 +102,7 @@ impl Cut<'_> {
         seeds: &[usize],
         grown: &[Option<Patch>],
         ctx: &Context<'_>,
-    ) -> Result<Vec<Option<[(usize, Patch); 2]>>> {
+    ) -> Result<Vec<Option<Slab>>> {
         let of = |k: usize, found: &mut Vec<Neighbour>, scratch: &mut Scratch| {
             let (seed, patch) = (seeds[k], grown[k].as_ref());
             let reach = self.reach(seed, self.sigma);
@@ -122,7 +125,7 @@ impl Cut<'_> {
                     _ => return Ok(None),
                 }
             }
-            Ok(<[_; 2]>::try_from(patches).ok())
+            Ok(Slab::try_from(patches).ok())
         };
         let order: Vec<usize> = (0..seeds.len()).collect();
         let found = order
