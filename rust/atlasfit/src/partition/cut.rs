@@ -111,6 +111,10 @@ impl Cut<'_> {
                 return Ok(None);
             }
             self.tree.within(self.points[seed], reach, found);
+            // In a clump of copies there is nothing to tell apart, and much to look at.
+            if found.len() > PARTITION.max_found {
+                return Ok(None);
+            }
             let Some(sides) = slab::sides(self.points, found, reach, sigma, patch) else { return Ok(None) };
             let mut patches = Vec::new();
             for mut side in sides {
