@@ -129,6 +129,14 @@ pub(crate) struct PartitionConstants {
     pub slab_sizes: usize,
     /// Steps of fitting two sheets, at the most. Source: chosen; it ends before.
     pub slab_steps: usize,
+    /// They end when the distance changes by less than this, in standard deviations of the noise. Source:
+    /// chosen, a hundredth of what matters.
+    pub slab_end: f64,
+    /// Steps of fitting one sheet that bends, its weights from the step before. Source: chosen.
+    pub bent_steps: usize,
+    /// A patch whose residual is below this many standard deviations of the noise holds points of one sheet.
+    /// Source: derived, halfway between one sheet, 1, and two that are `slab_apart` apart, the root of 2.
+    pub one_sheet: f64,
     /// Two sheets nearer than this many standard deviations of the noise are one. Source: derived, up to 2
     /// two equal Gaussians have one mode.
     pub slab_apart: f64,
@@ -173,7 +181,10 @@ pub(crate) const PARTITION: PartitionConstants = PartitionConstants {
     disturbing_share: 0.15,
     astray: 0.02,
     slab_sizes: 4,
-    slab_steps: 30,
+    slab_steps: 20,
+    slab_end: 0.01,
+    bent_steps: 5,
+    one_sheet: 1.2,
     slab_apart: 2.0,
     slab_gain: 10.0,
     copy_turn: 0.7,

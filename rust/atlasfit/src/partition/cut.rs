@@ -95,8 +95,8 @@ impl Cut<'_> {
         };
         grow_all(self.points, self.tree, seeds, params, |grown| ctx.advance(grown), ctx)
     }
-    /// Looks for two sheets about the seeds whose patches do not reach as far as they may, a pair of patches
-    /// for each where there are two.
+    /// Looks for two sheets about the seeds whose patches leave more residual than one sheet does, a pair of
+    /// patches for each where there are two.
     pub(super) fn grow_slabs(
         &self,
         seeds: &[usize],
@@ -107,7 +107,7 @@ impl Cut<'_> {
             let (seed, patch) = (seeds[k], grown[k].as_ref());
             let reach = self.reach(seed, self.sigma);
             let sigma = self.sigma * self.relative_noise(seed);
-            if patch.is_some_and(|p| p.accepted && p.radii[0].max(p.radii[1]) > 0.99 * reach) {
+            if patch.is_some_and(|p| p.accepted && p.residual < PARTITION.one_sheet * sigma) {
                 return Ok(None);
             }
             self.tree.within(self.points[seed], reach, found);

@@ -46,7 +46,7 @@ fn density(e: f64, sigma: f64) -> f64 {
     (-0.5 * (e / sigma).powi(2)).exp() / (sigma * TAU.sqrt())
 }
 
-/// The points of either sheet, the upper first; none where the patch explains the points better. `found`
+/// The points of either sheet, the upper first; none where a rival explains the points better. `found`
 /// are the points within `radius` of the seed, the nearest first.
 pub(super) fn sides(
     points: &[Vec3],
@@ -58,24 +58,25 @@ pub(super) fn sides(
     let astray = PARTITION.astray / (2.0 * radius);
     let cloud = -(2.0 * radius).ln();
     let rival = patch.map_or(cloud, |p| of_patch(points, found, p, sigma, astray).max(cloud));
-    let mut best: Option<(f64, [Vec<u32>; 2])> = None;
+    let mut best: Option<(f64, [Vec<u32>; 2], Around)> = None;
     let mut reach = radius;
     for _ in 0..PARTITION.slab_sizes {
         let near = &found[..found.partition_point(|f| f.dist2 <= reach * reach)];
         if near.len() < 2 * PARTITION.min_members + TWO {
             break;
         }
-        let n = near.len() as f64;
+        let least = best.as_ref().map_or(rival + PARTITION.slab_gain / near.len() as f64, |b| b.0);
         if let Some(around) = Around::new(points, near, reach, sigma, astray)
             && let Some((evidence, sides)) = around.two_sheets(near)
-            && evidence > best.as_ref().map_or(rival + PARTITION.slab_gain / n, |b| b.0)
-            && evidence > around.one_sheet().unwrap_or(f64::NEG_INFINITY) + PARTITION.slab_gain / n
+            && evidence > least
         {
-            best = Some((evidence, sides));
+            best = Some((evidence, sides, around));
         }
         reach /= PARTITION.growth;
     }
-    best.map(|b| b.1)
+    let (evidence, sides, around) = best?;
+    let bent = around.one_sheet().unwrap_or(f64::NEG_INFINITY);
+    (evidence > bent + PARTITION.slab_gain / around.at.len() as f64).then_some(sides)
 }
 
 /// Evidence for each point over a patch, in nats.
@@ -127,18 +128,32 @@ impl Around {
 
     /// The evidence of one sheet that bends more, for each point.
     fn one_sheet(&self) -> Option<f64> {
-        let row = |[u, v, _]: &[f64; 3]| {
-            let mut row = [1.0; ONE];
-            let powers = (0..=4).flat_map(|n| (0..=n).map(move |j| (n - j, j)));
-            row.iter_mut().zip(powers).for_each(|(x, (i, j))| *x = u.powi(i) * v.powi(j));
-            row
+        let row = |&[u, v, _]: &[f64; 3]| {
+            let (uu, uv, vv) = (u * u, u * v, v * v);
+            [
+                1.0,
+                u,
+                v,
+                uu,
+                uv,
+                vv,
+                uu * u,
+                uu * v,
+                u * vv,
+                vv * v,
+                uu * uu,
+                uu * uv,
+                uu * vv,
+                uv * vv,
+                vv * vv,
+            ]
         };
+        let rows: Vec<[f64; ONE]> = self.at.iter().map(row).collect();
         let mut q = [0.0; ONE];
         let mut on = vec![1.0; self.at.len()];
-        for _ in 0..PARTITION.slab_steps / 4 {
+        for _ in 0..PARTITION.bent_steps {
             let (mut a, mut b) = ([0.0; ONE * ONE], [0.0; ONE]);
-            for (at, w) in self.at.iter().zip(&on) {
-                let row = row(at);
+            for ((at, row), w) in self.at.iter().zip(&rows).zip(&on) {
                 for i in 0..ONE {
                     (i..ONE).for_each(|j| a[i * ONE + j] += w * row[i] * row[j]);
                     b[i] += w * at[2] * row[i];
@@ -150,13 +165,14 @@ impl Around {
             }
             cholesky_solve(&a, ONE, &mut b);
             q = b;
-            for (at, on) in self.at.iter().zip(&mut on) {
-                let sheet = self.on_one(&row(at), &q, at[2]);
+            for ((at, row), on) in self.at.iter().zip(&rows).zip(&mut on) {
+                let sheet = self.on_one(row, &q, at[2]);
                 *on = sheet / (sheet + self.astray);
             }
         }
         let n = self.at.len() as f64;
-        let sum: f64 = self.at.iter().map(|at| (self.on_one(&row(at), &q, at[2]) + self.astray).ln()).sum();
+        let of = |(at, row): (&[f64; 3], &[f64; ONE])| (self.on_one(row, &q, at[2]) + self.astray).ln();
+        let sum: f64 = self.at.iter().zip(&rows).map(of).sum();
         Some((sum - 0.5 * ONE as f64 * n.ln()) / n)
     }
 
@@ -180,7 +196,12 @@ impl Around {
         s.quadric = self.solve(|_| [0.5, 0.5])?.quadric;
         let n = self.at.len() as f64;
         let squares = self.at.iter().map(|at| (at[2] - quad(&s.quadric, at[0], at[1])).powi(2)).sum::<f64>();
-        s.half[0] = (squares / n - self.sigma.powi(2)).max(0.25 * self.sigma.powi(2)).sqrt();
+        // Two sheets so far apart add the square of half their distance to the variance.
+        let added = squares / n - self.sigma.powi(2);
+        if added < 0.5 * (0.5 * PARTITION.slab_apart * self.sigma).powi(2) {
+            return None;
+        }
+        s.half[0] = added.sqrt();
         for _ in 0..PARTITION.slab_steps {
             let before = s.half[0];
             s = self.solve(|at| {
@@ -188,7 +209,7 @@ impl Around {
                 let all = upper + lower + self.astray;
                 [upper / all, lower / all]
             })?;
-            if (s.half[0] - before).abs() < 1e-3 * self.sigma {
+            if (s.half[0] - before).abs() < PARTITION.slab_end * self.sigma {
                 break;
             }
         }
