@@ -122,7 +122,9 @@ impl Around {
             }
         }
         let enough = sides.iter().all(|s| s.len() >= PARTITION.min_members);
-        let apart = 2.0 * sheets.half[0] > PARTITION.slab_apart * self.sigma;
+        let gap = 2.0 * sheets.half[0] / self.sigma;
+        // Sheets farther apart do not disturb a patch.
+        let apart = (PARTITION.slab_apart..PARTITION.disturbing_sigmas).contains(&gap);
         (enough && apart).then(|| ((sum - 0.5 * (TWO + 1) as f64 * n.ln()) / n, sides))
     }
 
