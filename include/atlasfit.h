@@ -590,9 +590,9 @@ typedef struct {
    */
   uint32_t has_viewpoint;
   /**
-   * 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections. One
-   * attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the surface
-   * open where the data end. Default 0.
+   * 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections.
+   * One attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the
+   * surface open where the data end. Default 0.
    */
   uint32_t watertight;
 } atlasfit_denoise_options;
