@@ -75,12 +75,11 @@ impl Aabb {
 /// let nearest = tree.nearest(query, f64::INFINITY, |i| points[i as usize].dist2(query));
 /// assert_eq!(nearest, Some((2, 2.25)));
 /// let region = Aabb::of(&[Vec3([4.0, 0.0, 0.0]), Vec3([6.0, 0.0, 0.0])]);
-/// let mut met = Vec::new();
-/// let end: ControlFlow<()> = tree.meeting(&region, |i| {
-///     met.push(i);
-///     ControlFlow::Continue(())
+/// let found = tree.meeting(&region, |i| match i {
+///     2 => ControlFlow::Break(i),
+///     _ => ControlFlow::Continue(()),
 /// });
-/// assert_eq!((met, end), (vec![2], ControlFlow::Continue(())));
+/// assert_eq!(found, ControlFlow::Break(2));
 /// # Ok::<(), atlasfit::Error>(())
 /// ```
 #[derive(Debug, Clone, Default)]
