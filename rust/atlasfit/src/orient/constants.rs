@@ -38,6 +38,9 @@ pub(crate) struct OrientConstants {
     pub windings: usize,
     /// Error of a winding about a chart's middle that is summed over points. Source: chosen.
     pub winding_error: f64,
+    /// Charts farther away than this many of their radii wind as one piece: what is left out is the square
+    /// of its inverse, 16 % of a far chart's small part. Source: chosen.
+    pub winding_far: f64,
     /// Points that the search for a scanner looks at; more make the position no better than the model is.
     /// Source: chosen.
     pub scanner_sample: usize,
@@ -83,6 +86,7 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     winding_samples: 1000,
     windings: 1 << 24,
     winding_error: 0.05,
+    winding_far: 2.5,
     scanner_sample: 2000,
     scanner_few: 8,
     starts_followed: [4, 2],

@@ -39,6 +39,18 @@ struct Piece {
     side: f64,
 }
 
+/// The pieces of one chart.
+#[derive(Default)]
+struct Pieces {
+    all: Vec<Piece>,
+    /// Their middle, weighted by area.
+    center: Vec3,
+    /// Sum of their normals times their areas.
+    moment: Vec3,
+    /// Beyond this distance from the middle they wind as one.
+    far: f64,
+}
+
 /// A connected part of the atlas, and what it encloses.
 pub(super) struct Part {
     /// Its charts, ascending.
@@ -80,13 +92,13 @@ pub(super) fn parts(sheets: &Sheets<'_>, relations: &[Relation], ctx: &Context<'
     let pieces = pieces(sheets, ctx)?;
     // Charts overlap: as many of them as would cover the points once tell something of their own.
     let members: usize = sheets.fitted.iter().map(|f| f.members.len()).sum();
-    let once = pieces.iter().map(Vec::len).sum::<usize>() as f64 / members.max(1) as f64;
+    let once = pieces.iter().map(|p| p.all.len()).sum::<usize>() as f64 / members.max(1) as f64;
     let enough = of_root.into_iter().zip(among).filter(|(charts, _)| charts.len() >= ORIENT.least_part);
     enough.map(|(charts, relations)| part(charts, relations, &pieces, once, ctx)).collect()
 }
 
 /// The pieces of each chart.
-fn pieces(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Vec<Vec<Piece>>> {
+fn pieces(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Vec<Pieces>> {
     let Sheets { points, spacing, fitted, members } = *sheets;
     let of_point = |i: usize| {
         let strongest = charts_at(points[i], members.of(i), fitted).into_iter().next()?;
@@ -102,39 +114,62 @@ fn pieces(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Vec<Vec<Piece>>> {
         .collect::<Result<_>>()?;
     let mut out: Vec<Vec<Piece>> = (0..fitted.len()).map(|_| Vec::new()).collect();
     chunks.into_iter().flatten().for_each(|(chart, piece)| out[chart as usize].push(piece));
-    Ok(out)
+    Ok(out.into_par_iter().map(Pieces::new).collect())
 }
 
 fn part(
     charts: Vec<u32>,
     relations: Vec<Relation>,
-    pieces: &[Vec<Piece>],
+    pieces: &[Pieces],
     once: f64,
     ctx: &Context<'_>,
 ) -> Result<Part> {
     let most = ORIENT.winding_samples.min(ORIENT.windings / charts.len()).max(1);
     let step = charts.len().div_ceil(most);
-    let with_pieces = charts.iter().copied().filter(|&c| !pieces[c as usize].is_empty());
+    let with_pieces = charts.iter().copied().filter(|&c| !pieces[c as usize].all.is_empty());
     let samples: Vec<u32> = with_pieces.step_by(step).collect();
-    let middles: Vec<&Piece> =
-        samples.iter().map(|&c| &pieces[c as usize][pieces[c as usize].len() / 2]).collect();
+    let middle = |&c: &u32| &pieces[c as usize].all[pieces[c as usize].all.len() / 2];
+    let middles: Vec<&Piece> = samples.iter().map(middle).collect();
     let winding = charts
         .par_iter()
         .map(|&c| {
             ctx.check()?;
-            let about = |m: &&Piece| pieces[c as usize].iter().map(|x| winds(x, m)).sum::<f64>() as f32;
-            Ok(middles.iter().map(about).collect())
+            Ok(middles.iter().map(|m| pieces[c as usize].winds(m) as f32).collect())
         })
         .collect::<Result<_>>()?;
     let independent = once * charts.len() as f64;
     Ok(Part { charts, relations, samples, winding, independent })
 }
 
-/// How often a piece winds about the middle of another, regularised within the spacing there.
-fn winds(x: &Piece, about: &Piece) -> f64 {
-    let d = x.position - about.position;
-    let r2 = d.dot(d) + about.side * about.side;
-    x.side * x.side * x.normal.dot(d) / (4.0 * PI * r2 * r2.sqrt())
+impl Pieces {
+    fn new(all: Vec<Piece>) -> Self {
+        let (mut area, mut center, mut moment) = (0.0, Vec3::ZERO, Vec3::ZERO);
+        for x in &all {
+            let of = x.side * x.side;
+            area += of;
+            center += x.position * of;
+            moment += x.normal * of;
+        }
+        center = center * (1.0 / f64::max(area, f64::MIN_POSITIVE));
+        let radius = all.iter().map(|x| (x.position - center).norm()).fold(0.0, f64::max);
+        Self { all, center, moment, far: ORIENT.winding_far * radius }
+    }
+    /// How often they wind about a piece: far away as one dipole (Barill et al. 2018).
+    fn winds(&self, about: &Piece) -> f64 {
+        let d = self.center - about.position;
+        if d.dot(d) > self.far * self.far {
+            return dipole(self.moment, d, about.side);
+        }
+        let of = |x: &Piece| dipole(x.normal * (x.side * x.side), x.position - about.position, about.side);
+        self.all.iter().map(of).sum()
+    }
+}
+
+/// How often a small piece winds about a point `-d` away; `moment` is its normal times its area. Regularised
+/// within the spacing.
+fn dipole(moment: Vec3, d: Vec3, spacing: f64) -> f64 {
+    let r2 = d.dot(d) + spacing * spacing;
+    moment.dot(d) / (4.0 * PI * r2 * r2.sqrt())
 }
 
 impl Part {

@@ -33,7 +33,7 @@ struct Around {
 
 /// Two sheets.
 #[derive(Clone, Copy)]
-struct Sheets {
+struct TwoSheets {
     quadric: [f64; 6],
     /// From the quadric to either sheet, at (u, v): half . (1, u, v).
     half: [f64; 3],
@@ -123,7 +123,7 @@ impl Around {
         }
         let enough = sides.iter().all(|s| s.len() >= PARTITION.min_members);
         let gap = 2.0 * sheets.half[0] / self.sigma;
-        // Sheets farther apart do not disturb a patch.
+        // TwoSheets farther apart do not disturb a patch.
         let apart = (PARTITION.slab_apart..PARTITION.disturbing_sigmas).contains(&gap);
         (enough && apart).then(|| ((sum - 0.5 * (TWO + 1) as f64 * n.ln()) / n, sides))
     }
@@ -185,7 +185,7 @@ impl Around {
     }
 
     /// The densities of a point on either sheet.
-    fn on(&self, s: &Sheets, at: &[f64; 3]) -> [f64; 2] {
+    fn on(&self, s: &TwoSheets, at: &[f64; 3]) -> [f64; 2] {
         let e = at[2] - quad(&s.quadric, at[0], at[1]);
         let share = 1.0 - PARTITION.astray;
         let half = s.half[0] + s.half[1] * at[0] + s.half[2] * at[1];
@@ -193,14 +193,17 @@ impl Around {
     }
 
     /// The most likely two sheets.
-    fn fit(&self) -> Option<Sheets> {
-        let mut s = Sheets { quadric: [0.0; 6], half: [0.0; 3], upper: 0.5 };
+    fn fit(&self) -> Option<TwoSheets> {
+        let mut s = TwoSheets { quadric: [0.0; 6], half: [0.0; 3], upper: 0.5 };
         s.quadric = self.solve(|_| [0.5, 0.5])?.quadric;
         let n = self.at.len() as f64;
         let squares = self.at.iter().map(|at| (at[2] - quad(&s.quadric, at[0], at[1])).powi(2)).sum::<f64>();
-        // Two sheets so far apart add the square of half their distance to the variance.
+        // Two sheets add the square of half their distance to the variance: far from what those that are
+        // looked for add, what the quadric leaves is something else.
         let added = squares / n - self.sigma.powi(2);
-        if added < 0.5 * (0.5 * PARTITION.slab_apart * self.sigma).powi(2) {
+        let [least, most] = [PARTITION.slab_apart, PARTITION.disturbing_sigmas]
+            .map(|gap| (0.5 * gap * self.sigma).powi(2));
+        if added < 0.5 * least || added > 2.0 * most {
             return None;
         }
         s.half[0] = added.sqrt();
@@ -219,7 +222,7 @@ impl Around {
     }
 
     /// Least squares, given how likely each point is on either sheet.
-    fn solve(&self, on: impl Fn(&[f64; 3]) -> [f64; 2]) -> Option<Sheets> {
+    fn solve(&self, on: impl Fn(&[f64; 3]) -> [f64; 2]) -> Option<TwoSheets> {
         const N: usize = TWO;
         let (mut a, mut b) = ([0.0; N * N], [0.0; N]);
         let (mut uppers, mut all) = (0.0, 0.0);
@@ -250,7 +253,7 @@ impl Around {
         }
         cholesky_solve(&a, N, &mut b);
         let [q0, q1, q2, q3, q4, q5, half @ ..] = b;
-        Some(Sheets { quadric: [q0, q1, q2, q3, q4, q5], half, upper: uppers / all.max(1e-300) })
+        Some(TwoSheets { quadric: [q0, q1, q2, q3, q4, q5], half, upper: uppers / all.max(1e-300) })
     }
 }
 
