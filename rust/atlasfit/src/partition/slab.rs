@@ -201,8 +201,8 @@ impl Around {
         // Two sheets add the square of half their distance to the variance: far from what those that are
         // looked for add, what the quadric leaves is something else.
         let added = squares / n - self.sigma.powi(2);
-        let [least, most] = [PARTITION.slab_apart, PARTITION.disturbing_sigmas]
-            .map(|gap| (0.5 * gap * self.sigma).powi(2));
+        let [least, most] =
+            [PARTITION.slab_apart, PARTITION.disturbing_sigmas].map(|gap| (0.5 * gap * self.sigma).powi(2));
         if added < 0.5 * least || added > 2.0 * most {
             return None;
         }
