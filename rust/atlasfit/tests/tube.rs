@@ -110,6 +110,61 @@ fn a_rod_ends_where_its_points_end() {
     assert_eq!(out.report.parts, 1);
 }
 
+/// Noisy points of a ball of radius 0.5 with a spike along each half axis, up to 1: its radius is 0.05 where
+/// it leaves the ball and 0.006 at its tip. Points lie 0.02 apart.
+fn spiked_ball(sigma: f64) -> PointCloud {
+    let mut rng = Rng::new(11);
+    let mut points = Vec::new();
+    while points.len() < 7854 {
+        let p: [f64; 3] = std::array::from_fn(|_| 2.0 * rng.uniform() - 1.0);
+        let r = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let within = p.iter().any(|x| (r * r - x * x).sqrt() < 0.1 * r && r > 0.0);
+        if (0.1..1.0).contains(&r) && !within {
+            points.push(p.map(|x| 0.5 * x / r));
+        }
+    }
+    for spike in 0..6 {
+        for _ in 0..220 {
+            // By area: more where it is thicker.
+            let x = loop {
+                let x = 0.5 + 0.5 * rng.uniform();
+                if rng.uniform() * 0.05 < spike_radius(x) {
+                    break x;
+                }
+            };
+            let (r, a) = (spike_radius(x), std::f64::consts::TAU * rng.uniform());
+            let mut p = [0.0; 3];
+            p[spike % 3] = if spike < 3 { x } else { -x };
+            p[(spike + 1) % 3] = r * a.cos();
+            p[(spike + 2) % 3] = r * a.sin();
+            points.push(p);
+        }
+    }
+    points.iter_mut().flatten().for_each(|x| *x += sigma * rng.normal());
+    PointCloud::from_positions(points)
+}
+fn spike_radius(x: f64) -> f64 {
+    0.05 - 0.088 * (x - 0.5)
+}
+
+#[test]
+fn spikes_taper_to_their_tips() {
+    let out = denoise(&spiked_ball(0.004), &DenoiseOptions::default(), &mut Run::default()).unwrap();
+    assert_eq!(out.report.parts, 1);
+    let mut off = Vec::new();
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let of_spike = out.surface.positions.iter().filter(|p| side * p[axis] > 0.55);
+            let reach = of_spike.clone().map(|p| side * p[axis]).fold(0.0, f64::max);
+            assert!((0.92..1.04).contains(&reach), "axis {axis}, side {side}: it ends at {reach}");
+            let radius = |p: &[f64; 3]| p[(axis + 1) % 3].hypot(p[(axis + 2) % 3]);
+            off.extend(of_spike.map(|p| radius(p) - spike_radius(side * p[axis])));
+        }
+    }
+    let rms = (off.iter().map(|e| e * e).sum::<f64>() / off.len() as f64).sqrt();
+    assert!(rms < 0.003, "{rms}");
+}
+
 #[test]
 fn a_gutter_and_a_ribbon_are_no_tubes() {
     let mut rng = Rng::new(9);

@@ -6,17 +6,18 @@
 use super::constants::{SECTORS, TUBES};
 use crate::atlas::Tube;
 use crate::atlas::tube::{MASK_NODES, harmonics};
+use std::f64::consts::TAU;
 
 /// Whether a part of the circumference lacks its share of the points: a channel or a strip, not a tube.
 pub(super) fn gap(tube: &Tube, local: &[[f64; 3]]) -> bool {
     let (mut seen, mut arc, mut counted) = ([0.0; SECTORS], [0.0; SECTORS], 0.0);
     for l in local.iter().filter(|l| l[0].abs() < 1.0) {
-        let k = ((l[1] / std::f64::consts::TAU + 0.5) * SECTORS as f64) as usize;
+        let k = ((l[1] / TAU + 0.5) * SECTORS as f64) as usize;
         seen[k.min(SECTORS - 1)] += 1.0;
         counted += 1.0;
     }
     for k in 0..4 * SECTORS {
-        let theta = ((k as f64 + 0.5) / (4 * SECTORS) as f64 - 0.5) * std::f64::consts::TAU;
+        let theta = ((k as f64 + 0.5) / (4 * SECTORS) as f64 - 0.5) * TAU;
         for s in [-0.75, -0.25, 0.25, 0.75] {
             let radius = tube.radius_at(s, theta);
             arc[k / 4] += radius.value.hypot(radius.dv);
@@ -41,12 +42,18 @@ pub(super) fn lopsided(local: &[[f64; 3]]) -> bool {
     first[0].hypot(first[1]).max(second[0].hypot(second[1])) > (TUBES.lopsided + 2.0 / n.sqrt()) * n
 }
 
-/// Where along the axis there is surface: where the points are at least half as dense as usual, which is
-/// where a tube ends when noise blurs its end.
-pub(super) fn mask(local: &[[f64; 3]], half_length: f64, spacing: f64, mean: f64) -> [u8; MASK_NODES] {
+/// Where along the axis there is surface: where the points are at least half as dense, by area, as usual, which
+/// is where a tube ends when noise blurs its end. `mean` is their mean distance from the axis.
+pub(super) fn mask(tube: &Tube, local: &[[f64; 3]], spacing: f64, mean: f64) -> [u8; MASK_NODES] {
+    let half_length = tube.half_length;
     // Wide enough for a few dozen points.
     let per_length = local.len() as f64 / (2.0 * half_length);
     let width = (24.0 / per_length).max(spacing).min(2.0 * mean.max(spacing)) / half_length;
+    // Where a tube tapers it has fewer points for its length.
+    let girth = |s: f64| {
+        let radius = |k: u32| tube.radius_at(s, f64::from(k) * (TAU / 8.0)).value;
+        ((0..8).map(radius).sum::<f64>() / 8.0).max(TUBES.taper * tube.mean_radius)
+    };
     let node = |k: usize| k as f64 * (2.0 / (MASK_NODES - 1) as f64) - 1.0;
     let mut density: Vec<f64> = vec![0.0; MASK_NODES];
     for (k, d) in density.iter_mut().enumerate() {
@@ -60,7 +67,7 @@ pub(super) fn mask(local: &[[f64; 3]], half_length: f64, spacing: f64, mean: f64
         for q in -8..=8 {
             let t = f64::from(q) / 8.0;
             if (at + t * width).abs() <= 1.0 {
-                whole += kernel(t);
+                whole += kernel(t) * girth(at + t * width);
             }
         }
         *d = if whole > 0.0 { sum / whole } else { 0.0 };

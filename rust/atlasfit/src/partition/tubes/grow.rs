@@ -4,6 +4,7 @@
 //! nothing where the points about the axis are no tube.
 
 use super::constants::{BINS, TUBES};
+use super::rice::circle_gain;
 use crate::atlas::tube::{CurvePoint, HARMONICS, MASK_NODES};
 use crate::atlas::{Monge, Tube};
 use crate::numeric::dense::{cholesky, cholesky_solve};
@@ -155,6 +156,7 @@ fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option
     let Cut { points, sampling, .. } = *cut;
     let (mut inside, mut outside, mut sums) = ([0usize; BINS], [0usize; BINS], [0.0; BINS]);
     let (mut first, mut second, mut square) = ([0.0; 2], [0.0; 2], 0.0);
+    let (mut along, mut along2, mut distance_along) = (0.0, 0.0, 0.0);
     let mut members = Vec::new();
     let mut spacings = Vec::new();
     for f in found {
@@ -172,6 +174,9 @@ fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option
             second[0] += c * c - s * s;
             second[1] += 2.0 * s * c;
             square += l.d * l.d;
+            along += l.s;
+            along2 += l.s * l.s;
+            distance_along += l.s * l.d;
             members.push(f.index);
             spacings.push(f64::from(sampling.spacing[f.index as usize]));
         } else if l.d <= 1.5 * reach {
@@ -188,14 +193,24 @@ fn accept(cut: &Cut<'_>, found: &[Neighbour], tube: &Tube, reach: f64) -> Option
     let spacing = median(&mut spacings);
     let sided =
         first[0].hypot(first[1]) > TUBES.one_side * n || second[0].hypot(second[1]) > TUBES.two_sides * n;
-    // The radius may vary along a tube, but not beyond recognition.
+    // The radius may vary along a tube, but not beyond recognition from a cone's.
     let mean = sums.iter().sum::<f64>() / n;
+    let taper = (distance_along - along * mean) / (along2 - along * along / n).max(f64::MIN_POSITIVE);
+    let cone = |bin: usize| {
+        let s = (bin as f64 + 0.5) * (2.0 / BINS as f64) - 1.0;
+        (mean + taper * (s - along / n)).max(cut.sigma)
+    };
     let uneven = inside
         .iter()
         .zip(&sums)
-        .filter(|(c, _)| **c as f64 > 0.2 * typical)
-        .any(|(&c, s)| !(0.6..1.7).contains(&(s / c as f64 / mean)));
-    if crowded || sided || uneven || rms < TUBES.thick * spacing {
+        .enumerate()
+        .filter(|(_, (c, _))| **c as f64 > 0.2 * typical)
+        .any(|(bin, (&c, s))| !(0.6..1.7).contains(&(s / c as f64 / cone(bin))));
+    let line = || {
+        let distances: Vec<f64> = members.iter().map(|&m| tube.foot(points[m as usize]).d).collect();
+        circle_gain(&distances) < TUBES.circle_gain
+    };
+    if crowded || sided || uneven || (rms < TUBES.thick * spacing && line()) {
         return None;
     }
     members.sort_unstable();

@@ -98,7 +98,13 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
         TUBES.scales.iter().find_map(|scale| {
             let radius = scale * unit(i);
             coarse_tree.within(points[i], radius, found);
-            grow(cut, &elongated(&coarse, found, radius)?, found)
+            let near = if found.len() < TUBES.enough {
+                tree.within(points[i], radius, found);
+                elongated(points, found, radius)
+            } else {
+                elongated(&coarse, found, radius)
+            };
+            grow(cut, &near?, found)
         })
     };
     let mut near = Vec::new();

@@ -102,7 +102,7 @@ fn fit(
     } else if lopsided(&inner) {
         return Ok(None);
     }
-    *tube.mask = mask(&inner, tube.half_length, candidate.spacing.max(0.5 * sigma), candidate.mean);
+    *tube.mask = mask(&tube, &inner, candidate.spacing.max(0.5 * sigma), candidate.mean);
     // Who belongs to it: all points to the tails of the noise, those beyond an open end too.
     let tail = TUKEY * own.max(sigma);
     let past = 1.0 + tail / tube.half_length;

@@ -43,6 +43,20 @@ fn rice_likelihood(distances: &[f64], r: f64, sigma: f64) -> f64 {
         .sum()
 }
 
+/// How much better a circle explains distances from an axis than a line of points does, each with the noise
+/// that suits it best, in nats.
+pub(super) fn circle_gain(distances: &[f64]) -> f64 {
+    let n = distances.len() as f64;
+    let most = (distances.iter().map(|d| d * d).sum::<f64>() / (2.0 * n)).sqrt();
+    let line = rice_likelihood(distances, 0.0, most);
+    let circle = |k: i32| {
+        let sigma = most * 0.93f64.powi(k);
+        rice_likelihood(distances, rice_radius(distances, sigma), sigma)
+    };
+    let circle = (1..=TUBES.noise_steps as i32).map(circle).fold(f64::NEG_INFINITY, f64::max);
+    circle - line - 0.5 * n.ln()
+}
+
 /// The one noise that explains the distances from all axes best.
 pub(super) fn pooled_noise(candidates: &[Candidate], points: &[Vec3]) -> f64 {
     let distances: Vec<Vec<f64>> = candidates
