@@ -15,6 +15,7 @@ pub use stop::{CancelToken, Deadline, Stop};
 
 use crate::error::{Error, Result};
 use overall::Overall;
+use std::any::Any;
 #[cfg(test)]
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -227,6 +228,62 @@ impl Drop for StopOnPanic<'_> {
     }
 }
 
+/// Whether the job is over.
+#[derive(Default)]
+struct Finished {
+    over: Mutex<bool>,
+    changed: Condvar,
+}
+
+/// Tells the caller that the job is over, also when it panics.
+struct TellsThatItIsOver<'d>(&'d Finished);
+
+impl Drop for TellsThatItIsOver<'_> {
+    fn drop(&mut self) {
+        if let Ok(mut over) = self.0.over.lock() {
+            *over = true;
+        }
+        self.0.changed.notify_all();
+    }
+}
+
+/// Reports progress on the calling thread until the job is over, and stops it when the callback or `stopped`
+/// says so.
+fn attend(
+    shared: &Shared,
+    finished: &Finished,
+    progress: &mut Option<Box<ProgressFn<'_>>>,
+    stopped: impl Fn() -> bool,
+) -> Result<()> {
+    let poisoned = || Error::internal("poisoned lock");
+    let mut over = finished.over.lock().map_err(|_| poisoned())?;
+    loop {
+        let mut go_on = !stopped();
+        if go_on && let Some(callback) = progress.as_mut() {
+            drop(over);
+            go_on = callback(shared.progress());
+            over = finished.over.lock().map_err(|_| poisoned())?;
+        }
+        if !go_on {
+            shared.stop.store(true, Ordering::Relaxed);
+        }
+        if *over {
+            return Ok(());
+        }
+        over = finished.changed.wait_timeout(over, TICK).map_err(|_| poisoned())?.0;
+        if *over && go_on {
+            return Ok(());
+        }
+    }
+}
+
+/// The error for a panic of the job.
+fn panicked(panic: &(dyn Any + Send)) -> Error {
+    let text =
+        panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    Error::internal(format!("a worker panicked: {}", text.unwrap_or_default()))
+}
+
 impl Run<'_> {
     /// What to tell the user where fewer threads are started than were asked for.
     #[must_use]
@@ -261,7 +318,7 @@ impl Run<'_> {
             times: Mutex::new(vec![(Stage::Prepare, started)]),
             overall: Mutex::default(),
         };
-        let finished = (Mutex::new(false), Condvar::new());
+        let finished = Finished::default();
         let cancel = self.cancel.clone();
         let context = Context {
             seed: self.seed,
@@ -276,17 +333,7 @@ impl Run<'_> {
         let progress = &mut self.progress;
         std::thread::scope(|scope| {
             let work = || {
-                // The guard tells the caller that the job is over, also when it panics.
-                struct Done<'d>(&'d (Mutex<bool>, Condvar));
-                impl Drop for Done<'_> {
-                    fn drop(&mut self) {
-                        if let Ok(mut over) = self.0.0.lock() {
-                            *over = true;
-                        }
-                        self.0.1.notify_all();
-                    }
-                }
-                let _done = Done(&finished);
+                let _guard = TellsThatItIsOver(&finished);
                 threads::in_pool(threads, threads::STACK_BYTES, || {
                     context.check()?;
                     let result = job(&context)?;
@@ -300,36 +347,12 @@ impl Run<'_> {
                 .map_err(threads::refused)?;
             // A callback that panics stops the run on its way out: the scope waits for the worker.
             let _stop = StopOnPanic(&shared.stop);
-            let mut over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
-            loop {
-                let expired = deadline.is_some_and(|d| d.has_passed());
-                let cancelled = cancel.as_ref().is_some_and(CancelToken::is_cancelled);
-                let mut go_on = !(expired || cancelled);
-                if go_on && let Some(callback) = progress.as_mut() {
-                    drop(over);
-                    go_on = callback(shared.progress());
-                    over = finished.0.lock().map_err(|_| Error::internal("poisoned lock"))?;
-                }
-                if !go_on {
-                    shared.stop.store(true, Ordering::Relaxed);
-                }
-                if *over {
-                    break;
-                }
-                over = finished.1.wait_timeout(over, TICK).map_err(|_| Error::internal("poisoned lock"))?.0;
-                if *over && go_on {
-                    break;
-                }
-            }
-            drop(over);
-            let result = worker.join().unwrap_or_else(|panic| {
-                let text = panic
-                    .downcast_ref::<String>()
-                    .cloned()
-                    .or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string))
-                    .unwrap_or_default();
-                Err(Error::internal(format!("a worker panicked: {text}")))
-            });
+            let stopped = || {
+                deadline.is_some_and(|d| d.has_passed())
+                    || cancel.as_ref().is_some_and(CancelToken::is_cancelled)
+            };
+            attend(&shared, &finished, progress, stopped)?;
+            let result = worker.join().unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
             // A cancel that arrives as the job ends still means: no output.
             if result.is_ok() {
                 context.check()?
