@@ -4,7 +4,9 @@
  * One move-only class per handle; failures are atlasfit::Error with the status and the text; arrays go in as
  * anything with data() and size() (std::vector, std::array, std::span), or as pointer, count and stride
  * (Eigen: matrix.data(), matrix.cols(), 0 for column-major 3 x n). An exception thrown by a progress callback
- * cancels the work and comes out of the call. */
+ * cancels the work and comes out of the call.
+ *
+ * One file, long as it is: so it can be copied into a project, and tools find all of it in one place. */
 #ifndef ATLASFIT_HPP
 #define ATLASFIT_HPP
 

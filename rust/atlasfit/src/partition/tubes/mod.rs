@@ -50,7 +50,7 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
     let most = share > TUBES.most && !known;
-    let sigma = if most { pooled_noise(&candidates, points) } else { cut.sigma };
+    let sigma = if most { noise_of(&candidates, points) } else { cut.sigma };
     let mut fits = fit_all(&candidates, points, tree, sigma, ctx)?;
     let mut tubes = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
     if most {
@@ -71,6 +71,14 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         tubes.fitted.push(fit.fitted);
     }
     Ok(tubes)
+}
+
+/// The noise that explains the tubes' points best.
+fn noise_of(tubes: &[Candidate], points: &[Vec3]) -> f64 {
+    let distances =
+        |c: &Candidate| c.members.iter().map(|&m| c.tube.foot(points[m as usize]).d).collect::<Vec<_>>();
+    let distances: Vec<Vec<f64>> = tubes.par_iter().map(distances).collect();
+    pooled_noise(&distances, median(&mut tubes.iter().map(|c| c.tube.mean_radius).collect::<Vec<_>>()))
 }
 
 /// What looks like tubes.

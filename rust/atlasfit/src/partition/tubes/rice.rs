@@ -4,10 +4,7 @@
 //! all tubes best.
 
 use super::constants::TUBES;
-use super::grow::Candidate;
 use crate::numeric::special::{bessel_scaled, mean_cosine};
-use crate::numeric::stats::median;
-use crate::numeric::vec3::Vec3;
 use rayon::prelude::*;
 
 /// Radius of a circle whose noisy points have these distances from the centre: maximum of the Rice likelihood
@@ -57,15 +54,11 @@ pub(super) fn circle_gain(distances: &[f64]) -> f64 {
     circle - line - 0.5 * n.ln()
 }
 
-/// The one noise that explains the distances from all axes best.
-pub(super) fn pooled_noise(candidates: &[Candidate], points: &[Vec3]) -> f64 {
-    let distances: Vec<Vec<f64>> = candidates
-        .par_iter()
-        .map(|r| r.members.iter().map(|&m| r.tube.foot(points[m as usize]).d).collect())
-        .collect();
+/// The one noise that explains the distances from all axes best: `distances` are those of one tube's points
+/// each, `widest` is the tubes' usual root mean square distance.
+pub(super) fn pooled_noise(distances: &[Vec<f64>], widest: f64) -> f64 {
     // With no radius at all the noise would be the root mean square distance over the square root of two.
-    let mut most: Vec<f64> = candidates.iter().map(|r| r.tube.mean_radius / 2f64.sqrt()).collect();
-    let most = median(&mut most);
+    let most = widest / 2f64.sqrt();
     let sigma = |k: usize| most * 0.93f64.powi(k as i32);
     let likeliest = |steps: std::ops::RangeInclusive<usize>, distances: &[Vec<f64>]| {
         let likely: Vec<(f64, usize)> = steps
@@ -80,7 +73,7 @@ pub(super) fn pooled_noise(candidates: &[Candidate], points: &[Vec3]) -> f64 {
     let step = (distances.iter().map(Vec::len).sum::<usize>() / TUBES.pooled).max(1);
     let few: Vec<Vec<f64>> = distances.iter().map(|d| d.iter().step_by(step).copied().collect()).collect();
     let about = likeliest(0..=TUBES.noise_steps, &few);
-    sigma(likeliest(about.saturating_sub(TUBES.within_steps)..=about + TUBES.within_steps, &distances))
+    sigma(likeliest(about.saturating_sub(TUBES.within_steps)..=about + TUBES.within_steps, distances))
 }
 
 #[cfg(test)]
