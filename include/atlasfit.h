@@ -223,7 +223,8 @@
 #define ATLASFIT_OUTLIERS_KEEP 0
 
 /**
- * atlasfit_denoise_options.outliers: outliers are left out of the denoised points.
+ * atlasfit_denoise_options.outliers: outliers are left out of the denoised points, and so are the points of
+ * parts of the surface that were left out (min_part, largest).
  */
 #define ATLASFIT_OUTLIERS_DROP 1
 
@@ -595,6 +596,21 @@ typedef struct {
    * surface open where the data end. Default 0.
    */
   uint32_t watertight;
+  /**
+   * Connected parts of the surface that have less than this share of its area are left out, 0 to 1; 0
+   * keeps all. #ATLASFIT_INVALID_ARGUMENT where no part is that large. Their points stay among the
+   * denoised points, unless outliers are dropped, and their charts in the atlas. Default 0.
+   */
+  double min_part;
+  /**
+   * 1 keeps only the largest part of the surface by area; the others are left out as with min_part.
+   * Default 0.
+   */
+  uint32_t largest;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
 } atlasfit_denoise_options;
 
 /**
@@ -694,6 +710,14 @@ typedef struct {
    * Seconds spent in each stage, by the stage's number.
    */
   double stage_seconds[ATLASFIT_STAGE_LIMIT];
+  /**
+   * Connected parts of the surface that were left out, as min_part and largest of the options asked for.
+   */
+  size_t dropped_parts;
+  /**
+   * Points given that lie on those parts. They are denoised all the same, and no outliers.
+   */
+  size_t dropped_points;
 } atlasfit_report;
 
 /**

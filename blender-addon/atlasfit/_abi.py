@@ -141,6 +141,9 @@ class atlasfit_denoise_options(Sized):
         ("viewpoint", c_double * 3),
         ("has_viewpoint", c_uint32),
         ("watertight", c_uint32),
+        ("min_part", c_double),
+        ("largest", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -169,6 +172,8 @@ class atlasfit_report(Sized):
         ("noise", c_double),
         ("voxel", c_double),
         ("stage_seconds", c_double * STAGE_LIMIT),
+        ("dropped_parts", c_size_t),
+        ("dropped_points", c_size_t),
     ]
 
 

@@ -47,6 +47,10 @@ class Report:
     """UV charts of the surface; 0 without UVs."""
     parts: int
     """Connected parts of the surface."""
+    dropped_parts: int
+    """Connected parts of the surface that were left out, as min_part and largest asked for."""
+    dropped_points: int
+    """Points given that lie on those parts. They are denoised all the same, and no outliers."""
     boundary_loops: int
     boundary_edges: int
     filled_holes: int
@@ -140,6 +144,8 @@ def denoise(
     network_learning_rate: float | None = None,
     viewpoint: ArrayLike | None = None,
     watertight: bool | None = None,
+    min_part: float | None = None,
+    largest: bool | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -154,7 +160,8 @@ def denoise(
                   as large
     fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling (default)
     charts        number of charts to aim for; 0 = as many as the shape needs (default)
-    outliers      points on no surface: "keep" where they were (default), or "drop"
+    outliers      points on no surface: "keep" where they were (default), or "drop", also those of parts that
+                  are left out, which else are denoised and kept
     uv            whether the surface gets UVs (default True)
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
     prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks
@@ -169,6 +176,9 @@ def denoise(
                   normals say
     watertight    whether the surface is to be that of a solid, for printing: closed, without self-intersections
                   (default False). Its attribute "extrapolated" is 1 where it was invented
+    min_part      connected parts of the surface that have less than this share of its area, 0 to 1, are left out
+                  (default 0: all stay)
+    largest       whether only the largest part of the surface by area is kept (default False)
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -199,6 +209,8 @@ def denoise(
         network_stretch_weight=network_stretch_weight,
         network_learning_rate=network_learning_rate,
         watertight=watertight,
+        min_part=min_part,
+        largest=largest,
     )
     if viewpoint is not None:
         chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()

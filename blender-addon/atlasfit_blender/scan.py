@@ -44,6 +44,8 @@ def _report(me, title, report, seconds, notes):
         "fitted_charts": report.charts,
         "surface_triangles": report.triangles,
         "parts": report.parts,
+        "dropped_parts": report.dropped_parts,
+        "dropped_points": report.dropped_points,
         "boundary_loops": report.boundary_loops,
         "filled_holes": report.filled_holes,
         "uv_charts": report.uv_charts,
@@ -58,6 +60,8 @@ def _notes(report):
         out.append(f"{report.not_finite} points have no finite position")
     if report.outliers:
         out.append(f"{report.outliers} outliers")
+    if report.dropped_parts:
+        out.append(f"{report.dropped_parts} parts left out with {report.dropped_points} points")
     if report.one_sided:
         out.append("some part is one-sided")
     return out + list(report.warnings)
@@ -251,6 +255,20 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         default=0.0,
         min=0.0,
     )
+    min_part: FloatProperty(
+        name="Smallest Part",
+        description=(
+            "Connected parts of the surface that have less than this share of its area are left out. 0 keeps all"
+        ),
+        default=0.0,
+        min=0.0,
+        max=1.0,
+    )
+    largest: BoolProperty(
+        name="Largest Part Only",
+        description="Keep only the largest connected part of the surface, by area",
+        default=False,
+    )
     watertight: BoolProperty(
         name="Watertight",
         description="Close the surface to a solid for printing; the attribute extrapolated marks what was invented",
@@ -266,7 +284,18 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("detail", "fill_holes", "watertight", "noise", "charts", "prior", "texture_size", "bake"):
+        for name in (
+            "detail",
+            "fill_holes",
+            "min_part",
+            "largest",
+            "watertight",
+            "noise",
+            "charts",
+            "prior",
+            "texture_size",
+            "bake",
+        ):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -278,6 +307,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,
+            "min_part": self.min_part,
+            "largest": self.largest,
             "watertight": self.watertight,
             "texture_size": size,
         }

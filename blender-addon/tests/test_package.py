@@ -60,6 +60,23 @@ def test_the_surface_is_closed_and_has_uvs(denoised):
     assert quality.face_stretch.shape == (len(s.triangles),)
 
 
+def test_parts_below_a_share_of_the_area_are_left_out_and_their_points_stay_unless_outliers_are_dropped(sphere):
+    small = sphere_points(1000, seed=2) * 0.3 + [4, 0, 0]
+    both = np.concatenate([sphere, small])
+    all_parts = atlasfit.denoise(both, uv=False).report
+    assert (all_parts.parts, all_parts.dropped_parts, all_parts.dropped_points) == (2, 0, 0)
+    kept = atlasfit.denoise(both, uv=False, min_part=0.2)
+    assert (kept.report.parts, kept.report.dropped_parts) == (1, 1) and len(kept.points) == len(both)
+    assert kept.surface.vertices[:, 0].max() < 2 and 980 < kept.report.dropped_points <= 1000
+    off = np.abs(np.linalg.norm((kept.points[-1000:] - [4, 0, 0]) / 0.3, axis=1) - 1)
+    assert np.sqrt(np.mean(off**2)) < 0.007, "the points of the part that is left out are denoised"
+    alone = atlasfit.denoise(both, uv=False, largest=True, outliers="drop")
+    assert (alone.surface.vertices == kept.surface.vertices).all()
+    assert len(alone.points) == len(both) - kept.report.dropped_points - kept.report.outliers
+    with pytest.raises(atlasfit.Error, match="min_part is 2"):
+        atlasfit.denoise(both, min_part=2)
+
+
 def test_integer_attributes_are_labels_of_the_nearest_point(sphere, denoised):
     label = denoised.surface.attributes["label"]
     assert label.shape == (len(denoised.surface.vertices),)

@@ -60,6 +60,12 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the "
 			"sampling.",
 			{}, false});
+		list.push_back({Parameter::FLOAT, "minPart", o.min_part, "Smallest part (share)",
+			"Connected parts of the surface that have less than this share of its area, 0 to 1, are left out. "
+			"0 = all stay.",
+			{}, false});
+		list.push_back({Parameter::BOOL, "largest", double(o.largest), "Largest part only",
+			"Whether only the largest connected part of the surface is kept, by area.", {}, false});
 		list.push_back({Parameter::BOOL, "watertight", double(o.watertight), "Watertight",
 			"Whether the surface is to be that of a solid, for printing: closed, without self-intersections.", {},
 			false});

@@ -103,6 +103,8 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	if (surface) {
 		options.detail = number(par, "detail");
 		options.fill_holes = number(par, "fillHoles");
+		options.min_part = number(par, "minPart");
+		options.largest = par.getBool("largest") ? 1 : 0;
 		options.watertight = par.getBool("watertight") ? 1 : 0;
 		options.uv = par.getBool("uv") ? 1 : 0;
 		options.texture_size = count(par, "textureSize");
@@ -292,8 +294,12 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 		" faces, " + grouped(r.parts) + (r.parts == 1 ? " part, " : " parts, ") + grouped(r.boundary_edges) +
 		" boundary edges in " + grouped(r.boundary_loops) + " loops, " + grouped(r.filled_holes) +
 		" holes filled, " + grouped(r.uv_charts) + " UV charts" + (r.one_sided ? ", one-sided" : ""));
+	if (r.dropped_parts > 0)
+		outcome.lines.push_back("left out: " + grouped(r.dropped_parts) +
+			(r.dropped_parts == 1 ? " part with " : " parts with ") + grouped(r.dropped_points) + " points");
 	for (const auto& v : std::vector<std::pair<const char*, double>>{{"vertices", double(r.vertices)},
 			 {"faces", double(r.triangles)}, {"parts", double(r.parts)},
+			 {"dropped_parts", double(r.dropped_parts)}, {"dropped_points", double(r.dropped_points)},
 			 {"boundary_edges", double(r.boundary_edges)}, {"boundary_loops", double(r.boundary_loops)},
 			 {"uv_charts", double(r.uv_charts)}, {"one_sided", double(r.one_sided)}, {"voxel", r.voxel}})
 		outcome.values.push_back(v);

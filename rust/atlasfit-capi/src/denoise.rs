@@ -28,7 +28,8 @@ pub const ATLASFIT_RECIPE_PAPER: u32 = 1;
 /// atlasfit_denoise_options.outliers: outliers stay among the denoised points, where
 /// they were: there are as many points as were given, in the same order.
 pub const ATLASFIT_OUTLIERS_KEEP: u32 = 0;
-/// atlasfit_denoise_options.outliers: outliers are left out of the denoised points.
+/// atlasfit_denoise_options.outliers: outliers are left out of the denoised points, and so are the points of
+/// parts of the surface that were left out (min_part, largest).
 pub const ATLASFIT_OUTLIERS_DROP: u32 = 1;
 
 /// How to denoise. Fill it with atlasfit_denoise_options_init(); a NULL pointer to one means the defaults,
@@ -78,6 +79,15 @@ pub struct atlasfit_denoise_options {
     /// One attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the
     /// surface open where the data end. Default 0.
     pub watertight: u32,
+    /// Connected parts of the surface that have less than this share of its area are left out, 0 to 1; 0
+    /// keeps all. #ATLASFIT_INVALID_ARGUMENT where no part is that large. Their points stay among the
+    /// denoised points, unless outliers are dropped, and their charts in the atlas. Default 0.
+    pub min_part: f64,
+    /// 1 keeps only the largest part of the surface by area; the others are left out as with min_part.
+    /// Default 0.
+    pub largest: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 // SAFETY: numbers, size first.
@@ -110,6 +120,9 @@ unsafe impl Sized for atlasfit_denoise_options {
             viewpoint: d.viewpoint.unwrap_or_default(),
             has_viewpoint: u32::from(d.viewpoint.is_some()),
             watertight: u32::from(d.watertight),
+            min_part: d.min_part,
+            largest: u32::from(d.largest),
+            reserved: 0,
         }
     }
 }
@@ -151,12 +164,16 @@ impl atlasfit_denoise_options {
         let uv = sized::flag(self.uv, "uv")?;
         let has_viewpoint = sized::flag(self.has_viewpoint, "has_viewpoint")?;
         let watertight = sized::flag(self.watertight, "watertight")?;
+        let largest = sized::flag(self.largest, "largest")?;
+        sized::zero(self.reserved)?;
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
             .with_detail(self.detail)
             .with_charts((self.charts > 0).then_some(self.charts as usize))
             .with_fill_holes(self.fill_holes)
+            .with_min_part(self.min_part)
+            .with_largest(largest)
             .with_watertight(watertight)
             .with_texture_size(self.texture_size)
             .with_outliers(outliers)

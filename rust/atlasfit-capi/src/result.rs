@@ -93,12 +93,16 @@ pub struct atlasfit_report {
     pub voxel: f64,
     /// Seconds spent in each stage, by the stage's number.
     pub stage_seconds: [f64; ATLASFIT_STAGE_LIMIT],
+    /// Connected parts of the surface that were left out, as min_part and largest of the options asked for.
+    pub dropped_parts: usize,
+    /// Points given that lie on those parts. They are denoised all the same, and no outliers.
+    pub dropped_points: usize,
 }
 
 // SAFETY: numbers, size first.
 unsafe impl Sized for atlasfit_report {
     const NAME: &str = "atlasfit_report";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, dropped_parts);
     fn defaults() -> Self {
         // SAFETY: zeros are valid numbers.
         Self { struct_size: size_of::<Self>(), ..unsafe { std::mem::zeroed() } }
@@ -146,6 +150,8 @@ pub unsafe extern "C" fn atlasfit_result_report(
             noise: r.noise,
             voxel: r.voxel,
             stage_seconds,
+            dropped_parts: r.dropped_parts,
+            dropped_points: r.dropped_points,
         };
         sized::write(report, value)
     })

@@ -90,6 +90,17 @@ fn wrong_command_lines_exit_with_2_and_failed_work_with_1() {
                 "-1".as_ref(),
             ],
         ),
+        (
+            2,
+            vec![
+                "denoise".as_ref(),
+                cloud.as_os_str(),
+                "-o".as_ref(),
+                "out.ply".as_ref(),
+                "--min-part".as_ref(),
+                "1.5".as_ref(),
+            ],
+        ),
         (1, vec!["measure".as_ref(), "no such file.ply".as_ref()]),
         (1, vec!["denoise".as_ref(), "no such file.ply".as_ref(), "-o".as_ref(), "out.ply".as_ref()]),
         (
@@ -105,7 +116,7 @@ fn wrong_command_lines_exit_with_2_and_failed_work_with_1() {
         ),
         (0, vec!["--help".as_ref()]),
         (0, vec!["--version".as_ref()]),
-    ] as [(i32, Vec<&std::ffi::OsStr>); 14]
+    ] as [(i32, Vec<&std::ffi::OsStr>); 15]
     {
         let output = command().args(&args).output().unwrap();
         assert_eq!(output.status.code(), Some(code), "{args:?}: {}", err(&output));
@@ -370,6 +381,38 @@ fn denoise_turns_the_example_scan_into_points_and_one_surface_whatever_the_threa
         serde_json::from_str(&out(&run(&[&"measure", &folder.0.join("1.ply"), &"--json"]))).unwrap();
     assert_eq!(topology["topology"]["non_manifold_edges"], 0);
     assert_eq!(topology["topology"]["inconsistent_edges"], 0);
+}
+
+#[test]
+fn parts_that_are_too_small_are_left_out_and_counted_and_a_share_none_has_is_an_error() {
+    let folder = Folder::new("parts");
+    // Two balls: the second has a quarter of the points and a ninth of the area of both.
+    let ball = |n: usize, r: f64, x: f64| {
+        (0..n).map(move |i| {
+            let (z, turn) = (1.0 - (2 * i + 1) as f64 / n as f64, 2.4 * i as f64);
+            let ring = r * (1.0 - z * z).sqrt();
+            format!("{} {} {}\n", x + ring * turn.cos(), ring * turn.sin(), r * z)
+        })
+    };
+    let text: String = ball(1600, 1.0, 0.0).chain(ball(400, 0.35, 3.0)).collect();
+    let (scan, mesh) = (folder.file("balls.xyz", &text), folder.0.join("out.ply"));
+    let denoise = |more: &[&str]| {
+        let args = ["denoise", "--no-uv", "--json", "--quiet"];
+        command().args(args).args(more).arg(&scan).arg("-o").arg(&mesh).output().unwrap()
+    };
+    let output = denoise(&["--min-part", "0.2"]);
+    assert!(output.status.success(), "{}", err(&output));
+    let said: serde_json::Value = serde_json::from_str(&out(&output)).unwrap();
+    let count = |key: &str| said[key].as_u64();
+    assert_eq!(
+        [count("parts"), count("dropped_parts"), count("dropped_points"), count("points")],
+        [Some(1), Some(1), Some(400), Some(2000)]
+    );
+    let output = denoise(&["--min-part", "0.95"]);
+    let said: serde_json::Value = serde_json::from_str(&out(&output)).unwrap();
+    let text = said["error"]["text"].as_str().unwrap();
+    assert!(text.contains("0.95") && text.contains("the largest has 0.8"), "{text}");
+    assert_eq!((output.status.code(), folder.names().len()), (Some(2), 2), "{text}");
 }
 
 #[test]

@@ -39,7 +39,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let good = init(atlasfit_denoise_options_init);
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.sized_grown(name, "options", (&good, first), ABI, |o| denoise(&pts, o, null()));
-        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 15] = [
+        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 20] = [
             ("noise", &|o| o.noise = -1.0),
             ("noise no number", &|o| o.noise = f64::NAN),
             ("detail", &|o| o.detail = 0.0),
@@ -52,6 +52,11 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("has_viewpoint", &|o| o.has_viewpoint = 2),
             ("viewpoint no number", &|o| (o.has_viewpoint, o.viewpoint) = (1, [0.0, f64::NAN, 0.0])),
             ("watertight", &|o| o.watertight = 2),
+            ("min_part below 0", &|o| o.min_part = -0.1),
+            ("min_part above 1", &|o| o.min_part = 1.1),
+            ("min_part no number", &|o| o.min_part = f64::NAN),
+            ("largest", &|o| o.largest = 2),
+            ("reserved", &|o| o.reserved = 1),
             ("texture", &|o| o.texture_size = 0),
             ("network charts", &|o| (o.prior, o.network_charts) = (ATLASFIT_PRIOR_MLP, 0)),
             ("network rate", &|o| (o.prior, o.network_learning_rate) = (ATLASFIT_PRIOR_CONV, f64::NAN)),
@@ -129,7 +134,8 @@ pub fn getters(t: &mut Table, s: &Scene) {
         let name = "atlasfit_result_report";
         t.handle(name, s.atlas, |h| atlasfit_result_report(h, &mut output()));
         t.want(name, "report NULL", INVALID, atlasfit_result_report(s.result, null_mut()));
-        t.sized(name, "report", &output::<atlasfit_report>(), ATLASFIT_OK, |r| {
+        let first = offset_of!(atlasfit_report, dropped_parts);
+        t.sized_grown(name, "report", (&output::<atlasfit_report>(), first), ATLASFIT_OK, |r| {
             atlasfit_result_report(s.result, r)
         });
         t.lines("atlasfit_result_warnings", s.result, s.uv, |h, text, room, length| {

@@ -51,6 +51,37 @@ fn defaults_are_the_core_s() {
 }
 
 #[test]
+fn small_parts_are_left_out_and_their_points_stay_or_go_with_the_outliers() {
+    // The scan, and a third of its points again: as large as 0.3 of it, beside it.
+    let (mut xyz, kept) = (scan(3000), 3000);
+    xyz.extend(scan(1000).chunks(3).flat_map(|p| [4.0 + 0.3 * p[0], 0.3 * p[1], 0.3 * p[2]]));
+    let points = atlasfit_points {
+        positions: xyz.as_ptr().cast(),
+        count: 4000,
+        scalar: ATLASFIT_F64,
+        ..init(atlasfit_points_init)
+    };
+    let report = |spoil: &dyn Fn(&mut atlasfit_denoise_options)| unsafe {
+        let mut options = atlasfit_denoise_options { uv: 0, ..init(atlasfit_denoise_options_init) };
+        spoil(&mut options);
+        let (mut result, mut report) = (null_mut(), output::<atlasfit_report>());
+        ok(atlasfit_denoise(&points, &options, null(), &mut result));
+        ok(atlasfit_result_report(result, &mut report));
+        ok(atlasfit_result_free(result));
+        report
+    };
+    let all = report(&|_| ());
+    assert_eq!((all.parts, all.dropped_parts, all.dropped_points), (2, 0, 0));
+    let large = report(&|o| o.min_part = 0.2);
+    assert_eq!((large.parts, large.dropped_parts, large.points), (1, 1, 4000));
+    assert!((980..=1000).contains(&large.dropped_points), "{}", large.dropped_points);
+    let alone = report(&|o| (o.largest, o.outliers) = (1, ATLASFIT_OUTLIERS_DROP));
+    assert_eq!((alone.vertices, alone.dropped_points), (large.vertices, large.dropped_points));
+    assert_eq!(alone.points, 4000 - alone.dropped_points - alone.outliers);
+    assert!(alone.points <= kept, "{}", alone.points);
+}
+
+#[test]
 fn warnings_are_the_core_s_and_training_that_diverges_is_a_status() {
     let xyz = scan(1500);
     let points = atlasfit_points {

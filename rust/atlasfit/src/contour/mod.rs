@@ -15,6 +15,7 @@ pub(crate) mod components;
 pub(crate) mod constants;
 pub(crate) mod holes;
 mod loops;
+pub(crate) mod parts;
 mod patch;
 pub(crate) mod quads;
 mod slits;

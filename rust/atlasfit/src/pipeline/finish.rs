@@ -46,8 +46,11 @@ pub(super) fn finish(
     }
     let mut moved = move_points(cloud, &input, &projected, |p| frame.to_user(p), ctx)?;
     let outliers = moved.outlier.iter().filter(|o| **o).count();
+    let left_out: Vec<bool> = (input.of_input.iter())
+        .map(|&p| built.left_out.points.get(p as usize).is_some_and(|on| *on))
+        .collect();
     if options.outliers == Outliers::Drop {
-        moved.drop_outliers();
+        moved.drop(&left_out);
     }
     let mut warnings = input.warnings;
     if options.noise.is_none() {
@@ -64,6 +67,8 @@ pub(super) fn finish(
         one_sided: built.one_sided,
         voxel: built.voxel * frame.scale,
         parts: topology.parts,
+        dropped_parts: built.left_out.parts,
+        dropped_points: left_out.iter().filter(|l| **l).count(),
         filled_holes: built.filled_holes,
         boundary_loops: topology.boundary_loops,
         boundary_edges: topology.boundary_edges,
@@ -144,8 +149,9 @@ fn move_points(
 }
 
 impl Moved {
-    fn drop_outliers(&mut self) {
-        self.source.retain(|&i| !self.outlier[i as usize]);
+    /// Drops the outliers, and the points that were `left_out` with their part of the surface.
+    fn drop(&mut self, left_out: &[bool]) {
+        self.source.retain(|&i| !self.outlier[i as usize] && !left_out[i as usize]);
         self.chart = self.source.iter().map(|&i| self.chart[i as usize]).collect();
         self.points = pick(&self.points, &self.source);
     }

@@ -17,6 +17,7 @@ mod fit_atlas;
 pub mod guide;
 mod memory;
 mod options;
+mod parts;
 pub mod prepare;
 mod report;
 mod sheets;

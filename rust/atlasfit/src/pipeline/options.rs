@@ -11,7 +11,8 @@ pub enum Outliers {
     /// They stay where they were among the denoised points.
     #[default]
     Keep,
-    /// They are left out of the denoised points.
+    /// They are left out of the denoised points, and so are the points on parts of the surface that were
+    /// left out.
     Drop,
 }
 
@@ -28,6 +29,13 @@ pub struct DenoiseOptions {
     /// Holes with a boundary shorter than this are filled, in the scan's unit; 0 fills only gaps of the
     /// sampling.
     pub fill_holes: f64,
+    /// Connected parts of the surface that have less than this share of its area, 0 to 1, are left out; 0
+    /// keeps all. What is left must be one part at least: else that is an error. Their points stay among
+    /// the denoised points, and their charts in the atlas, unless outliers are dropped.
+    pub min_part: f64,
+    /// Whether only the largest part of the surface by area is kept; the others are left out as those below
+    /// [`min_part`](Self::min_part).
+    pub largest: bool,
     /// Whether the surface is to be that of a solid, for printing: closed, two-manifold, without
     /// self-intersections. What is invented where there are no data is marked by the attribute
     /// [`EXTRAPOLATED`](super::EXTRAPOLATED) of the surface's vertices.
@@ -49,6 +57,8 @@ setters! {
         with_detail: detail: f64,
         with_charts: charts: Option<usize>,
         with_fill_holes: fill_holes: f64,
+        with_min_part: min_part: f64,
+        with_largest: largest: bool,
         with_watertight: watertight: bool,
         with_texture_size: texture_size: u32,
         with_outliers: outliers: Outliers,
@@ -64,6 +74,8 @@ impl Default for DenoiseOptions {
             detail: 1.0,
             charts: None,
             fill_holes: 0.0,
+            min_part: 0.0,
+            largest: false,
             watertight: false,
             texture_size: 1024,
             outliers: Outliers::Keep,
@@ -110,6 +122,12 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
     }
     if !(o.fill_holes >= 0.0 && o.fill_holes.is_finite()) {
         return Err(Error::invalid(format!("fill_holes is {}", o.fill_holes), "Give a length, 0 or more"));
+    }
+    if !(0.0..=1.0).contains(&o.min_part) {
+        return Err(Error::invalid(
+            format!("min_part is {}", o.min_part),
+            "Give a share of the surface's area, 0 to 1; 0 keeps all parts",
+        ));
     }
     if let Some(v) = o.viewpoint
         && !v.iter().all(|x| x.is_finite())

@@ -30,6 +30,10 @@ pub struct Report {
     pub voxel: f64,
     /// Connected parts of the surface.
     pub parts: usize,
+    /// Connected parts that were left out, as the options asked for.
+    pub dropped_parts: usize,
+    /// Points given that lie on those parts. They are denoised all the same, and no outliers.
+    pub dropped_points: usize,
     /// Holes that were filled.
     pub filled_holes: usize,
     /// Boundary loops of the surface.

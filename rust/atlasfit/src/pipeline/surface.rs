@@ -5,10 +5,11 @@
 
 use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
+use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
 use super::warnings;
-use crate::atlas::{Chart, ProjectedPoint, Vote};
+use crate::atlas::{Chart, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
 use crate::contour::{cavities, clean, components, quads, smooth, surface::Surface};
@@ -34,6 +35,8 @@ pub(super) struct Built {
     pub median_spacing: f64,
     /// Side of the voxels.
     pub voxel: f64,
+    /// Parts of the surface that were left out, and the points on them.
+    pub left_out: LeftOut,
     /// Holes that were filled.
     pub filled_holes: usize,
     /// Whether some part of the surface is one-sided.
@@ -52,7 +55,7 @@ pub(super) fn build(
     ctx: &Context<'_>,
 ) -> Result<Built> {
     let Scan { points, tree, sampling, frame, mut input, .. } = scan;
-    let OrientedAtlas { fitted, members, relations, conflicts, mut votes, mut projected } = atlas;
+    let OrientedAtlas { fitted, members, relations, mut conflicts, mut votes, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
     let voxel = voxel(&sampling) / options.detail;
@@ -62,11 +65,8 @@ pub(super) fn build(
     }
     ctx.advance(1);
     if votes.is_empty() {
-        let part = orient::connected(fitted.len(), &relations);
-        let origin = frame.origin.map(|x| -x / frame.scale);
-        if let Some(v) = orient::find_scanner(&projected, &sampling.spacing, &part, origin, ctx)? {
-            votes = votes_toward(v, &projected, fitted.len());
-        }
+        let parts = orient::connected(fitted.len(), &relations);
+        votes = votes_of_scanner(&projected, &sampling, &parts, frame, ctx)?;
     }
     let sites = sites::of_points(&points, &projected, &fitted, &members, &sampling, ctx)?;
     ctx.advance(1);
@@ -83,6 +83,11 @@ pub(super) fn build(
     let mut surface = clean::clean(contour, !conflicts.is_empty(), speck, &votes, ctx)?;
     let own = points_of_charts(&projected, charts.len());
     components::remove_unsupported(&mut surface, &own, PIPELINE.unsupported, ctx)?;
+    let left_out = parts::leave_out(&mut surface, &projected, charts.len(), options, ctx)?;
+    if left_out.parts > 0 {
+        let on = parts::touched(&surface.chart, charts.len());
+        conflicts.retain(|&(a, b)| on[a as usize] && on[b as usize]);
+    }
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
@@ -99,13 +104,7 @@ pub(super) fn build(
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     ctx.check()?;
-    let side = agreement(&surface, &charts, ctx)?;
-    let turned = orient::face(&mut charts, &relations, &side);
-    for p in &mut projected {
-        if turned.get(p.chart as usize).is_some_and(|t| *t) {
-            p.normal = -p.normal;
-        }
-    }
+    face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
     let one_sided = !conflicts.is_empty();
     let mut extrapolated = None;
     if options.watertight {
@@ -120,6 +119,7 @@ pub(super) fn build(
         projected,
         median_spacing: median,
         voxel,
+        left_out,
         filled_holes,
         one_sided,
         frame,
@@ -131,6 +131,20 @@ pub(super) fn build(
 pub(super) fn area(sampling: &Sampling) -> f64 {
     let widest = PIPELINE.alone * SPATIAL.widest * sampling.median;
     sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
+}
+
+/// How the points vote on each chart's side if one scanner made the scan; `part` says which of the connected
+/// charts each belongs to. No votes where none is found.
+fn votes_of_scanner(
+    projected: &[ProjectedPoint],
+    sampling: &Sampling,
+    part: &[u32],
+    frame: Frame,
+    ctx: &Context<'_>,
+) -> Result<Vec<Vote>> {
+    let origin = frame.origin.map(|x| -x / frame.scale);
+    let scanner = orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)?;
+    Ok(scanner.map_or_else(Vec::new, |v| votes_toward(v, projected, part.len())))
 }
 
 /// How the points, as they face now, vote on each chart's side when a scanner at `v` saw them.
@@ -159,6 +173,24 @@ fn points_of_charts(projected: &[ProjectedPoint], charts: usize) -> Vec<u32> {
         }
     }
     own
+}
+
+/// Turns charts and points to the side that the surface faces.
+fn face_surface(
+    charts: &mut [Chart],
+    projected: &mut [ProjectedPoint],
+    relations: &[Relation],
+    surface: &Surface,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let side = agreement(surface, charts, ctx)?;
+    let turned = orient::face(charts, relations, &side);
+    for p in projected {
+        if turned.get(p.chart as usize).is_some_and(|t| *t) {
+            p.normal = -p.normal;
+        }
+    }
+    Ok(())
 }
 
 /// For each chart how much of the surface agrees with its normal, less how much does not: the surface knows

@@ -70,6 +70,18 @@ pub struct Args {
         help_heading = "Fit"
     )]
     fill_holes: f64,
+    /// Leave out connected parts of the surface that have less than this share of its area, 0 to 1
+    #[arg(
+        long,
+        default_value_t = DenoiseOptions::default().min_part,
+        value_name = "SHARE",
+        value_parser = share,
+        help_heading = "Fit"
+    )]
+    min_part: f64,
+    /// Keep only the largest connected part of the surface, by area
+    #[arg(long, help_heading = "Fit")]
+    largest: bool,
     /// Make the surface that of a solid, for printing: closed, without self-intersections. The vertex
     /// attribute "extrapolated" is 1 where it was invented
     #[arg(long, help_heading = "Fit")]
@@ -86,7 +98,7 @@ pub struct Args {
     /// Write a texture with the scan's colours, which replaces the colours of the vertices
     #[arg(long, help_heading = "Fit", conflicts_with = "no_uv", requires = "output")]
     bake: bool,
-    /// Points that belong to no surface
+    /// Points that belong to no surface, and those of parts that are left out (--min-part, --largest)
     #[arg(long, value_enum, default_value = "keep", help_heading = "Fit")]
     outliers: Outliers,
     /// Where the scanner stood, in the scan's unit: the surface faces it [default: what the file says by
@@ -153,7 +165,8 @@ impl Args {
 /// Points that belong to no surface.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Outliers {
-    /// Leave them where they are, so that points stay in input order
+    /// Leave them where they are (those of parts that are left out are denoised), so that points stay in input
+    /// order
     Keep,
     /// Leave them out of the denoised points
     Drop,
@@ -196,6 +209,13 @@ fn not_negative(s: &str) -> Result<f64, String> {
         .ok()
         .filter(|x| *x >= 0.0 && x.is_finite())
         .ok_or_else(|| "give a number, 0 or more".into())
+}
+
+fn share(s: &str) -> Result<f64, String> {
+    s.parse::<f64>()
+        .ok()
+        .filter(|x| (0.0..=1.0).contains(x))
+        .ok_or_else(|| "give a share of the surface's area, 0 to 1".into())
 }
 
 impl Args {
@@ -262,6 +282,8 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
         .with_detail(args.detail)
         .with_charts(args.charts.0)
         .with_fill_holes(args.fill_holes)
+        .with_min_part(args.min_part)
+        .with_largest(args.largest)
         .with_watertight(args.watertight)
         .with_texture_size(texture_size)
         .with_outliers(match args.outliers {

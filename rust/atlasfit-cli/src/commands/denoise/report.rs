@@ -37,6 +37,14 @@ impl Done<'_> {
             counted(r.parts, "part"),
             if r.one_sided { ", one-sided" } else { "" }
         );
+        if r.dropped_parts > 0 {
+            let _ = writeln!(
+                text,
+                "left out       {} with {}",
+                counted(r.dropped_parts, "part"),
+                counted(r.dropped_points, "point")
+            );
+        }
         let _ = writeln!(text, "boundary       {}", boundary(r.boundary_edges, r.boundary_loops));
         if self.uv {
             let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
@@ -73,7 +81,8 @@ impl Done<'_> {
             "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite,
             "duplicates": r.duplicates, "outliers": r.outliers, "spacing": number(r.spacing),
             "noise": number(r.noise), "charts": r.charts, "voxel": number(r.voxel),
-            "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts, "one_sided": r.one_sided,
+            "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts,
+            "dropped_parts": r.dropped_parts, "dropped_points": r.dropped_points, "one_sided": r.one_sided,
             "boundary_edges": r.boundary_edges,
             "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),
             "stages": stages_json(&r.seconds), "files": self.files,
