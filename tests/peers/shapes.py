@@ -1,6 +1,6 @@
 """The benchmark's true surfaces and noisy samples. Needs numpy only.
 
-Shapes: ring, spiral, mobius are made here; any other name is a binary PLY mesh NAME.ply in the data folder (../shared/data/denoise beside
+Shapes: ring, spiral, mobius, bumps, knot, room are made here; any other name is a binary PLY mesh NAME.ply in the data folder (../shared/data/denoise beside
 the repository, or --data). Every shape is centred and scaled to a bounding box whose longest side is 1. Samples are uniform by area, plus
 isotropic Gaussian noise. The random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are the same.
 
@@ -70,6 +70,78 @@ def mobius():
     return sheet(400, 40, at, False, False)
 
 
+def bumps():
+    """A ball of radius 1 with bumps of 0.12."""
+
+    def at(s, t):
+        a, b = TAU * s, np.pi * t
+        r = 1 + 0.12 * np.sin(3 * a) * np.sin(b) ** 3 * np.cos(5 * b)
+        return r * np.cos(a) * np.sin(b), r * np.sin(a) * np.sin(b), r * np.cos(b)
+
+    V, F = sheet(160, 81, at, True, False)
+    # Each pole is one vertex; the triangles between its copies go.
+    pole = np.arange(len(V)) % 81
+    to = np.where(pole == 0, 0, np.where(pole == 80, 80, np.arange(len(V))))
+    F = to[F]
+    return V, F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+
+
+def knot():
+    """A tube of radius 0.25 along a trefoil: the torus knot of 2 and 3."""
+
+    def middle(a):
+        r = 2 + np.cos(3 * a)
+        return np.stack([r * np.cos(2 * a), r * np.sin(2 * a), np.sin(3 * a)], 1)
+
+    def at(s, t):
+        a, b = TAU * s, TAU * t[:, None]
+        tangent = middle(a + 1e-5) - middle(a - 1e-5)
+        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+        # From the middle of the torus' tube to the curve: the frame closes without a twist.
+        out = middle(a) - np.stack([2 * np.cos(2 * a), 2 * np.sin(2 * a), 0 * a], 1)
+        out -= np.einsum("ij,ij->i", out, tangent)[:, None] * tangent
+        out /= np.linalg.norm(out, axis=1)[:, None]
+        return (middle(a) + 0.25 * (np.cos(b) * out + np.sin(b) * np.cross(tangent, out))).T
+
+    return sheet(400, 32, at, True, True)
+
+
+def panel(corner, one, two, pitch=0.03):
+    """A parallelogram in small triangles, that faces the cross product of its sides."""
+    corner, one, two = (np.asarray(x, float) for x in (corner, one, two))
+    steps = [2 + int(np.linalg.norm(side) / pitch) for side in (one, two)]
+    return sheet(*steps, lambda s, t: (corner + s[:, None] * one + t[:, None] * two).T, False, False)
+
+
+def together(parts):
+    """One mesh of several."""
+    first = np.cumsum([0] + [len(V) for V, _ in parts])
+    return np.concatenate([V for V, _ in parts]), np.concatenate([F + n for (_, F), n in zip(parts, first)])
+
+
+def box(low, high, inward=False):
+    """The six sides of a box."""
+    low, size = np.asarray(low, float), np.subtract(high, low)
+    parts = []
+    for k in range(3):
+        one, two, across = (size * (np.arange(3) == (k + j) % 3) for j in (1, 2, 3))
+        for corner, outward in ((low + across, True), (low, False)):
+            parts.append(panel(corner, *((one, two) if outward != inward else (two, one))))
+    return together(parts)
+
+
+def room():
+    """A room of 1 by 0.8 by 0.45, seen from inside, with a table, a cupboard and a bench: closed boxes a little above the floor."""
+    furniture = [((0.15, 0.05, -0.1), (0.4, 0.3, -0.08)), ((-0.48, -0.3, -0.22), (-0.36, 0.0, 0.12)), ((-0.2, 0.25, -0.22), (0.1, 0.38, -0.13))]
+    return together([box((-0.5, -0.4, -0.225), (0.5, 0.4, 0.225), True)] + [box(*b) for b in furniture])
+
+
+def plates(gap):
+    """Two parallel squares of side 1, so far apart; they face away from each other."""
+    parts = [panel((-0.5, -0.5, gap / 2), (1, 0, 0), (0, 1, 0)), panel((-0.5, -0.5, -gap / 2), (0, 1, 0), (1, 0, 0))]
+    return together(parts)
+
+
 def read_ply(path):
     """A binary little-endian PLY of float x, y, z and lists of three int indices."""
     data = path.read_bytes()
@@ -100,12 +172,21 @@ def write_ply(path, V, F=None):
     pathlib.Path(path).write_bytes((head + "end_header\n").encode() + body)
 
 
-def clean(name, data=DATA):
-    """The true surface: vertices and triangles."""
-    made = {"ring": ring, "spiral": spiral, "mobius": mobius}
-    V, F = made[name]() if name in made else read_ply(pathlib.Path(data) / (name + ".ply"))
+def fitted(V, F):
+    """Centred, the longest side 1."""
     low, high = V.min(0), V.max(0)
     return (V - (low + high) / 2) / (high - low).max(), F
+
+
+def clean(name, data=DATA):
+    """The true surface: vertices and triangles."""
+    made = {"ring": ring, "spiral": spiral, "mobius": mobius, "bumps": bumps, "knot": knot, "room": room}
+    if name in made:
+        return fitted(*made[name]())
+    path = pathlib.Path(data) / (name + ".ply")
+    if not path.exists():
+        raise SystemExit("%s: no such file, and no shape of that name is made here (%s)" % (path, ", ".join(made)))
+    return fitted(*read_ply(path))
 
 
 def noisy(V, F, sigma, count=16000, seed=0):
