@@ -23,6 +23,8 @@ def cast(V, F, origin, directions):
 
 def pictures(directions):
     """Cameras (rows: right, up, forward), and the directions that lie in the picture of each."""
+    if len(directions) == 0:
+        return []
     unit = directions / np.linalg.norm(directions, axis=1)[:, None]
     middle = unit.mean(0) / max(np.linalg.norm(unit.mean(0)), 1e-300)
     if (unit @ middle).min() > 0.5:

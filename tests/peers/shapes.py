@@ -72,18 +72,21 @@ def mobius():
 
 def bumps():
     """A ball of radius 1 with bumps of 0.12."""
+    rows, columns = 160, 81
 
     def at(s, t):
         a, b = TAU * s, np.pi * t
         r = 1 + 0.12 * np.sin(3 * a) * np.sin(b) ** 3 * np.cos(5 * b)
         return r * np.cos(a) * np.sin(b), r * np.sin(a) * np.sin(b), r * np.cos(b)
 
-    V, F = sheet(160, 81, at, True, False)
+    V, F = sheet(rows, columns, at, True, False)
     # Each pole is one vertex; the triangles between its copies go.
-    pole = np.arange(len(V)) % 81
-    to = np.where(pole == 0, 0, np.where(pole == 80, 80, np.arange(len(V))))
-    F = to[F]
-    return V, F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+    column = np.arange(len(V)) % columns
+    first_of = np.where((column == 0) | (column == columns - 1), column, np.arange(len(V)))
+    F = first_of[F][:, ::-1]
+    F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+    used, F = np.unique(F, return_inverse=True)
+    return V[used], F.reshape(-1, 3)
 
 
 def knot():
@@ -101,7 +104,7 @@ def knot():
         out = middle(a) - np.stack([2 * np.cos(2 * a), 2 * np.sin(2 * a), 0 * a], 1)
         out -= np.einsum("ij,ij->i", out, tangent)[:, None] * tangent
         out /= np.linalg.norm(out, axis=1)[:, None]
-        return (middle(a) + 0.25 * (np.cos(b) * out + np.sin(b) * np.cross(tangent, out))).T
+        return (middle(a) + 0.25 * (np.cos(b) * out + np.sin(b) * np.cross(out, tangent))).T
 
     return sheet(400, 32, at, True, True)
 

@@ -1,9 +1,11 @@
 //! `atlasfit bench denoise`: our figures beside the peers'.
 //!
-//! Shapes and noisy samples come from `tests/peers/shapes.py`, the peers' surfaces from
-//! `tests/peers/meshlab.py`; all are measured here, by the same code. The oracle is the best of the peers'
-//! settings in each cell: who picks it must know the truth.
+//! Shapes and noisy samples come from `tests/peers/shapes.py`, with --scanner simulated scans from
+//! `tests/peers/scanner.py`, the peers' surfaces from `tests/peers/meshlab.py`; all are measured here, by the
+//! same code. What a simulated scan has not seen need not be found: completeness is that of the seen part.
+//! The oracle is the best of the peers' settings in each cell: who picks it must know the truth.
 
+mod cells;
 mod row;
 mod table;
 
@@ -16,7 +18,8 @@ use anyhow::{Result, bail};
 use atlasfit::DenoiseOptions;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface, uv};
-use atlasfit::pipeline::Denoised;
+use atlasfit::pipeline::{Denoised, Outliers};
+use cells::{Cell, Spec};
 use row::{Cache, POINT_FIGURES, Row, UV_FIGURES};
 use serde_json::{Value, json};
 use std::ffi::OsStr;
@@ -27,12 +30,22 @@ use std::time::Instant;
 /// Options of `bench denoise`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Shapes: ring, spiral, mobius, or names of PLY meshes in the data folder
-    #[arg(long, value_delimiter = ',', default_value = "bunny,dragon,car,cup,mobius,chair,spiral,ring")]
-    shapes: Vec<String>,
-    /// Standard deviations of the noise, for a shape of size 1
-    #[arg(long, value_delimiter = ',', default_value = "0.002,0.005,0.01,0.02")]
-    sigmas: Vec<f64>,
+    /// Simulated scans instead, of these kinds: views, outliers, misregistered, quantised, uneven, lidar,
+    /// sheets; a number chooses one of several (outliers20, sheets3) [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
+    scanner: Option<Vec<String>>,
+    /// Shapes: ring, spiral, mobius, bumps, knot, room, or names of PLY meshes in the data folder [default:
+    /// bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner bumps,knot,ring,spiral and all meshes of
+    /// the data folder]
+    #[arg(long, value_delimiter = ',')]
+    shapes: Option<Vec<String>>,
+    /// Standard deviations of the noise, for a shape of size 1 [default: 0.002,0.005,0.01,0.02; with
+    /// --scanner 0.004]
+    #[arg(long, value_delimiter = ',')]
+    sigmas: Option<Vec<f64>>,
+    /// The folder of meshes [default: ../shared/data/denoise beside the repository, where it is]
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// Points per scan
     #[arg(long, default_value_t = 16_000, value_name = "N")]
     count: usize,
@@ -70,7 +83,7 @@ pub struct Args {
     /// The Python that has numpy, and pymeshlab for the peers
     #[arg(long, default_value = "python3", value_name = "PROGRAM")]
     python: PathBuf,
-    /// The folder of shapes.py and meshlab.py
+    /// The folder of shapes.py, scanner.py and meshlab.py
     #[arg(long, default_value = "tests/peers", value_name = "DIR")]
     scripts: PathBuf,
     /// Keep scans and surfaces in this folder
@@ -80,20 +93,13 @@ pub struct Args {
     run: RunArgs,
 }
 
-/// A shape with a noise: one scan, and the surfaces that are made of it.
-struct Cell<'a> {
-    shape: &'a str,
-    sigma: f64,
-    scan: PathBuf,
-    truth: TriMesh,
-}
-
 /// The benchmark at work.
 struct Bench<'a> {
     args: &'a Args,
     folder: &'a Path,
     console: &'a Console,
     cache: Cache<'a>,
+    specs: Vec<Spec>,
     /// Whether the peers are still asked: not after they failed once.
     with_peers: bool,
     rows: Vec<Row>,
@@ -107,6 +113,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         folder,
         console,
         cache: Cache::read(args.peer_cache.as_deref(), args.count)?,
+        specs: cells::specs(args, scripts(args))?,
         with_peers: !args.no_peers,
         rows: Vec::new(),
         failed: Vec::new(),
@@ -114,63 +121,49 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     if let Some(other) = &args.against {
         return bench.in_turn(other);
     }
-    for &sigma in &args.sigmas {
-        for shape in &args.shapes {
-            console.check(&args.run, "measuring")?;
-            let cell = bench.cell(shape, sigma)?;
-            if !args.only_peers {
-                bench.fit(&cell)?;
-            }
-            if bench.with_peers {
-                bench.ask_peers(&cell)?;
-            }
+    for spec in bench.specs.clone() {
+        console.check(&args.run, "measuring")?;
+        let cell = Cell::make(spec, args, scripts(args), folder, console)?;
+        if !args.only_peers {
+            bench.fit(&cell)?;
+        }
+        if bench.with_peers {
+            bench.ask_peers(&cell)?;
         }
     }
     bench.report()
 }
 
-impl<'a> Bench<'a> {
-    fn scripts(&self) -> Scripts<'a> {
-        Scripts { python: &self.args.python, folder: &self.args.scripts }
-    }
+fn scripts(args: &Args) -> Scripts<'_> {
+    Scripts { python: &args.python, folder: &args.scripts }
+}
 
-    /// Makes the scan of a cell.
-    fn cell<'s>(&self, shape: &'s str, sigma: f64) -> Result<Cell<'s>> {
-        let truth = self.folder.join(format!("{shape}.ply"));
-        let scan = self.folder.join(format!("{shape}-{sigma}.ply"));
-        let (spread, count) = (sigma.to_string(), self.args.count.to_string());
-        self.scripts().run("shapes.py", &[&shape, &spread, &truth, &scan, &"--count", &count])?;
-        let truth = files::load(&truth, &self.args.run, self.console)?.into_mesh();
-        Ok(Cell { shape, sigma, scan, truth })
-    }
-
+impl Bench<'_> {
     /// Times each cell with this build and another one.
     fn in_turn(&self, other: &Path) -> Result<()> {
         let mut times = Against::new(other, self.args.repeat);
         let (out, threads) = (self.folder.join("in-turn.ply"), self.args.run.threads.to_string());
-        for &sigma in &self.args.sigmas {
-            for shape in &self.args.shapes {
-                self.console.check(&self.args.run, "measuring")?;
-                let cell = self.cell(shape, sigma)?;
-                let arguments: [&dyn AsRef<OsStr>; 6] =
-                    [&"denoise", &cell.scan, &"-o", &out, &"--threads", &threads];
-                times.time(&format!("{shape} {sigma}"), &arguments.map(AsRef::as_ref), self.console)?;
-            }
+        for spec in &self.specs {
+            self.console.check(&self.args.run, "measuring")?;
+            let cell = Cell::make(spec.clone(), self.args, scripts(self.args), self.folder, self.console)?;
+            let arguments: [&dyn AsRef<OsStr>; 6] =
+                [&"denoise", &cell.scan, &"-o", &out, &"--threads", &threads];
+            times.time(&spec.to_string(), &arguments.map(AsRef::as_ref), self.console)?;
         }
         times.report(self.console);
         Ok(())
     }
 
     /// Adds our own row of a cell. One that fails must not cost the others.
-    fn fit(&mut self, cell: &Cell<'_>) -> Result<()> {
+    fn fit(&mut self, cell: &Cell) -> Result<()> {
         match self.ours(cell) {
             Ok(row) => {
                 self.console.note(row.summary());
                 self.rows.push(row);
             }
             Err(e) if !cancelled(&e) => {
-                self.failed.push(format!("{} {}: {e:#}", cell.shape, cell.sigma));
-                self.console.note(format_args!("failed: {} {}: {e:#}", cell.shape, cell.sigma));
+                self.failed.push(format!("{}: {e:#}", cell.spec));
+                self.console.note(format_args!("failed: {}: {e:#}", cell.spec));
             }
             Err(e) => return Err(e),
         }
@@ -178,26 +171,27 @@ impl<'a> Bench<'a> {
     }
 
     /// Our own fit of one cell.
-    fn ours(&self, cell: &Cell<'_>) -> Result<Row> {
+    fn ours(&self, cell: &Cell) -> Result<Row> {
         let (args, console) = (self.args, self.console);
         let cloud = files::load(&cell.scan, &args.run, console)?.cloud;
         let mut times = Vec::new();
         let mut last = None;
         for _ in 0..args.repeat {
             let start = Instant::now();
-            let options = DenoiseOptions::default();
+            // Points of a scan with strays are measured without those that were found to be strays.
+            let outliers = if cell.seen.is_some() { Outliers::Drop } else { Outliers::Keep };
+            let options = DenoiseOptions::default().with_outliers(outliers);
             last = Some(atlasfit::denoise(&cloud, &options, &mut console.start_silent(&args.run))?);
             times.push(start.elapsed().as_secs_f64());
         }
         let Some(outcome) = last else { bail!("no fit was run") };
-        let figures = self.our_figures(&outcome, &cell.truth)?;
+        let figures = self.our_figures(&outcome, cell)?;
         if args.keep.is_some() {
-            let path = self.folder.join(format!("{}-{}-ours.ply", cell.shape, cell.sigma));
+            let path = self.folder.join(format!("{}-{}-ours.ply", cell.spec.stem(), cell.spec.sigma));
             atlasfit_io::save_mesh(&path, &outcome.surface, &atlasfit_io::SaveMesh::default())?;
         }
         Ok(Row {
-            shape: cell.shape.into(),
-            sigma: cell.sigma,
+            spec: cell.spec.clone(),
             method: "ours".into(),
             seconds: median(&mut times),
             cached: false,
@@ -206,8 +200,9 @@ impl<'a> Bench<'a> {
     }
 
     /// Figures of our surface, its UVs and our points.
-    fn our_figures(&self, outcome: &Denoised, truth: &TriMesh) -> Result<Value> {
-        let mut figures = self.measured(&outcome.surface, truth)?;
+    fn our_figures(&self, outcome: &Denoised, cell: &Cell) -> Result<Value> {
+        let truth = &cell.truth;
+        let mut figures = self.measured(&outcome.surface, cell)?;
         let silent = || self.console.start_silent(&self.args.run);
         let p = silent().execute(|ctx| points(&outcome.points, truth, &DistanceOptions::default(), ctx))?;
         if outcome.surface.corner_uv.is_some() {
@@ -229,10 +224,10 @@ impl<'a> Bench<'a> {
     }
 
     /// Adds the peers' rows of a cell, from the cache as far as they are there.
-    fn ask_peers(&mut self, cell: &Cell<'_>) -> Result<()> {
+    fn ask_peers(&mut self, cell: &Cell) -> Result<()> {
         let args = self.args;
         let missing: Vec<&str> = (args.settings.iter().map(String::as_str))
-            .filter(|s| !self.cache.cell(cell.shape, cell.sigma).any(|r| r.method == **s))
+            .filter(|s| !self.cache.cell(&cell.spec).any(|r| r.method == **s))
             .collect();
         if !missing.is_empty() {
             match self.peers(cell, &missing) {
@@ -244,7 +239,7 @@ impl<'a> Bench<'a> {
                 }
             }
         }
-        let known = self.cache.cell(cell.shape, cell.sigma);
+        let known = self.cache.cell(&cell.spec);
         for row in known.filter(|r| args.settings.contains(&r.method)) {
             self.console.note(row.summary());
             self.rows.push(row.clone());
@@ -253,15 +248,14 @@ impl<'a> Bench<'a> {
     }
 
     /// The peers' surfaces of one cell.
-    fn peers(&self, cell: &Cell<'_>, settings: &[&str]) -> Result<Vec<Row>> {
+    fn peers(&self, cell: &Cell, settings: &[&str]) -> Result<Vec<Row>> {
         let load = |file: &Path| Ok(files::load(file, &self.args.run, self.console)?.into_mesh());
         let job = MeshlabJob { scan: &cell.scan, folder: self.folder, repeat: self.args.repeat, settings };
         let mut rows = Vec::new();
-        for made in self.scripts().meshlab(&job, &load)? {
+        for made in scripts(self.args).meshlab(&job, &load)? {
             rows.push(Row {
-                shape: cell.shape.into(),
-                sigma: cell.sigma,
-                figures: self.measured(&made.mesh, &cell.truth)?,
+                spec: cell.spec.clone(),
+                figures: self.measured(&made.mesh, cell)?,
                 method: made.setting,
                 seconds: made.seconds,
                 cached: false,
@@ -270,29 +264,47 @@ impl<'a> Bench<'a> {
         Ok(rows)
     }
 
-    /// Figures of a surface.
-    fn measured(&self, mesh: &TriMesh, truth: &TriMesh) -> Result<Value> {
+    /// Figures of a surface. Of a simulated scan the completeness is that of the seen part; the Chamfer
+    /// distance and the F-score, which ask both ways of one surface, are left out.
+    fn measured(&self, mesh: &TriMesh, cell: &Cell) -> Result<Value> {
         // The shapes have size 1, so that the share is the length.
-        let d: SurfaceDistance = self
-            .console
-            .start_silent(&self.args.run)
-            .execute(|ctx| surface(mesh, truth, &DistanceOptions::default(), ctx))?;
-        let t = &d.topology;
-        Ok(json!({
+        let distance = |truth: &TriMesh| -> Result<SurfaceDistance> {
+            let options = DistanceOptions::default();
+            let mut run = self.console.start_silent(&self.args.run);
+            Ok(run.execute(|ctx| surface(mesh, truth, &options, ctx))?)
+        };
+        let d = distance(&cell.truth)?;
+        let (normal, orientation, t) = (d.normal_consistency, d.normal_orientation, &d.topology);
+        let mut figures = json!({
             "acc": d.accuracy.rms, "acc_med": d.accuracy.median, "acc_p99": d.accuracy.p99,
-            "com": d.completeness.rms, "com_med": d.completeness.median, "com_p99": d.completeness.p99,
-            "cd": d.chamfer, "floor": d.chamfer_floor, "f1": d.f_score,
-            "normal": d.normal_consistency, "orientation": d.normal_orientation,
+            "normal": normal, "orientation": orientation,
+            // Cosines with their sign and without it differ by twice those that are negative.
+            "flipped": 0.5 * (1.0 - orientation / normal),
             "faces": t.faces, "parts": t.parts, "boundary": t.boundary_edges, "loops": t.boundary_loops,
             "nonmanifold": t.non_manifold_edges,
-        }))
+        });
+        let com = match &cell.seen {
+            Some(seen) => {
+                figures["seen"] = json!(seen.share);
+                distance(&seen.part)?.completeness
+            }
+            None => {
+                for (key, value) in [("cd", d.chamfer), ("floor", d.chamfer_floor), ("f1", d.f_score)] {
+                    figures[key] = json!(value);
+                }
+                d.completeness
+            }
+        };
+        for (key, value) in [("com", com.rms), ("com_med", com.median), ("com_p99", com.p99)] {
+            figures[key] = json!(value);
+        }
+        Ok(figures)
     }
 
     /// Writes the table, and fails where one of our fits failed.
     fn report(&self) -> Result<()> {
         let args = self.args;
-        let mut table =
-            table::table(&args.shapes, &args.sigmas, args.settings.first().map(String::as_str), &self.rows);
+        let mut table = table::table(&self.specs, args.settings.first().map(String::as_str), &self.rows);
         for cell in &self.failed {
             let _ = writeln!(table, "\nFailed: {cell}");
         }

@@ -1,5 +1,6 @@
 //! The figures of one surface: as JSON, as CSV, and kept in a file for peers, which take long.
 
+use super::cells::{GAUSSIAN, Spec};
 use crate::number::short;
 use anyhow::{Context as _, Result};
 use serde_json::{Value, json};
@@ -9,8 +10,7 @@ use std::path::Path;
 /// What is known of one surface.
 #[derive(Debug, Clone)]
 pub struct Row {
-    pub shape: String,
-    pub sigma: f64,
+    pub spec: Spec,
     /// ours, or the peer's setting.
     pub method: String,
     pub seconds: f64,
@@ -21,7 +21,7 @@ pub struct Row {
 }
 
 /// Numbers measured of each surface, in the order of the CSV.
-pub const FIGURES: [&str; 16] = [
+pub const FIGURES: [&str; 18] = [
     "acc",
     "acc_med",
     "acc_p99",
@@ -33,6 +33,8 @@ pub const FIGURES: [&str; 16] = [
     "f1",
     "normal",
     "orientation",
+    "flipped",
+    "seen",
     "faces",
     "parts",
     "boundary",
@@ -53,8 +55,8 @@ impl Row {
     /// All figures in one object.
     pub fn json(&self) -> Value {
         let mut out = json!({
-            "shape": self.shape, "sigma": self.sigma, "method": self.method, "seconds": self.seconds,
-            "cached": self.cached,
+            "shape": self.spec.shape, "kind": self.spec.kind, "sigma": self.spec.sigma,
+            "method": self.method, "seconds": self.seconds, "cached": self.cached,
         });
         if let (Some(all), Some(figures)) = (out.as_object_mut(), self.figures.as_object()) {
             all.extend(figures.clone());
@@ -65,12 +67,12 @@ impl Row {
     /// One line for people.
     pub fn summary(&self) -> String {
         format!(
-            "{} {} {}: acc {} com {} in {} s",
-            self.shape,
-            self.sigma,
+            "{} {}: acc {} com {} flipped {} in {} s",
+            self.spec,
             self.method,
             short(self.get("acc")),
             short(self.get("com")),
+            short(self.get("flipped")),
             short(self.seconds)
         )
     }
@@ -105,8 +107,11 @@ impl<'a> Cache<'a> {
         let word = |k: &str| v[k].as_str().map(ToString::to_string).context("a word is missing");
         let number = |k: &str| v[k].as_f64().context("a number is missing");
         let row = Row {
-            shape: word("shape")?,
-            sigma: number("sigma")?,
+            spec: Spec {
+                shape: word("shape")?,
+                kind: v["kind"].as_str().unwrap_or(GAUSSIAN).into(),
+                sigma: number("sigma")?,
+            },
             method: word("method")?,
             seconds: number("seconds")?,
             cached: true,
@@ -116,8 +121,8 @@ impl<'a> Cache<'a> {
     }
 
     /// The rows of one cell.
-    pub fn cell<'s>(&'s self, shape: &'s str, sigma: f64) -> impl Iterator<Item = &'s Row> {
-        self.rows.iter().filter(move |r| r.shape == shape && r.sigma == sigma)
+    pub fn cell<'s>(&'s self, spec: &'s Spec) -> impl Iterator<Item = &'s Row> {
+        self.rows.iter().filter(move |r| r.spec == *spec)
     }
 
     /// Adds rows, also to the file.
@@ -148,14 +153,14 @@ impl<'a> Cache<'a> {
 /// All figures as CSV.
 pub fn csv(rows: &[Row]) -> String {
     let mut out = format!(
-        "shape,sigma,method,seconds,cached,{},{},{}\n",
+        "shape,kind,sigma,method,seconds,cached,{},{},{}\n",
         FIGURES.join(","),
         POINT_FIGURES.join(","),
         UV_FIGURES.join(",")
     );
     for row in rows {
-        let _ =
-            write!(out, "{},{},\"{}\",{:.4},{}", row.shape, row.sigma, row.method, row.seconds, row.cached);
+        let Spec { shape, kind, sigma } = &row.spec;
+        let _ = write!(out, "{shape},{kind},{sigma},\"{}\",{:.4},{}", row.method, row.seconds, row.cached);
         for key in FIGURES.iter().chain(&POINT_FIGURES).chain(&UV_FIGURES) {
             let value = row.get(key);
             let _ = if value.is_nan() { write!(out, ",") } else { write!(out, ",{value}") };
