@@ -35,8 +35,9 @@ pub(super) fn connected(s: &Surface, ctx: &Context<'_>) -> Result<Sets> {
     Ok(sets)
 }
 
-/// Drops the parts that have less than `share`, from 0 to 1, of the surface's area; where only the `largest`
-/// is wanted, the others too: of several of the same area the one with the first vertex stays.
+/// Drops the parts that have less than `share`, from 0 to 1, of the area of a surface without unused vertices;
+/// where only the `largest` is wanted, the others too: of several of the same area the one with the first
+/// vertex stays.
 ///
 /// # Errors
 /// [`Error::InvalidArgument`] where no part is large enough; cancelled or out of time.
@@ -63,11 +64,11 @@ pub(crate) fn drop_small(s: &mut Surface, share: f64, largest: bool, ctx: &Conte
     let stays = |root: usize, area: f64| area >= share * total && (!largest || first_of_most == Some(root));
     let mut dropped = Dropped::default();
     let mut goes = vec![false; s.positions.len()];
-    for v in 0..s.positions.len() {
+    for (v, goes) in goes.iter_mut().enumerate() {
         ctx.check_at(v)?;
         let root = sets.find(v as u32) as usize;
-        if !stays(root, area[root]) {
-            goes[v] = true;
+        *goes = !stays(root, area[root]);
+        if *goes {
             dropped.parts += usize::from(root == v);
             dropped.positions.push(s.positions[v]);
             dropped.chart.push(s.chart[v]);

@@ -4,7 +4,7 @@
 //! scan, the part of it that was seen. `tests/peers/shapes.py` and `tests/peers/scanner.py` make them.
 
 use super::super::peers::Scripts;
-use super::Args;
+use super::args::Args;
 use crate::console::Console;
 use crate::files;
 use anyhow::{Context as _, Result, bail};
