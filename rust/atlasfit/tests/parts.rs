@@ -8,8 +8,8 @@ use atlasfit::pipeline::Outliers;
 use atlasfit::{DenoiseOptions, Denoised, Error, Run, denoise};
 use shapes::*;
 
-/// A unit sphere of 3,000 points, and beside it one with 0.35 of its radius and 600 points: 0.11 of the area of
-/// both.
+/// A unit sphere of 3,000 points, and beside it one with 0.35 of its radius and 600 points: 0.11 of the area
+/// of both.
 fn spheres() -> Vec<Vec3> {
     let mut points = sphere(3000, 1).noisy(0.3, 1);
     let small = sphere(600, 2).noisy(0.3, 2);

@@ -35,9 +35,9 @@ pub(super) fn connected(s: &Surface, ctx: &Context<'_>) -> Result<Sets> {
     Ok(sets)
 }
 
-/// Drops the parts that have less than `share`, from 0 to 1, of the area of a surface without unused vertices;
-/// where only the `largest` is wanted, the others too: of several of the same area the one with the first
-/// vertex stays.
+/// Drops the parts that have less than `share`, from 0 to 1, of the area of a surface without unused
+/// vertices; where only the `largest` is wanted, the others too: of several of the same area the one with the
+/// first vertex stays.
 ///
 /// # Errors
 /// [`Error::InvalidArgument`] where no part is large enough; cancelled or out of time.

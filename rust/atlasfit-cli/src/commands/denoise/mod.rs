@@ -165,8 +165,8 @@ impl Args {
 /// Points that belong to no surface.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Outliers {
-    /// Leave them where they are (those of parts that are left out are denoised), so that points stay in input
-    /// order
+    /// Leave them where they are (those of parts that are left out are denoised), so that points stay in
+    /// input order
     Keep,
     /// Leave them out of the denoised points
     Drop,
