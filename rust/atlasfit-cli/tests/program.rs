@@ -416,6 +416,29 @@ fn parts_that_are_too_small_are_left_out_and_counted_and_a_share_none_has_is_an_
 }
 
 #[test]
+fn a_surface_has_as_many_triangles_as_asked_for_and_a_solid_keeps_its_own() {
+    let folder = Folder::new("faces");
+    let text: String = (0..2000)
+        .map(|i| {
+            let (z, turn) = (1.0 - (2 * i + 1) as f64 / 2000.0, 2.4 * i as f64);
+            let ring = (1.0 - z * z).sqrt();
+            format!("{} {} {z}\n", ring * turn.cos(), ring * turn.sin())
+        })
+        .collect();
+    let (scan, mesh) = (folder.file("ball.xyz", &text), folder.0.join("out.ply"));
+    let denoise = |more: &[&str]| {
+        let args = ["denoise", "--no-uv", "--json", "--quiet"];
+        command().args(args).args(more).arg(&scan).arg("-o").arg(&mesh).output().unwrap()
+    };
+    let output = denoise(&["--faces", "1000"]);
+    let said: serde_json::Value = serde_json::from_str(&out(&output)).unwrap();
+    assert!((998..=1000).contains(&said["faces"].as_u64().unwrap()), "{said}");
+    for wrong in [&["--faces", "0"][..], &["--max-error", "0"], &["--faces", "9", "--watertight"]] {
+        assert_eq!(denoise(wrong).status.code(), Some(2), "{wrong:?}");
+    }
+}
+
+#[test]
 fn bad_scans_give_a_result_or_a_clear_error_and_never_touch_the_output_on_failure() {
     let folder = Folder::new("bad");
     let many = |line: &str, n: usize| line.repeat(n);

@@ -198,6 +198,28 @@ fn a_thin_tube_is_a_tube() {
 }
 
 #[test]
+fn fewer_triangles_are_as_near_as_they_may_be_far() {
+    let points = torus(4000, 0.4, 12).noisy(0.3, 12);
+    let with = |options| denoise(&cloud(&points), &options, &mut Run::default()).unwrap();
+    let (all, few) = (with(plain()), with(plain().with_faces(Some(4000)).with_max_error(Some(0.02))));
+    let near = with(plain().with_max_error(Some(0.005)));
+    assert!((3998..=4000).contains(&few.surface.triangles.len()), "{}", few.surface.triangles.len());
+    assert!(2 * near.surface.triangles.len() < all.surface.triangles.len());
+    for (light, max_error) in [(&few, 0.02), (&near, 0.005)] {
+        let (t, before) = (topology(&light.surface), topology(&all.surface));
+        assert_eq!((t.parts, t.boundary_loops, t.euler), (before.parts, before.boundary_loops, before.euler));
+        let options = measure::DistanceOptions::default();
+        let far = Run::default()
+            .execute(|ctx| measure::surface(&light.surface, &all.surface, &options, ctx))
+            .unwrap();
+        assert!(far.completeness.max <= 1.5 * max_error, "{} of {max_error}", far.completeness.max);
+        assert!(far.normal_orientation > 0.97, "{}", far.normal_orientation);
+    }
+    let out_of_reach = with(plain().with_faces(Some(10)).with_max_error(Some(1e-4)));
+    assert!(out_of_reach.report.warnings.iter().any(|w| w.contains("not 10")));
+}
+
+#[test]
 fn uvs_lie_in_the_page_without_flips_or_overlaps() {
     for points in [
         sphere(2000, 10).noisy(0.3, 10),

@@ -15,6 +15,7 @@ mod facing;
 mod finish;
 mod fit_atlas;
 pub mod guide;
+mod lighten;
 mod memory;
 mod options;
 mod parts;

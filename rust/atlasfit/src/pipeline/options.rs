@@ -36,6 +36,12 @@ pub struct DenoiseOptions {
     /// Whether only the largest part of the surface by area is kept; the others are left out as those below
     /// [`min_part`](Self::min_part).
     pub largest: bool,
+    /// Triangles that the surface should have at the most; `None` = as many as it is contoured with. Where
+    /// they cannot be had within [`max_error`](Self::max_error), the report says so.
+    pub faces: Option<usize>,
+    /// How far the surface may be from the contoured one to have fewer triangles, in the scan's unit; `None` =
+    /// as far as [`faces`](Self::faces) asks for.
+    pub max_error: Option<f64>,
     /// Whether the surface is to be that of a solid, for printing: closed, two-manifold, without
     /// self-intersections. What is invented where there are no data is marked by the attribute
     /// [`EXTRAPOLATED`](super::EXTRAPOLATED) of the surface's vertices.
@@ -59,6 +65,8 @@ setters! {
         with_fill_holes: fill_holes: f64,
         with_min_part: min_part: f64,
         with_largest: largest: bool,
+        with_faces: faces: Option<usize>,
+        with_max_error: max_error: Option<f64>,
         with_watertight: watertight: bool,
         with_texture_size: texture_size: u32,
         with_outliers: outliers: Outliers,
@@ -76,6 +84,8 @@ impl Default for DenoiseOptions {
             fill_holes: 0.0,
             min_part: 0.0,
             largest: false,
+            faces: None,
+            max_error: None,
             watertight: false,
             texture_size: 1024,
             outliers: Outliers::Keep,
@@ -127,6 +137,20 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
         return Err(Error::invalid(
             format!("min_part is {}", o.min_part),
             "Give a share of the surface's area, 0 to 1; 0 keeps all parts",
+        ));
+    }
+    if o.faces == Some(0) {
+        return Err(Error::invalid("faces is 0", "Give at least 1, or none to keep all triangles"));
+    }
+    if let Some(e) = o.max_error
+        && !(e > 0.0 && e.is_finite())
+    {
+        return Err(Error::invalid(format!("max_error is {e}"), "Give a positive length, or none"));
+    }
+    if o.watertight && (o.faces.is_some() || o.max_error.is_some()) {
+        return Err(Error::invalid(
+            "a watertight surface keeps its triangles: with fewer they could meet",
+            "Leave out faces and max_error, or watertight",
         ));
     }
     if let Some(v) = o.viewpoint

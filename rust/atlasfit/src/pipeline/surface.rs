@@ -4,6 +4,7 @@
 //! the side that it faces.
 
 use super::constants::PIPELINE;
+use super::lighten::lighten;
 use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
@@ -102,9 +103,9 @@ pub(super) fn build(
         ));
     }
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
-    input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
-    ctx.check()?;
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
+    input.warnings.extend(lighten(&mut surface, options, frame.scale, ctx)?);
+    input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
     let mut extrapolated = None;
     if options.watertight {

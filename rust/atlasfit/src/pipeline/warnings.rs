@@ -70,6 +70,17 @@ pub(super) fn many_faces(faces: usize, points: usize) -> Option<String> {
     })
 }
 
+/// What to tell where more triangles are left than the user `asked` for.
+pub(super) fn faces_left(asked: Option<usize>, left: usize) -> Option<String> {
+    asked.filter(|&n| left > n).map(|n| {
+        format!(
+            "the surface has {}, not {n}: with fewer it would be farther from the points than is allowed, \
+             fold, or lose its shape",
+            counted(left, "triangle")
+        )
+    })
+}
+
 /// What to tell of a solid where the scan encloses nothing. The unit of the normalised frame is `scale` long.
 pub(super) fn plates(solid: &Solid, one_sided: bool, scale: f64) -> Option<String> {
     let seam = if one_sided { ", with a bar where the one-sided surface turns over" } else { "" };

@@ -82,6 +82,26 @@ pub struct Args {
     /// Keep only the largest connected part of the surface, by area
     #[arg(long, help_heading = "Fit")]
     largest: bool,
+    /// Triangles that the surface should have at the most: it gets larger ones where it is flat [default: as
+    /// many as it is contoured with]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u64).range(1..),
+        conflicts_with = "watertight",
+        help_heading = "Fit"
+    )]
+    faces: Option<u64>,
+    /// How far the surface with fewer triangles may be from the one as it is contoured, in the scan's unit;
+    /// alone: as few triangles as that allows
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        value_parser = positive,
+        conflicts_with = "watertight",
+        help_heading = "Fit"
+    )]
+    max_error: Option<f64>,
     /// Make the surface that of a solid, for printing: closed, without self-intersections. The vertex
     /// attribute "extrapolated" is 1 where it was invented
     #[arg(long, help_heading = "Fit")]
@@ -284,6 +304,8 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
         .with_fill_holes(args.fill_holes)
         .with_min_part(args.min_part)
         .with_largest(args.largest)
+        .with_faces(args.faces.map(|n| usize::try_from(n).unwrap_or(usize::MAX)))
+        .with_max_error(args.max_error)
         .with_watertight(args.watertight)
         .with_texture_size(texture_size)
         .with_outliers(match args.outliers {
