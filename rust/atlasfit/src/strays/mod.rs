@@ -189,12 +189,17 @@ fn add_dense(
     }
     let [waits, is_alone] = [&*stands, &explained].map(|v| v.iter().map(|x| !x).collect::<Vec<_>>());
     let shares = Shares::new(charted, &waits, &is_alone);
+    // Points on no chart have nothing to add.
+    let asked: Vec<u32> = alone.iter().copied().filter(|&i| shares.charts[i as usize] > 0).collect();
+    if asked.is_empty() {
+        return Ok(());
+    }
     // Before their density is looked at, points are surface or strays as those that are known.
     let prior = (known.len() as f64 / alone.len() as f64).ln();
     let mut dense = vec![0.0; explained.len()];
-    for (&i, d) in alone.iter().zip(density::evidence(&charted.cut, &known, &alone, ctx)?) {
+    for (&i, d) in asked.iter().zip(density::evidence(&charted.cut, &known, &asked, ctx)?) {
         // Each distance to a neighbour is shared by as many points.
-        dense[i as usize] = d / f64::from(shares.charts[i as usize].max(1)) / (STRAYS.density_k + 1) as f64;
+        dense[i as usize] = d / f64::from(shares.charts[i as usize]) / (STRAYS.density_k + 1) as f64;
     }
     let mut groups = Sets::new(stands.len());
     for o in overlaps.iter().filter(|o| waits[o.a as usize] && waits[o.b as usize]) {
