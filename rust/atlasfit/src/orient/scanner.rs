@@ -9,6 +9,7 @@
 use super::constants::ORIENT;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
+use crate::numeric::dense::{cholesky, cholesky_solve};
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -69,13 +70,14 @@ pub(crate) fn find_scanner(
     let Some(&best) = best_of(found, 1).first() else { return Ok(None) };
     let (spread, scanner) = best;
     let measured = (projected.len() as f64 / ORIENT.shared).min(seen.len() as f64);
-    // The logarithm of how much likelier the scan is with this scanner: its spacings (Laplace's distribution,
-    // whose scale is the mean absolute deviation; three more parameters cost what the Bayesian information
-    // criterion says, Schwarz 1978), and that the points face it, which without it they do half of the time.
+    // The logarithm of how much likelier the scan is with this scanner than with a density that only falls
+    // along some direction: its spacings (Laplace's distribution, whose scale is the mean absolute deviation;
+    // both have three parameters). That points face it speaks for nothing, as they do about any place within
+    // a body; that they do not, speaks against it.
     let facing = facing(projected, part, scanner, stride);
     let faces =
         facing * (2.0 - 2.0 * ORIENT.turned_away).ln() + (1.0 - facing) * (2.0 * ORIENT.turned_away).ln();
-    let gain = measured * ((even / spread.max(1e-12)).ln() + faces) - 1.5 * measured.max(1.0).ln();
+    let gain = measured * ((falling(&seen) / spread.max(1e-12)).ln() + faces.min(0.0));
     Ok((explains(spread, ORIENT.explained) && gain > 0.0).then_some(scanner))
 }
 
@@ -92,6 +94,29 @@ fn starts(origin: Vec3) -> impl Iterator<Item = Vec3> {
 fn deviation(mut values: Vec<f64>) -> f64 {
     let middle = median(&mut values);
     values.iter().map(|v| (v - middle).abs()).sum::<f64>() / values.len() as f64
+}
+
+/// How badly a density that falls evenly along some direction explains the spacings: mean absolute deviation
+/// of the logarithm of the area that each point stands for, from its linear fit over space.
+fn falling(seen: &[Seen]) -> f64 {
+    let row = |s: &Seen| [1.0, s.position[0], s.position[1], s.position[2]];
+    let (mut a, mut b) = ([0.0; 16], [0.0; 4]);
+    for s in seen {
+        let row = row(s);
+        for i in 0..4 {
+            (i..4).for_each(|j| a[i * 4 + j] += row[i] * row[j]);
+            b[i] += row[i] * s.log_area;
+        }
+    }
+    // A plane has no extent across: the density is even there.
+    (0..4).for_each(|i| a[i * 5] += 1e-9 * seen.len() as f64);
+    if cholesky(&mut a, 4) {
+        cholesky_solve(&a, 4, &mut b);
+    } else {
+        b = [0.0; 4];
+    }
+    let off = |s: &Seen| s.log_area - row(s).iter().zip(&b).map(|(x, b)| x * b).sum::<f64>();
+    deviation(seen.iter().map(off).collect())
 }
 
 /// How badly a scanner at `v` explains the spacings: mean absolute deviation of the logarithm of the angle
@@ -191,5 +216,24 @@ mod tests {
     #[test]
     fn an_evenly_sampled_body_has_no_scanner_inside() {
         assert_eq!(found(None), None);
+    }
+    #[test]
+    fn a_body_whose_density_falls_along_a_direction_has_none_either() {
+        let mut rng = Rng::new(4);
+        let point = |_| {
+            // Thirty times as dense at one end as at the other.
+            let normal = loop {
+                let n = Vec3::from_fn(|_| rng.normal()).normalized();
+                if rng.uniform() < 30f64.powf(-0.5 * (n[0] + 1.0)) {
+                    break n;
+                }
+            };
+            let spacing = 0.01 * 30f64.powf(0.25 * normal[0]) * (0.2 * rng.normal()).exp();
+            (ProjectedPoint { position: normal * 0.5, normal, chart: 0 }, spacing as f32)
+        };
+        let (points, spacing): (Vec<_>, Vec<_>) = (0..3000).map(point).unzip();
+        let origin = Vec3([3.0, 0.0, 0.0]);
+        let found = Run::default().execute(|ctx| find_scanner(&points, &spacing, &[0], origin, ctx)).unwrap();
+        assert_eq!(found, None);
     }
 }
