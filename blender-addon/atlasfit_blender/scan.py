@@ -61,7 +61,8 @@ def _notes(report):
     if report.outliers:
         out.append(f"{report.outliers} outliers")
     if report.dropped_parts:
-        out.append(f"{report.dropped_parts} parts left out with {report.dropped_points} points")
+        parts = "1 part" if report.dropped_parts == 1 else f"{report.dropped_parts} parts"
+        out.append(f"{parts} left out with {report.dropped_points} points")
     if report.one_sided:
         out.append("some part is one-sided")
     return out + list(report.warnings)

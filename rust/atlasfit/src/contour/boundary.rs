@@ -5,11 +5,12 @@
 
 use super::adjacency::{self, FaceAdjacency};
 use super::constants::CONTOUR;
-use super::surface::{Surface, area_vector, corners, remove_marked};
+use super::surface::{Surface, corners, remove_marked};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
+use crate::spatial::triangle::area_vector;
 
 /// Takes away what lies beyond the end of the data. The field reaches a few voxels farther everywhere; where
 /// that closed a gap the triangles there have no boundary edge and stay, elsewhere they are peeled off from

@@ -8,54 +8,20 @@ use super::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::lists::Lists;
 use crate::spatial::sets::Sets;
-
-/// The triangles around each vertex, ascending.
-struct Stars {
-    start: Vec<u32>,
-    triangles: Vec<u32>,
-}
-
-impl Stars {
-    fn new(s: &Surface, ctx: &Context<'_>) -> Result<Self> {
-        let n = s.positions.len();
-        let mut start = vec![0u32; n + 1];
-        for (i, t) in s.triangles.iter().enumerate() {
-            ctx.check_at(i)?;
-            for &v in t {
-                start[v as usize + 1] += 1;
-            }
-        }
-        for i in 0..n {
-            start[i + 1] += start[i];
-        }
-        let mut fill = start.clone();
-        let mut triangles = vec![0u32; s.triangles.len() * 3];
-        for (t, tri) in s.triangles.iter().enumerate() {
-            ctx.check_at(t)?;
-            for &v in tri {
-                triangles[fill[v as usize] as usize] = t as u32;
-                fill[v as usize] += 1;
-            }
-        }
-        Ok(Self { start, triangles })
-    }
-    fn of(&self, v: usize) -> &[u32] {
-        &self.triangles[self.start[v] as usize..self.start[v + 1] as usize]
-    }
-}
 
 /// Gives each fan of triangles around a vertex its own vertex.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(super) fn split(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
-    let stars = Stars::new(s, ctx)?;
+    let stars = Lists::new(s.positions.len(), &s.triangles, ctx)?;
     let mut sets = Sets::new(0);
     let mut fan = Vec::new();
     for v in 0..s.positions.len() {
         ctx.check_at(v)?;
-        let star = stars.of(v);
+        let star = stars.of(v as u32);
         join_fans(s, v as u32, star, &mut sets);
         fan.clear();
         fan.extend((0..star.len() as u32).map(|i| sets.find(i) as usize));

@@ -3,12 +3,12 @@
 //! In: parts of the surface, the closed ones facing outward. Out: the same; a closed part within an odd
 //! number of other closed parts bounds a hollow in them, and faces into it.
 
-use super::parts::connected;
 use super::surface::{Surface, corners};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
+use crate::spatial::sets::Sets;
 use crate::spatial::triangle::half_solid_angle;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -65,7 +65,7 @@ pub(crate) fn turn_cavities(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
 
 /// The connected parts, in the order of their first triangles.
 fn parts(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Part>> {
-    let mut sets = connected(s, ctx)?;
+    let mut sets = Sets::of_triangles(s.positions.len(), &s.triangles, ctx)?;
     let infinite = Vec3([f64::INFINITY; 3]);
     let mut number = BTreeMap::new();
     let mut parts: Vec<Part> = Vec::new();

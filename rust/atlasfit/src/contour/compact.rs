@@ -3,10 +3,11 @@
 //! In: a surface. Out: the same without vertices that no triangle names; vertex normals are unit and on the
 //! triangles' side.
 
-use super::surface::{Surface, area_vector, corners};
+use super::surface::{Surface, corners};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::triangle::area_vector;
 
 /// Drops unused vertices and turns vertex normals to the triangles' side; vertices without a normal get that
 /// of their triangles.

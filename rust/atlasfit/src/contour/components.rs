@@ -6,12 +6,13 @@
 use super::adjacency::{self, FaceAdjacency};
 use super::compact::compact;
 use super::constants::CONTOUR;
-use super::parts;
-use super::surface::{Surface, area_vector, remove_marked};
+use super::surface::{Surface, remove_marked};
 use crate::atlas::Vote;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::sets::Sets;
+use crate::spatial::triangle::area_vector;
 use std::f64::consts::PI;
 
 /// A connected part of the surface.
@@ -181,7 +182,7 @@ pub(crate) fn remove_unsupported(
     least: f64,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let mut sets = parts::connected(s, ctx)?;
+    let mut sets = Sets::of_triangles(s.positions.len(), &s.triangles, ctx)?;
     let mut vertices = vec![0u32; points.len()];
     for &c in &s.chart {
         if let Some(n) = vertices.get_mut(c as usize) {

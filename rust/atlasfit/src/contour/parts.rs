@@ -1,14 +1,14 @@
 //! Which connected parts of the surface stay.
 //!
-//! In: a surface. Out: its parts as disjoint sets of vertices; the surface without the parts that are too
-//! small, and the vertices that went.
+//! In: a surface. Out: the same without the parts that are too small, and the vertices that went.
 
 use super::compact::compact;
-use super::surface::{Surface, area_vector, corners};
+use super::surface::{Surface, corners};
 use crate::error::{Error, Result};
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
+use crate::spatial::triangle::area_vector;
 
 /// What went with the parts that were dropped.
 #[derive(Debug, Clone, Default)]
@@ -21,20 +21,6 @@ pub(crate) struct Dropped {
     pub(crate) chart: Vec<u32>,
 }
 
-/// The vertices of each connected part in one set.
-///
-/// # Errors
-/// Cancelled or out of time.
-pub(super) fn connected(s: &Surface, ctx: &Context<'_>) -> Result<Sets> {
-    let mut sets = Sets::new(s.positions.len());
-    for (i, &[a, b, c]) in s.triangles.iter().enumerate() {
-        ctx.check_at(i)?;
-        sets.join(a, b);
-        sets.join(b, c);
-    }
-    Ok(sets)
-}
-
 /// Drops the parts that have less than `share`, from 0 to 1, of the area of a surface without unused
 /// vertices; where only the `largest` is wanted, the others too: of several of the same area the one with the
 /// first vertex stays.
@@ -45,7 +31,7 @@ pub(crate) fn drop_small(s: &mut Surface, share: f64, largest: bool, ctx: &Conte
     if (share <= 0.0 && !largest) || s.triangles.is_empty() {
         return Ok(Dropped::default());
     }
-    let mut sets = connected(s, ctx)?;
+    let mut sets = Sets::of_triangles(s.positions.len(), &s.triangles, ctx)?;
     // At each part's root.
     let mut area = vec![0.0; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {

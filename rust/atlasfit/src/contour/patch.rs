@@ -4,11 +4,11 @@
 //! are meant (dynamic programming; Barequet and Sharir 1995, Liepa 2003). A triangle that would repeat an
 //! edge of the surface is never used, so the result stays manifold.
 
-use super::surface::area_vector;
 use crate::error::Result;
 use crate::numeric::sort::sort;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::triangle::area_vector;
 
 /// Edges of the surface that a filling must not use again, sorted.
 pub(super) struct TakenEdges(Vec<(u32, u32)>);

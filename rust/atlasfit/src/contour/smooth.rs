@@ -5,11 +5,12 @@
 //! where the charts put them.
 
 use super::constants::CONTOUR;
-use super::surface::{Surface, area_vector, corners};
+use super::surface::{Surface, corners};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
+use crate::spatial::triangle::area_vector;
 use rayon::prelude::*;
 
 /// Smooths vertices that no data carries: the free ones, those of spikes, and those next to them.

@@ -40,12 +40,6 @@ pub(crate) struct Surface {
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
-/// Twice the area of the triangle of three points, along its normal.
-#[inline]
-pub(super) fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).cross(c - a)
-}
-
 /// The positions of a triangle's corners.
 #[inline]
 pub(super) fn corners(positions: &[Vec3], triangle: &[u32; 3]) -> [Vec3; 3] {

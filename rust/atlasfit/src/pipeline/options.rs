@@ -39,8 +39,8 @@ pub struct DenoiseOptions {
     /// Triangles that the surface should have at the most; `None` = as many as it is contoured with. Where
     /// they cannot be had within [`max_error`](Self::max_error), the report says so.
     pub faces: Option<usize>,
-    /// How far the surface may be from the contoured one to have fewer triangles, in the scan's unit; `None` =
-    /// as far as [`faces`](Self::faces) asks for.
+    /// How far the surface may be from the contoured one to have fewer triangles, in the scan's unit;
+    /// `None` = as far as [`faces`](Self::faces) asks for.
     pub max_error: Option<f64>,
     /// Whether the surface is to be that of a solid, for printing: closed, two-manifold, without
     /// self-intersections. What is invented where there are no data is marked by the attribute

@@ -4,11 +4,11 @@
 
 use super::constants::SIMPLIFY;
 use super::quadric::Quadric;
-use super::star::Lists;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::triangle::closest_on_triangle;
+use crate::spatial::lists::Lists;
+use crate::spatial::triangle::{area_vector, closest_on_triangle};
 
 /// A mesh that is being simplified.
 pub(super) struct Mesh<'a> {
@@ -59,10 +59,8 @@ struct Scratch {
     moved: Vec<(u32, u32)>,
 }
 
-/// The triangle's normal times twice its area.
-fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).cross(c - a)
-}
+/// Triangles between two looks at the run: a collapse takes some microseconds.
+const CHECK: usize = 512;
 
 /// 1 for equal sides, 0 without area (Bhatia and Lawrence 1990).
 fn shape(corners: [Vec3; 3]) -> f64 {
@@ -80,7 +78,7 @@ impl<'a> Mesh<'a> {
     ) -> Result<Self> {
         let mut quadrics = vec![Quadric::default(); positions.len()];
         let mut owner = vec![[0]; positions.len()];
-        let star = Lists::new(positions.len(), triangles);
+        let star = Lists::new(positions.len(), triangles, ctx)?;
         for (f, t) in triangles.iter().enumerate() {
             ctx.check_at(f)?;
             let corners = t.map(|v| positions[v as usize]);
@@ -120,7 +118,9 @@ impl<'a> Mesh<'a> {
         let mut scratch = Scratch::default();
         let mut gone = 0;
         for f in 0..self.triangles.len() {
-            ctx.check_at(f)?;
+            if f.is_multiple_of(CHECK) {
+                ctx.check()?;
+            }
             for k in 0..3 {
                 let t = self.triangles[f];
                 let (a, b) = (t[k], t[(k + 1) % 3]);
@@ -145,9 +145,8 @@ impl<'a> Mesh<'a> {
     }
 
     fn around(&self, ctx: &Context<'_>) -> Result<Around> {
-        let star = Lists::new(self.positions.len(), &self.triangles);
-        ctx.check()?;
-        let points = Lists::new(self.triangles.len(), &self.owner);
+        let star = Lists::new(self.positions.len(), &self.triangles, ctx)?;
+        let points = Lists::new(self.triangles.len(), &self.owner, ctx)?;
         let mut rim = vec![false; self.positions.len()];
         for v in 0..self.positions.len() as u32 {
             ctx.check_at(v as usize)?;

@@ -2,11 +2,11 @@
 
 /// The numbers, see [`SIMPLIFY`].
 pub(crate) struct SimplifyConstants {
-    /// What the first edges may cost, in mean lengths of an edge; then twice as much, and so on. Source: chosen,
-    /// a flat surface's rounding is far below, its detail above.
+    /// What the first edges may cost, in mean lengths of an edge; then twice as much, and so on. Source:
+    /// chosen, a flat surface's rounding is far below, its detail above.
     pub first: f64,
-    /// A cost is done with when a sweep takes less than this share of the triangles. In (0, 1). Source: chosen,
-    /// a sweep that takes less costs more time than it saves.
+    /// A cost is done with when a sweep takes less than this share of the triangles. In (0, 1). Source:
+    /// chosen, a sweep that takes less costs more time than it saves.
     pub few: f64,
     /// How strongly a vertex is drawn to the middle of its edge, as a share of the planes' pull. In (0, 1).
     /// Source: chosen, small: it decides where the planes do not.
@@ -17,9 +17,9 @@ pub(crate) struct SimplifyConstants {
     /// Cosine between the normals of a triangle before and after a collapse, at the least. Source: chosen, 60
     /// degrees: two triangles that turn so far in turn do not fold.
     pub turn: f64,
-    /// Least shape of a triangle that a collapse makes (1 for equal sides, 0 without area: Bhatia and Lawrence
-    /// 1990), unless there was a worse one. Source: derived, an isosceles triangle with an angle of 20 degrees
-    /// at its apex has 0.55, one with two of 20 degrees 0.49.
+    /// Least shape of a triangle that a collapse makes (1 for equal sides, 0 without area: Bhatia and
+    /// Lawrence 1990), unless there was a worse one. Source: derived, between an isosceles triangle with 20
+    /// degrees at its apex, 0.56, and one with two such angles, 0.40.
     pub shape: f64,
     /// Triangles about a vertex, at the most. Source: chosen, twice the regular six.
     pub valence: usize,

@@ -10,7 +10,6 @@
 mod collapse;
 pub(crate) mod constants;
 mod quadric;
-mod star;
 #[cfg(test)]
 mod tests;
 

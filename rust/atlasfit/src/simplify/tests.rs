@@ -5,8 +5,8 @@ use crate::run::Run;
 use crate::spatial::edges::Edges;
 use crate::spatial::triangle::closest_on_triangle;
 
-/// A grid of `n` by `n` squares, each two triangles; `at` places the parameters in [0, 1]. Where it `wraps`, it
-/// is a torus.
+/// A grid of `n` by `n` squares, each two triangles; `at` places the parameters in [0, 1]. Where it `wraps`,
+/// it is a torus.
 fn grid(n: u32, wraps: bool, at: impl Fn(f64, f64) -> [f64; 3]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let side = if wraps { n } else { n + 1 };
     let place = |k: u32| at(f64::from(k / side) / f64::from(n), f64::from(k % side) / f64::from(n));

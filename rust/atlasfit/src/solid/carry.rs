@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
-use crate::spatial::triangle::weights;
+use crate::spatial::triangle::{area_vector, weights};
 
 /// The contour as a surface, and which of its vertices were invented.
 ///
@@ -55,8 +55,7 @@ fn turn_normals(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let mut sums = vec![Vec3::ZERO; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;
-        let [a, b, c] = t.map(|v| s.positions[v as usize]);
-        let normal = (b - a).cross(c - a);
+        let normal = area_vector(t.map(|v| s.positions[v as usize]));
         t.iter().for_each(|&v| sums[v as usize] += normal);
     }
     for (n, sum) in s.normals.iter_mut().zip(sums) {
@@ -72,12 +71,7 @@ fn turn_normals(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
 /// For each vertex, whether its part of the contour bounds a hollow and was invented altogether.
 fn hollows(contour: &Contour, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let n = contour.vertices.len();
-    let mut sets = Sets::new(n);
-    for (i, &[a, b, c]) in contour.triangles.iter().enumerate() {
-        ctx.check_at(i)?;
-        sets.join(a, b);
-        sets.join(b, c);
-    }
+    let mut sets = Sets::of_triangles(n, &contour.triangles, ctx)?;
     let mut volume = vec![0.0; n];
     for (i, t) in contour.triangles.iter().enumerate() {
         ctx.check_at(i)?;

@@ -9,6 +9,7 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::bvh::{Aabb, Bvh};
 use crate::spatial::edges::Edges;
+use crate::spatial::triangle::area_vector;
 use crate::spatial::triangle::crossing;
 use std::ops::ControlFlow;
 
@@ -46,8 +47,7 @@ impl<'a> Faces<'a> {
 
     /// Along a triangle's normal.
     pub(super) fn normal(&self, triangle: u32) -> Vec3 {
-        let [a, b, c] = self.corners[triangle as usize];
-        (b - a).cross(c - a).normalized()
+        area_vector(self.corners[triangle as usize]).normalized()
     }
 
     /// The edges at which the two triangles face opposite ways.

@@ -5,6 +5,7 @@ pub mod bvh;
 pub(crate) mod constants;
 pub mod edges;
 pub(crate) mod inject;
+pub(crate) mod lists;
 pub mod neighbours;
 pub mod sets;
 pub mod spacing;

@@ -1,5 +1,8 @@
 //! Disjoint sets, plain and signed. The same for any order of unions.
 
+use crate::error::Result;
+use crate::run::Context;
+
 /// Disjoint sets. The root of a set is its smallest member, so that results do not depend on the order of
 /// unions.
 ///
@@ -19,6 +22,19 @@ impl Sets {
     #[must_use]
     pub fn new(n: usize) -> Self {
         Self((0..n as u32).collect())
+    }
+    /// The vertices of each connected part of a mesh of `n` vertices in one set.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn of_triangles(n: usize, triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
+        let mut sets = Self::new(n);
+        for (i, &[a, b, c]) in triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            sets.join(a, b);
+            sets.join(b, c);
+        }
+        Ok(sets)
     }
     /// Begins anew with n sets of one member each; keeps the memory.
     pub fn reset(&mut self, n: usize) {

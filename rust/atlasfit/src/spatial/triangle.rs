@@ -13,6 +13,12 @@ use robust::{Coord3D, orient3d};
 /// instead. Derived.
 const NO_AREA: f64 = 1e-14;
 
+/// Twice the area of the triangle of three points, along its normal.
+#[inline]
+pub(crate) fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
 /// The point of a triangle that is nearest to `p`.
 pub(crate) fn closest_on_triangle(p: Vec3, t: &[Vec3; 3]) -> Vec3 {
     let [a, b, c] = *t;

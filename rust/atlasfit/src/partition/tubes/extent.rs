@@ -42,8 +42,8 @@ pub(super) fn lopsided(local: &[[f64; 3]]) -> bool {
     first[0].hypot(first[1]).max(second[0].hypot(second[1])) > (TUBES.lopsided + 2.0 / n.sqrt()) * n
 }
 
-/// Where along the axis there is surface: where the points are at least half as dense, by area, as usual, which
-/// is where a tube ends when noise blurs its end. `mean` is their mean distance from the axis.
+/// Where along the axis there is surface: where the points are at least half as dense, by area, as usual,
+/// which is where a tube ends when noise blurs its end. `mean` is their mean distance from the axis.
 pub(super) fn mask(tube: &Tube, local: &[[f64; 3]], spacing: f64, mean: f64) -> [u8; MASK_NODES] {
     let half_length = tube.half_length;
     // Wide enough for a few dozen points.

@@ -1,0 +1,45 @@
+//! Which of many things belong to each of some others: the triangles about each vertex, the points of each
+//! triangle.
+//!
+//! In: for each thing its owners. Out: for each owner the list of its own, ascending.
+
+use crate::error::Result;
+use crate::run::Context;
+
+/// Lists one after another.
+#[derive(Debug, Clone)]
+pub(crate) struct Lists {
+    start: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Lists {
+    /// Lists the items `0..`, of which each has `N` owners below `count`.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn new<const N: usize>(count: usize, owners: &[[u32; N]], ctx: &Context<'_>) -> Result<Self> {
+        let mut start = vec![0u32; count + 1];
+        for (i, of) in owners.iter().enumerate() {
+            ctx.check_at(i)?;
+            of.iter().for_each(|&o| start[o as usize + 1] += 1);
+        }
+        for k in 0..count {
+            start[k + 1] += start[k];
+        }
+        let mut next = start.clone();
+        let mut items = vec![0; N * owners.len()];
+        for (i, of) in owners.iter().enumerate() {
+            ctx.check_at(i)?;
+            for &o in of {
+                items[next[o as usize] as usize] = i as u32;
+                next[o as usize] += 1;
+            }
+        }
+        Ok(Self { start, items })
+    }
+    /// The items of an owner.
+    pub(crate) fn of(&self, owner: u32) -> &[u32] {
+        &self.items[self.start[owner as usize] as usize..self.start[owner as usize + 1] as usize]
+    }
+}
