@@ -66,7 +66,7 @@ impl Loaded {
         let faces = size_of_val(&self.faces[..]) + uv + corners + texture;
         let own = self.cloud.bytes() + faces as u64;
         match format {
-            // The file's bytes, in a buffer that grows to twice its size; with UVs vertices are split.
+            // The bytes of the file, and which vertex each was; with UVs vertices are split.
             Format::Gltf => 2 * own + 4 * uv as u64,
             _ => own,
         }

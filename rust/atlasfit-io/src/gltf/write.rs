@@ -2,6 +2,7 @@
 
 use super::color::to_linear;
 use crate::job::{Job, Texture, Written};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{Error, Result, Write};
 
@@ -42,6 +43,8 @@ impl Buffer {
     fn floats<const N: usize>(&mut self, rows: impl Iterator<Item = [f32; N]>, more: &str) -> usize {
         let from = self.bytes.len();
         let mut count = 0;
+        // A buffer that doubles would hold up to twice the file.
+        self.bytes.reserve_exact(size_of::<[f32; N]>() * rows.size_hint().0);
         for row in rows {
             row.iter().for_each(|c| self.bytes.extend_from_slice(&c.to_le_bytes()));
             count += 1;
@@ -54,6 +57,7 @@ impl Buffer {
     /// Adds indices. The number of the accessor.
     fn indices(&mut self, triangles: &[[u32; 3]]) -> usize {
         let from = self.bytes.len();
+        self.bytes.reserve_exact(size_of_val(triangles));
         triangles.iter().flatten().for_each(|v| self.bytes.extend_from_slice(&v.to_le_bytes()));
         let view = self.view(from, Some(ELEMENT_ARRAY_BUFFER));
         let count = 3 * triangles.len();
@@ -89,19 +93,19 @@ struct Vertex {
 }
 
 /// The mesh with vertices split where texture coordinates differ between corners.
-struct Split {
+struct Split<'a> {
     vertices: Vec<Vertex>,
-    triangles: Vec<[u32; 3]>,
+    triangles: Cow<'a, [[u32; 3]]>,
 }
 
-impl Split {
-    fn of(job: &Job<'_>) -> Result<Self> {
+impl<'a> Split<'a> {
+    fn of(job: &Job<'a>) -> Result<Self> {
         match job.corner_uv {
             Some(uv) if !job.triangles.is_empty() => Self::by_uv(job, uv),
             _ => {
                 let vertex = |old| Vertex { old, uv: [0.0; 2] };
                 let vertices = (0..job.positions.len() as u32).map(vertex).collect();
-                Ok(Self { vertices, triangles: job.triangles.to_vec() })
+                Ok(Self { vertices, triangles: job.triangles.into() })
             }
         }
     }
@@ -123,7 +127,7 @@ impl Split {
         let triangles = faces.map(|t| [0, 1, 2].map(|k| id(key(t, k)))).collect();
         job.check()?;
         let vertex = |(old, uv): (u32, [u32; 2])| Vertex { old, uv: uv.map(f32::from_bits) };
-        Ok(Self { vertices: keys.into_iter().map(vertex).collect(), triangles })
+        Ok(Self { vertices: keys.into_iter().map(vertex).collect(), triangles: Cow::Owned(triangles) })
     }
 }
 

@@ -8,7 +8,7 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::sets::Sets;
-use crate::spatial::spacing::{Around, around};
+use crate::spatial::spacing::{Around, NAMED, around};
 
 /// Rounds of joining. The first joins up to 31 copies of a place, a second what that has brought to light.
 const ROUNDS: usize = 3;
@@ -21,6 +21,8 @@ pub(super) struct Places {
     pub tree: Neighbours,
     /// Spacing at each.
     pub spacing: Vec<f32>,
+    /// The nearest others of each, see [`Around`].
+    pub nearest: Vec<[u32; NAMED]>,
     /// For each given point its place among them.
     pub of_given: Vec<u32>,
 }
@@ -51,7 +53,7 @@ pub(super) fn join(mut points: Vec<Vec3>, ctx: &Context<'_>) -> Result<Places> {
         tree = Neighbours::build(&points, ctx)?;
         near = around(&points, &tree, ctx)?;
     }
-    Ok(Places { points, tree, spacing: near.spacing, of_given })
+    Ok(Places { points, tree, spacing: near.spacing, nearest: near.nearest, of_given })
 }
 
 /// Leaves the first point of each set of copies; returns for each point before its place after.

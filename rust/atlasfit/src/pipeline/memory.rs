@@ -4,7 +4,7 @@
 //! charts are cut: first what a scan of this size usually needs, then what this one does.
 
 use super::options::DenoiseOptions;
-use super::prepare::Scan;
+use super::prepare::Sampled;
 use super::surface;
 use crate::error::Result;
 use crate::run::{Context, total_bytes, with_threads};
@@ -75,8 +75,8 @@ pub(super) fn reserve(points: usize, extra: u64, options: &DenoiseOptions, ctx: 
 }
 
 /// Fails where this scan needs more than the run may use.
-pub(super) fn reserve_scan(
-    scan: &Scan,
+pub(super) fn reserve_sampled(
+    scan: &Sampled,
     extra: u64,
     options: &DenoiseOptions,
     ctx: &Context<'_>,

@@ -121,8 +121,9 @@ fn denoise_in(
     let columns = cloud.bytes() - 24 * cloud.len() as u64;
     memory::reserve(cloud.len(), columns, options, ctx)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
-    let mut scan = prepare::prepare(distinct, options.noise, ctx)?;
-    memory::reserve_scan(&scan, columns, options, ctx)?;
+    let sampled = prepare::sampled(distinct, options.noise, ctx)?;
+    memory::reserve_sampled(&sampled, columns, options, ctx)?;
+    let mut scan = prepare::with_noise(sampled, options.noise, ctx)?;
     let scan_noise = scan.noise;
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;

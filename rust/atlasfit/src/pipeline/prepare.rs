@@ -17,7 +17,7 @@ use crate::run::{Context, Stage};
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::neighbours::Neighbours;
 use crate::spatial::sets::Sets;
-use crate::spatial::spacing::Sampling;
+use crate::spatial::spacing::{NAMED, Sampling};
 use rayon::prelude::*;
 
 /// The least number of distinct points that make a surface.
@@ -129,6 +129,17 @@ pub struct InputMap {
     pub warnings: Vec<String>,
 }
 
+/// A scan whose noise is not known yet. Lengths are in the normalised frame.
+pub(super) struct Sampled {
+    /// The points.
+    pub points: Vec<Vec3>,
+    /// How densely they lie.
+    pub sampling: Sampling,
+    tree: Neighbours,
+    frame: Frame,
+    input: InputMap,
+}
+
 /// Prepares a scan. `given_noise`, in the user's unit, replaces the estimate.
 ///
 /// # Errors
@@ -136,6 +147,11 @@ pub struct InputMap {
 /// few, all in one place or on a line, beyond what numbers can hold; [`Error::InvalidArgument`] for noise as
 /// large as the scan; cancelled or out of time.
 pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Scan> {
+    with_noise(sampled(distinct, given_noise, ctx)?, given_noise, ctx)
+}
+
+/// The first half of [`prepare`]: all but the noise, which takes most of the time.
+pub(super) fn sampled(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Sampled> {
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
     check_any(&points, of_input.len(), not_finite)?;
     let frame = frame(&points, of_input.len() - not_finite, ctx)?;
@@ -160,14 +176,15 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
     let distinct = points.len();
     let places = copies::join(points, ctx)?;
     places.rename(&mut of_input);
-    let Places { mut points, mut tree, spacing, .. } = places;
+    let Places { mut points, mut tree, spacing, nearest, .. } = places;
     let copies = distinct - points.len();
     if copies > 0 {
         check_surface(&points)?;
     }
     // A stray beside a surface is no reason for a patch wider than the surface asks for: what a point's
     // neighbours have is its spacing.
-    let mut around = spacing_around(&points, &tree, &spacing, ctx)?;
+    let mut around = spacing_around(&nearest, &spacing, ctx)?;
+    drop(nearest);
     // Stray points are taken out once; the rest is then a scan of its own.
     let lonely = stray(&spacing, &around);
     drop(spacing);
@@ -186,8 +203,17 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
             "Cut away what lies far off, or give points that lie on a surface",
         ));
     }
+    let stray = all - copies - points.len();
+    let duplicates = duplicates + copies;
+    let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings: Vec::new() };
+    Ok(Sampled { points, tree, sampling, frame, input })
+}
+
+/// The second half of [`prepare`]: the noise.
+pub(super) fn with_noise(scan: Sampled, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Scan> {
+    let Sampled { points, tree, sampling, frame, mut input } = scan;
     let local = estimate::noise(&points, &tree, ctx)?;
-    let mut warnings: Vec<String> = warnings::volume(&local).into_iter().collect();
+    input.warnings.extend(warnings::volume(&local));
     let mut relative_noise = Vec::new();
     let noise = match given_noise {
         None => match quantised::rounding(&points, &tree, ctx)? {
@@ -199,7 +225,7 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
             }
         },
         Some(given) => {
-            warnings.extend(warnings::too_little_noise(
+            input.warnings.extend(warnings::too_little_noise(
                 given / frame.scale,
                 local.sigma,
                 &sampling,
@@ -208,9 +234,6 @@ pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) 
             NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
         }
     };
-    let stray = all - copies - points.len();
-    let duplicates = duplicates + copies;
-    let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings };
     Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input })
 }
 
@@ -298,27 +321,22 @@ pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
     Ok(())
 }
 
-/// For each point the median spacing of the eight nearest others.
-fn spacing_around(
-    points: &[Vec3],
-    tree: &Neighbours,
-    spacing: &[f32],
-    ctx: &Context<'_>,
-) -> Result<Vec<f32>> {
-    points
-        .par_chunks(1024)
-        .map(|chunk| {
-            ctx.check()?;
-            let mut found = Vec::new();
-            let around = |p: &Vec3| {
-                tree.nearest(*p, 9, &mut found);
-                let others = found.iter().skip(1).map(|f| f64::from(spacing[f.index as usize]));
-                median(&mut others.collect::<Vec<_>>()) as f32
-            };
-            Ok(chunk.iter().map(around).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()
-        .map(|v| v.concat())
+/// For each point the median spacing of its nearest others.
+fn spacing_around(nearest: &[[u32; NAMED]], spacing: &[f32], ctx: &Context<'_>) -> Result<Vec<f32>> {
+    let around = |near: &[u32; NAMED]| {
+        let mut others = [0.0; NAMED];
+        let mut count = 0;
+        for s in near.iter().filter_map(|&i| spacing.get(i as usize)) {
+            others[count] = f64::from(*s);
+            count += 1;
+        }
+        median(&mut others[..count]) as f32
+    };
+    let chunks = nearest.par_chunks(1024).map(|chunk| {
+        ctx.check()?;
+        Ok(chunk.iter().map(around).collect::<Vec<_>>())
+    });
+    chunks.collect::<Result<Vec<_>>>().map(|v| v.concat())
 }
 
 /// Points that are much lonelier than the points around them.

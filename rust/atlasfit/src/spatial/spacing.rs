@@ -34,14 +34,26 @@ impl Sampling {
     }
 }
 
+/// How many neighbours of a point are named.
+pub const NAMED: usize = 8;
+
 /// What stands around each point.
 #[derive(Debug, Clone)]
 pub struct Around {
     /// Spacing per point.
     pub spacing: Vec<f32>,
+    /// The nearest others of each point, nearest first; `u32::MAX` where there are no more.
+    pub nearest: Vec<[u32; NAMED]>,
     /// Points that are copies of one place, in pairs: a point and another nearer than a thousandth of the
     /// distance to the next. Up to 31 about each point.
     pub copies: Vec<[u32; 2]>,
+}
+
+impl Around {
+    fn with_capacity(points: usize) -> Self {
+        let (spacing, nearest) = (Vec::with_capacity(points), Vec::with_capacity(points));
+        Self { spacing, nearest, copies: Vec::new() }
+    }
 }
 
 /// Looks at the nearest points of each point.
@@ -63,7 +75,7 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
         .map(|(chunk_index, chunk)| {
             ctx.check()?;
             let mut found = Vec::new();
-            let mut out = Around { spacing: Vec::with_capacity(chunk.len()), copies: Vec::new() };
+            let mut out = Around::with_capacity(chunk.len());
             for (k, &p) in chunk.iter().enumerate() {
                 tree.nearest(p, SPATIAL.wide_k + 1, &mut found);
                 let side = |k: usize| {
@@ -75,6 +87,9 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
                     (side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32)
                         .max(1e-30),
                 );
+                let mut nearest = [u32::MAX; NAMED];
+                nearest.iter_mut().zip(found.iter().skip(1)).for_each(|(to, f)| *to = f.index);
+                out.nearest.push(nearest);
                 let own = (chunk_index * 1024 + k) as u32;
                 out.copies.extend(copies(&found).iter().map(|f| [own, f.index]).filter(|c| c[0] != c[1]));
             }
@@ -82,9 +97,10 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
             Ok(out)
         })
         .collect::<Result<Vec<_>>>()?;
-    let mut all = Around { spacing: Vec::with_capacity(points.len()), copies: Vec::new() };
+    let mut all = Around::with_capacity(points.len());
     for part in parts {
         all.spacing.extend(part.spacing);
+        all.nearest.extend(part.nearest);
         all.copies.extend(part.copies);
     }
     Ok(all)
