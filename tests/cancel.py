@@ -70,6 +70,7 @@ def mesh(path, faces):
 COMMANDS = {
     "denoise": "denoise {scan} -o {out}.ply --points {out}p.ply",
     "denoise, near-duplicates": "denoise {twice} -o {out}.ply",
+    "denoise, watertight": "denoise {scan} -o {out}.ply --watertight --no-uv",
     "denoise, baked": "denoise {scan} -o {out}.glb --bake --texture-size 2048",
     "denoise, mlp": "denoise {scan} -o {out}.ply --prior mlp",
     "denoise, conv": "denoise {scan} -o {out}.ply --prior conv",

@@ -4,14 +4,12 @@
 mod shapes;
 
 use atlasfit::numeric::rng::Rng;
-use shapes::{off_sphere, rms, run, sphere, topology};
+use shapes::{off_sphere, rms, run, sphere, topology, torus};
 
 type Vec3 = [f64; 3];
 
-/// A sphere of radius 1 with noise, and as many strays as `share` of its points: two thirds in clumps, the
-/// others anywhere.
-fn with_strays(share: f64) -> (Vec<Vec3>, usize) {
-    let mut points = sphere(6000, 7).noisy(0.25, 7);
+/// Adds as many strays as `share` of the points: two thirds in clumps, the others anywhere.
+fn add_strays(points: &mut Vec<Vec3>, share: f64) {
     let surface = points.len();
     let mut rng = Rng::new(8);
     let anywhere = |rng: &mut Rng| [0, 1, 2].map(|_| 1.6 * (2.0 * rng.uniform() - 1.0));
@@ -23,13 +21,14 @@ fn with_strays(share: f64) -> (Vec<Vec3>, usize) {
             anywhere(&mut rng)
         });
     }
-    (points, surface)
 }
 
 #[test]
 fn strays_get_no_surface_and_change_that_of_the_rest_little() {
     let off = |share: f64| {
-        let (points, surface) = with_strays(share);
+        let mut points = sphere(6000, 7).noisy(0.25, 7);
+        let surface = points.len();
+        add_strays(&mut points, share);
         let out = run(&points).expect("a surface");
         let far = out.surface.positions.iter().filter(|p| off_sphere(p).abs() > 0.05).count();
         let far = far as f64 / out.surface.positions.len() as f64;
@@ -41,6 +40,20 @@ fn strays_get_no_surface_and_change_that_of_the_rest_little() {
         // One clump lies on the sphere.
         assert!(rms < 1.1 * clean && far < 0.02 && parts == 1, "{share}: {rms} {clean} {far} {parts}");
     }
+}
+
+#[test]
+fn strays_about_a_rope_are_not_joined_with_it() {
+    // Slabs through it, from one stray to the next, hold many of its points.
+    let girth = 0.12;
+    let rope = torus(9000, girth, 5);
+    let mut points = rope.noisy(0.5, 5);
+    add_strays(&mut points, 0.25);
+    let out = run(&points).expect("a surface");
+    let off = |p: &Vec3| ((p[0].hypot(p[1]) - 1.0).hypot(p[2]) - girth).abs();
+    let far = out.surface.positions.iter().filter(|p| off(p) > 2.5 * rope.spacing).count();
+    assert_eq!(topology(&out.surface).parts, 1);
+    assert!(far * 100 < out.surface.positions.len(), "{far} of {}", out.surface.positions.len());
 }
 
 #[test]

@@ -29,11 +29,13 @@ pub(super) struct Sheet<'a> {
     pub spacing: f64,
 }
 
-/// The evidence for a sheet: the heights of the points over it are a mixture of its noise and of strays.
+/// The evidence for a sheet: the heights over it of the points that `counts` are a mixture of its noise and
+/// of strays.
 pub(super) fn of_sheet(
     points: &[Vec3],
     tree: &Neighbours,
     sheet: &Sheet<'_>,
+    counts: impl Fn(u32) -> bool,
     found: &mut Vec<Neighbour>,
 ) -> f64 {
     let Sheet { map, spacing, .. } = *sheet;
@@ -43,6 +45,7 @@ pub(super) fn of_sheet(
     let narrow = radii[0].min(radii[1]);
     let reach = narrow.max(TUKEY * sigma);
     tree.within(map.center, radii[0].max(radii[1]).hypot(reach), found);
+    found.retain(|f| counts(f.index));
     let step = found.len().div_ceil(STRAYS.most).max(1);
     let over: Vec<[f64; 3]> = found
         .iter()
@@ -160,7 +163,7 @@ mod tests {
     fn for_sheet(points: &[Vec3], sigma: f64, radius: f64) -> f64 {
         let tree = Run::default().execute(|ctx| Neighbours::build(points, ctx)).unwrap();
         let sheet = Sheet { map: &flat(radius), sigma, spacing: radius / 6.0 };
-        of_sheet(points, &tree, &sheet, &mut Vec::new())
+        of_sheet(points, &tree, &sheet, |_| true, &mut Vec::new())
     }
     /// Points scattered by these standard deviations along x, y and z.
     fn cloud(n: usize, spread: [f64; 3]) -> Vec<Vec3> {

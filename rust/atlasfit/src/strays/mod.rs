@@ -18,6 +18,7 @@ use crate::partition::Cut;
 use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::Neighbours;
+use crate::spatial::neighbours::Neighbour;
 use crate::spatial::sets::Sets;
 pub(crate) use charted::Charted;
 use constants::STRAYS;
@@ -32,7 +33,9 @@ use rayon::prelude::*;
 pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut evidence = of_charts(charted, ctx)?;
     let enough = STRAYS.beyond_chance + (evidence.len().max(1) as f64).ln();
-    let sure: Vec<bool> = evidence.iter().map(|&e| e > enough).collect();
+    let mut sure: Vec<bool> = evidence.iter().map(|&e| e > enough).collect();
+    judge_thick(charted, &mut evidence, &sure, ctx)?;
+    sure.iter_mut().zip(&evidence).for_each(|(s, &e)| *s = e > enough);
     if !sure.contains(&true) {
         return Ok(vec![true; sure.len()]);
     }
@@ -46,22 +49,48 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
 
 /// The evidence for each chart, in nats. Tubes have been judged when they were found.
 fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
+    let judge = |found: &mut Vec<Neighbour>, f: &FittedChart| of_chart(charted, f, |_| true, found, ctx);
+    charted.fitted.par_iter().map_init(Vec::new, judge).collect()
+}
+
+/// The evidence for a chart from the points that `counts`.
+fn of_chart(
+    charted: &Charted<'_>,
+    f: &FittedChart,
+    counts: impl Fn(u32) -> bool,
+    found: &mut Vec<Neighbour>,
+    ctx: &Context<'_>,
+) -> Result<f64> {
+    ctx.check()?;
     let Cut { points, tree, sampling, .. } = charted.cut;
-    let spacing = |f: &FittedChart| {
-        let members = f.members.iter().map(|m| f64::from(sampling.spacing[m.0 as usize]));
-        median(&mut members.collect::<Vec<_>>())
+    let Map::Monge(map) = &f.chart.map else { return Ok(f64::INFINITY) };
+    let members = f.members.iter().map(|m| f64::from(sampling.spacing[m.0 as usize]));
+    let spacing = median(&mut members.collect::<Vec<_>>());
+    let sheet = Sheet { map, sigma: f.chart.sigma, spacing };
+    let data = evidence::of_sheet(points, tree, &sheet, counts, found);
+    Ok(data - evidence::cost_of_noise(f.chart.sigma, charted.noise_of(f)))
+}
+
+/// Judges those charts again that claim points of much thinner ones: these explain the points better, so
+/// that they say nothing for the thick chart. A slab through a rope, or from a stray to the surface beside
+/// it, has few others.
+fn judge_thick(charted: &Charted<'_>, evidence: &mut [f64], sure: &[bool], ctx: &Context<'_>) -> Result<()> {
+    let mut thinnest = vec![f64::INFINITY; charted.cut.points.len()];
+    for (f, _) in charted.fitted.iter().zip(sure).filter(|(_, s)| **s) {
+        for m in &f.members {
+            let least = &mut thinnest[m.0 as usize];
+            *least = least.min(f.chart.sigma);
+        }
+    }
+    let thinner = (-2.0 * STRAYS.noise_varies).exp();
+    let judge = |found: &mut Vec<Neighbour>, ((f, sure), e): ((&FittedChart, &bool), &mut f64)| {
+        let own = |m: u32| thinnest[m as usize] > thinner * f.chart.sigma;
+        if *sure && !f.members.iter().all(|m| own(m.0)) {
+            *e = of_chart(charted, f, own, found, ctx)?;
+        }
+        Ok(())
     };
-    charted
-        .fitted
-        .par_iter()
-        .map_init(Vec::new, |found, f| {
-            ctx.check()?;
-            let Map::Monge(map) = &f.chart.map else { return Ok(f64::INFINITY) };
-            let sheet = Sheet { map, sigma: f.chart.sigma, spacing: spacing(f) };
-            let data = evidence::of_sheet(points, tree, &sheet, found);
-            Ok(data - evidence::cost_of_noise(f.chart.sigma, charted.noise_of(f)))
-        })
-        .collect()
+    charted.fitted.par_iter().zip(sure).zip(evidence).map_init(Vec::new, judge).collect()
 }
 
 /// Adds the charts that go on from those that stand, those that go on from these, and so on, as far as their
