@@ -163,10 +163,10 @@ def cases(folder, data):
     for points in [scan, *scans, many]:
         yield "denoise", points, ["--points", "{out}/p.ply"]
         yield "denoise", points, ["-o", "{out}/d.ply"]
-        if points in (scan, *scans):
-            yield "denoise", points, ["-o", "{out}/d.ply", "--watertight"]
         yield "info", points, []
         yield "convert", points, ["{out}/c.xyz"]
+    for points in [scan, *scans]:
+        yield "denoise", points, ["-o", "{out}/d.ply", "--watertight"]
 
 
 def main():

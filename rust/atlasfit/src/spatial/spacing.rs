@@ -34,8 +34,8 @@ impl Sampling {
     }
 }
 
-/// How many neighbours of a point are named.
-pub const NAMED: usize = 8;
+/// How many neighbours of a point are named: those that its spacing is taken from.
+pub const NAMED: usize = SPATIAL.spacing_k;
 
 /// What stands around each point.
 #[derive(Debug, Clone)]

@@ -1,8 +1,9 @@
 //! Which charts lie on surface, and which were laid through strays.
 //!
 //! In: points and fitted charts. Out: the charts that stand. A chart stands when its points speak for a sheet
-//! beyond doubt, when it goes on from one that stands, or when what else there is speaks for it: a slab
-//! thicker than the noise, or points as dense as the surface about them. What is left are strays.
+//! beyond doubt (those of a much thinner chart say nothing for a thick one), when it goes on from one that
+//! stands, or when what else there is speaks for it: a slab thicker than the noise, or points as dense as the
+//! surface about them. What is left are strays.
 
 mod charted;
 pub(crate) mod constants;
@@ -82,6 +83,7 @@ fn judge_thick(charted: &Charted<'_>, evidence: &mut [f64], sure: &[bool], ctx: 
             *least = least.min(f.chart.sigma);
         }
     }
+    // Beyond two standard deviations of how noise varies it is not the noise that makes the chart thick.
     let thinner = (-2.0 * STRAYS.noise_varies).exp();
     let judge = |found: &mut Vec<Neighbour>, ((f, sure), e): ((&FittedChart, &bool), &mut f64)| {
         let own = |m: u32| thinnest[m as usize] > thinner * f.chart.sigma;
