@@ -57,6 +57,26 @@ fn strays_about_a_rope_are_not_joined_with_it() {
 }
 
 #[test]
+fn strays_about_flat_walls_take_none_of_their_points() {
+    // A patch that grows from a stray, with ever more noise, would hold most points of a wall.
+    let half = 0.7;
+    let mut rng = Rng::new(6);
+    let mut points: Vec<Vec3> = (0..10_000)
+        .map(|k| {
+            let mut p = [0, 1, 2].map(|_| half * (2.0 * rng.uniform() - 1.0));
+            p[k % 3] = if rng.uniform() < 0.5 { half } else { -half };
+            p.map(|x| x + 0.01 * rng.normal())
+        })
+        .collect();
+    add_strays(&mut points, 0.25);
+    let out = run(&points).expect("a surface");
+    let off = |p: &Vec3| (p.iter().fold(0.0f64, |m, x| m.max(x.abs())) - half).abs();
+    let far = out.surface.positions.iter().filter(|p| off(p) > 0.06).count();
+    let all = out.surface.positions.len();
+    assert!(topology(&out.surface).parts == 1 && far * 100 < all, "{far} of {all}");
+}
+
+#[test]
 fn the_noise_of_depth_in_steps_is_known_and_the_surface_is_smoother_than_the_steps() {
     // A slanted wavy sheet; its depth is rounded to steps, three to four spacings wide.
     let (step, mut rng) = (0.03, Rng::new(4));

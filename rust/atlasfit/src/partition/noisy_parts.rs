@@ -7,6 +7,7 @@ use super::Cut;
 use super::constants::PARTITION;
 use crate::atlas::{Patch, ProjectedPoint};
 use crate::error::Result;
+use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
@@ -22,6 +23,14 @@ pub(super) struct NoisyParts {
 /// Whether a patch was grown and explains its points.
 pub(super) fn accepted(patch: &Option<Patch>) -> bool {
     patch.as_ref().is_some_and(|p| p.accepted)
+}
+
+/// Whether a patch's noise is not too large for the spacing of its points. One from a stray may be wide enough
+/// for its seed, and take surface whose points are much denser.
+fn may_be_noisy(cut: &Cut<'_>, patch: &Patch) -> bool {
+    let mut spacings: Vec<f64> =
+        patch.members.iter().map(|m| f64::from(cut.sampling.spacing[*m as usize])).collect();
+    patch.sigma <= PARTITION.most_noise * median(&mut spacings).max(cut.sampling.median)
 }
 
 impl NoisyParts {
@@ -57,8 +66,8 @@ impl NoisyParts {
             });
             let again: Vec<usize> = left.iter().map(|&k| seeds[k]).collect();
             for (&k, patch) in left.iter().zip(cut.grow(&again, sigma, earlier, ctx)?) {
-                if accepted(&patch) {
-                    grown[k] = patch;
+                if let Some(patch) = patch.filter(|p| p.accepted && may_be_noisy(cut, p)) {
+                    grown[k] = Some(patch);
                 }
             }
             left.retain(|&k| !accepted(&grown[k]));

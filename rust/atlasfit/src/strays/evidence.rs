@@ -7,6 +7,7 @@ use super::constants::STRAYS;
 use crate::atlas::Monge;
 use crate::numeric::dense::principal;
 use crate::numeric::robust::TUKEY;
+use crate::numeric::stats::weighted_median;
 use crate::numeric::vec3::Vec3;
 use crate::partition::constants::PARTITION;
 use crate::spatial::Neighbours;
@@ -17,6 +18,8 @@ use std::f64::consts::TAU;
 const LEAST_SIGMA: f64 = 1e-12;
 /// Rounds in which the share of strays in a window is found.
 const SHARE_ROUNDS: usize = 20;
+/// Rounds in which it is found how far the sheet's points go.
+const EXTENT_ROUNDS: usize = 3;
 
 /// A chart as it is looked at.
 #[derive(Clone, Copy)]
@@ -47,7 +50,7 @@ pub(super) fn of_sheet(
     tree.within(map.center, radii[0].max(radii[1]).hypot(reach), found);
     found.retain(|f| counts(f.index));
     let step = found.len().div_ceil(STRAYS.most).max(1);
-    let over: Vec<[f64; 3]> = found
+    let mut over: Vec<[f64; 3]> = found
         .iter()
         .step_by(step)
         .filter_map(|f| {
@@ -61,31 +64,64 @@ pub(super) fn of_sheet(
             (height.abs() <= reach).then_some([x, y, height])
         })
         .collect();
-    let half = reach.min(as_far_as_along(&over));
-    // Ratio of the densities of a point of the sheet and of a stray.
-    let peak = 2.0 * half / (TAU.sqrt() * sigma);
-    let ratio: Vec<f64> = over
-        .iter()
-        .filter(|p| p[2].abs() <= half)
-        .map(|p| peak * (-0.5 * (p[2] / sigma).powi(2)).exp())
-        .collect();
-    if ratio.is_empty() {
-        return 0.0;
+    let mut half = reach.min(as_far_as_along(&over, |_| 1.0));
+    over.retain(|p| p[2].abs() <= half);
+    let mut mixture = Mixture::new(&over, half, sigma);
+    for _ in 1..EXTENT_ROUNDS {
+        half = half.min(as_far_as_along(&over, |k| mixture.on_sheet(k)));
+        over.retain(|p| p[2].abs() <= half);
+        mixture = Mixture::new(&over, half, sigma);
     }
-    let stray = share_of_strays(&ratio);
+    // A chart may follow a few points: those of a sheet are no nearer to it, on average, than its noise.
+    let (square, on) = over.iter().enumerate().fold((0.0, 0.0), |(square, on), (k, p)| {
+        let w = mixture.on_sheet(k);
+        (square + w * p[2] * p[2], on + w)
+    });
+    if square < on * sigma * sigma {
+        let followed = sigma / (square / on).sqrt().max(LEAST_SIGMA);
+        over.iter_mut().for_each(|p| p[2] *= followed);
+        mixture = Mixture::new(&over, half, sigma);
+    }
+    let Mixture { ratio, stray } = mixture;
     let data: f64 = ratio.iter().map(|r| (stray + (1.0 - stray) * r).ln()).sum();
     let on = ratio.len() as f64 * (1.0 - stray);
     (data - cost_of_a_quadric(on, half / sigma, PARTITION.curved * narrow / sigma)) * step as f64
 }
 
-/// Half the height up to which points spread evenly are as widely scattered as they are along the sheet.
-fn as_far_as_along(over: &[[f64; 3]]) -> f64 {
-    let n = over.len().max(1) as f64;
-    let variance = |k: usize| {
-        let mean = over.iter().map(|p| p[k]).sum::<f64>() / n;
-        over.iter().map(|p| (p[k] - mean).powi(2)).sum::<f64>() / n
+/// Points of a sheet among strays.
+struct Mixture {
+    /// For each point the ratio of its densities on the sheet and as a stray.
+    ratio: Vec<f64>,
+    /// The share of strays.
+    stray: f64,
+}
+
+impl Mixture {
+    /// Of points up to `half` over the sheet.
+    fn new(over: &[[f64; 3]], half: f64, sigma: f64) -> Self {
+        let peak = 2.0 * half / (TAU.sqrt() * sigma);
+        let ratio: Vec<f64> = over.iter().map(|p| peak * (-0.5 * (p[2] / sigma).powi(2)).exp()).collect();
+        let stray = share_of_strays(&ratio);
+        Self { ratio, stray }
+    }
+    /// The probability that a point is the sheet's.
+    fn on_sheet(&self, k: usize) -> f64 {
+        let on = (1.0 - self.stray) * self.ratio[k];
+        on / (self.stray + on)
+    }
+}
+
+/// Half the height up to which points spread evenly are as widely scattered as half of the sheet's points are
+/// along it. A clump of strays is then no sheet, however wide what else is there. `on_sheet` says how much
+/// each point is the sheet's.
+fn as_far_as_along(over: &[[f64; 3]], on_sheet: impl Fn(usize) -> f64) -> f64 {
+    let middle = |of: &dyn Fn(&[f64; 3]) -> f64| -> f64 {
+        let mut all: Vec<(f64, f64)> = over.iter().enumerate().map(|(k, p)| (of(p), on_sheet(k))).collect();
+        weighted_median(&mut all)
     };
-    (1.5 * (variance(0) + variance(1))).sqrt()
+    let [x, y] = [middle(&|p| p[0]), middle(&|p| p[1])];
+    // On a disk of radius r half of the points are within r / sqrt 2, and the variance is r^2 / 4 either way.
+    (1.5 * middle(&|p| (p[0] - x).powi(2) + (p[1] - y).powi(2))).sqrt()
 }
 
 /// The share of strays that makes the points likeliest.
@@ -93,7 +129,7 @@ fn share_of_strays(ratio: &[f64]) -> f64 {
     let mut share = 0.5;
     for _ in 0..SHARE_ROUNDS {
         let sum: f64 = ratio.iter().map(|r| share / (share + (1.0 - share) * r)).sum();
-        share = (sum / ratio.len() as f64).clamp(1e-6, 1.0);
+        share = (sum / ratio.len().max(1) as f64).clamp(1e-6, 1.0);
     }
     share
 }
@@ -140,7 +176,10 @@ pub(super) fn of_slab(
         let half = (3.0 * along).sqrt();
         let data = n * ((2.0 * half / (TAU.sqrt() * thick)).ln() - 0.5);
         let cost = 1.5 * (n * (half / thick).powi(2) / 3.0).ln_1p();
-        best = best.max(data - cost - cost_of_noise(thick, sigma));
+        // A clump of strays may look as flat, by chance or where the window cuts it.
+        let flat = (along.sqrt() / thick).max(1.0).ln();
+        let no_clump = 0.5 * (flat / STRAYS.clumps_vary).powi(2);
+        best = best.max((data - cost).min(no_clump) - cost_of_noise(thick, sigma));
     }
     best
 }
@@ -182,6 +221,13 @@ mod tests {
         }
     }
     #[test]
+    fn a_clump_amid_strays_that_are_spread_wide_is_no_sheet() {
+        let mut points = cloud(200, [0.05; 3]);
+        points.extend(cloud(60, [0.5; 3]));
+        let clump = for_sheet(&points, 0.05, 1.0);
+        assert!(clump < 0.0, "{clump}");
+    }
+    #[test]
     fn a_handful_of_points_is_no_evidence_as_a_quadric_goes_through_any() {
         let few = for_sheet(&cloud(7, [0.5, 0.5, 0.001]), 0.05, 1.0);
         assert!(few < 5.0, "{few}");
@@ -198,6 +244,6 @@ mod tests {
             let tree = Run::default().execute(|ctx| Neighbours::build(&points, ctx)).unwrap();
             of_slab(&points, &tree, Vec3::ZERO, 0.02, &mut Vec::new())
         });
-        assert!(slab_and_ball[0] > 20.0 && slab_and_ball[1] < 0.0, "{slab_and_ball:?}");
+        assert!(slab_and_ball[0] > 10.0 && slab_and_ball[1] < 0.0, "{slab_and_ball:?}");
     }
 }
