@@ -124,11 +124,11 @@ using Defaults = CGAL::parameters::Default_named_parameters;
 /// faces that are added to the mesh later have none.
 template <class G>
 struct HalfedgeLayout {
-  detail::HalfedgeMap<G, Uv> uv;                            ///< Of a halfedge's face at its target.
-  detail::FaceMap<G, std::uint32_t> chart, page;            ///< no_chart for faces of fewer than 3 corners.
-  std::vector<typename detail::Face<G>> torn;               ///< Faces that had to be cut between charts.
+  detail::HalfedgeMap<G, Uv> uv;                  ///< Of a halfedge's face at its target.
+  detail::FaceMap<G, std::uint32_t> chart, page;  ///< no_chart for faces of fewer than 3 corners.
+  std::vector<typename detail::Face<G>> torn;     ///< Faces that had to be cut between charts.
   atlasfit_uv_info info = detail::output<atlasfit_uv_info>();  ///< Of the triangles that faces were cut into.
-  std::vector<std::string> warnings;                        ///< What the user should hear.
+  std::vector<std::string> warnings;                           ///< What the user should hear.
 };
 
 /// Lays out UVs for a mesh, which stays as it is. Polygons are cut into triangles for it; each has one UV per
@@ -236,9 +236,9 @@ Denoised denoise(G &mesh, const CGAL::Named_function_parameters<T, Tag, Base> &n
   const std::vector<float> normals = polygons.normals();
   Denoised clean = denoise(Points(polygons.xyz).normals(normals.data()), options, run);
   const detail::Moved moved(clean, polygons.xyz.size() / 3);
-  auto points = CGAL::parameters::choose_parameter(
-      CGAL::parameters::get_parameter(np, CGAL::internal_np::vertex_point),
-      CGAL::get_property_map(CGAL::vertex_point, mesh));
+  auto points =
+      CGAL::parameters::choose_parameter(CGAL::parameters::get_parameter(np, CGAL::internal_np::vertex_point),
+                                         CGAL::get_property_map(CGAL::vertex_point, mesh));
   using Point = typename boost::property_traits<decltype(points)>::value_type;
   std::size_t n = 0;
   const auto v = vertices(mesh);

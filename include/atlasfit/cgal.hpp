@@ -171,8 +171,8 @@ void write_back(const Moved &moved, PointSet &set) {
   set.remove(set.begin() + (dropped - order.begin()), set.end());
 }
 
-/// Gives vertices of a Surface_mesh the attribute of the vertices that they were copied from, as a property of
-/// the type that the points had.
+/// Gives vertices of a Surface_mesh the attribute of the vertices that they were copied from, as a property
+/// of the type that the points had.
 template <class Vertex, class SurfaceMesh>
 void add_attribute(const SurfaceAttribute &from, const std::vector<std::pair<Vertex, std::size_t>> &copies,
                    SurfaceMesh &mesh) {

@@ -121,9 +121,9 @@ detail::Rows<T, N> rows(const std::vector<T> &numbers) {
 
 /// UVs of V and F. Corner c of face f has the UV in row faces(f, c) of uv.
 struct MatrixLayout {
-  Eigen::MatrixXd uv;      ///< u, v in each row: libigl's TC.
-  Eigen::MatrixXi faces;   ///< Rows of uv for the corners of each face: libigl's FTC.
-  Eigen::VectorXi vertex;  ///< The row of V that each row of uv belongs to.
+  Eigen::MatrixXd uv;           ///< u, v in each row: libigl's TC.
+  Eigen::MatrixXi faces;        ///< Rows of uv for the corners of each face: libigl's FTC.
+  Eigen::VectorXi vertex;       ///< The row of V that each row of uv belongs to.
   Eigen::VectorXi chart, page;  ///< Of each face.
   atlasfit_uv_info info = detail::output<atlasfit_uv_info>();
   std::vector<std::string> warnings;  ///< What the user should hear.
@@ -167,9 +167,9 @@ atlasfit_uv_quality measure_uv(const Eigen::MatrixBase<DV> &v, const Eigen::Matr
     for (Eigen::Index c = 0; c < 3; c++) {
       const auto at = static_cast<Eigen::Index>(detail::Triangles<DT>::index(faces(r, c), r));
       if (at >= uv.rows())
-        throw Error(ATLASFIT_INDEX_OUT_OF_RANGE,
-                    "face " + std::to_string(r) + " names UV " + std::to_string(at) + ", but there are " +
-                        std::to_string(uv.rows()));
+        throw Error(ATLASFIT_INDEX_OUT_OF_RANGE, "face " + std::to_string(r) + " names UV " +
+                                                     std::to_string(at) + ", but there are " +
+                                                     std::to_string(uv.rows()));
       corners.insert(corners.end(), {static_cast<float>(uv(at, 0)), static_cast<float>(uv(at, 1))});
     }
   return measure_uv(detail::Matrices<DV, DF>(v, f).mesh().corner_uv(corners.data()), run);

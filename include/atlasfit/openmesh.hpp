@@ -209,15 +209,16 @@ std::size_t open_surface(const Surface &from, M &mesh) {
 }  // namespace detail
 
 /// Lays out UVs: they go to the texcoords2D of the halfedges, and pages to the texture_index of the faces;
-/// both are requested where the mesh has none. With keep_uv_seams the texcoords that are there tell the seams.
+/// both are requested where the mesh has none. With keep_uv_seams the texcoords that are there tell the
+/// seams.
 template <class T>
 OpenMeshLayout unwrap(OpenMesh::PolyMesh_ArrayKernelT<T> &mesh,
                       const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
   return detail::open_unwrap(mesh, options, run);
 }
 template <class T>
-OpenMeshLayout unwrap(OpenMesh::TriMesh_ArrayKernelT<T> &mesh,
-                      const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
+OpenMeshLayout unwrap(OpenMesh::TriMesh_ArrayKernelT<T> &mesh, const UnwrapOptions &options = UnwrapOptions(),
+                      const Run &run = Run()) {
   return detail::open_unwrap(mesh, options, run);
 }
 

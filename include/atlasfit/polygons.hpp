@@ -2,7 +2,7 @@
  * of the polygons. What the headers for other libraries' meshes share; it needs none of them.
  * SPDX-License-Identifier: MIT OR Apache-2.0
  *
- * In: positions, and the vertices of each polygon in order. Out: triangles, one UV per corner of a polygon. */
+ * In: positions, and the vertices of each polygon in order. Out: triangles; a UV per corner of a polygon. */
 #ifndef ATLASFIT_POLYGONS_HPP
 #define ATLASFIT_POLYGONS_HPP
 
@@ -274,9 +274,9 @@ inline std::vector<float> triangle_uvs(const Polygons &polygons, const std::vect
 
 /// What denoising says of each point that was given.
 struct Moved {
-  std::vector<double> xyz;       ///< x, y, z per point given.
-  std::vector<float> normals;    ///< 3 per point given.
-  std::vector<char> kept, known; ///< Whether it is among the denoised points; and on a chart.
+  std::vector<double> xyz;        ///< x, y, z per point given.
+  std::vector<float> normals;     ///< 3 per point given.
+  std::vector<char> kept, known;  ///< Whether it is among the denoised points; and on a chart.
   Moved(const Denoised &clean, std::size_t given)
       : xyz(3 * given), normals(3 * given), kept(given, 0), known(given, 0) {
     const std::vector<double> from = clean.point_positions();
@@ -313,12 +313,12 @@ struct SurfaceAttribute {
 
 /// Triangles with what belongs to them, for copy_surface(); what there is none of is empty.
 struct Surface {
-  std::vector<double> xyz;                  ///< x, y, z per vertex.
-  std::vector<std::uint32_t> triangles;     ///< 3 vertices each.
-  std::vector<float> normals;               ///< 3 per vertex.
-  std::vector<float> rgba;                  ///< 4 per vertex, 0 to 1.
-  std::vector<float> corner_uv;             ///< u, v per corner of a triangle.
-  std::vector<std::uint32_t> face_chart;    ///< Per triangle.
+  std::vector<double> xyz;                ///< x, y, z per vertex.
+  std::vector<std::uint32_t> triangles;   ///< 3 vertices each.
+  std::vector<float> normals;             ///< 3 per vertex.
+  std::vector<float> rgba;                ///< 4 per vertex, 0 to 1.
+  std::vector<float> corner_uv;           ///< u, v per corner of a triangle.
+  std::vector<std::uint32_t> face_chart;  ///< Per triangle.
   std::vector<SurfaceAttribute> attributes;
 
   Surface() = default;
@@ -339,8 +339,7 @@ struct Surface {
     bool good = xyz.size() == 3 * v && triangles.size() == 3 * t && fits(normals.size(), 3 * v) &&
                 fits(rgba.size(), 4 * v) && fits(corner_uv.size(), 6 * t) && fits(face_chart.size(), t);
     for (const SurfaceAttribute &a : attributes) good = good && a.values.size() == v;
-    if (!good)
-      throw Error(ATLASFIT_INVALID_ARGUMENT, "an array of the surface is too short or too long");
+    if (!good) throw Error(ATLASFIT_INVALID_ARGUMENT, "an array of the surface is too short or too long");
     for (std::size_t k = 0; k < triangles.size(); k++)
       if (triangles[k] >= v)
         throw Error(ATLASFIT_INDEX_OUT_OF_RANGE, "triangle " + std::to_string(k / 3) + " names vertex " +
