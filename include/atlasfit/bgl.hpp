@@ -24,6 +24,9 @@
 #include <CGAL/number_utils.h>
 #include <boost/graph/graph_traits.hpp>
 
+#include <functional>
+#include <memory>
+
 namespace atlasfit {
 namespace detail {
 
@@ -34,13 +37,95 @@ using Halfedge = typename boost::graph_traits<G>::halfedge_descriptor;
 template <class G>
 using Face = typename boost::graph_traits<G>::face_descriptor;
 
-/// A map of new values for a mesh that stays as it is.
-template <class G, class T>
-using VertexMap = typename boost::property_map<G, CGAL::dynamic_vertex_property_t<T>>::const_type;
-template <class G, class T>
-using HalfedgeMap = typename boost::property_map<G, CGAL::dynamic_halfedge_property_t<T>>::const_type;
-template <class G, class T>
-using FaceMap = typename boost::property_map<G, CGAL::dynamic_face_property_t<T>>::const_type;
+/// A property map for meshes whose vertices, halfedges and faces have no indices: a table by hash value. What
+/// has no value has the default of its type.
+template <class K, class V>
+class HashedMap {
+ public:
+  using key_type = K;
+  using value_type = V;
+  using reference = const V &;
+  using category = boost::read_write_property_map_tag;
+
+  explicit HashedMap(std::size_t count) : table_(std::make_shared<Table>()) {
+    table_->entries.reserve(count);
+    grow(count);
+  }
+  friend reference get(const HashedMap &map, const K &key) {
+    const std::uint32_t slot = map.table_->slots[map.find(key)];
+    return slot == 0 ? map.table_->none : map.table_->entries[slot - 1].second;
+  }
+  friend void put(const HashedMap &map, const K &key, const V &value) {
+    Table &table = *map.table_;
+    std::size_t at = map.find(key);
+    if (table.slots[at] != 0) {
+      table.entries[table.slots[at] - 1].second = value;
+      return;
+    }
+    if (3 * (table.entries.size() + 1) > 2 * table.slots.size()) {
+      map.grow(2 * table.entries.size());
+      at = map.find(key);
+    }
+    table.entries.emplace_back(key, value);
+    table.slots[at] = narrow(table.entries.size());
+  }
+
+ private:
+  /// Entries in the order in which they came; slots hold their number plus one, 0 = free.
+  struct Table {
+    std::vector<std::uint32_t> slots;
+    std::vector<std::pair<K, V>> entries;
+    V none{};
+  };
+  std::size_t find(const K &key) const {
+    const Table &table = *table_;
+    const std::size_t mask = table.slots.size() - 1;
+    std::uint64_t hash = std::hash<K>()(key);
+    // Addresses may differ in their upper bits only. Sixteen neighbours stay together, which saves time. If
+    // all did, blocks of memory that come to lie over each other would make long runs of full slots.
+    hash ^= hash >> 5;
+    std::size_t at =
+        static_cast<std::size_t>(((hash >> 4) * 0x9e3779b97f4a7c15u >> 28) << 4 | (hash & 15)) & mask;
+    while (table.slots[at] != 0 && table.entries[table.slots[at] - 1].first != key) at = (at + 1) & mask;
+    return at;
+  }
+  void grow(std::size_t count) const {
+    Table &table = *table_;
+    std::size_t size = 16;
+    while (2 * size < 3 * (count + 1)) size *= 2;
+    table.slots.assign(size, 0);
+    for (std::size_t i = 0; i < table.entries.size(); i++)
+      table.slots[find(table.entries[i].first)] = narrow(i + 1);
+  }
+  std::shared_ptr<Table> table_;
+};
+
+/// A map of new values for a mesh that stays as it is: by index where halfedges have one, else by hash value.
+template <class G, class K, class V, class Tag>
+struct NewMap {
+  static constexpr bool indexed = CGAL::graph_has_property<G, boost::halfedge_index_t>::value;
+  template <class H, class T>
+  struct Dynamic {
+    using type = typename boost::property_map<H, T>::const_type;
+  };
+  struct Hashed {
+    using type = HashedMap<K, V>;
+  };
+  using type = typename std::conditional_t<indexed, Dynamic<G, Tag>, Hashed>::type;
+  static type make(const G &g, std::size_t count) {
+    (void)count;
+    if constexpr (indexed)
+      return get(Tag(), g);
+    else
+      return type(count);
+  }
+};
+template <class G, class V>
+using VertexMap = NewMap<G, Vertex<G>, V, CGAL::dynamic_vertex_property_t<V>>;
+template <class G, class V>
+using HalfedgeMap = NewMap<G, Halfedge<G>, V, CGAL::dynamic_halfedge_property_t<V>>;
+template <class G, class V>
+using FaceMap = NewMap<G, Face<G>, V, CGAL::dynamic_face_property_t<V>>;
 
 /// Whether the named parameter of a tag was given.
 template <class NP, class Tag>
@@ -81,7 +166,7 @@ Polygons polygons_of(const G &g, const NP &np) {
   const auto points = CGAL::parameters::choose_parameter(get_parameter(np, tags::vertex_point),
                                                          CGAL::get_const_property_map(CGAL::vertex_point, g));
   Polygons all;
-  VertexMap<G, std::uint32_t> number = get(CGAL::dynamic_vertex_property_t<std::uint32_t>(), g);
+  const auto number = VertexMap<G, std::uint32_t>::make(g, num_vertices(g));
   std::size_t count = 0;
   const auto v = vertices(g);
   for (auto i = v.first; i != v.second; ++i) {
@@ -124,9 +209,10 @@ using Defaults = CGAL::parameters::Default_named_parameters;
 /// faces that are added to the mesh later have none.
 template <class G>
 struct HalfedgeLayout {
-  detail::HalfedgeMap<G, Uv> uv;                  ///< Of a halfedge's face at its target.
-  detail::FaceMap<G, std::uint32_t> chart, page;  ///< no_chart for faces of fewer than 3 corners.
-  std::vector<typename detail::Face<G>> torn;     ///< Faces that had to be cut between charts.
+  typename detail::HalfedgeMap<G, Uv>::type uv;  ///< Of a halfedge's face at its target.
+  typename detail::FaceMap<G, std::uint32_t>::type chart,
+      page;                                    ///< no_chart for faces of fewer than 3 corners.
+  std::vector<typename detail::Face<G>> torn;  ///< Faces that had to be cut between charts.
   atlasfit_uv_info info = detail::output<atlasfit_uv_info>();  ///< Of the triangles that faces were cut into.
   std::vector<std::string> warnings;                           ///< What the user should hear.
 };
@@ -139,9 +225,9 @@ HalfedgeLayout<G> unwrap(const G &mesh, const CGAL::Named_function_parameters<T,
   const detail::Polygons polygons = detail::polygons_of(mesh, np);
   const UvLayout made = unwrap(polygons.mesh(), options, run);
   const detail::PolygonUvs found = detail::polygon_uvs(polygons, made);
-  HalfedgeLayout<G> out{get(CGAL::dynamic_halfedge_property_t<Uv>(), mesh),
-                        get(CGAL::dynamic_face_property_t<std::uint32_t>(), mesh),
-                        get(CGAL::dynamic_face_property_t<std::uint32_t>(), mesh),
+  HalfedgeLayout<G> out{detail::HalfedgeMap<G, Uv>::make(mesh, polygons.corners()),
+                        detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
+                        detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
                         {},
                         made.info(),
                         made.warnings()};

@@ -173,6 +173,8 @@ class Polygons {
   std::size_t size() const noexcept { return count_; }
   std::size_t corners() const noexcept { return corners_; }
   std::size_t triangles() const noexcept { return triangles_.size() / 3; }
+  /// Whether all polygons are triangles: their numbers and corners are then those of the triangles.
+  bool plain() const noexcept { return !numbered_; }
   /// The polygon of a triangle.
   std::size_t polygon_of(std::size_t triangle) const { return numbered_ ? polygon_[triangle] : triangle; }
   /// The polygons' corner at a triangle's corner.
@@ -217,7 +219,6 @@ class Polygons {
   std::vector<Vec3> at_;
   std::vector<std::array<std::size_t, 3>> cut_;
   std::size_t corners_ = 0, count_ = 0;
-  /// While all polygons are triangles there is nothing to number.
   bool numbered_ = false;
   /// Ear clipping is quadratic at worst: beyond this many tests in one mesh, polygons become plain fans.
   std::uint64_t tests_ = std::uint64_t(1) << 26;
@@ -234,6 +235,12 @@ struct PolygonUvs {
 /// charts: its corners then have the UVs of its first triangles, and it is listed as torn.
 inline PolygonUvs polygon_uvs(const Polygons &polygons, const UvLayout &layout) {
   PolygonUvs out;
+  if (polygons.plain()) {
+    out.uv = layout.corners();
+    out.chart = layout.face_charts();
+    out.page = layout.face_pages();
+    return out;
+  }
   const std::vector<float> corners = layout.corners();
   const std::vector<std::uint32_t> charts = layout.face_charts(), pages = layout.face_pages();
   out.uv.assign(2 * polygons.corners(), 0.0f);
@@ -264,6 +271,7 @@ inline PolygonUvs polygon_uvs(const Polygons &polygons, const UvLayout &layout) 
 
 /// The polygons' UVs as those of the triangles.
 inline std::vector<float> triangle_uvs(const Polygons &polygons, const std::vector<float> &uv) {
+  if (polygons.plain()) return uv;
   std::vector<float> all(6 * polygons.triangles());
   for (std::size_t k = 0; k < 3 * polygons.triangles(); k++) {
     all[2 * k] = uv[2 * polygons.corner_of(k)];

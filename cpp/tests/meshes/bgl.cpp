@@ -218,7 +218,17 @@ static void failures() {
   want(layout.info.degenerate_faces > 0 && uvs(mesh, layout).size() == 2 * 36, "counted, all corners there");
 }
 
+/// The map for meshes without indices grows, and keeps the last value.
+static void hashed_maps() {
+  const atlasfit::detail::HashedMap<std::size_t, int> map(0);
+  for (int round = 0; round < 2; round++)
+    for (std::size_t i = 0; i < 5000; i++) put(map, 64 * i, static_cast<int>(i) + round);
+  for (std::size_t i = 0; i < 5000; i++)
+    want(get(map, 64 * i) == static_cast<int>(i) + 1 && get(map, 64 * i + 1) == 0, "values by key");
+}
+
 int main() {
+  hashed_maps();
   every_model_alike();
   garbage_is_passed_over();
   bent_polygons_are_told();
