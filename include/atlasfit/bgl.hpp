@@ -62,7 +62,7 @@ class HashedMap {
       table.entries[table.slots[at] - 1].second = value;
       return;
     }
-    if (3 * (table.entries.size() + 1) > 2 * table.slots.size()) {
+    if (2 * (table.entries.size() + 1) > table.slots.size()) {
       map.grow(2 * table.entries.size());
       at = map.find(key);
     }
@@ -80,19 +80,16 @@ class HashedMap {
   std::size_t find(const K &key) const {
     const Table &table = *table_;
     const std::size_t mask = table.slots.size() - 1;
-    std::uint64_t hash = std::hash<K>()(key);
-    // Addresses may differ in their upper bits only. Sixteen neighbours stay together, which saves time. If
-    // all did, blocks of memory that come to lie over each other would make long runs of full slots.
-    hash ^= hash >> 5;
-    std::size_t at =
-        static_cast<std::size_t>(((hash >> 4) * 0x9e3779b97f4a7c15u >> 28) << 4 | (hash & 15)) & mask;
+    // Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4): addresses differ in few bits.
+    const std::uint64_t mixed = std::uint64_t(std::hash<K>()(key)) * 0x9e3779b97f4a7c15u;
+    std::size_t at = static_cast<std::size_t>(mixed >> 32) & mask;
     while (table.slots[at] != 0 && table.entries[table.slots[at] - 1].first != key) at = (at + 1) & mask;
     return at;
   }
   void grow(std::size_t count) const {
     Table &table = *table_;
     std::size_t size = 16;
-    while (2 * size < 3 * (count + 1)) size *= 2;
+    while (size < 2 * (count + 1)) size *= 2;
     table.slots.assign(size, 0);
     for (std::size_t i = 0; i < table.entries.size(); i++)
       table.slots[find(table.entries[i].first)] = narrow(i + 1);
