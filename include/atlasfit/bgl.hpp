@@ -1,0 +1,339 @@
+/* atlasfit/bgl.hpp - atlasfit on meshes that are models of CGAL's FaceGraph: CGAL::Surface_mesh,
+ * CGAL::Polyhedron_3, OpenMesh through CGAL's graph traits, your own. CGAL 5.5 or newer.
+ * SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * What it includes of CGAL is under the LGPL (named parameters, property maps); it includes no GPL header.
+ * The mesh may be GPL: docs/meshes.md says which licence a program then has.
+ *
+ *   auto layout = atlasfit::unwrap(mesh);          // layout.uv: UV per halfedge, layout.chart: per face
+ *   auto quality = atlasfit::measure_uv(mesh, layout);
+ *   auto clean = atlasfit::denoise(mesh);          // vertices moved onto the surface
+ *
+ * Named parameters, all of them CGAL's: vertex_point_map; edge_is_constrained_map (true = a seam of the UVs);
+ * face_patch_map (no chart spans two patches). The UV of a halfedge is that of its face at its target.
+ * A failure leaves the mesh as it was. */
+#ifndef ATLASFIT_BGL_HPP
+#define ATLASFIT_BGL_HPP
+
+#include "polygons.hpp"
+
+#include <CGAL/Dynamic_property_map.h>
+#include <CGAL/Named_function_parameters.h>
+#include <CGAL/boost/graph/named_params_helper.h>
+#include <CGAL/boost/graph/properties.h>
+#include <CGAL/number_utils.h>
+#include <boost/graph/graph_traits.hpp>
+
+#include <functional>
+#include <memory>
+
+namespace atlasfit {
+namespace detail {
+
+template <class G>
+using Vertex = typename boost::graph_traits<G>::vertex_descriptor;
+template <class G>
+using Halfedge = typename boost::graph_traits<G>::halfedge_descriptor;
+template <class G>
+using Face = typename boost::graph_traits<G>::face_descriptor;
+
+/// A property map for meshes whose vertices, halfedges and faces have no indices: a table by hash value. What
+/// has no value has the default of its type.
+template <class K, class V>
+class HashedMap {
+ public:
+  using key_type = K;
+  using value_type = V;
+  using reference = const V &;
+  using category = boost::read_write_property_map_tag;
+
+  explicit HashedMap(std::size_t count) : table_(std::make_shared<Table>()) {
+    table_->entries.reserve(count);
+    grow(count);
+  }
+  friend reference get(const HashedMap &map, const K &key) {
+    const std::uint32_t slot = map.table_->slots[map.find(key)];
+    return slot == 0 ? map.table_->none : map.table_->entries[slot - 1].second;
+  }
+  friend void put(const HashedMap &map, const K &key, const V &value) {
+    Table &table = *map.table_;
+    std::size_t at = map.find(key);
+    if (table.slots[at] != 0) {
+      table.entries[table.slots[at] - 1].second = value;
+      return;
+    }
+    if (2 * (table.entries.size() + 1) > table.slots.size()) {
+      map.grow(2 * table.entries.size());
+      at = map.find(key);
+    }
+    table.entries.emplace_back(key, value);
+    table.slots[at] = narrow(table.entries.size());
+  }
+
+ private:
+  /// Entries in the order in which they came; slots hold their number plus one, 0 = free.
+  struct Table {
+    std::vector<std::uint32_t> slots;
+    std::vector<std::pair<K, V>> entries;
+    V none{};
+  };
+  std::size_t find(const K &key) const {
+    const Table &table = *table_;
+    const std::size_t mask = table.slots.size() - 1;
+    // Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4): addresses differ in few bits.
+    const std::uint64_t mixed = std::uint64_t(std::hash<K>()(key)) * 0x9e3779b97f4a7c15u;
+    std::size_t at = static_cast<std::size_t>(mixed >> 32) & mask;
+    while (table.slots[at] != 0 && table.entries[table.slots[at] - 1].first != key) at = (at + 1) & mask;
+    return at;
+  }
+  void grow(std::size_t count) const {
+    Table &table = *table_;
+    std::size_t size = 16;
+    while (size < 2 * (count + 1)) size *= 2;
+    table.slots.assign(size, 0);
+    for (std::size_t i = 0; i < table.entries.size(); i++)
+      table.slots[find(table.entries[i].first)] = narrow(i + 1);
+  }
+  std::shared_ptr<Table> table_;
+};
+
+/// A map of new values for a mesh that stays as it is: by index where halfedges have one, else by hash value.
+template <class G, class K, class V, class Tag>
+struct NewMap {
+  static constexpr bool indexed = CGAL::graph_has_property<G, boost::halfedge_index_t>::value;
+  template <class H, class T>
+  struct Dynamic {
+    using type = typename boost::property_map<H, T>::const_type;
+  };
+  struct Hashed {
+    using type = HashedMap<K, V>;
+  };
+  using type = typename std::conditional_t<indexed, Dynamic<G, Tag>, Hashed>::type;
+  static type make(const G &g, std::size_t count) {
+    (void)count;
+    if constexpr (indexed)
+      return get(Tag(), g);
+    else
+      return type(count);
+  }
+};
+template <class G, class V>
+using VertexMap = NewMap<G, Vertex<G>, V, CGAL::dynamic_vertex_property_t<V>>;
+template <class G, class V>
+using HalfedgeMap = NewMap<G, Halfedge<G>, V, CGAL::dynamic_halfedge_property_t<V>>;
+template <class G, class V>
+using FaceMap = NewMap<G, Face<G>, V, CGAL::dynamic_face_property_t<V>>;
+
+/// Whether the named parameter of a tag was given.
+template <class NP, class Tag>
+constexpr bool given() {
+  using Value = decltype(CGAL::parameters::get_parameter(std::declval<const NP &>(), Tag()));
+  return !std::is_same<std::decay_t<Value>, CGAL::internal_np::Param_not_found>::value;
+}
+
+/// Calls f with each halfedge of a face, in order.
+template <class G, class F>
+void around(const G &g, Face<G> face, F &&f) {
+  const Halfedge<G> first = halfedge(face, g);
+  Halfedge<G> h = first;
+  do {
+    f(h);
+    h = next(h, g);
+  } while (h != first);
+}
+
+/// x, y, z of a point of any kernel.
+template <class P>
+Vec3 coordinates(const P &p) {
+  return {CGAL::to_double(p[0]), CGAL::to_double(p[1]), CGAL::to_double(p[2])};
+}
+
+/// A point or a vector of any kernel.
+template <class P, class T>
+P point_at(const T *xyz) {
+  using Number = std::decay_t<decltype(std::declval<const P &>()[0])>;
+  return P(static_cast<Number>(xyz[0]), static_cast<Number>(xyz[1]), static_cast<Number>(xyz[2]));
+}
+
+/// A mesh as polygons, in the order of its faces, with what the named parameters say.
+template <class G, class NP>
+Polygons polygons_of(const G &g, const NP &np) {
+  namespace tags = CGAL::internal_np;
+  using CGAL::parameters::get_parameter;
+  const auto points = CGAL::parameters::choose_parameter(get_parameter(np, tags::vertex_point),
+                                                         CGAL::get_const_property_map(CGAL::vertex_point, g));
+  Polygons all;
+  const auto number = VertexMap<G, std::uint32_t>::make(g, num_vertices(g));
+  std::size_t count = 0;
+  const auto v = vertices(g);
+  for (auto i = v.first; i != v.second; ++i) {
+    put(number, *i, narrow(count++));
+    const Vec3 p = coordinates(get(points, *i));
+    all.xyz.insert(all.xyz.end(), p.begin(), p.end());
+  }
+  if constexpr (given<NP, tags::edge_is_constrained_t>()) {
+    const auto seam = get_parameter(np, tags::edge_is_constrained);
+    const auto e = edges(g);
+    for (auto i = e.first; i != e.second; ++i)
+      if (get(seam, *i)) {
+        all.seams.push_back(get(number, source(*i, g)));
+        all.seams.push_back(get(number, target(*i, g)));
+      }
+  }
+  std::vector<std::uint32_t> corners;
+  const auto f = faces(g);
+  all.reserve(num_faces(g));
+  for (auto i = f.first; i != f.second; ++i) {
+    corners.clear();
+    around(g, *i, [&](Halfedge<G> h) { corners.push_back(get(number, target(h, g))); });
+    if constexpr (given<NP, tags::face_patch_t>())
+      all.add(corners, static_cast<std::uint32_t>(get(get_parameter(np, tags::face_patch), *i)));
+    else
+      all.add(corners);
+  }
+  return all;
+}
+
+/// Whether G is a graph with faces. Boost's traits of other types do not compile, so they are not asked.
+template <class G>
+using IfGraph = decltype(faces(std::declval<const G &>()));
+
+using Defaults = CGAL::parameters::Default_named_parameters;
+
+}  // namespace detail
+
+/// UVs of a mesh that is a model of FaceGraph. The maps hold the values and outlive the mesh; halfedges and
+/// faces that are added to the mesh later have none.
+template <class G>
+struct HalfedgeLayout {
+  typename detail::HalfedgeMap<G, Uv>::type uv;  ///< Of a halfedge's face at its target.
+  typename detail::FaceMap<G, std::uint32_t>::type chart,
+      page;                                    ///< no_chart for faces of fewer than 3 corners.
+  std::vector<typename detail::Face<G>> torn;  ///< Faces that had to be cut between charts.
+  atlasfit_uv_info info = detail::output<atlasfit_uv_info>();  ///< Of the triangles that faces were cut into.
+  std::vector<std::string> warnings;                           ///< What the user should hear.
+};
+
+/// Lays out UVs for a mesh, which stays as it is. Polygons are cut into triangles for it; each has one UV per
+/// corner.
+template <class G, class T, class Tag, class Base, class = detail::IfGraph<G>>
+HalfedgeLayout<G> unwrap(const G &mesh, const CGAL::Named_function_parameters<T, Tag, Base> &np,
+                         const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
+  const detail::Polygons polygons = detail::polygons_of(mesh, np);
+  const UvLayout made = unwrap(polygons.mesh(), options, run);
+  const detail::PolygonUvs found = detail::polygon_uvs(polygons, made);
+  HalfedgeLayout<G> out{detail::HalfedgeMap<G, Uv>::make(mesh, polygons.corners()),
+                        detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
+                        detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
+                        {},
+                        made.info(),
+                        made.warnings()};
+  std::size_t p = 0, corner = 0, torn = 0;
+  const auto f = faces(mesh);
+  for (auto i = f.first; i != f.second; ++i, ++p) {
+    put(out.chart, *i, found.chart[p]);
+    put(out.page, *i, found.page[p]);
+    if (torn < found.torn.size() && found.torn[torn] == p) {
+      out.torn.push_back(*i);
+      torn++;
+    }
+    detail::around(mesh, *i, [&](detail::Halfedge<G> h) {
+      put(out.uv, h, Uv{found.uv[2 * corner], found.uv[2 * corner + 1]});
+      corner++;
+    });
+  }
+  return out;
+}
+template <class G, class = detail::IfGraph<G>>
+HalfedgeLayout<G> unwrap(const G &mesh, const UnwrapOptions &options = UnwrapOptions(),
+                         const Run &run = Run()) {
+  return unwrap(mesh, detail::Defaults(), options, run);
+}
+
+/// How a mesh hangs together, its polygons cut into triangles.
+template <class G, class NP = detail::Defaults, class = detail::IfGraph<G>>
+atlasfit_topology measure_topology(const G &mesh, const Run &run = Run(), const NP &np = NP()) {
+  return measure_topology(detail::polygons_of(mesh, np).mesh(), run);
+}
+
+namespace detail {
+
+/// Corner UVs from a map of halfedges.
+template <class G, class UvMap>
+std::vector<float> corner_uvs(const G &mesh, const Polygons &polygons, const UvMap &uv) {
+  std::vector<float> all;
+  all.reserve(2 * polygons.corners());
+  const auto f = faces(mesh);
+  for (auto i = f.first; i != f.second; ++i)
+    around(mesh, *i, [&](Halfedge<G> h) {
+      const auto &at = get(uv, h);
+      for (int k = 0; k < 2; k++) all.push_back(static_cast<float>(CGAL::to_double(at[k])));
+    });
+  return triangle_uvs(polygons, all);
+}
+
+}  // namespace detail
+
+/// Quality of the UVs that a property map gives halfedges: of their face, at their target. Anything with [0]
+/// and [1] is a UV, CGAL's Point_2 too. All are on one page.
+template <class G, class UvMap, class NP = detail::Defaults, class = detail::IfGraph<G>,
+          class = typename boost::property_traits<UvMap>::value_type>
+atlasfit_uv_quality measure_uv(const G &mesh, const UvMap &uv, const Run &run = Run(), const NP &np = NP()) {
+  const detail::Polygons polygons = detail::polygons_of(mesh, np);
+  const std::vector<float> corners = detail::corner_uvs(mesh, polygons, uv);
+  return measure_uv(polygons.mesh().corner_uv(corners.data()), run);
+}
+/// Quality of the UVs that unwrap() gave.
+template <class G, class NP = detail::Defaults, class = detail::IfGraph<G>>
+atlasfit_uv_quality measure_uv(const G &mesh, const HalfedgeLayout<G> &layout, const Run &run = Run(),
+                               const NP &np = NP()) {
+  const detail::Polygons polygons = detail::polygons_of(mesh, np);
+  const std::vector<float> corners = detail::corner_uvs(mesh, polygons, layout.uv);
+  std::vector<std::uint32_t> page;
+  const auto f = faces(mesh);
+  for (auto i = f.first; i != f.second; ++i) page.push_back(get(layout.page, *i));
+  page = detail::triangle_numbers(polygons, page);
+  return measure_uv(polygons.mesh()
+                        .corner_uv(corners.data())
+                        .face_page(page.data())
+                        .page_size(layout.info.width, layout.info.height),
+                    run);
+}
+
+/// A mesh against the true surface, which may be of another type.
+template <class G, class H, class = detail::IfGraph<G>, class = detail::IfGraph<H>>
+atlasfit_distance measure_surface(const G &mesh, const H &truth,
+                                  const DistanceOptions &options = DistanceOptions(),
+                                  const Run &run = Run()) {
+  const detail::Polygons one = detail::polygons_of(mesh, detail::Defaults()),
+                         other = detail::polygons_of(truth, detail::Defaults());
+  return measure_surface(one.mesh(), other.mesh(), options, run);
+}
+
+/// Denoises the vertices of a mesh as a scan and writes them back to its vertex points. Faces, and vertices
+/// on no chart (outliers), stay as they are. The side out is that of the faces.
+template <class G, class T, class Tag, class Base, class = detail::IfGraph<G>>
+Denoised denoise(G &mesh, const CGAL::Named_function_parameters<T, Tag, Base> &np,
+                 const DenoiseOptions &options = DenoiseOptions(), const Run &run = Run()) {
+  const detail::Polygons polygons = detail::polygons_of(mesh, np);
+  const std::vector<float> normals = polygons.normals();
+  Denoised clean = denoise(Points(polygons.xyz).normals(normals.data()), options, run);
+  const detail::Moved moved(clean, polygons.xyz.size() / 3);
+  auto points =
+      CGAL::parameters::choose_parameter(CGAL::parameters::get_parameter(np, CGAL::internal_np::vertex_point),
+                                         CGAL::get_property_map(CGAL::vertex_point, mesh));
+  using Point = typename boost::property_traits<decltype(points)>::value_type;
+  std::size_t n = 0;
+  const auto v = vertices(mesh);
+  for (auto i = v.first; i != v.second; ++i, ++n)
+    if (moved.known[n]) put(points, *i, detail::point_at<Point>(&moved.xyz[3 * n]));
+  return clean;
+}
+template <class G, class = detail::IfGraph<G>>
+Denoised denoise(G &mesh, const DenoiseOptions &options = DenoiseOptions(), const Run &run = Run()) {
+  return denoise(mesh, detail::Defaults(), options, run);
+}
+
+}  // namespace atlasfit
+
+#endif
