@@ -4,7 +4,7 @@
 //! the side that it faces.
 
 use super::constants::PIPELINE;
-use super::lighten::lighten;
+use super::lighten::{Known, lighten};
 use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
@@ -55,7 +55,7 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, mut input, .. } = scan;
+    let Scan { points, tree, sampling, frame, noise, mut input, .. } = scan;
     let OrientedAtlas { fitted, members, relations, mut conflicts, mut votes, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
@@ -104,7 +104,14 @@ pub(super) fn build(
     }
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
-    input.warnings.extend(lighten(&mut surface, options, frame.scale, ctx)?);
+    let known = Known {
+        projected: &projected,
+        sampling: &sampling,
+        noise: noise.sigma,
+        charts: charts.len(),
+        scale: frame.scale,
+    };
+    input.warnings.extend(lighten(&mut surface, options, &known, ctx)?);
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
     let mut extrapolated = None;
