@@ -19,8 +19,10 @@ pub(super) struct Known<'a> {
     pub(super) projected: &'a [ProjectedPoint],
     /// How dense they are.
     pub(super) sampling: &'a Sampling,
-    /// Standard deviation of their noise.
+    /// Standard deviation of their noise, as usual.
     pub(super) noise: f64,
+    /// The noise at each, as a multiple of the usual; empty where it is the same everywhere.
+    pub(super) relative_noise: &'a [f32],
     /// How many charts there are.
     pub(super) charts: usize,
     /// Length of the frame's unit in the scan's.
@@ -37,19 +39,23 @@ pub(super) fn lighten(
     known: &Known<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<String>> {
-    if options.max_error == Some(0.0) || options.watertight {
+    // A solid keeps its triangles: with fewer they could meet.
+    if options.watertight {
         return Ok(None);
+    }
+    if options.max_error == Some(0.0) {
+        return Ok(warnings::faces_left(options.faces, s.triangles.len()));
     }
     let n = s.positions.len();
     let goal = if options.faces.is_none() && options.max_error.is_none() {
-        let spacing = spacing_of_charts(known);
-        let at = |c: &u32| spacing.get(*c as usize).copied().unwrap_or(known.sampling.median);
+        let bounds = bounds(known);
+        let usual = Bounds::new(known.sampling.median, known.noise);
+        let at = |c: &u32| bounds.get(*c as usize).unwrap_or(&usual);
         let finer = |length: f64| (length / options.detail) as f32;
-        let error = |h: f64| finer((PIPELINE.light_noise * known.noise).max(PIPELINE.light_spacing * h));
         Goal {
             faces: 0,
-            error: s.chart.iter().map(|c| error(at(c))).collect(),
-            longest: s.chart.iter().map(|c| finer(PIPELINE.light_edge * at(c))).collect(),
+            error: s.chart.iter().map(|c| finer(at(c).error)).collect(),
+            longest: s.chart.iter().map(|c| finer(at(c).longest)).collect(),
         }
     } else {
         // No surface is larger than the frame.
@@ -64,14 +70,33 @@ pub(super) fn lighten(
     Ok(warnings::faces_left(options.faces, s.triangles.len()))
 }
 
-/// Mean spacing of the points of each chart; the scan's median where one has none.
-fn spacing_of_charts(known: &Known<'_>) -> Vec<f64> {
-    let mut sum = vec![(0.0, 0.0); known.charts];
-    for (p, &h) in known.projected.iter().zip(&known.sampling.spacing) {
-        if let Some((total, count)) = sum.get_mut(p.chart as usize) {
-            *total += f64::from(h);
+/// How far the surface may be simplified about a chart, at a detail of 1.
+struct Bounds {
+    error: f64,
+    longest: f64,
+}
+
+impl Bounds {
+    /// Among points of this spacing and noise.
+    fn new(spacing: f64, noise: f64) -> Self {
+        let error = (PIPELINE.light_noise * noise).max(PIPELINE.light_spacing * spacing);
+        Self { error, longest: PIPELINE.light_edge * spacing }
+    }
+}
+
+/// The bounds about each chart, by the mean spacing and noise of its points.
+fn bounds(known: &Known<'_>) -> Vec<Bounds> {
+    let mut sum = vec![[0.0; 3]; known.charts];
+    for (i, p) in known.projected.iter().enumerate() {
+        if let Some([count, spacing, noise]) = sum.get_mut(p.chart as usize) {
             *count += 1.0;
+            *spacing += f64::from(known.sampling.spacing[i]);
+            *noise += f64::from(known.relative_noise.get(i).copied().unwrap_or(1.0));
         }
     }
-    sum.into_iter().map(|(t, n)| if n > 0.0 { t / n } else { known.sampling.median }).collect()
+    let of = |[n, spacing, noise]: [f64; 3]| match n {
+        0.0 => Bounds::new(known.sampling.median, known.noise),
+        _ => Bounds::new(spacing / n, known.noise * noise / n),
+    };
+    sum.into_iter().map(of).collect()
 }

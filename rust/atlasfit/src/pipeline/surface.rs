@@ -55,7 +55,7 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, noise, mut input, .. } = scan;
+    let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, .. } = scan;
     let OrientedAtlas { fitted, members, relations, mut conflicts, mut votes, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
@@ -108,6 +108,7 @@ pub(super) fn build(
         projected: &projected,
         sampling: &sampling,
         noise: noise.sigma,
+        relative_noise: &relative_noise,
         charts: charts.len(),
         scale: frame.scale,
     };

@@ -26,6 +26,8 @@ pub(super) struct Block<'a> {
     pub(super) from: Vec<u32>,
     /// Whether all triangles of a vertex are here.
     pub(super) free: Vec<bool>,
+    /// Whether each free vertex is on the boundary.
+    pub(super) rim: Vec<bool>,
     /// Whether something may be left to do about each vertex.
     pub(super) open: Vec<bool>,
     /// Which vertices the next sweep looks at.
@@ -66,22 +68,46 @@ pub(super) struct Done {
 pub(super) struct Around {
     /// The triangles of each vertex.
     pub(super) star: Lists,
-    /// Whether each free vertex is on the boundary.
-    pub(super) rim: Vec<bool>,
     /// Whether a triangle of the vertex has changed in this sweep.
     pub(super) changed: Vec<bool>,
 }
 
-/// 1 for equal sides, 0 without area (Bhatia and Lawrence 1990).
-pub(super) fn shape(corners: &[Vec3; 3]) -> f64 {
-    let [a, b, c] = *corners;
-    let sides = a.dist2(b) + b.dist2(c) + c.dist2(a);
-    2.0 * 3f64.sqrt() * area_vector(*corners).norm() / sides.max(f64::MIN_POSITIVE)
+/// The square of a triangle's shape: 1 for equal sides, 0 without area (Bhatia and Lawrence 1990). Takes twice
+/// its area as a vector.
+#[inline]
+pub(super) fn shape2([a, b, c]: &[Vec3; 3], area: Vec3) -> f64 {
+    let sides = a.dist2(*b) + b.dist2(*c) + c.dist2(*a);
+    12.0 * area.norm2() / (sides * sides).max(f64::MIN_POSITIVE)
+}
+
+/// Which of so many vertices are on the boundary: each neighbour of one within is a corner of two triangles
+/// about it, so that marks of all corners cancel out.
+fn on_boundary(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
+    // Steele, Lea and Flood 2014: no sum of a few marks is 0 by chance.
+    let mark = |v: u32| {
+        let x = (u64::from(v) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    };
+    let mut sum = vec![0; vertices];
+    for t in triangles {
+        let [a, b, c] = t.map(mark);
+        for (v, others) in t.iter().zip([b ^ c, c ^ a, a ^ b]) {
+            sum[*v as usize] ^= others;
+        }
+    }
+    sum.iter().map(|s| *s != 0).collect()
 }
 
 impl<'a> Block<'a> {
     /// Cuts a block out. `number` has an entry for each vertex of the whole mesh, `u32::MAX` before and after.
-    pub(super) fn new(first: &'a First<'a>, whole: &Whole<'_>, piece: &Piece<'_>, number: &mut [u32]) -> Self {
+    pub(super) fn new(
+        first: &'a First<'a>,
+        whole: &Whole<'_>,
+        piece: &Piece<'_>,
+        number: &mut [u32],
+    ) -> Self {
         let mesh = whole.mesh;
         let mut vertices: Vec<u32> = Vec::new();
         let mut count: Vec<u32> = Vec::new();
@@ -104,6 +130,7 @@ impl<'a> Block<'a> {
             let of = &mut head[whole.at[mesh.owner[p as usize][0] as usize].local as usize];
             next.push(std::mem::replace(of, k as u32));
         }
+        let rim = on_boundary(vertices.len(), &triangles);
         let of = |v: &u32| *v as usize;
         let open: Vec<bool> = vertices.iter().map(|v| mesh.open[of(v)]).collect();
         Self {
@@ -112,6 +139,7 @@ impl<'a> Block<'a> {
             normals: vertices.iter().map(|v| mesh.normals[of(v)]).collect(),
             from: vertices.iter().map(|v| mesh.from[of(v)]).collect(),
             free: vertices.iter().zip(&count).map(|(v, &n)| n == whole.valence[of(v)]).collect(),
+            rim,
             active: open.clone(),
             open,
             quadrics: Vec::new(),
@@ -172,7 +200,7 @@ impl<'a> Block<'a> {
             for k in 0..3 {
                 let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
                 self.quadrics[a] = self.quadrics[a] + plane;
-                let rim = around.rim[a] && around.rim[b];
+                let rim = self.rim[a] && self.rim[b];
                 let holds_b = |f: &&u32| self.triangles[**f as usize].contains(&t[(k + 1) % 3]);
                 if rim && around.star.of(t[k]).iter().filter(holds_b).count() == 1 {
                     // The plane on the boundary's edge, at a right angle to the triangle.
@@ -187,15 +215,10 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
+    /// What a sweep starts with.
     pub(super) fn around(&self, ctx: &Context<'_>) -> Result<Around> {
         let star = Lists::new(self.positions.len(), &self.triangles, ctx)?;
-        let mut rim = vec![false; self.positions.len()];
-        for v in 0..self.positions.len() as u32 {
-            let others = star.of(v).iter().flat_map(|&f| self.triangles[f as usize]).filter(|&w| w != v);
-            // Each neighbour within is a corner of two triangles.
-            rim[v as usize] = others.clone().any(|w| others.clone().filter(|&x| x == w).count() == 1);
-        }
-        Ok(Around { star, rim, changed: vec![false; self.positions.len()] })
+        Ok(Around { star, changed: vec![false; self.positions.len()] })
     }
 
     #[inline]

@@ -4,7 +4,7 @@
 //! share no triangle, so that their order hardly matters.
 
 use super::Level;
-use super::block::{Around, Block, shape};
+use super::block::{Around, Block, shape2};
 use super::constants::SIMPLIFY;
 use super::hand_over::{Change, NewTriangle};
 use crate::error::Result;
@@ -45,7 +45,7 @@ impl Block<'_> {
                 let (a, b) = (t[k], t[(k + 1) % 3]);
                 let [i, j] = [a as usize, b as usize];
                 // Both triangles of an inner edge come by.
-                let turn = a < b || (around.rim[i] && around.rim[j]);
+                let turn = a < b || (self.rim[i] && self.rim[j]);
                 let can = self.free[i] && self.free[j] && (self.active[i] || self.active[j]);
                 if turn && can && gone < surplus && t[0] != t[1] {
                     gone += self.collapse([a, b], level, &mut around, &mut scratch);
@@ -62,7 +62,13 @@ impl Block<'_> {
     }
 
     /// Collapses an edge if nothing speaks against it; returns how many triangles are gone.
-    fn collapse(&mut self, ends: [u32; 2], level: &Level, around: &mut Around, scratch: &mut Scratch) -> usize {
+    fn collapse(
+        &mut self,
+        ends: [u32; 2],
+        level: &Level,
+        around: &mut Around,
+        scratch: &mut Scratch,
+    ) -> usize {
         let [a, b] = ends;
         let [i, j] = [a as usize, b as usize];
         if around.changed[i] || around.changed[j] {
@@ -74,7 +80,7 @@ impl Block<'_> {
         if length2 > (level.length * longest).powi(2) {
             return 0;
         }
-        let rim = ends.map(|v| around.rim[v as usize]);
+        let rim = ends.map(|v| self.rim[v as usize]);
         let quadric = self.quadrics[i] + self.quadrics[j];
         let middle = (p + q) * 0.5;
         let to = match rim {
@@ -101,6 +107,7 @@ impl Block<'_> {
         self.normals[i] =
             if smooth { (m * (1.0 - share) + n * share).normalized() } else { self.normals[near] };
         self.from[i] = self.from[near];
+        self.rim[i] |= self.rim[j];
         self.positions[i] = to;
         self.quadrics[i] = quadric;
         scratch.ring.iter().chain(&ends).for_each(|&v| around.changed[v as usize] = true);
@@ -115,15 +122,14 @@ impl Block<'_> {
         let ([a, b], to) = (edge.ends, edge.to);
         let (of_a, of_b) = (around.star.of(a), around.star.of(b));
         let shared = self.link(edge, around, ring)?;
-        let far = |v: &u32, from: Vec3| self.positions[*v as usize].dist2(from);
-        let longest_before = ring.iter().map(|v| {
-            far(v, self.positions[a as usize]).min(far(v, self.positions[b as usize]))
-        });
-        let longest_before = longest_before.fold(longest * longest, f64::max);
-        if ring.iter().any(|v| far(v, to) > longest_before) {
+        let dist2 = |v: u32, from: Vec3| self.positions[v as usize].dist2(from);
+        let [p, q] = edge.ends.map(|v| self.positions[v as usize]);
+        let farthest = ring.iter().map(|&v| dist2(v, to)).fold(0.0, f64::max);
+        if farthest > longest * longest && ring.iter().all(|&v| dist2(v, p).min(dist2(v, q)) < farthest) {
             return None;
         }
-        let (mut worst_before, mut worst) = (1.0f64, 1.0f64);
+        let least = SIMPLIFY.shape * SIMPLIFY.shape;
+        let (mut worst_before, mut worst) = (least, least);
         for (k, &f) in of_a.iter().chain(of_b).enumerate() {
             let t = self.triangles[f as usize];
             let (has_a, has_b) = (t.contains(&a), t.contains(&b));
@@ -133,22 +139,28 @@ impl Block<'_> {
             }
             change.old.push(f);
             let before = self.corners(&t);
-            worst_before = worst_before.min(shape(&before));
+            let m = area_vector(before);
             if has_a && has_b {
+                worst_before = worst_before.min(shape2(&before, m));
                 continue;
             }
             let corners = t.map(|v| if v == a || v == b { to } else { self.positions[v as usize] });
-            let [m, n] = [before, corners].map(area_vector);
-            if m.dot(n) < SIMPLIFY.turn * m.norm() * n.norm() {
+            let n = area_vector(corners);
+            let cosine = m.dot(n);
+            if cosine <= 0.0 || cosine * cosine < SIMPLIFY.turn * SIMPLIFY.turn * m.norm2() * n.norm2() {
                 return None;
             }
-            worst = worst.min(shape(&corners));
+            let after = shape2(&corners, n);
+            if after < least {
+                worst_before = worst_before.min(shape2(&before, m));
+                worst = worst.min(after);
+            }
             let vertices = t.map(|v| if v == b { a } else { v });
             change.new.push(NewTriangle { triangle: f, vertices, corners });
         }
         // At least three triangles stay about an inner vertex.
         let enough = change.new.len() >= if edge.rim == [false; 2] { 3 } else { 1 };
-        (enough && worst >= SIMPLIFY.shape.min(worst_before)).then_some(shared)
+        (enough && (worst >= least || worst >= SIMPLIFY.worse.powi(2) * worst_before)).then_some(shared)
     }
 
     /// The vertices about an edge, into `ring`; returns how many triangles the edge has, or nothing where the
@@ -162,21 +174,20 @@ impl Block<'_> {
         if shared == 0 || shared > 2 || (rim == [true; 2]) != (shared == 1) {
             return None;
         }
-        let neighbours = |of: &[u32], ring: &mut Vec<u32>| {
-            let mut common = 0;
+        let mut common = 0;
+        for (of, of_b) in [(of_a, false), (of_b, true)] {
             let from = ring.len();
-            for v in of.iter().flat_map(|&f| self.triangles[f as usize]).filter(|&v| v != a && v != b) {
-                if ring[from..].contains(&v) {
-                    continue;
+            for &f in of {
+                for v in self.triangles[f as usize] {
+                    if v == a || v == b || ring[from..].contains(&v) {
+                        continue;
+                    }
+                    common += usize::from(of_b && ring[..from].contains(&v));
+                    ring.push(v);
                 }
-                common += usize::from(ring[..from].contains(&v));
-                ring.push(v);
             }
-            common
-        };
-        neighbours(of_a, ring);
+        }
         // The link condition (Dey et al. 1999).
-        let meets = neighbours(of_b, ring) == shared;
-        (meets && ring.len() - shared <= SIMPLIFY.valence).then_some(shared)
+        (common == shared && ring.len() - shared <= SIMPLIFY.valence).then_some(shared)
     }
 }

@@ -14,11 +14,12 @@ pub(crate) struct SimplifyConstants {
     pub few: f64,
     /// Sweeps at one cost, at the most. Source: chosen.
     pub sweeps: usize,
-    /// Blocks are worked on again where this share of the triangles went. In (0, 1). Source: chosen.
+    /// Blocks are worked on a third time where this share of the triangles went the second time, if edges have
+    /// a greatest length. In (0, 1). Source: chosen, the seams are done then.
     pub again: f64,
     /// Shares of the greatest length up to which edges are collapsed, in turn. The last: an edge that is
     /// longer is near enough to its length (Botsch and Kobbelt 2004).
-    pub lengths: [f64; 4],
+    pub lengths: [f64; 3],
     /// Shares of the greatest error that edges may cost, in turn. Source: chosen.
     pub errors: [f64; 6],
     /// How strongly a vertex is drawn to the middle of its edge, as a share of the planes' pull. In (0, 1).
@@ -34,6 +35,9 @@ pub(crate) struct SimplifyConstants {
     /// Lawrence 1990), unless there was a worse one. Source: derived, between an isosceles triangle with 20
     /// degrees at its apex, 0.56, and one with two such angles, 0.40.
     pub shape: f64,
+    /// Where a triangle was worse, or nearly so, a collapse may make the worst one worse by this factor, which
+    /// flips then mend. In (0, 1). Source: derived, on a grid of oblongs any collapse turns the diagonals.
+    pub worse: f64,
     /// Triangles about a vertex, at the most. Source: chosen, twice the regular six.
     pub valence: usize,
     /// A vertex of the first mesh that is nearer than this share of its error needs no nearer triangle. In
@@ -56,15 +60,16 @@ pub(crate) struct SimplifyConstants {
 pub(crate) const SIMPLIFY: SimplifyConstants = SimplifyConstants {
     block: 40.0,
     first: 1e-3,
-    few: 0.02,
-    sweeps: 4,
-    again: 0.2,
-    lengths: [0.3, 0.45, 0.6, 0.8],
+    few: 0.05,
+    sweeps: 3,
+    again: 0.5,
+    lengths: [0.35, 0.55, 0.8],
     errors: [0.03, 0.06, 0.12, 0.25, 0.5, 1.0],
     middle: 1e-3,
     rim: 1.0,
     turn: 0.5,
     shape: 0.5,
+    worse: 0.8,
     valence: 12,
     near: 0.3,
     smooth: 0.9,

@@ -152,7 +152,8 @@ impl Mesh {
     /// The triangles by the cells that they are in, of a grid that is `shift` of a cell off.
     fn places(&self, shift: f64, ctx: &Context<'_>) -> Result<Vec<Place>> {
         let side = SIMPLIFY.block * self.mean_edge();
-        let one = |x: f64| ((x / side + shift).floor() as i64 + (1 << (BITS - 1))).clamp(0, (1 << BITS) - 1) as u64;
+        let one =
+            |x: f64| ((x / side + shift).floor() as i64 + (1 << (BITS - 1))).clamp(0, (1 << BITS) - 1) as u64;
         let place = |(i, t): (usize, &[u32; 3])| {
             let [a, b, c] = t.map(|v| self.positions[v as usize]);
             let cell = ((a + b + c) * (1.0 / 3.0)).0.iter().fold(0, |cell, &x| cell << BITS | one(x));
@@ -170,7 +171,8 @@ impl Mesh {
         let Done { vertices, owned, triangles: new } = done;
         for v in vertices {
             let i = v.vertex as usize;
-            (self.positions[i], self.normals[i], self.from[i], self.open[i]) = (v.position, v.normal, v.from, v.open);
+            (self.positions[i], self.normals[i], self.from[i], self.open[i]) =
+                (v.position, v.normal, v.from, v.open);
         }
         let start = triangles.len() as u32;
         owned.iter().for_each(|o| self.owner[o.point as usize] = [start + o.triangle]);

@@ -65,8 +65,7 @@ impl Block<'_> {
                 let most = f64::from(goal.error[point as usize]).powi(2);
                 let enough = SIMPLIFY.near * SIMPLIFY.near * most;
                 let mut best = (f64::INFINITY, 0);
-                for i in 0..new.len() {
-                    let n = &new[(own + i) % new.len()];
+                for n in new[own..].iter().chain(&new[..own]) {
                     let d = p.dist2(closest_on_triangle(p, &n.corners));
                     if d < best.0 {
                         best = (d, n.triangle);
@@ -100,8 +99,7 @@ impl Block<'_> {
         }
         change.new.iter().for_each(|n| self.triangles[n.triangle as usize] = n.vertices);
         for m in &change.moved {
-            self.next[m.point as usize] =
-                std::mem::replace(&mut self.head[m.triangle as usize], m.point);
+            self.next[m.point as usize] = std::mem::replace(&mut self.head[m.triangle as usize], m.point);
         }
     }
 }

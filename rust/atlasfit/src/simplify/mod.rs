@@ -103,10 +103,11 @@ fn as_far_as_allowed(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> R
     let by_length = SIMPLIFY.lengths.map(|length| Level { error: 1.0, length });
     let by_error = SIMPLIFY.errors.map(|error| Level { error, length: 1.0 });
     let work = Work { levels: if bounded { &by_length } else { &by_error }, surplus: None, shape: true };
+    let enough = if bounded { SIMPLIFY.again } else { SIMPLIFY.few };
     for round in 0.. {
         let before = mesh.triangles.len();
         mesh.round(first, &work, round, ctx)?;
-        if round > 0 && ((before - mesh.triangles.len()) as f64) < SIMPLIFY.again * before as f64 {
+        if round > 0 && ((before - mesh.triangles.len()) as f64) < enough * before as f64 {
             break;
         }
     }

@@ -3,7 +3,7 @@
 //! In: a block. Out: the same with edges flipped and vertices moved along the surface where that makes the
 //! worst triangle better; within the error, and not over creases.
 
-use super::block::{Around, Block, shape};
+use super::block::{Around, Block, shape2};
 use super::collapse::CHECK;
 use super::constants::SIMPLIFY;
 use super::hand_over::{Change, NewTriangle};
@@ -52,7 +52,8 @@ impl Block<'_> {
         let old = [self.corners(&[a, b, c]), self.corners(&t)];
         let new = [[c, a, d], [d, b, c]];
         let corners = new.map(|t| self.corners(&t));
-        let worst = |t: &[[Vec3; 3]; 2]| shape(&t[0]).min(shape(&t[1]));
+        let shape2 = |t: &[Vec3; 3]| shape2(t, area_vector(*t));
+        let worst = |t: &[[Vec3; 3]; 2]| shape2(&t[0]).min(shape2(&t[1]));
         let (before, after) = (worst(&old), worst(&corners));
         if after <= before * SIMPLIFY.better {
             return;
@@ -60,6 +61,10 @@ impl Block<'_> {
         let [m, n] = old.map(|t| area_vector(t).normalized());
         let mean = (m + n).normalized();
         let flat = |t: &[Vec3; 3]| area_vector(*t).normalized().dot(mean) >= SIMPLIFY.smooth;
+        let [p, q, r, s] = [a, b, c, d].map(|v| self.positions[v as usize]);
+        if r.dist2(s) > p.dist2(q).max(self.longest(c).min(self.longest(d)).powi(2)) {
+            return;
+        }
         if m.dot(n) < SIMPLIFY.smooth || !corners.iter().all(flat) || !self.may_link([a, b], [c, d], around) {
             return;
         }
@@ -68,8 +73,7 @@ impl Block<'_> {
         for (triangle, (vertices, corners)) in [f, g].into_iter().zip(new.into_iter().zip(corners)) {
             change.new.push(NewTriangle { triangle, vertices, corners });
         }
-        let middle = (self.positions[c as usize] + self.positions[d as usize]) * 0.5;
-        if self.fits(change, middle) {
+        if self.fits(change, (r + s) * 0.5) {
             self.make(change);
             [a, b, c, d].iter().for_each(|&v| around.changed[v as usize] = true);
         }
@@ -78,7 +82,7 @@ impl Block<'_> {
     /// Whether the edge between `ends` may become one between two others.
     fn may_link(&self, ends: [u32; 2], [c, d]: [u32; 2], around: &Around) -> bool {
         let many = |v: &u32| around.star.of(*v).len();
-        let rim = |v: &u32| self.free[*v as usize] && around.rim[*v as usize];
+        let rim = |v: &u32| self.free[*v as usize] && self.rim[*v as usize];
         // At least three triangles stay about an inner vertex.
         if ends.iter().any(|v| many(v) < if rim(v) { 2 } else { 4 }) {
             return false;
@@ -98,7 +102,7 @@ impl Block<'_> {
                 ctx.check()?;
             }
             let i = v as usize;
-            if self.free[i] && self.active[i] && !around.rim[i] {
+            if self.free[i] && self.active[i] && !self.rim[i] {
                 self.move_along(v, &around, &mut change);
             }
         }
@@ -113,28 +117,31 @@ impl Block<'_> {
         for &f in of {
             let corners = self.corners(&self.triangles[f as usize]);
             let n = area_vector(corners);
-            worst = worst.min(shape(&corners));
+            worst = worst.min(shape2(&corners, n));
             area += n.norm();
             middle += (corners[0] + corners[1] + corners[2]) * (n.norm() / 3.0);
             normal += n;
         }
-        if worst >= SIMPLIFY.well || area <= 0.0 {
+        if worst >= SIMPLIFY.well * SIMPLIFY.well || area <= 0.0 {
             return;
         }
         let normal = normal.normalized();
         let Some(near) = self.near(of, middle * (1.0 / area)) else { return };
         let to = near.place;
         change.clear();
+        let longest = self.longest(v);
         let mut after = 1.0f64;
         for &f in of {
             let vertices = self.triangles[f as usize];
-            let before = area_vector(self.corners(&vertices)).normalized();
+            let before = area_vector(self.corners(&vertices));
             let corners = vertices.map(|w| if w == v { to } else { self.positions[w as usize] });
-            let n = area_vector(corners).normalized();
-            if before.dot(normal) < SIMPLIFY.smooth || n.dot(normal) < SIMPLIFY.smooth {
+            let n = area_vector(corners);
+            let flat = |m: Vec3| m.normalized().dot(normal) >= SIMPLIFY.smooth;
+            let far = |w: &u32| self.positions[*w as usize].dist2(to) > longest * longest;
+            if !flat(before) || !flat(n) || vertices.iter().any(|w| *w != v && far(w)) {
                 return;
             }
-            after = after.min(shape(&corners));
+            after = after.min(shape2(&corners, n));
             change.old.push(f);
             change.new.push(NewTriangle { triangle: f, vertices, corners });
         }
