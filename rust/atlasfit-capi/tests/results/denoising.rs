@@ -113,8 +113,13 @@ fn warnings_are_the_core_s_and_training_that_diverges_is_a_status() {
         scalar: ATLASFIT_F64,
         ..init(atlasfit_points_init)
     };
-    let options = atlasfit_denoise_options { detail: 3.0, uv: 0, ..init(atlasfit_denoise_options_init) };
-    let how = DenoiseOptions::default().with_detail(3.0).with_uv(false);
+    let options = atlasfit_denoise_options {
+        detail: 3.0,
+        max_error: 0.0,
+        uv: 0,
+        ..init(atlasfit_denoise_options_init)
+    };
+    let how = DenoiseOptions::default().with_detail(3.0).with_max_error(Some(0.0)).with_uv(false);
     let core = atlasfit::denoise(&PointCloud::from_positions(triples(&xyz)), &how, &mut Run::default());
     let warnings = core.expect("the core fits").report.warnings.join("\n");
     assert!(warnings.contains("triangles"), "{warnings}");

@@ -4,9 +4,8 @@
 //! share stay as they are.
 
 use super::constants::SIMPLIFY;
-use super::cut::{Piece, Whole, Work};
+use super::data::{First, Level, Piece, Whole, Work};
 use super::quadric::Quadric;
-use super::{First, Level};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;

@@ -3,9 +3,9 @@
 //! In: a block, what a collapse may cost. Out: the block with fewer triangles. A sweep takes edges only that
 //! share no triangle, so that their order hardly matters.
 
-use super::Level;
 use super::block::{Around, Block, shape2};
 use super::constants::SIMPLIFY;
+use super::data::Level;
 use super::hand_over::{Change, NewTriangle};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;

@@ -4,68 +4,12 @@
 
 use super::block::{Block, Done};
 use super::constants::SIMPLIFY;
-use super::{First, Level, Simplified};
+use super::data::{First, Mesh, Piece, Place, Simplified, Spot, Whole, Work};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::lists::Lists;
 use rayon::prelude::*;
-
-/// A mesh that is being simplified. Vertices keep their numbers until all is done.
-pub(super) struct Mesh {
-    /// Vertex positions.
-    pub(super) positions: Vec<Vec3>,
-    /// Unit normals there.
-    pub(super) normals: Vec<Vec3>,
-    /// For each vertex one of the first mesh that is near.
-    pub(super) from: Vec<u32>,
-    /// Whether something may be left to do about each vertex.
-    pub(super) open: Vec<bool>,
-    /// Triangles.
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// The triangle that each vertex of the first mesh belongs to.
-    pub(super) owner: Vec<[u32; 1]>,
-}
-
-/// What is to be done in a round.
-pub(super) struct Work<'a> {
-    /// Which edges are collapsed, one level after another.
-    pub(super) levels: &'a [Level],
-    /// Triangles that may go; all where nothing is said.
-    pub(super) surplus: Option<usize>,
-    /// Whether triangles are to be shaped.
-    pub(super) shape: bool,
-}
-
-/// A triangle and the cell of the grid that it is in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place {
-    cell: u64,
-    pub(super) triangle: u32,
-}
-
-/// Where a triangle is: its block, and its number there.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Spot {
-    pub(super) block: u32,
-    pub(super) local: u32,
-}
-
-/// What all blocks are cut from.
-pub(super) struct Whole<'a> {
-    pub(super) mesh: &'a Mesh,
-    /// Triangles about each vertex.
-    pub(super) valence: &'a [u32],
-    /// Where each triangle is.
-    pub(super) at: &'a [Spot],
-}
-
-/// What a block is made of.
-pub(super) struct Piece<'a> {
-    pub(super) places: &'a [Place],
-    /// Vertices of the first mesh that belong to its triangles.
-    pub(super) points: &'a [u32],
-}
 
 /// Cells of the grid along each axis, as bits of their number.
 const BITS: u32 = 21;
@@ -86,6 +30,7 @@ impl Mesh {
             open: ctx.filled(true, first.dense.positions.len())?,
             triangles: first.dense.triangles.to_vec(),
             owner,
+            side: 0.0,
         })
     }
 
@@ -106,7 +51,12 @@ impl Mesh {
         round: usize,
         ctx: &Context<'_>,
     ) -> Result<()> {
-        let places = self.places(if round.is_multiple_of(2) { 0.0 } else { 0.5 }, ctx)?;
+        let odd = round % 2 == 1;
+        // The second of two rounds is on the grid of the first, shifted: no seam is where one was.
+        if !odd {
+            self.side = SIMPLIFY.block * self.mean_edge();
+        }
+        let places = self.places(if odd { 0.5 } else { 0.0 }, ctx)?;
         let blocks: Vec<&[Place]> = places.chunk_by(|x, y| x.cell == y.cell).collect();
         let mut at = ctx.filled(Spot::default(), self.triangles.len())?;
         for (block, places) in blocks.iter().enumerate() {
@@ -151,7 +101,7 @@ impl Mesh {
 
     /// The triangles by the cells that they are in, of a grid that is `shift` of a cell off.
     fn places(&self, shift: f64, ctx: &Context<'_>) -> Result<Vec<Place>> {
-        let side = SIMPLIFY.block * self.mean_edge();
+        let side = self.side;
         let one =
             |x: f64| ((x / side + shift).floor() as i64 + (1 << (BITS - 1))).clamp(0, (1 << BITS) - 1) as u64;
         let place = |(i, t): (usize, &[u32; 3])| {

@@ -16,6 +16,7 @@ mod block;
 mod collapse;
 pub(crate) mod constants;
 mod cut;
+mod data;
 mod hand_over;
 mod quadric;
 mod shape;
@@ -23,61 +24,10 @@ mod shape;
 mod tests;
 
 use crate::error::Result;
-use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use constants::SIMPLIFY;
-use cut::{Mesh, Work};
-
-/// The mesh that is simplified. Each of its vertices some triangle names.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Dense<'a> {
-    /// Vertex positions.
-    pub positions: &'a [Vec3],
-    /// Unit normals of the surface there; their sign does not matter.
-    pub normals: &'a [Vec3],
-    /// Triangles.
-    pub triangles: &'a [[u32; 3]],
-}
-
-/// How far a mesh is to be simplified. Lengths are in the mesh's unit.
-#[derive(Debug, Clone)]
-pub(crate) struct Goal {
-    /// Triangles that are few enough.
-    pub faces: usize,
-    /// Greatest distance of each vertex of the first mesh from the new one.
-    pub error: Vec<f32>,
-    /// Edges about each vertex of the first mesh do not get longer.
-    pub longest: Vec<f32>,
-}
-
-/// A simplified mesh.
-#[derive(Debug)]
-pub(crate) struct Simplified {
-    /// Vertex positions.
-    pub positions: Vec<Vec3>,
-    /// Unit normals, from those of the first mesh near by.
-    pub normals: Vec<Vec3>,
-    /// Triangles.
-    pub triangles: Vec<[u32; 3]>,
-    /// For each vertex one of the first mesh that is near.
-    pub from: Vec<u32>,
-}
-
-/// What the mesh is judged by all the time.
-#[derive(Debug, Clone, Copy)]
-struct First<'a> {
-    dense: &'a Dense<'a>,
-    goal: &'a Goal,
-}
-
-/// Which edges are collapsed.
-#[derive(Debug, Clone, Copy)]
-struct Level {
-    /// Those that move the surface by at most this share of the error.
-    error: f64,
-    /// Those that have at most this share of the greatest length.
-    length: f64,
-}
+pub(crate) use data::{Dense, Goal, Simplified};
+use data::{First, Level, Mesh, Work};
 
 /// Simplifies a mesh.
 ///

@@ -105,8 +105,8 @@ fn a_torus_stays_one_as_near_as_is_asked_for_both_ways() {
                 <= max_error * 1.001
         );
         let back = distance(&plain(&s), &first);
-        assert!(back <= 1.2 * max_error, "{back} {max_error}");
-        assert!(needles(&s) < 0.01, "{}", needles(&s));
+        assert!(back <= 1.5 * max_error, "{back} {max_error}");
+        assert!(needles(&s) < 0.05, "{}", needles(&s));
         if faces > 0 {
             assert!(s.triangles.len().abs_diff(faces) <= 2, "{}", s.triangles.len());
         } else {
