@@ -182,8 +182,8 @@ def denoise(
                   (default 0: all stay)
     largest       whether only the largest part of the surface by area is kept (default False)
     faces         triangles that the surface should have at the most; 0 = about as many as points (default)
-    max_error     how far the surface may move to have fewer triangles; 0 = all that it is contoured with; less
-                  than 0 = as far as faces asks for, without that a quarter of the noise or a tenth of the
+    max_error     how far the surface may move to have fewer triangles; 0 = all that it is contoured with;
+                  less than 0 = as far as faces asks for, without that a quarter of the noise or a tenth of the
                   spacing (default -1)
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 

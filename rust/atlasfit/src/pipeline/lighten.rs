@@ -23,8 +23,6 @@ pub(super) struct Known<'a> {
     pub(super) noise: f64,
     /// The noise at each, as a multiple of the usual; empty where it is the same everywhere.
     pub(super) relative_noise: &'a [f32],
-    /// How many charts there are.
-    pub(super) charts: usize,
     /// Length of the frame's unit in the scan's.
     pub(super) scale: f64,
 }
@@ -86,7 +84,9 @@ impl Bounds {
 
 /// The bounds about each chart, by the mean spacing and noise of its points.
 fn bounds(known: &Known<'_>) -> Vec<Bounds> {
-    let mut sum = vec![[0.0; 3]; known.charts];
+    let named = known.projected.iter().map(|p| p.chart).filter(|&c| c != u32::MAX);
+    let charts = named.max().map_or(0, |c| c as usize + 1);
+    let mut sum = vec![[0.0; 3]; charts];
     for (i, p) in known.projected.iter().enumerate() {
         if let Some([count, spacing, noise]) = sum.get_mut(p.chart as usize) {
             *count += 1.0;

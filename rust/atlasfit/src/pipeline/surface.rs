@@ -96,12 +96,7 @@ pub(super) fn build(
     if votes.is_empty() {
         cavities::turn_cavities(&mut surface, ctx)?;
     }
-    if surface.triangles.is_empty() {
-        return Err(Error::degenerate(
-            "the charts make no connected surface",
-            "Give a denser scan, set the noise by hand, or lower the detail",
-        ));
-    }
+    not_empty(&surface)?;
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
     let known = Known {
@@ -109,7 +104,6 @@ pub(super) fn build(
         sampling: &sampling,
         noise: noise.sigma,
         relative_noise: &relative_noise,
-        charts: charts.len(),
         scale: frame.scale,
     };
     input.warnings.extend(lighten(&mut surface, options, &known, ctx)?);
@@ -134,6 +128,17 @@ pub(super) fn build(
         frame,
         input,
     })
+}
+
+/// Fails where there is no surface.
+fn not_empty(surface: &Surface) -> Result<()> {
+    if surface.triangles.is_empty() {
+        return Err(Error::degenerate(
+            "the charts make no connected surface",
+            "Give a denser scan, set the noise by hand, or lower the detail",
+        ));
+    }
+    Ok(())
 }
 
 /// Area of the surface, about: the squares that the points stand for.

@@ -71,8 +71,8 @@ pub(super) struct Around {
     pub(super) changed: Vec<bool>,
 }
 
-/// The square of a triangle's shape: 1 for equal sides, 0 without area (Bhatia and Lawrence 1990). Takes twice
-/// its area as a vector.
+/// The square of a triangle's shape: 1 for equal sides, 0 without area (Bhatia and Lawrence 1990). Takes
+/// twice its area as a vector.
 #[inline]
 pub(super) fn shape2([a, b, c]: &[Vec3; 3], area: Vec3) -> f64 {
     let sides = a.dist2(*b) + b.dist2(*c) + c.dist2(*a);
@@ -100,7 +100,8 @@ fn on_boundary(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
 }
 
 impl<'a> Block<'a> {
-    /// Cuts a block out. `number` has an entry for each vertex of the whole mesh, `u32::MAX` before and after.
+    /// Cuts a block out. `number` has an entry for each vertex of the whole mesh, `u32::MAX` before and
+    /// after.
     pub(super) fn new(
         first: &'a First<'a>,
         whole: &Whole<'_>,

@@ -2,8 +2,8 @@
 
 /// The numbers, see [`SIMPLIFY`].
 pub(crate) struct SimplifyConstants {
-    /// Side of the blocks, in mean lengths of an edge. Source: chosen; a block's arrays fit a core's cache, and
-    /// one vertex in ten is on a seam.
+    /// Side of the blocks, in mean lengths of an edge. Source: chosen; a block's arrays fit a core's cache,
+    /// and one vertex in ten is on a seam.
     pub block: f64,
     /// What the first edges may cost where a number of triangles is asked for, in mean lengths of an edge;
     /// then twice as much, and so on. Source: chosen, a flat surface's rounding is far below, its detail
@@ -14,8 +14,8 @@ pub(crate) struct SimplifyConstants {
     pub few: f64,
     /// Sweeps at one cost, at the most. Source: chosen.
     pub sweeps: usize,
-    /// Blocks are worked on a third time where this share of the triangles went the second time, if edges have
-    /// a greatest length. In (0, 1). Source: chosen, the seams are done then.
+    /// Blocks are worked on a third time where this share of the triangles went the second time, if edges
+    /// have a greatest length. In (0, 1). Source: chosen, the seams are done then.
     pub again: f64,
     /// Shares of the greatest length up to which edges are collapsed, in turn. The last: an edge that is
     /// longer is near enough to its length (Botsch and Kobbelt 2004).
@@ -35,8 +35,9 @@ pub(crate) struct SimplifyConstants {
     /// Lawrence 1990), unless there was a worse one. Source: derived, between an isosceles triangle with 20
     /// degrees at its apex, 0.56, and one with two such angles, 0.40.
     pub shape: f64,
-    /// Where a triangle was worse, or nearly so, a collapse may make the worst one worse by this factor, which
-    /// flips then mend. In (0, 1). Source: derived, on a grid of oblongs any collapse turns the diagonals.
+    /// Where a triangle was worse, or nearly so, a collapse may make the worst one worse by this factor,
+    /// which flips then mend. In (0, 1). Source: derived, on a grid of oblongs any collapse turns the
+    /// diagonals.
     pub worse: f64,
     /// Triangles about a vertex, at the most. Source: chosen, twice the regular six.
     pub valence: usize,
@@ -46,8 +47,8 @@ pub(crate) struct SimplifyConstants {
     /// Cosine between the normals of triangles that are smooth together: only there edges are flipped and
     /// vertices moved. Source: chosen, 25 degrees.
     pub smooth: f64,
-    /// The worst triangle gets better at least this many times, or nothing is changed. Above 1. Source: chosen:
-    /// what changes less is not worth its time.
+    /// The worst triangle gets better at least this many times, or nothing is changed. Above 1. Source:
+    /// chosen: what changes less is not worth its time.
     pub better: f64,
     /// Times that triangles are shaped. Source: chosen.
     pub shapings: usize,

@@ -6,7 +6,6 @@ use super::block::{Block, Done};
 use super::constants::SIMPLIFY;
 use super::data::{First, Mesh, Piece, Place, Simplified, Spot, Whole, Work};
 use crate::error::Result;
-use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::lists::Lists;
 use rayon::prelude::*;
