@@ -1,6 +1,7 @@
 //! Claims about simplified meshes.
 
 use super::*;
+use crate::numeric::vec3::Vec3;
 use crate::run::Run;
 use crate::spatial::edges::Edges;
 use crate::spatial::triangle::{area_vector, closest_on_triangle};
