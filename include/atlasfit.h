@@ -608,9 +608,17 @@ typedef struct {
    */
   uint32_t largest;
   /**
-   * 0.
+   * Triangles that the surface should have at the most; 0 = about as many as there are points, fewer where
+   * it is flat. Where they cannot be had within max_error, a warning says so. Default 0.
    */
-  uint32_t reserved;
+  uint32_t faces;
+  /**
+   * How far the surface may be from the contoured one to have fewer triangles, in the points' unit; 0 =
+   * all triangles that it is contoured with. Less than 0 = as far as faces asks for; without that a
+   * quarter of the noise or a tenth of the spacing. A watertight surface keeps all its triangles.
+   * Default -1.
+   */
+  double max_error;
 } atlasfit_denoise_options;
 
 /**

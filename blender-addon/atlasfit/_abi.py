@@ -143,7 +143,8 @@ class atlasfit_denoise_options(Sized):
         ("watertight", c_uint32),
         ("min_part", c_double),
         ("largest", c_uint32),
-        ("reserved", c_uint32),
+        ("faces", c_uint32),
+        ("max_error", c_double),
     ]
 
 

@@ -146,6 +146,8 @@ def denoise(
     watertight: bool | None = None,
     min_part: float | None = None,
     largest: bool | None = None,
+    faces: int | None = None,
+    max_error: float | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -179,6 +181,10 @@ def denoise(
     min_part      connected parts of the surface that have less than this share of its area, 0 to 1, are left out
                   (default 0: all stay)
     largest       whether only the largest part of the surface by area is kept (default False)
+    faces         triangles that the surface should have at the most; 0 = about as many as points (default)
+    max_error     how far the surface may move to have fewer triangles; 0 = all that it is contoured with;
+                  less than 0 = as far as faces asks for, without that a quarter of the noise or a tenth of the
+                  spacing (default -1)
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -211,6 +217,8 @@ def denoise(
         watertight=watertight,
         min_part=min_part,
         largest=largest,
+        faces=faces,
+        max_error=max_error,
     )
     if viewpoint is not None:
         chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()

@@ -270,6 +270,22 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         description="Keep only the largest connected part of the surface, by area",
         default=False,
     )
+    faces: IntProperty(
+        name="Triangles",
+        description="Triangles that the surface should have at the most. 0 is about as many as points",
+        default=0,
+        min=0,
+    )
+    max_error: FloatProperty(
+        name="Largest Error",
+        description=(
+            "How far the surface may move to have fewer triangles, as scaled in the scene. 0 keeps all that it"
+            " is made with; -1 is as far as Triangles asks for, without that a quarter of the noise or a tenth"
+            " of the spacing"
+        ),
+        default=-1.0,
+        min=-1.0,
+    )
     watertight: BoolProperty(
         name="Watertight",
         description="Close the surface to a solid for printing; the attribute extrapolated marks what was invented",
@@ -290,6 +306,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             "fill_holes",
             "min_part",
             "largest",
+            "faces",
+            "max_error",
             "watertight",
             "noise",
             "charts",
@@ -310,6 +328,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             "fill_holes": self.fill_holes,
             "min_part": self.min_part,
             "largest": self.largest,
+            "faces": self.faces,
+            "max_error": self.max_error,
             "watertight": self.watertight,
             "texture_size": size,
         }

@@ -77,6 +77,17 @@ def test_parts_below_a_share_of_the_area_are_left_out_and_their_points_stay_unle
         atlasfit.denoise(both, min_part=2)
 
 
+def test_a_surface_has_as_many_triangles_as_points_or_as_asked_for(sphere):
+    def triangles(**options):
+        return len(atlasfit.denoise(sphere, uv=False, **options).surface.triangles)
+
+    dense = triangles(max_error=0)
+    assert dense > 3 * len(sphere) and triangles() < 1.2 * len(sphere)
+    assert triangles(faces=500) <= 500 and triangles(max_error=0.05) < triangles(max_error=0.005) < dense
+    with pytest.raises(atlasfit.Error, match="max_error is inf"):
+        atlasfit.denoise(sphere, max_error=float("inf"))
+
+
 def test_integer_attributes_are_labels_of_the_nearest_point(sphere, denoised):
     label = denoised.surface.attributes["label"]
     assert label.shape == (len(denoised.surface.vertices),)

@@ -105,6 +105,8 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 		options.fill_holes = number(par, "fillHoles");
 		options.min_part = number(par, "minPart");
 		options.largest = par.getBool("largest") ? 1 : 0;
+		options.faces = count(par, "faces");
+		options.max_error = number(par, "maxError");
 		options.watertight = par.getBool("watertight") ? 1 : 0;
 		options.uv = par.getBool("uv") ? 1 : 0;
 		options.texture_size = count(par, "textureSize");

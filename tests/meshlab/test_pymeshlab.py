@@ -272,6 +272,7 @@ def printed(name):
     (DENOISE, {"seed": -1}, "seed is -1. Give 0 or more"),
     (RECONSTRUCT, {"detail": 99.0}, "detail"),
     (RECONSTRUCT, {"minpart": 2.0}, "min_part is 2"),
+    (RECONSTRUCT, {"faces": 9, "watertight": True}, "watertight"),
     (RECONSTRUCT, {"timelimit": 0.001}, "time limit"),
     (DENOISE, {"memorylimit": 1}, "memory"),
     (RECONSTRUCT, {"texturesize": 60000}, "more than MeshLab can hold"),

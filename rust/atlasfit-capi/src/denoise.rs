@@ -86,8 +86,14 @@ pub struct atlasfit_denoise_options {
     /// 1 keeps only the largest part of the surface by area; the others are left out as with min_part.
     /// Default 0.
     pub largest: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Triangles that the surface should have at the most; 0 = about as many as there are points, fewer where
+    /// it is flat. Where they cannot be had within max_error, a warning says so. Default 0.
+    pub faces: u32,
+    /// How far the surface may be from the contoured one to have fewer triangles, in the points' unit; 0 =
+    /// all triangles that it is contoured with. Less than 0 = as far as faces asks for; without that a
+    /// quarter of the noise or a tenth of the spacing. A watertight surface keeps all its triangles.
+    /// Default -1.
+    pub max_error: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -122,7 +128,8 @@ unsafe impl Sized for atlasfit_denoise_options {
             watertight: u32::from(d.watertight),
             min_part: d.min_part,
             largest: u32::from(d.largest),
-            reserved: 0,
+            faces: d.faces.map_or(0, |n| n as u32),
+            max_error: d.max_error.unwrap_or(-1.0),
         }
     }
 }
@@ -165,7 +172,6 @@ impl atlasfit_denoise_options {
         let has_viewpoint = sized::flag(self.has_viewpoint, "has_viewpoint")?;
         let watertight = sized::flag(self.watertight, "watertight")?;
         let largest = sized::flag(self.largest, "largest")?;
-        sized::zero(self.reserved)?;
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
@@ -174,6 +180,9 @@ impl atlasfit_denoise_options {
             .with_fill_holes(self.fill_holes)
             .with_min_part(self.min_part)
             .with_largest(largest)
+            .with_faces((self.faces > 0).then_some(self.faces as usize))
+            // Less than 0 asks for the usual; what is no number is refused.
+            .with_max_error(Some(self.max_error).filter(|e| *e >= 0.0 || e.is_nan()))
             .with_watertight(watertight)
             .with_texture_size(self.texture_size)
             .with_outliers(outliers)

@@ -106,14 +106,19 @@ fn parts_that_are_too_small_are_left_out_and_counted_and_a_share_none_has_is_an_
 }
 
 #[test]
-fn a_surface_has_as_many_triangles_as_asked_for_and_a_solid_keeps_its_own() {
+fn a_surface_has_as_many_triangles_as_points_or_as_asked_for_and_a_solid_keeps_its_own() {
     let folder = Folder::new("faces");
     let scan = folder.file("ball.xyz", &ball(2000, 1.0, 0.0));
     let denoise = |more: &[&str]| denoise(&folder, &scan, more);
     let output = denoise(&["--faces", "1000"]);
     let said: Value = serde_json::from_str(&out(&output)).unwrap();
     assert!((998..=1000).contains(&said["faces"].as_u64().unwrap()), "{said}");
-    for wrong in [&["--faces", "0"][..], &["--max-error", "0"], &["--faces", "9", "--watertight"]] {
+    let faces = |more: &[&str]| {
+        serde_json::from_str::<Value>(&out(&denoise(more))).unwrap()["faces"].as_u64().unwrap()
+    };
+    assert!((1000..=2400).contains(&faces(&[])), "about as many as points");
+    assert!(faces(&["--max-error", "0"]) > 3 * 2000, "as it is contoured");
+    for wrong in [&["--faces", "0"][..], &["--max-error", "-1"], &["--faces", "9", "--watertight"]] {
         assert_eq!(denoise(wrong).status.code(), Some(2), "{wrong:?}");
     }
 }

@@ -184,7 +184,8 @@ fn results_that_cannot_be_right_are_warned_of() {
     let flat = run(&(0..2500).map(grid).collect::<Vec<_>>()).unwrap();
     assert!(warned(&flat, "rounding"), "noise {}: {:?}", flat.report.noise, flat.report.warnings);
 
-    let fine = DenoiseOptions::default().with_detail(3.0).with_fill_holes(1.0).with_uv(false);
+    let fine = DenoiseOptions::default().with_detail(3.0).with_max_error(Some(0.0));
+    let fine = fine.with_fill_holes(1.0).with_uv(false);
     let bowl: Vec<Vec3> = sphere(3000, 6).noisy(0.3, 6).into_iter().filter(|p| p[2] < 0.0).collect();
     let fine = denoise(&cloud(&bowl), &fine, &mut Run::default()).unwrap();
     assert!(warned(&fine, "triangles for") && warned(&fine, "longer than 1"), "{:?}", fine.report.warnings);

@@ -39,7 +39,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let good = init(atlasfit_denoise_options_init);
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.sized_grown(name, "options", (&good, first), ABI, |o| denoise(&pts, o, null()));
-        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 20] = [
+        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 22] = [
             ("noise", &|o| o.noise = -1.0),
             ("noise no number", &|o| o.noise = f64::NAN),
             ("detail", &|o| o.detail = 0.0),
@@ -56,7 +56,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("min_part above 1", &|o| o.min_part = 1.1),
             ("min_part no number", &|o| o.min_part = f64::NAN),
             ("largest", &|o| o.largest = 2),
-            ("reserved", &|o| o.reserved = 1),
+            ("max_error", &|o| o.max_error = f64::INFINITY),
+            ("max_error no number", &|o| o.max_error = f64::NAN),
+            ("faces of a solid", &|o| (o.faces, o.watertight) = (9, 1)),
             ("texture", &|o| o.texture_size = 0),
             ("network charts", &|o| (o.prior, o.network_charts) = (ATLASFIT_PRIOR_MLP, 0)),
             ("network rate", &|o| (o.prior, o.network_learning_rate) = (ATLASFIT_PRIOR_CONV, f64::NAN)),

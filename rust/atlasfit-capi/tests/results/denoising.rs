@@ -21,6 +21,7 @@ fn defaults_are_the_core_s() {
     let o: atlasfit_denoise_options = init(atlasfit_denoise_options_init);
     assert_eq!((o.detail, o.fill_holes, o.texture_size), (d.detail, d.fill_holes, d.texture_size));
     assert_eq!((o.noise, o.charts, o.uv), (0.0, 0, 1));
+    assert_eq!((o.faces, o.max_error, d.faces, d.max_error), (0, -1.0, None, None));
     let (n, recipe) = (NetworkOptions::default(), [Recipe::Fast, Recipe::Paper][o.recipe as usize]);
     assert_eq!(
         (recipe, o.network_charts as usize, o.network_iterations as usize),
@@ -82,6 +83,28 @@ fn small_parts_are_left_out_and_their_points_stay_or_go_with_the_outliers() {
 }
 
 #[test]
+fn a_surface_has_as_many_triangles_as_points_or_as_asked_for() {
+    let xyz = scan(2000);
+    let points = atlasfit_points {
+        positions: xyz.as_ptr().cast(),
+        count: 2000,
+        scalar: ATLASFIT_F64,
+        ..init(atlasfit_points_init)
+    };
+    let triangles = |faces, max_error| unsafe {
+        let options =
+            atlasfit_denoise_options { uv: 0, faces, max_error, ..init(atlasfit_denoise_options_init) };
+        let (mut result, mut report) = (null_mut(), output::<atlasfit_report>());
+        ok(atlasfit_denoise(&points, &options, null(), &mut result));
+        ok(atlasfit_result_report(result, &mut report));
+        ok(atlasfit_result_free(result));
+        report.triangles
+    };
+    let (usual, dense, asked) = (triangles(0, -1.0), triangles(0, 0.0), triangles(700, -1.0));
+    assert!(usual < 2400 && dense > 6000 && asked <= 700, "{usual} {dense} {asked}");
+}
+
+#[test]
 fn warnings_are_the_core_s_and_training_that_diverges_is_a_status() {
     let xyz = scan(1500);
     let points = atlasfit_points {
@@ -90,8 +113,13 @@ fn warnings_are_the_core_s_and_training_that_diverges_is_a_status() {
         scalar: ATLASFIT_F64,
         ..init(atlasfit_points_init)
     };
-    let options = atlasfit_denoise_options { detail: 3.0, uv: 0, ..init(atlasfit_denoise_options_init) };
-    let how = DenoiseOptions::default().with_detail(3.0).with_uv(false);
+    let options = atlasfit_denoise_options {
+        detail: 3.0,
+        max_error: 0.0,
+        uv: 0,
+        ..init(atlasfit_denoise_options_init)
+    };
+    let how = DenoiseOptions::default().with_detail(3.0).with_max_error(Some(0.0)).with_uv(false);
     let core = atlasfit::denoise(&PointCloud::from_positions(triples(&xyz)), &how, &mut Run::default());
     let warnings = core.expect("the core fits").report.warnings.join("\n");
     assert!(warnings.contains("triangles"), "{warnings}");

@@ -79,6 +79,14 @@ pub(crate) struct PipelineConstants {
     /// few strays make one of any size. Source: chosen.
     /// Halved or doubled: same bytes.
     pub unsupported: f64,
+    /// How far the surface may move to have fewer triangles, in standard deviations of the noise. Source:
+    /// chosen: an average over a patch of sixteen points is no nearer to the truth.
+    pub light_noise: f64,
+    /// The same in point spacings, where that is more. Source: chosen.
+    pub light_spacing: f64,
+    /// Longest edges, in point spacings. Source: derived, triangles with equal sides of 1.5 spacings are as
+    /// many as the points; collapses stop at edges of between a half and the whole of the greatest length.
+    pub light_edge: f64,
     /// UV charts of the denoised surface may stretch this much at the 95th percentile. Above 1. Source:
     /// chosen, below the project's target of 1.3.
     pub uv_stretch: f64,
@@ -105,6 +113,9 @@ pub(crate) const PIPELINE: PipelineConstants = PipelineConstants {
     speck: 180.0,
     least_speck: 8.0,
     unsupported: 12.0,
+    light_noise: 0.25,
+    light_spacing: 0.1,
+    light_edge: 2.5,
     uv_stretch: 1.25,
 };
 

@@ -1,36 +1,102 @@
-//! The surface with fewer triangles, where the user asks for it.
+//! The surface with fewer triangles.
 //!
-//! In: the surface. Out: the same, simplified; each vertex with the normal and the chart of the one that it
-//! came from.
+//! In: the surface, the scan's points on the charts, how dense they are. Out: the same surface with triangles
+//! about as many as the points: where it is flat within its own uncertainty, they are larger.
 
+use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::warnings;
+use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
-use crate::simplify::{Goal, simplify};
+use crate::simplify::{Dense, Goal, simplify};
+use crate::spatial::spacing::Sampling;
 
-/// Simplifies the surface as the options say; returns what to tell the user. The unit of the normalised frame
-/// is `scale` long.
+/// What the scan says of its surface. Lengths are in the normalised frame.
+pub(super) struct Known<'a> {
+    /// The scan's points on the charts.
+    pub(super) projected: &'a [ProjectedPoint],
+    /// How dense they are.
+    pub(super) sampling: &'a Sampling,
+    /// Standard deviation of their noise, as usual.
+    pub(super) noise: f64,
+    /// The noise at each, as a multiple of the usual; empty where it is the same everywhere.
+    pub(super) relative_noise: &'a [f32],
+    /// Length of the frame's unit in the scan's.
+    pub(super) scale: f64,
+}
+
+/// Simplifies the surface as the options say; returns what to tell the user.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(super) fn lighten(
     s: &mut Surface,
     options: &DenoiseOptions,
-    scale: f64,
+    known: &Known<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<String>> {
-    if options.faces.is_none() && options.max_error.is_none() {
+    // A solid keeps its triangles: with fewer they could meet.
+    if options.watertight {
         return Ok(None);
     }
-    // No surface is larger than the frame.
-    let max_error = options.max_error.map_or(1.0, |e| e / scale);
-    let goal = Goal { faces: options.faces.unwrap_or(0), max_error };
-    let light = simplify(&s.positions, &s.triangles, &goal, ctx)?;
-    s.normals = light.from.iter().map(|&v| s.normals[v as usize]).collect();
+    if options.max_error == Some(0.0) {
+        return Ok(warnings::faces_left(options.faces, s.triangles.len()));
+    }
+    let n = s.positions.len();
+    let goal = if options.faces.is_none() && options.max_error.is_none() {
+        let bounds = bounds(known);
+        let usual = Bounds::new(known.sampling.median, known.noise);
+        let at = |c: &u32| bounds.get(*c as usize).unwrap_or(&usual);
+        let finer = |length: f64| (length / options.detail) as f32;
+        Goal {
+            faces: 0,
+            error: s.chart.iter().map(|c| finer(at(c).error)).collect(),
+            longest: s.chart.iter().map(|c| finer(at(c).longest)).collect(),
+        }
+    } else {
+        // No surface is larger than the frame.
+        let error = options.max_error.map_or(1.0, |e| e / known.scale) as f32;
+        let (error, longest) = (ctx.filled(error, n)?, ctx.filled(f32::INFINITY, n)?);
+        Goal { faces: options.faces.unwrap_or(0), error, longest }
+    };
+    let dense = Dense { positions: &s.positions, normals: &s.normals, triangles: &s.triangles };
+    let light = simplify(&dense, &goal, ctx)?;
     s.chart = light.from.iter().map(|&v| s.chart[v as usize]).collect();
-    s.positions = light.positions;
-    s.triangles = light.triangles;
+    (s.positions, s.normals, s.triangles) = (light.positions, light.normals, light.triangles);
     Ok(warnings::faces_left(options.faces, s.triangles.len()))
+}
+
+/// How far the surface may be simplified about a chart, at a detail of 1.
+struct Bounds {
+    error: f64,
+    longest: f64,
+}
+
+impl Bounds {
+    /// Among points of this spacing and noise.
+    fn new(spacing: f64, noise: f64) -> Self {
+        let error = (PIPELINE.light_noise * noise).max(PIPELINE.light_spacing * spacing);
+        Self { error, longest: PIPELINE.light_edge * spacing }
+    }
+}
+
+/// The bounds about each chart, by the mean spacing and noise of its points.
+fn bounds(known: &Known<'_>) -> Vec<Bounds> {
+    let named = known.projected.iter().map(|p| p.chart).filter(|&c| c != u32::MAX);
+    let charts = named.max().map_or(0, |c| c as usize + 1);
+    let mut sum = vec![[0.0; 3]; charts];
+    for (i, p) in known.projected.iter().enumerate() {
+        if let Some([count, spacing, noise]) = sum.get_mut(p.chart as usize) {
+            *count += 1.0;
+            *spacing += f64::from(known.sampling.spacing[i]);
+            *noise += f64::from(known.relative_noise.get(i).copied().unwrap_or(1.0));
+        }
+    }
+    let of = |[n, spacing, noise]: [f64; 3]| match n {
+        0.0 => Bounds::new(known.sampling.median, known.noise),
+        _ => Bounds::new(spacing / n, known.noise * noise / n),
+    };
+    sum.into_iter().map(of).collect()
 }

@@ -22,6 +22,8 @@ const BYTES_PER_HELD_VERTEX: u64 = 40;
 /// Bytes for one vertex of the open surface while a solid is made of it: its triangles in a tree with the
 /// series of their clusters, the lattice and its triangles, on both sides where it is a plate.
 const BYTES_PER_SOLID_VERTEX: u64 = 1800;
+/// Vertices of the surface for each that is left when it is simplified, at the least: usually four to five.
+const LIGHTER: usize = 2;
 /// Vertices of a solid for each of the open surface.
 const SOLID_VERTICES: usize = 4;
 /// Bytes of the pairs of a point and a block that are contoured at a time.
@@ -59,7 +61,11 @@ fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usi
     let closing = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SOLID_VERTEX)];
     let closing = if options.watertight { total_bytes(&closing) } else { 0 };
     let contouring = with_threads(total_bytes(&contouring).max(closing), threads);
-    let vertices = if options.watertight { vertices.saturating_mul(SOLID_VERTICES) } else { vertices };
+    let vertices = match options.max_error {
+        _ if options.watertight => vertices.saturating_mul(SOLID_VERTICES),
+        None => vertices / LIGHTER,
+        Some(_) => vertices,
+    };
     if !options.uv {
         return contouring;
     }

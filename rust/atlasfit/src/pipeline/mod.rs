@@ -96,16 +96,16 @@ pub fn denoise_guided(
 }
 
 /// The stages to come and their shares of the time, for the overall progress. In per cent, measured with
-/// `atlasfit denoise` on the scans of `bench denoise` (20,000 to 72,000 points); a guide's network takes
+/// `atlasfit denoise` on four real scans (12,000 to 88,000 points); a guide's network takes
 /// nearly all of the time (`--prior mlp`, 5,000 points).
 fn plan(guided: bool, uv: bool) -> Vec<(Stage, f64)> {
-    let mut plan = vec![(Stage::Analyse, 9.0)];
+    let mut plan = vec![(Stage::Analyse, 8.0)];
     if guided {
         plan.extend([(Stage::Fit, 900.0), (Stage::Project, 3.0), (Stage::Analyse, 3.0)]);
     }
-    plan.extend([(Stage::Partition, 8.0), (Stage::Fit, 20.0), (Stage::Project, 1.0), (Stage::Surface, 33.0)]);
+    plan.extend([(Stage::Partition, 8.0), (Stage::Fit, 32.0), (Stage::Project, 0.5), (Stage::Surface, 44.0)]);
     if uv {
-        plan.extend([(Stage::Segment, 5.0), (Stage::Parametrize, 16.0), (Stage::Pack, 8.0)]);
+        plan.extend([(Stage::Segment, 1.5), (Stage::Parametrize, 4.0), (Stage::Pack, 2.0)]);
     }
     plan
 }

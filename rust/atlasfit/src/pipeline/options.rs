@@ -36,11 +36,15 @@ pub struct DenoiseOptions {
     /// Whether only the largest part of the surface by area is kept; the others are left out as those below
     /// [`min_part`](Self::min_part).
     pub largest: bool,
-    /// Triangles that the surface should have at the most; `None` = as many as it is contoured with. Where
-    /// they cannot be had within [`max_error`](Self::max_error), the report says so.
+    /// Triangles that the surface should have at the most; `None` = about as many as there are points,
+    /// fewer where it is flat, more where it is not; times the square of [`detail`](Self::detail). Where they
+    /// cannot be had within [`max_error`](Self::max_error), the report says so.
     pub faces: Option<usize>,
-    /// How far the surface may be from the contoured one to have fewer triangles, in the scan's unit;
-    /// `None` = as far as [`faces`](Self::faces) asks for.
+    /// How far the surface may be from the contoured one to have fewer triangles, in the scan's unit; 0 =
+    /// as many triangles as it is contoured with, four to ten a point. `None` = as far as
+    /// [`faces`](Self::faces) asks for; without that a quarter of the noise or a tenth of the spacing, the
+    /// larger of the two, by `detail`. A surface that is [`watertight`](Self::watertight) keeps all
+    /// triangles.
     pub max_error: Option<f64>,
     /// Whether the surface is to be that of a solid, for printing: closed, two-manifold, without
     /// self-intersections. What is invented where there are no data is marked by the attribute
@@ -143,11 +147,11 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
         return Err(Error::invalid("faces is 0", "Give at least 1, or none to keep all triangles"));
     }
     if let Some(e) = o.max_error
-        && !(e > 0.0 && e.is_finite())
+        && !(e >= 0.0 && e.is_finite())
     {
-        return Err(Error::invalid(format!("max_error is {e}"), "Give a positive length, or none"));
+        return Err(Error::invalid(format!("max_error is {e}"), "Give a length, 0 or more, or none"));
     }
-    if o.watertight && (o.faces.is_some() || o.max_error.is_some()) {
+    if o.watertight && (o.faces.is_some() || o.max_error.is_some_and(|e| e > 0.0)) {
         return Err(Error::invalid(
             "a watertight surface keeps its triangles: with fewer they could meet",
             "Leave out faces and max_error, or watertight",

@@ -4,7 +4,7 @@
 //! the side that it faces.
 
 use super::constants::PIPELINE;
-use super::lighten::lighten;
+use super::lighten::{Known, lighten};
 use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
@@ -55,7 +55,7 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, mut input, .. } = scan;
+    let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, .. } = scan;
     let OrientedAtlas { fitted, members, relations, mut conflicts, mut votes, mut projected } = atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
@@ -96,15 +96,17 @@ pub(super) fn build(
     if votes.is_empty() {
         cavities::turn_cavities(&mut surface, ctx)?;
     }
-    if surface.triangles.is_empty() {
-        return Err(Error::degenerate(
-            "the charts make no connected surface",
-            "Give a denser scan, set the noise by hand, or lower the detail",
-        ));
-    }
+    not_empty(&surface)?;
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
-    input.warnings.extend(lighten(&mut surface, options, frame.scale, ctx)?);
+    let known = Known {
+        projected: &projected,
+        sampling: &sampling,
+        noise: noise.sigma,
+        relative_noise: &relative_noise,
+        scale: frame.scale,
+    };
+    input.warnings.extend(lighten(&mut surface, options, &known, ctx)?);
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
     let mut extrapolated = None;
@@ -126,6 +128,17 @@ pub(super) fn build(
         frame,
         input,
     })
+}
+
+/// Fails where there is no surface.
+fn not_empty(surface: &Surface) -> Result<()> {
+    if surface.triangles.is_empty() {
+        return Err(Error::degenerate(
+            "the charts make no connected surface",
+            "Give a denser scan, set the noise by hand, or lower the detail",
+        ));
+    }
+    Ok(())
 }
 
 /// Area of the surface, about: the squares that the points stand for.

@@ -2,12 +2,26 @@
 
 /// The numbers, see [`SIMPLIFY`].
 pub(crate) struct SimplifyConstants {
-    /// What the first edges may cost, in mean lengths of an edge; then twice as much, and so on. Source:
-    /// chosen, a flat surface's rounding is far below, its detail above.
+    /// Side of the blocks, in mean lengths of an edge. Source: chosen; a block's arrays fit a core's cache,
+    /// and one vertex in ten is on a seam.
+    pub block: f64,
+    /// What the first edges may cost where a number of triangles is asked for, in mean lengths of an edge;
+    /// then twice as much, and so on. Source: chosen, a flat surface's rounding is far below, its detail
+    /// above.
     pub first: f64,
     /// A cost is done with when a sweep takes less than this share of the triangles. In (0, 1). Source:
     /// chosen, a sweep that takes less costs more time than it saves.
     pub few: f64,
+    /// Sweeps at one cost, at the most. Source: chosen.
+    pub sweeps: usize,
+    /// Blocks are worked on a third time where this share of the triangles went the second time, if edges
+    /// have a greatest length. In (0, 1). Source: chosen, the seams are done then.
+    pub again: f64,
+    /// Shares of the greatest length up to which edges are collapsed, in turn. The last: an edge that is
+    /// longer is near enough to its length (Botsch and Kobbelt 2004).
+    pub lengths: [f64; 3],
+    /// Shares of the greatest error that edges may cost, in turn. Source: chosen.
+    pub errors: [f64; 6],
     /// How strongly a vertex is drawn to the middle of its edge, as a share of the planes' pull. In (0, 1).
     /// Source: chosen, small: it decides where the planes do not.
     pub middle: f64,
@@ -21,10 +35,46 @@ pub(crate) struct SimplifyConstants {
     /// Lawrence 1990), unless there was a worse one. Source: derived, between an isosceles triangle with 20
     /// degrees at its apex, 0.56, and one with two such angles, 0.40.
     pub shape: f64,
+    /// Where a triangle was worse, or nearly so, a collapse may make the worst one worse by this factor,
+    /// which flips then mend. In (0, 1). Source: derived, on a grid of oblongs any collapse turns the
+    /// diagonals.
+    pub worse: f64,
     /// Triangles about a vertex, at the most. Source: chosen, twice the regular six.
     pub valence: usize,
+    /// A vertex of the first mesh that is nearer than this share of its error needs no nearer triangle. In
+    /// (0, 1). Source: chosen: only time depends on it.
+    pub near: f64,
+    /// Cosine between the normals of triangles that are smooth together: only there edges are flipped and
+    /// vertices moved. Source: chosen, 25 degrees.
+    pub smooth: f64,
+    /// The worst triangle gets better at least this many times, or nothing is changed. Above 1. Source:
+    /// chosen: what changes less is not worth its time.
+    pub better: f64,
+    /// Times that triangles are shaped. Source: chosen.
+    pub shapings: usize,
+    /// Vertices move where their worst triangle is below this shape. Source: derived, an isosceles triangle
+    /// with 30 degrees at its apex has 0.75.
+    pub well: f64,
 }
 
 /// Their values.
-pub(crate) const SIMPLIFY: SimplifyConstants =
-    SimplifyConstants { first: 1e-3, few: 0.02, middle: 1e-3, rim: 1.0, turn: 0.5, shape: 0.5, valence: 12 };
+pub(crate) const SIMPLIFY: SimplifyConstants = SimplifyConstants {
+    block: 40.0,
+    first: 1e-3,
+    few: 0.05,
+    sweeps: 3,
+    again: 0.5,
+    lengths: [0.35, 0.55, 0.8],
+    errors: [0.03, 0.06, 0.12, 0.25, 0.5, 1.0],
+    middle: 1e-3,
+    rim: 1.0,
+    turn: 0.5,
+    shape: 0.5,
+    worse: 0.8,
+    valence: 12,
+    near: 0.3,
+    smooth: 0.9,
+    better: 1.02,
+    shapings: 2,
+    well: 0.75,
+};

@@ -1,55 +1,94 @@
 //! A triangle mesh with fewer triangles, as near to the first one as is asked for.
 //!
-//! In: a two-manifold mesh, with boundary or without. Out: one with larger triangles where the surface is
-//! flat. Edges are collapsed, those that change the surface least first: each collapse is judged by the
-//! planes of the triangles that it stands for (quadrics: Garland and Heckbert 1997), and every vertex of the
-//! first mesh stays within the greatest error of the triangles it now belongs to (as Ciampalini et al. 1997).
-//! Instead of a queue, sweeps over the mesh take all edges that cost little, then those that cost more: a
-//! sweep takes edges only that share no triangle, so that their order hardly matters.
+//! In: a two-manifold mesh, with boundary or without; about each of its vertices, how far the surface may
+//! move and how long edges may get. Out: one with larger triangles where the surface is flat. Edges are
+//! collapsed, those that change the surface least first: each collapse is judged by the planes of the
+//! triangles about it (quadrics: Garland and Heckbert 1997, without memory as Lindstrom and Turk 1998), and
+//! every vertex of the first mesh stays within its error of the triangle it now belongs to (as Ciampalini et
+//! al. 1997). Then edges are flipped and vertices moved along the surface, within the same bounds, so that
+//! triangles get near equal sides (Botsch and Kobbelt 2004).
+//!
+//! The mesh is cut into blocks of a grid. Those are worked on at the same time, each without the vertices
+//! that it shares with others; then the grid is shifted by half a cell, and the seams are done. What is done
+//! in a block depends on nothing else: the result is the same for any number of threads.
 
+mod block;
 mod collapse;
 pub(crate) mod constants;
+mod cut;
+mod data;
+mod hand_over;
 mod quadric;
+mod shape;
 #[cfg(test)]
 mod tests;
 
 use crate::error::Result;
-use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use collapse::Mesh;
-pub(crate) use collapse::Simplified;
 use constants::SIMPLIFY;
+pub(crate) use data::{Dense, Goal, Simplified};
+use data::{First, Level, Mesh, Work};
 
-/// How far a mesh is to be simplified: until one of the two is reached.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Goal {
-    /// Triangles that are few enough.
-    pub faces: usize,
-    /// Greatest distance of a vertex of the first mesh from the new one, in the mesh's unit.
-    pub max_error: f64,
-}
-
-/// Simplifies a mesh each of whose vertices some triangle names.
+/// Simplifies a mesh.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn simplify(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    goal: &Goal,
-    ctx: &Context<'_>,
-) -> Result<Simplified> {
-    let mut mesh = Mesh::new(positions, triangles, goal.max_error, ctx)?;
-    let mut most = (SIMPLIFY.first * mesh.mean_edge()).min(goal.max_error);
-    while mesh.triangles.len() > goal.faces {
-        let before = mesh.triangles.len();
-        mesh.sweep(most, before - goal.faces, ctx)?;
-        if ((before - mesh.triangles.len()) as f64) < SIMPLIFY.few * before as f64 {
-            if most >= goal.max_error {
-                break;
-            }
-            most = (2.0 * most).min(goal.max_error);
+pub(crate) fn simplify(dense: &Dense<'_>, goal: &Goal, ctx: &Context<'_>) -> Result<Simplified> {
+    let first = First { dense, goal };
+    let mut mesh = Mesh::new(&first, ctx)?;
+    let least = goal.error.iter().copied().fold(f32::INFINITY, f32::min);
+    if mesh.triangles.len() > goal.faces && least > 0.0 {
+        if goal.faces == 0 {
+            as_far_as_allowed(&mut mesh, &first, ctx)?;
+        } else {
+            to_the_number(&mut mesh, &first, ctx)?;
         }
     }
     Ok(mesh.finished())
+}
+
+/// Collapses all that the bounds allow.
+fn as_far_as_allowed(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Result<()> {
+    let bounded = first.goal.longest.iter().any(|l| l.is_finite());
+    let by_length = SIMPLIFY.lengths.map(|length| Level { error: 1.0, length });
+    let by_error = SIMPLIFY.errors.map(|error| Level { error, length: 1.0 });
+    let work = Work { levels: if bounded { &by_length } else { &by_error }, surplus: None, shape: true };
+    let enough = if bounded { SIMPLIFY.again } else { SIMPLIFY.few };
+    for round in 0.. {
+        let before = mesh.triangles.len();
+        mesh.round(first, &work, round, ctx)?;
+        if round > 0 && ((before - mesh.triangles.len()) as f64) < enough * before as f64 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Collapses what changes the surface least until so many triangles are left.
+fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Result<()> {
+    let most = f64::from(first.goal.error.iter().copied().fold(0.0, f32::max));
+    let mut error = (SIMPLIFY.first * mesh.mean_edge() / most).min(1.0);
+    let mut round = 0;
+    while mesh.triangles.len() > first.goal.faces {
+        let before = mesh.triangles.len();
+        let surplus = before - first.goal.faces;
+        let levels = [Level { error, length: 1.0 }];
+        let work = Work { levels: &levels, surplus: Some(surplus), shape: false };
+        mesh.open.fill(true);
+        mesh.round(first, &work, round, ctx)?;
+        round += 1;
+        let gone = (before - mesh.triangles.len()) as f64;
+        if gone < SIMPLIFY.few * before as f64 && gone < 0.5 * surplus as f64 {
+            if error >= 1.0 {
+                break;
+            }
+            error = (2.0 * error).min(1.0);
+        }
+    }
+    mesh.open.fill(true);
+    for _ in 0..2 {
+        mesh.round(first, &Work { levels: &[], surplus: None, shape: true }, round, ctx)?;
+        round += 1;
+    }
+    Ok(())
 }

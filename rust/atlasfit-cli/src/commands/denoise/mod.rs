@@ -82,8 +82,8 @@ pub struct Args {
     /// Keep only the largest connected part of the surface, by area
     #[arg(long, help_heading = "Fit")]
     largest: bool,
-    /// Triangles that the surface should have at the most: it gets larger ones where it is flat [default: as
-    /// many as it is contoured with]
+    /// Triangles that the surface should have at the most: it gets larger ones where it is flat [default:
+    /// about as many as the scan has points]
     #[arg(
         long,
         value_name = "N",
@@ -93,11 +93,12 @@ pub struct Args {
     )]
     faces: Option<u64>,
     /// How far the surface with fewer triangles may be from the one as it is contoured, in the scan's unit;
-    /// alone: as few triangles as that allows
+    /// alone: as few triangles as that allows; 0: all that it is contoured with [default: a quarter of the
+    /// noise or a tenth of the spacing]
     #[arg(
         long,
         value_name = "LENGTH",
-        value_parser = positive,
+        value_parser = not_negative,
         conflicts_with = "watertight",
         help_heading = "Fit"
     )]

@@ -1,0 +1,112 @@
+//! What the files of this step share, as data: the mesh before, between and after, and how far to go.
+
+use crate::numeric::vec3::Vec3;
+
+/// The mesh that is simplified. Each of its vertices some triangle names.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Dense<'a> {
+    /// Vertex positions.
+    pub positions: &'a [Vec3],
+    /// Unit normals of the surface there; their sign does not matter.
+    pub normals: &'a [Vec3],
+    /// Triangles.
+    pub triangles: &'a [[u32; 3]],
+}
+
+/// How far a mesh is to be simplified. Lengths are in the mesh's unit.
+#[derive(Debug, Clone)]
+pub(crate) struct Goal {
+    /// Triangles that are few enough.
+    pub faces: usize,
+    /// Greatest distance of each vertex of the first mesh from the new one.
+    pub error: Vec<f32>,
+    /// Edges about each vertex of the first mesh do not get longer.
+    pub longest: Vec<f32>,
+}
+
+/// A simplified mesh.
+#[derive(Debug)]
+pub(crate) struct Simplified {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Unit normals, from those of the first mesh near by.
+    pub normals: Vec<Vec3>,
+    /// Triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each vertex one of the first mesh that is near.
+    pub from: Vec<u32>,
+}
+
+/// What the mesh is judged by all the time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct First<'a> {
+    pub(super) dense: &'a Dense<'a>,
+    pub(super) goal: &'a Goal,
+}
+
+/// Which edges are collapsed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Level {
+    /// Those that move the surface by at most this share of the error.
+    pub(super) error: f64,
+    /// Those that have at most this share of the greatest length.
+    pub(super) length: f64,
+}
+
+/// A mesh that is being simplified. Vertices keep their numbers until all is done.
+pub(super) struct Mesh {
+    /// Vertex positions.
+    pub(super) positions: Vec<Vec3>,
+    /// Unit normals there.
+    pub(super) normals: Vec<Vec3>,
+    /// For each vertex one of the first mesh that is near.
+    pub(super) from: Vec<u32>,
+    /// Whether something may be left to do about each vertex.
+    pub(super) open: Vec<bool>,
+    /// Triangles.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The triangle that each vertex of the first mesh belongs to.
+    pub(super) owner: Vec<[u32; 1]>,
+    /// Side of the grid's cells.
+    pub(super) side: f64,
+}
+
+/// What is to be done in a round.
+pub(super) struct Work<'a> {
+    /// Which edges are collapsed, one level after another.
+    pub(super) levels: &'a [Level],
+    /// Triangles that may go; all where nothing is said.
+    pub(super) surplus: Option<usize>,
+    /// Whether triangles are to be shaped.
+    pub(super) shape: bool,
+}
+
+/// A triangle and the cell of the grid that it is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Place {
+    pub(super) cell: u64,
+    pub(super) triangle: u32,
+}
+
+/// Where a triangle is: its block, and its number there.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Spot {
+    pub(super) block: u32,
+    pub(super) local: u32,
+}
+
+/// What all blocks are cut from.
+pub(super) struct Whole<'a> {
+    pub(super) mesh: &'a Mesh,
+    /// Triangles about each vertex.
+    pub(super) valence: &'a [u32],
+    /// Where each triangle is.
+    pub(super) at: &'a [Spot],
+}
+
+/// What a block is made of.
+pub(super) struct Piece<'a> {
+    pub(super) places: &'a [Place],
+    /// Vertices of the first mesh that belong to its triangles.
+    pub(super) points: &'a [u32],
+}

@@ -1,0 +1,105 @@
+//! Which triangle each vertex of the first mesh belongs to, when triangles change.
+//!
+//! In: triangles that go or change, and what comes instead. Out: whether the surface stays near enough; then
+//! the vertices handed over.
+
+use super::block::Block;
+use super::constants::SIMPLIFY;
+use crate::numeric::vec3::Vec3;
+use crate::spatial::triangle::closest_on_triangle;
+
+/// What is to change, and buffers.
+#[derive(Default)]
+pub(super) struct Change {
+    /// The triangles that change or go.
+    pub(super) old: Vec<u32>,
+    /// Those that stay, as they are to be.
+    pub(super) new: Vec<NewTriangle>,
+    /// Where the vertices of the first mesh go.
+    moved: Vec<Handed>,
+}
+
+/// A triangle as it is to be.
+pub(super) struct NewTriangle {
+    pub(super) triangle: u32,
+    pub(super) vertices: [u32; 3],
+    pub(super) corners: [Vec3; 3],
+}
+
+struct Handed {
+    /// Its place among the block's points.
+    point: u32,
+    triangle: u32,
+}
+
+impl Change {
+    pub(super) fn clear(&mut self) {
+        self.old.clear();
+        self.new.clear();
+    }
+}
+
+impl Block<'_> {
+    /// The place and the number of each point that belongs to a triangle.
+    pub(super) fn points_of(&self, triangle: u32) -> impl Iterator<Item = (u32, u32)> {
+        let mut k = self.head[triangle as usize];
+        std::iter::from_fn(move || {
+            let at = self.points.get(k as usize)?;
+            let found = (k, *at);
+            k = self.next[k as usize];
+            Some(found)
+        })
+    }
+
+    /// Whether all points of the triangles that change stay near enough to those that come, and a place of
+    /// the new surface is near enough to the first mesh: to the plane of the nearest point.
+    pub(super) fn fits(&self, change: &mut Change, place: Vec3) -> bool {
+        let Change { old, new, moved } = change;
+        moved.clear();
+        let (dense, goal) = (self.first.dense, self.first.goal);
+        let mut nearest = (f64::INFINITY, 0);
+        for &f in old.iter() {
+            let own = new.iter().position(|n| n.triangle == f).unwrap_or(0);
+            for (k, point) in self.points_of(f) {
+                let p = dense.positions[point as usize];
+                let most = f64::from(goal.error[point as usize]).powi(2);
+                let enough = SIMPLIFY.near * SIMPLIFY.near * most;
+                let mut best = (f64::INFINITY, 0);
+                for n in new[own..].iter().chain(&new[..own]) {
+                    let d = p.dist2(closest_on_triangle(p, &n.corners));
+                    if d < best.0 {
+                        best = (d, n.triangle);
+                    }
+                    if d <= enough {
+                        break;
+                    }
+                }
+                if best.0 > most {
+                    return false;
+                }
+                moved.push(Handed { point: k, triangle: best.1 });
+                let d = p.dist2(place);
+                if d < nearest.0 {
+                    nearest = (d, point);
+                }
+            }
+        }
+        if nearest.0.is_infinite() {
+            return true;
+        }
+        let n = nearest.1 as usize;
+        dense.normals[n].dot(place - dense.positions[n]).abs() <= f64::from(goal.error[n])
+    }
+
+    /// Changes the triangles; those that go get equal corners.
+    pub(super) fn make(&mut self, change: &Change) {
+        for &f in &change.old {
+            self.head[f as usize] = u32::MAX;
+            self.triangles[f as usize] = [0; 3];
+        }
+        change.new.iter().for_each(|n| self.triangles[n.triangle as usize] = n.vertices);
+        for m in &change.moved {
+            self.next[m.point as usize] = std::mem::replace(&mut self.head[m.triangle as usize], m.point);
+        }
+    }
+}
