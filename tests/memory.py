@@ -18,6 +18,7 @@ tests/python/test_memory.py runs a small case of this in CI.
 import argparse
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -138,7 +139,39 @@ def sweep(program, arguments, out, most=4096 * MB):
     return wrong, enough
 
 
-def cases(folder, data):
+def write_pcd(path, points):
+    """Binary PCD."""
+    head = f"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(points)}\nHEIGHT 1\n"
+    head += f"VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA binary\n"
+    path.write_bytes(head.encode() + np.asarray(points, "<f4").tobytes())
+    return path
+
+
+def write_las(path, points):
+    """LAS 1.2, point format 0, in steps of a tenth of a millimetre."""
+    steps = np.round(np.asarray(points) * 1e4).astype("<i4")
+    low, high = steps.min(0) * 1e-4, steps.max(0) * 1e-4
+    head = struct.pack("<4sHHI12xBB32s32sHHHIIBHI20x", b"LASF", 0, 0, 0, 1, 2, b"", b"", 1, 2026, 227, 227, 0, 0, 20, len(points))
+    head += struct.pack("<6d", *[1e-4] * 3, *[0.0] * 3) + np.c_[high, low].astype("<f8").tobytes()
+    rows = np.zeros((len(points), 20), "u1")
+    rows[:, :12] = steps.view("u1").reshape(-1, 12)
+    path.write_bytes(head + rows.tobytes())
+    return path
+
+
+def formats(program, folder, mesh, points, at):
+    """(command, file, further arguments) for a mesh and points in each format that is written or read. `at` are the points' positions."""
+    for file, kinds in ((mesh, ("stl", "off", "obj", "glb")), (points, ("xyz",))):
+        for kind in kinds:
+            made = folder / f"{file.stem}.{kind}"
+            yield "convert", file, ["{out}/c." + kind]
+            subprocess.run([program, "convert", file, made, "--quiet"], check=True)
+            yield "convert", made, ["{out}/c.ply"]
+    yield "convert", write_pcd(folder / f"{points.stem}.pcd", at), ["{out}/c.ply"]
+    yield "convert", write_las(folder / f"{points.stem}.las", at), ["{out}/c.ply"]
+
+
+def cases(program, folder, data):
     """(command, file, further arguments). {out} is a folder for outputs."""
     made = lambda name, *content: write_ply(folder / name, *content)
     small, large = made("grid80k.ply", *grid(200)), made("grid977k.ply", *grid(700))
@@ -153,6 +186,7 @@ def cases(folder, data):
         yield "measure", mesh, []
         yield "render", mesh, ["-o", "{out}/r.png"]
         yield "convert", mesh, ["{out}/c.glb"]
+    yield from formats(program, folder, small, scan, ball(100_000))
     yield "measure", small, ["--against", large]
     yield "measure", small, ["--against", small, "--samples", "2000000"]
     yield "measure", many, ["--against", small]
@@ -184,7 +218,7 @@ def main():
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        for command, file, more in cases(folder, options.data):
+        for command, file, more in cases(options.program, folder, options.data):
             if options.only not in " ".join(map(str, [command, file.name, *more])):
                 continue
             for threads in options.threads.split(","):
