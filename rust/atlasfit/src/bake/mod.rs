@@ -1,12 +1,14 @@
 //! Bakes colours into a texture.
 //!
-//! In: a mesh with UVs, and colours of its vertices or of points near it. Out: an [`Image`] for those UVs.
+//! In: a mesh with UVs, and colours of its vertices, of points near it, or of the textures that it had with
+//! other UVs. Out: an [`Image`] for those UVs.
 //! Every texel whose middle lies on a face gets the colour there, a texel that only holds a corner the
 //! corner's; the colours then spread beyond the borders of the charts, so that filtered look-ups find nothing
 //! foreign (dilation).
 
 mod dilate;
 mod owners;
+mod resample;
 
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
@@ -17,6 +19,8 @@ use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
 use owners::{NO_FACE, ROWS, owners};
 use rayon::prelude::*;
+use resample::of_textures;
+pub use resample::{NO_IMAGE, Textures, density};
 
 /// Points that give a texel its colour.
 const POINTS: usize = 4;
@@ -56,6 +60,8 @@ pub enum Colors<'a> {
     Vertices,
     /// The colours of points in the mesh's frame, the nearest ones to each texel.
     Points(&'a PointCloud),
+    /// The old textures of the mesh, through its old UVs.
+    Textures(Textures<'a>),
 }
 
 /// How to bake.
@@ -143,12 +149,13 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         return Err(Error::invalid(format!("the texture is {width} by {height}"), "Give 1 to 65536 texels"));
     }
     mesh.validate()?;
-    let points = match colors {
+    let source = match colors {
         Colors::Vertices => 0,
         Colors::Points(cloud) => cloud.bytes() + BYTES_PER_POINT * cloud.len() as u64,
+        Colors::Textures(old) => old.bytes(),
     };
     ctx.reserve(
-        mesh.bytes() + points + texel_bytes(options, ctx.threads()),
+        mesh.bytes() + source + texel_bytes(options, ctx.threads()),
         "Raise the limit, or ask for a smaller texture",
     )?;
     ctx.stage(Stage::Bake, height);
@@ -157,8 +164,17 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
     let color_at: ColorAt<'_> = match colors {
         Colors::Vertices => of_vertices(mesh)?,
         Colors::Points(cloud) => of_points(mesh, cloud, ctx)?,
+        Colors::Textures(old) => of_textures(mesh, old)?,
     };
-    let owner = owners(uv, width, height, ctx)?;
+    let mut owner = owners(uv, width, height, ctx)?;
+    if let Colors::Textures(old) = colors {
+        // A face without an image leaves its texels to the others' colours.
+        owner.par_iter_mut().for_each(|f| {
+            if *f != NO_FACE && !old.covers(*f as usize) {
+                *f = NO_FACE;
+            }
+        });
+    }
     let mut rgba = ctx.filled([0u8; 4], width * height)?;
     rgba.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS)).enumerate().try_for_each(
         |(block, (texels, owner))| {
