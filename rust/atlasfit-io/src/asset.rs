@@ -94,7 +94,9 @@ impl Asset {
                 Some(bytes) => {
                     found = true;
                     all.extend(bytes);
-                    all.push(b'\n');
+                    if all.last().is_some_and(|&b| b != b'\n') {
+                        all.push(b'\n');
+                    }
                 }
                 None => missing.push(format!("the material library {name}")),
             }
