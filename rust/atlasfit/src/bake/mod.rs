@@ -7,6 +7,7 @@
 //! foreign (dilation).
 
 mod dilate;
+mod image;
 mod owners;
 mod resample;
 
@@ -17,6 +18,8 @@ use crate::run::{Context, Stage, total_bytes, with_threads};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
+use image::ColorAt;
+pub use image::Image;
 use owners::{NO_FACE, ROWS, owners};
 use rayon::prelude::*;
 use resample::of_textures;
@@ -41,17 +44,6 @@ const TEXELS_PER_CHECK: usize = 512;
 const BYTES_PER_TEXEL: u64 = 20;
 /// Bytes for one point whose colours are baked: its place in the search tree. Measured as for texels.
 const BYTES_PER_POINT: u64 = 110;
-
-/// An image of 8 bits per channel.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Image {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Red, green, blue, alpha; row after row, the top row (v = 1) first.
-    pub rgba: Vec<[u8; 4]>,
-}
 
 /// Where the colours come from.
 #[derive(Debug, Clone, Copy)]
@@ -204,10 +196,6 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
     dilate(&mut rgba, filled, width, options.dilation, ctx)?;
     Ok(Image { width: options.size[0], height: options.size[1], rgba })
 }
-
-/// The colour at a point of a face: red, green, blue, alpha, each in [0, 1]. The point is given by the
-/// weights of the face's corners.
-type ColorAt<'a> = Box<dyn Fn(u32, [f64; 3]) -> [f64; 4] + Sync + 'a>;
 
 fn no_colours(of: &str) -> Error {
     Error::empty(format!("{of} have no colours"), "Give a coloured mesh or scan")

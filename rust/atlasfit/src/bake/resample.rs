@@ -3,7 +3,7 @@
 //! In: images, the old UVs of each face, and the image that colours it. Out: the colour at a point of a face;
 //! how many texels per unit of length the old textures have.
 
-use super::{ColorAt, Image};
+use super::image::{ColorAt, Image};
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::numeric::vec3::Vec3;

@@ -1,96 +1,23 @@
 //! `atlasfit unwrap`: UVs for a mesh; its geometry and the order of its vertices and faces stay as they are.
 
+mod args;
 mod constraints;
 mod report;
 mod textures;
 
-use crate::console::{Console, RunArgs, Usage};
-use crate::files::{self, InputArgs, Kept};
-use crate::output::{self, Holds, Output, OutputArgs, Writer, Written};
+use crate::console::{Console, Usage};
+use crate::files::{self, Kept};
+use crate::output::{self, Writer, Written};
 use anyhow::Result;
+pub use args::Args;
+use args::Packer;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
-use atlasfit::unwrap::{self, PAGE_TEXELS, PagePacker, UnwrapOptions, UvLayout};
+use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
 use atlasfit_io::{Asset, Polygons};
 use report::Done;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Options of `unwrap`.
-#[derive(Debug, clap::Args)]
-pub struct Args {
-    /// The mesh, or - for standard input
-    mesh: PathBuf,
-    /// The mesh to write, with its UVs, or - for standard output; its extension decides the format
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
-    /// Bound on the stretch of 95% of the area: 1.1 = lengths within about 10%. Larger gives fewer charts
-    #[arg(
-        long,
-        default_value_t = UnwrapOptions::default().max_stretch,
-        value_name = "FACTOR",
-        help_heading = "Charts"
-    )]
-    max_stretch: f64,
-    /// Most charts: the stretch bound is raised as far as that needs
-    #[arg(long, value_name = "N", help_heading = "Charts")]
-    max_charts: Option<usize>,
-    /// Keep the seams of the UVs that the mesh has
-    #[arg(long, help_heading = "Charts")]
-    keep_uv_seams: bool,
-    /// Cut where faces meet at more than this angle
-    #[arg(long, value_name = "DEGREES", help_heading = "Charts")]
-    hard_edges: Option<f64>,
-    /// Text file with one whole number per face of the mesh: no chart spans two
-    #[arg(long, value_name = "FILE", help_heading = "Charts")]
-    groups: Option<PathBuf>,
-    /// Text file with two vertex numbers per line, counted from 0: these edges become seams
-    #[arg(long, value_name = "FILE", help_heading = "Charts")]
-    seams: Option<PathBuf>,
-    /// Page size in texels [default: 1024; with the mesh's own texture what keeps its density, up to 8192]
-    #[arg(long, value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
-    texture_size: Option<[u32; 2]>,
-    /// Free texels between charts and at the border [default: 2; with the mesh's own texture 24]
-    #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
-    padding: Option<u32>,
-    /// Texels per unit of length on the mesh; where it is not given, what fills the pages
-    #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
-    density: Option<f64>,
-    /// Most pages; with several, page p lies at u + p (UDIM tiles 1001, 1002, ...)
-    #[arg(long, value_name = "N", help_heading = "Pages")]
-    pages: Option<u32>,
-    /// How charts are put on the page
-    #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
-    packer: Packer,
-    /// Write a texture with the colours of the mesh's vertices, which it then replaces
-    #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]
-    bake: bool,
-    /// Write a texture with these colours: "auto" = the textures that the mesh has, drawn anew for the new
-    /// UVs; an image for the mesh's UVs; a scan that lies on the mesh; "none" [default: auto]
-    #[arg(long, value_name = "TEXTURE|SCAN|auto|none", help_heading = "Texture")]
-    bake_from: Option<PathBuf>,
-    /// Go on where the output cannot keep what the mesh's file holds: materials, animations, ...
-    #[arg(long, help_heading = "Files")]
-    allow_loss: bool,
-    #[command(flatten)]
-    read: InputArgs,
-    #[command(flatten)]
-    write: OutputArgs,
-    #[command(flatten)]
-    run: RunArgs,
-}
-
-/// How charts are put on the page.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Packer {
-    /// By their shapes, in each other's bays and holes
-    Shapes,
-    /// By their bounding boxes, in rows: fastest
-    Boxes,
-    /// By xatlas, on square pages, where the program was built with it
-    Xatlas,
-}
 
 /// The external packer, if one is asked for.
 fn external_packer(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
@@ -106,36 +33,6 @@ fn external_packer(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
         )
     })?;
     Ok(Some(xatlas))
-}
-
-fn size(s: &str) -> Result<[u32; 2], String> {
-    let side = |t: &str| t.parse::<u32>().ok().filter(|n| PAGE_TEXELS.contains(n));
-    match s.split_once('x') {
-        None => side(s).map(|n| [n, n]),
-        Some((w, h)) => side(w).zip(side(h)).map(|(w, h)| [w, h]),
-    }
-    .ok_or_else(|| {
-        let (least, most) = PAGE_TEXELS.into_inner();
-        format!("give SIZE or WIDTHxHEIGHT in texels, each from {least} to {most}")
-    })
-}
-
-impl Args {
-    fn output(&self) -> Output<'_> {
-        Output { option: "--output", path: &self.output, holds: Holds::Uvs }
-    }
-
-    /// Every file that is read.
-    fn inputs(&self) -> Vec<&Path> {
-        let others = [self.baked_file(), self.groups.as_deref(), self.seams.as_deref()];
-        [Some(&*self.mesh)].into_iter().chain(others).flatten().collect()
-    }
-
-    /// The file whose colours are baked, where one is named.
-    fn baked_file(&self) -> Option<&Path> {
-        let named = |p: &&Path| *p != Path::new("auto") && *p != Path::new("none");
-        self.bake_from.as_deref().filter(named)
-    }
 }
 
 /// Shares of the command's time, for the bar: until the files are read, until the mesh is unwrapped, until
@@ -174,6 +71,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     page.enlarge(&mut layout, console);
     let quality = lay_on(&mut mesh, &layout, args, console)?;
     report::notes(&layout, &options, console);
+    console.part_to(UNTIL[3]);
     let size = [layout.width, layout.height];
     let pages = textures::baked(&mut mesh, &bake, size, args, console)?;
     let results = Results { mesh: &mesh, polygons: polygons.as_ref(), pages: &pages };

@@ -1,7 +1,7 @@
 //! Where the colours of `unwrap`'s textures come from, how large the textures are, and what of the mesh's
 //! file is kept.
 
-use super::Args;
+use super::args::Args;
 use crate::console::{Console, Usage};
 use crate::files::{self, STANDARD};
 use anyhow::{Context as _, Result};
@@ -243,7 +243,6 @@ pub fn baked(
         Bake::Scan(scan) => vec![Colors::Points(&scan.cloud)],
         Bake::Old(layers) => layers.iter().map(|l| Colors::Textures(l.textures())).collect(),
     };
-    console.part_to(super::UNTIL[3]);
     let options = BakeOptions::default().with_size(size);
     let mut pages = Vec::new();
     for source in sources {
