@@ -4,7 +4,7 @@ use crate::console::{Console, RunArgs, Usage};
 use anyhow::{Context as _, Result};
 use atlasfit::Stop;
 use atlasfit::bake::Image;
-use atlasfit_io::{Format, LoadOptions, Loaded};
+use atlasfit_io::{Asset, Format, LoadOptions, Loaded};
 use serde_json::{Value, json};
 use std::io::Read as _;
 use std::path::Path;
@@ -54,11 +54,38 @@ pub fn load_as(path: &Path, format: Option<Format>, args: &RunArgs, console: &Co
         let path = path.to_owned();
         console.apart(args, "reading", move || atlasfit_io::load(&path, &options))??
     };
+    tell(path, &loaded, args, console)?;
+    Ok(loaded)
+}
+
+/// Tells what had to be repaired.
+fn tell(path: &Path, loaded: &Loaded, args: &RunArgs, console: &Console) -> Result<()> {
     for note in &loaded.report.notes {
         console.note(format_args!("{}: {note}", path.display()));
     }
-    console.check(args, "reading")?;
-    Ok(loaded)
+    console.check(args, "reading")
+}
+
+/// A mesh, and the parts of its file that UVs do not touch.
+pub struct Kept {
+    pub loaded: Loaded,
+    pub asset: Option<Asset>,
+}
+
+/// [`load_as`], with what is needed to write the file again with other UVs.
+pub fn load_kept(path: &Path, format: Option<Format>, args: &RunArgs, console: &Console) -> Result<Kept> {
+    if path == Path::new(STANDARD) {
+        return Ok(Kept { loaded: load_as(path, format, args, console)?, asset: None });
+    }
+    let options = LoadOptions::default()
+        .with_max_memory_bytes(args.max_memory)
+        .with_format(format)
+        .with_stop(console.stop(args));
+    let owned = path.to_owned();
+    let (loaded, asset) =
+        console.apart(args, "reading", move || atlasfit_io::load_asset(&owned, &options))??;
+    tell(path, &loaded, args, console)?;
+    Ok(Kept { loaded, asset })
 }
 
 /// All bytes of standard input, which may make us wait: another thread reads, so that Ctrl-C is heard.
@@ -142,14 +169,30 @@ fn png(image: &Image) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The image in the bytes of a PNG or JPEG file.
+pub fn read_image(bytes: &[u8]) -> Result<Image> {
+    if bytes.starts_with(&[0xFF, 0xD8]) { read_jpeg(bytes) } else { read_png(bytes) }
+}
+
+/// The image in the bytes of a JPEG file.
+fn read_jpeg(bytes: &[u8]) -> Result<Image> {
+    use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
+    let rgba = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
+    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), rgba);
+    let data = decoder.decode().context("the JPEG image cannot be read")?;
+    let info = decoder.info().context("the JPEG image has no size")?;
+    let (width, height) = (u32::from(info.width), u32::from(info.height));
+    Ok(Image { width, height, rgba: data.as_chunks::<4>().0.to_vec() })
+}
+
 /// The image in the bytes of a PNG file.
-pub fn read_png(bytes: &[u8]) -> Result<Image> {
+fn read_png(bytes: &[u8]) -> Result<Image> {
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
-    let mut reader = decoder.read_info().context("the texture is no PNG")?;
-    let size = reader.output_buffer_size().context("the texture is too large")?;
+    let mut reader = decoder.read_info().context("the image is neither PNG nor JPEG")?;
+    let size = reader.output_buffer_size().context("the image is too large")?;
     let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).context("the texture cannot be read")?;
+    let info = reader.next_frame(&mut data).context("the image cannot be read")?;
     data.truncate(info.buffer_size());
     let rgba = match info.color_type {
         png::ColorType::Rgba => data.as_chunks::<4>().0.to_vec(),

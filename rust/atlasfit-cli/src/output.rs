@@ -5,7 +5,7 @@ use crate::console::{Console, RunArgs, Usage};
 use crate::files::{STANDARD, format_named};
 use anyhow::{Context as _, Result};
 use atlasfit::geometry::{PointCloud, TriMesh};
-use atlasfit_io::{Format, Polygons, SaveCloud, SaveMesh, Texture, check_output, is_same_file};
+use atlasfit_io::{Asset, Format, Polygons, SaveCloud, SaveMesh, Texture, check_output, is_same_file};
 use std::io::Write as _;
 use std::path::Path;
 
@@ -178,6 +178,24 @@ impl<'a> Writer<'a> {
         };
         lost.retain(|l| !kept(l));
         self.written.add(&files, lost, self.console);
+        Ok(())
+    }
+
+    /// Writes the file of `asset` again with the UVs of `mesh` and one new image per layer, or none.
+    pub fn asset(
+        &mut self,
+        output: Output<'_>,
+        asset: &Asset,
+        mesh: &TriMesh,
+        polygons: Option<&Polygons>,
+        pages: &[Vec<u8>],
+    ) -> Result<()> {
+        let how = SaveMesh::default()
+            .with_format(Some(output.format(self.args)?))
+            .with_polygons(polygons)
+            .with_stop(self.console.stop(self.run));
+        let saved = asset.save(output.path, mesh, pages, &how)?;
+        self.written.add(&saved.files, saved.lost, self.console);
         Ok(())
     }
 

@@ -55,4 +55,6 @@ pub(crate) struct Content {
     pub faces: FaceColumns,
     /// The bytes of an image file.
     pub texture: Option<Vec<u8>>,
+    /// What the file holds besides, in words.
+    pub left_out: Vec<String>,
 }

@@ -54,11 +54,13 @@ mod stl;
 mod xyz;
 
 // The doors, above the formats.
+mod asset;
 mod format;
 mod load;
 mod save;
 mod staged;
 
+pub use asset::{Asset, Layer, load_asset};
 pub use content::Polygons;
 pub use error::{Error, Location, Result};
 pub use foreign::panics_become_errors;

@@ -49,6 +49,8 @@ pub struct Loaded {
     /// The bytes of the image file (PNG, JPEG) that colours the faces through `corner_uv`; the first where
     /// there are several. `None` also where the image cannot be read.
     pub texture: Option<Vec<u8>>,
+    /// What the file holds besides, which this content has no place for, in words.
+    pub left_out: Vec<String>,
     /// The format found.
     pub format: Format,
     /// What was repaired or left out.
@@ -256,7 +258,7 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
         input.report.add(what, count as u64, Some(format!("point {first}")));
     }
     zero_wrong_numbers(&mut content, &mut input.report);
-    let Content { cloud, faces, texture } = content;
+    let Content { cloud, faces, texture, left_out } = content;
     // Columns of faces mean nothing without faces.
     let is_mesh = !faces.triangles.is_empty();
     Ok(Loaded {
@@ -266,6 +268,7 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
         polygons: faces.polygons,
         faces: faces.triangles,
         texture,
+        left_out,
         format,
         report: input.report,
     })

@@ -166,7 +166,7 @@ pub fn write_mesh(out: impl Write, mesh: &TriMesh, options: &SaveMesh<'_>) -> Re
     stream(out, options.format, &mesh_job(STREAM.as_ref(), mesh, options), &options.stop)
 }
 
-fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &'j SaveMesh<'j>) -> Job<'j> {
+pub(crate) fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &'j SaveMesh<'j>) -> Job<'j> {
     Job {
         positions: &mesh.positions,
         normals: mesh.normals.as_deref(),
@@ -201,7 +201,7 @@ fn stem(path: &Path) -> String {
 }
 
 /// The format to write `job` in, once nothing is wrong with either.
-fn checked(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Format> {
+pub(crate) fn checked(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Format> {
     let unsupported = |what: String, advice: &str| Error::Unsupported {
         file: path.display().to_string(),
         what,
@@ -220,6 +220,15 @@ fn checked(path: &Path, format: Option<Format>, job: &Job<'_>) -> Result<Format>
 
 fn save(path: &Path, format: Option<Format>, job: &Job<'_>, stop: &Stop) -> Result<Saved> {
     let format = checked(path, format, job)?;
+    save_by(path, stop, |out| write(format, job, out))
+}
+
+/// Writes the files of an output, whole or not at all; `write` writes the output itself.
+pub(crate) fn save_by(
+    path: &Path,
+    stop: &Stop,
+    write: impl FnOnce(Watched<'_, File>) -> std::io::Result<Written>,
+) -> Result<Saved> {
     let failed = |action: &'static str| {
         move |source| match stop.check(WRITING) {
             Err(stopped) => Error::Stopped(stopped),
@@ -228,12 +237,12 @@ fn save(path: &Path, format: Option<Format>, job: &Job<'_>, stop: &Stop) -> Resu
     };
     if is_special(path) {
         let out = File::create(path).map_err(failed("open it"))?;
-        let written = write(format, job, Watched { out, stop }).map_err(failed("write it"))?;
+        let written = write(Watched { out, stop }).map_err(failed("write it"))?;
         return Ok(Saved { files: vec![path.into()], lost: alone(written) });
     }
     let mut staged = Staged::default();
     let out = staged.create(path).map_err(failed("write beside it"))?;
-    let written = write(format, job, Watched { out, stop }).map_err(failed("write beside it"))?;
+    let written = write(Watched { out, stop }).map_err(failed("write beside it"))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     for file in &written.beside {
         let out = staged.create(&folder.join(&file.name)).map_err(failed("write beside it"))?;

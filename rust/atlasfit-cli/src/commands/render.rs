@@ -78,7 +78,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     output::check(&[output], &[&args.file], write, console)?;
     let mut loaded = files::load_as(&args.file, args.read.input_format, &args.run, console)?;
     let texture = loaded.texture.take().filter(|_| !args.plain && loaded.corner_uv.is_some());
-    let texture = texture.map(|bytes| console.apart(&args.run, "reading", move || files::read_png(&bytes)));
+    let texture = texture.map(|bytes| console.apart(&args.run, "reading", move || files::read_image(&bytes)));
     let texture = texture.transpose()?.and_then(|image| {
         image.inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}"))).ok()
     });

@@ -18,7 +18,32 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     let mut scene = Scene::default();
     walk(input, &file, &mut scene)?;
     let texture = file.texture(input);
-    Ok(Content { texture, ..scene.finish(input)? })
+    let left_out = left_out(&file.json);
+    Ok(Content { texture, left_out, ..scene.finish(input)? })
+}
+
+/// What a file holds that one mesh with one texture does not.
+fn left_out(json: &Value) -> Vec<String> {
+    let several = |key: &str, most: usize, what: &str| -> Option<String> {
+        let count = list(json, key).len();
+        (count > most).then(|| format!("{count} {what}"))
+    };
+    let meshes = list(json, "nodes").iter().filter(|n| n.get("mesh").is_some()).count();
+    let morphs = list(json, "meshes").iter().flat_map(|m| list(m, "primitives"));
+    let morphs = morphs.filter(|p| p.get("targets").is_some()).count();
+    let counted = |count: usize, most: usize, what: &str| (count > most).then(|| format!("{count} {what}"));
+    [
+        several("materials", 1, "materials"),
+        several("images", 1, "images"),
+        several("animations", 0, "animations"),
+        several("skins", 0, "skins"),
+        several("cameras", 0, "cameras"),
+        counted(meshes, 1, "nodes with meshes"),
+        counted(morphs, 0, "meshes with morph targets"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Adds the meshes of all nodes of the scene.

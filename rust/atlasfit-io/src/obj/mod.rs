@@ -4,6 +4,8 @@
 //! relative indices, continued lines. Materials, groups, lines and free-form statements are counted and left
 //! out. Written: the same, with an MTL beside it when there is a texture.
 
+pub(crate) mod edit;
+pub(crate) mod library;
 mod read;
 mod write;
 

@@ -72,7 +72,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 }
 
 /// A line with all that follow it by a backslash at the end.
-fn joined<'d>(lines: &mut Lines<'d>, line: Line<'d>) -> Cow<'d, [u8]> {
+pub(super) fn joined<'d>(lines: &mut Lines<'d>, line: Line<'d>) -> Cow<'d, [u8]> {
     let mut text = Cow::Borrowed(line.text);
     while text.last() == Some(&b'\\') {
         let mut joined = text.into_owned();

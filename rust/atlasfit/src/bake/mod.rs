@@ -1,12 +1,15 @@
 //! Bakes colours into a texture.
 //!
-//! In: a mesh with UVs, and colours of its vertices or of points near it. Out: an [`Image`] for those UVs.
+//! In: a mesh with UVs, and colours of its vertices, of points near it, or of the textures that it had with
+//! other UVs. Out: an [`Image`] for those UVs.
 //! Every texel whose middle lies on a face gets the colour there, a texel that only holds a corner the
 //! corner's; the colours then spread beyond the borders of the charts, so that filtered look-ups find nothing
 //! foreign (dilation).
 
 mod dilate;
+mod image;
 mod owners;
+mod resample;
 
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, TriMesh};
@@ -15,8 +18,12 @@ use crate::run::{Context, Stage, total_bytes, with_threads};
 use crate::setters::setters;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use dilate::dilate;
+use image::ColorAt;
+pub use image::Image;
 use owners::{NO_FACE, ROWS, owners};
 use rayon::prelude::*;
+use resample::of_textures;
+pub use resample::{NO_IMAGE, Textures, density};
 
 /// Points that give a texel its colour.
 const POINTS: usize = 4;
@@ -38,17 +45,6 @@ const BYTES_PER_TEXEL: u64 = 20;
 /// Bytes for one point whose colours are baked: its place in the search tree. Measured as for texels.
 const BYTES_PER_POINT: u64 = 110;
 
-/// An image of 8 bits per channel.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Image {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Red, green, blue, alpha; row after row, the top row (v = 1) first.
-    pub rgba: Vec<[u8; 4]>,
-}
-
 /// Where the colours come from.
 #[derive(Debug, Clone, Copy)]
 pub enum Colors<'a> {
@@ -56,6 +52,8 @@ pub enum Colors<'a> {
     Vertices,
     /// The colours of points in the mesh's frame, the nearest ones to each texel.
     Points(&'a PointCloud),
+    /// The old textures of the mesh, through its old UVs.
+    Textures(Textures<'a>),
 }
 
 /// How to bake.
@@ -143,12 +141,13 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
         return Err(Error::invalid(format!("the texture is {width} by {height}"), "Give 1 to 65536 texels"));
     }
     mesh.validate()?;
-    let points = match colors {
+    let source = match colors {
         Colors::Vertices => 0,
         Colors::Points(cloud) => cloud.bytes() + BYTES_PER_POINT * cloud.len() as u64,
+        Colors::Textures(old) => old.bytes(),
     };
     ctx.reserve(
-        mesh.bytes() + points + texel_bytes(options, ctx.threads()),
+        mesh.bytes() + source + texel_bytes(options, ctx.threads()),
         "Raise the limit, or ask for a smaller texture",
     )?;
     ctx.stage(Stage::Bake, height);
@@ -157,8 +156,17 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
     let color_at: ColorAt<'_> = match colors {
         Colors::Vertices => of_vertices(mesh)?,
         Colors::Points(cloud) => of_points(mesh, cloud, ctx)?,
+        Colors::Textures(old) => of_textures(mesh, old)?,
     };
-    let owner = owners(uv, width, height, ctx)?;
+    let mut owner = owners(uv, width, height, ctx)?;
+    if let Colors::Textures(old) = colors {
+        // A face without an image leaves its texels to the others' colours.
+        owner.par_iter_mut().for_each(|f| {
+            if *f != NO_FACE && !old.covers(*f as usize) {
+                *f = NO_FACE;
+            }
+        });
+    }
     let mut rgba = ctx.filled([0u8; 4], width * height)?;
     rgba.par_chunks_mut(width * ROWS).zip(owner.par_chunks(width * ROWS)).enumerate().try_for_each(
         |(block, (texels, owner))| {
@@ -188,10 +196,6 @@ pub fn bake(mesh: &TriMesh, colors: Colors<'_>, options: &BakeOptions, ctx: &Con
     dilate(&mut rgba, filled, width, options.dilation, ctx)?;
     Ok(Image { width: options.size[0], height: options.size[1], rgba })
 }
-
-/// The colour at a point of a face: red, green, blue, alpha, each in [0, 1]. The point is given by the
-/// weights of the face's corners.
-type ColorAt<'a> = Box<dyn Fn(u32, [f64; 3]) -> [f64; 4] + Sync + 'a>;
 
 fn no_colours(of: &str) -> Error {
     Error::empty(format!("{of} have no colours"), "Give a coloured mesh or scan")

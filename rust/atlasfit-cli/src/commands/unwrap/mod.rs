@@ -1,97 +1,23 @@
 //! `atlasfit unwrap`: UVs for a mesh; its geometry and the order of its vertices and faces stay as they are.
 
+mod args;
 mod constraints;
 mod report;
+mod textures;
 
-use crate::console::{Console, RunArgs, Usage};
-use crate::files::{self, InputArgs};
-use crate::output::{self, Holds, Output, OutputArgs, Writer, Written};
+use crate::console::{Console, Usage};
+use crate::files::{self, Kept};
+use crate::output::{self, Writer, Written};
 use anyhow::Result;
-use atlasfit::bake::{BakeOptions, Colors, bake};
+pub use args::Args;
+use args::Packer;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
-use atlasfit::unwrap::{self, PAGE_TEXELS, PagePacker, UnwrapOptions, UvLayout};
-use atlasfit_io::{Loaded, Polygons};
+use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
+use atlasfit_io::{Asset, Polygons};
 use report::Done;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Options of `unwrap`.
-#[derive(Debug, clap::Args)]
-pub struct Args {
-    /// The mesh, or - for standard input
-    mesh: PathBuf,
-    /// The mesh to write, with its UVs, or - for standard output; its extension decides the format
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
-    /// Bound on the stretch of 95% of the area: 1.1 = lengths within about 10%. Larger gives fewer charts
-    #[arg(
-        long,
-        default_value_t = UnwrapOptions::default().max_stretch,
-        value_name = "FACTOR",
-        help_heading = "Charts"
-    )]
-    max_stretch: f64,
-    /// Most charts: the stretch bound is raised as far as that needs
-    #[arg(long, value_name = "N", help_heading = "Charts")]
-    max_charts: Option<usize>,
-    /// Keep the seams of the UVs that the mesh has
-    #[arg(long, help_heading = "Charts")]
-    keep_uv_seams: bool,
-    /// Cut where faces meet at more than this angle
-    #[arg(long, value_name = "DEGREES", help_heading = "Charts")]
-    hard_edges: Option<f64>,
-    /// Text file with one whole number per face of the mesh: no chart spans two
-    #[arg(long, value_name = "FILE", help_heading = "Charts")]
-    groups: Option<PathBuf>,
-    /// Text file with two vertex numbers per line, counted from 0: these edges become seams
-    #[arg(long, value_name = "FILE", help_heading = "Charts")]
-    seams: Option<PathBuf>,
-    /// Page size in texels
-    #[arg(long, default_value = "1024", value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
-    texture_size: [u32; 2],
-    /// Free texels between charts and at the border
-    #[arg(
-        long,
-        default_value_t = UnwrapOptions::default().padding_px,
-        value_name = "TEXELS",
-        help_heading = "Pages"
-    )]
-    padding: u32,
-    /// Texels per unit of length on the mesh; where it is not given, what fills the pages
-    #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
-    density: Option<f64>,
-    /// Most pages; with several, page p lies at u + p (UDIM tiles 1001, 1002, ...)
-    #[arg(long, value_name = "N", help_heading = "Pages")]
-    pages: Option<u32>,
-    /// How charts are put on the page
-    #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
-    packer: Packer,
-    /// Write a texture with the colours of the mesh's vertices, which it then replaces
-    #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]
-    bake: bool,
-    /// Write a texture with the colours of these points, which lie on the mesh
-    #[arg(long, value_name = "SCAN", help_heading = "Texture", conflicts_with = "pages")]
-    bake_from: Option<PathBuf>,
-    #[command(flatten)]
-    read: InputArgs,
-    #[command(flatten)]
-    write: OutputArgs,
-    #[command(flatten)]
-    run: RunArgs,
-}
-
-/// How charts are put on the page.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Packer {
-    /// By their shapes, in each other's bays and holes
-    Shapes,
-    /// By their bounding boxes, in rows: fastest
-    Boxes,
-    /// By xatlas, on square pages, where the program was built with it
-    Xatlas,
-}
 
 /// The external packer, if one is asked for.
 fn external_packer(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
@@ -109,30 +35,6 @@ fn external_packer(packer: Packer) -> Result<Option<&'static dyn PagePacker>> {
     Ok(Some(xatlas))
 }
 
-fn size(s: &str) -> Result<[u32; 2], String> {
-    let side = |t: &str| t.parse::<u32>().ok().filter(|n| PAGE_TEXELS.contains(n));
-    match s.split_once('x') {
-        None => side(s).map(|n| [n, n]),
-        Some((w, h)) => side(w).zip(side(h)).map(|(w, h)| [w, h]),
-    }
-    .ok_or_else(|| {
-        let (least, most) = PAGE_TEXELS.into_inner();
-        format!("give SIZE or WIDTHxHEIGHT in texels, each from {least} to {most}")
-    })
-}
-
-impl Args {
-    fn output(&self) -> Output<'_> {
-        Output { option: "--output", path: &self.output, holds: Holds::Uvs }
-    }
-
-    /// Every file that is read.
-    fn inputs(&self) -> Vec<&Path> {
-        let others = [&self.bake_from, &self.groups, &self.seams];
-        [Some(&*self.mesh)].into_iter().chain(others.map(Option::as_deref)).flatten().collect()
-    }
-}
-
 /// Shares of the command's time, for the bar: until the files are read, until the mesh is unwrapped, until
 /// the UVs are measured, until the texture is baked. Measured on a mesh of 45,000 faces.
 const UNTIL: [f64; 4] = [0.03, 0.85, 0.93, 0.97];
@@ -143,20 +45,19 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let packer = external_packer(args.packer)?;
     let started = Instant::now();
     console.part_to(UNTIL[0]);
-    let mut loaded = load(args, console)?;
-    let scan = load_scan(args, console)?;
+    let Kept { mut loaded, asset } = load(args, console)?;
+    let bake = textures::of(args, &mut loaded, asset.as_ref(), console)?;
+    let asset = asset.filter(|_| bake.keeps_materials());
+    let asset = textures::kept(args, &loaded, asset, console)?;
     let polygons = loaded.polygons.take();
     let mut mesh = loaded.into_mesh();
-    if args.bake && mesh.colors.is_none() {
-        return Err(Usage(format!(
-            "{} has no colours to bake. Give a coloured mesh, or a scan with --bake-from",
-            args.mesh.display()
-        ))
-        .into());
-    }
-    let options = options(args, &mesh, polygons.as_ref())?;
+    let page = bake.page(&mesh, args, console)?;
+    let options = options(args, &mesh, polygons.as_ref())?
+        .with_page_size(page.size)
+        .with_padding_px(page.padding)
+        .with_pages(if bake.is_none() { args.pages } else { Some(1) });
     console.part_to(UNTIL[1]);
-    let (layout, stages) = console.start(&args.run).execute(|ctx| {
+    let (mut layout, stages) = console.start(&args.run).execute(|ctx| {
         // The layout is measured afterwards: no run ends there for want of memory.
         let needed = measure::memory_needed(mesh.positions.len(), mesh.triangles.len(), ctx.threads());
         ctx.reserve(needed, "Raise the limit, or simplify the mesh")?;
@@ -167,9 +68,14 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         Ok((layout, ctx.stage_seconds()))
     })?;
     console.part_to(UNTIL[2]);
+    page.enlarge(&mut layout, console);
     let quality = lay_on(&mut mesh, &layout, args, console)?;
     report::notes(&layout, &options, console);
-    let written = save(&mut mesh, polygons.as_ref(), scan.as_ref(), args, console)?;
+    console.part_to(UNTIL[3]);
+    let size = [layout.width, layout.height];
+    let pages = textures::baked(&mut mesh, &bake, size, args, console)?;
+    let results = Results { mesh: &mesh, polygons: polygons.as_ref(), pages: &pages };
+    let written = save(&results, asset.as_ref(), args, console)?;
     let done = Done {
         path: &args.mesh,
         vertices: mesh.positions.len(),
@@ -186,34 +92,22 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 }
 
 /// Reads the mesh; points alone are refused.
-fn load(args: &Args, console: &Console) -> Result<Loaded> {
-    let loaded = files::load_as(&args.mesh, args.read.input_format, &args.run, console)?;
-    if loaded.faces.is_empty() {
+fn load(args: &Args, console: &Console) -> Result<Kept> {
+    let kept = files::load_kept(&args.mesh, args.read.input_format, &args.run, console)?;
+    if kept.loaded.faces.is_empty() {
         return Err(Usage(format!(
             "{} has no faces: only a mesh can be unwrapped. Make a surface of points with denoise",
             args.mesh.display()
         ))
         .into());
     }
-    Ok(loaded)
-}
-
-/// Reads the scan whose colours are baked; one without is refused.
-fn load_scan(args: &Args, console: &Console) -> Result<Option<Loaded>> {
-    let Some(path) = &args.bake_from else { return Ok(None) };
-    let scan = files::load(path, &args.run, console)?;
-    if scan.cloud.colors.is_none() {
-        return Err(Usage(format!("{} has no colours to bake", path.display())).into());
-    }
-    Ok(Some(scan))
+    Ok(kept)
 }
 
 /// The core's options.
 fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<UnwrapOptions> {
     let of_triangle = polygons.map(Polygons::of_triangles);
     let groups = args.groups.as_deref().map(|p| constraints::groups(p, mesh, of_triangle.as_deref()));
-    // One mesh, one texture.
-    let pages = if args.bake || args.bake_from.is_some() { Some(1) } else { args.pages };
     let packer = match args.packer {
         Packer::Boxes => unwrap::Packer::Boxes,
         Packer::Shapes | Packer::Xatlas => unwrap::Packer::Shapes,
@@ -221,10 +115,7 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
     Ok(UnwrapOptions::default()
         .with_max_stretch(args.max_stretch)
         .with_max_charts(args.max_charts)
-        .with_page_size(args.texture_size)
-        .with_padding_px(args.padding)
         .with_texels_per_unit(args.density)
-        .with_pages(pages)
         .with_packer(packer)
         .with_face_group(groups.transpose()?)
         .with_seam_edges(args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?)
@@ -246,37 +137,25 @@ fn lay_on(mesh: &mut TriMesh, layout: &UvLayout, args: &Args, console: &Console)
     Ok(quality)
 }
 
-/// Writes the mesh with its texture. What the format cannot hold is a note.
-fn save(
-    mesh: &mut TriMesh,
-    polygons: Option<&Polygons>,
-    scan: Option<&Loaded>,
-    args: &Args,
-    console: &Console,
-) -> Result<Written> {
-    console.part_to(UNTIL[3]);
-    let texture = baked(mesh, scan, args, console)?;
-    console.part_to(1.0);
-    let mut writer = Writer::new(args.write, &args.run, console);
-    let kept = |lost: &str| lost.starts_with("chart numbers");
-    writer.mesh(args.output(), mesh, polygons, texture.as_deref(), kept)?;
-    Ok(writer.written)
+/// What is written.
+struct Results<'a> {
+    mesh: &'a TriMesh,
+    polygons: Option<&'a Polygons>,
+    /// The new images as PNG files, one per layer of the mesh's file, or one.
+    pages: &'a [Vec<u8>],
 }
 
-/// The texture asked for, as a PNG file; the vertices' own colours are taken off then, or they would tint it.
-fn baked(
-    mesh: &mut TriMesh,
-    scan: Option<&Loaded>,
-    args: &Args,
-    console: &Console,
-) -> Result<Option<Vec<u8>>> {
-    let source = match scan {
-        Some(scan) => Colors::Points(&scan.cloud),
-        None if args.bake => Colors::Vertices,
-        None => return Ok(None),
-    };
-    let options = BakeOptions::default().with_size(args.texture_size);
-    let image = console.start(&args.run).execute(|ctx| bake(mesh, source, &options, ctx))?;
-    mesh.colors = None;
-    files::png_apart(image, &args.run, console).map(Some)
+/// Writes the mesh with its textures. What the format cannot hold is a note.
+fn save(results: &Results<'_>, asset: Option<&Asset>, args: &Args, console: &Console) -> Result<Written> {
+    console.part_to(1.0);
+    let Results { mesh, polygons, pages } = *results;
+    let mut writer = Writer::new(args.write, &args.run, console);
+    match asset {
+        Some(asset) => writer.asset(args.output(), asset, mesh, polygons, pages)?,
+        None => {
+            let kept = |lost: &str| lost.starts_with("chart numbers");
+            writer.mesh(args.output(), mesh, polygons, pages.first().map(Vec::as_slice), kept)?;
+        }
+    }
+    Ok(writer.written)
 }

@@ -75,7 +75,8 @@ pub(super) fn charts_of(mesh: &TriMesh, uvs: &[FaceUv], ctx: &Context<'_>) -> Re
                 let (f, k) = (pair[0].1 as usize / 3, pair[0].1 as usize % 3);
                 let [a, b] =
                     [triangles[f][k], triangles[f][(k + 1) % 3]].map(|v| Vec3(mesh.positions[v as usize]));
-                seam_length += (a - b).norm();
+                // An end that is not finite has no length.
+                seam_length += Some((a - b).norm()).filter(|l| l.is_finite()).unwrap_or(0.0);
                 outline.extend([pair[0].1, pair[1].1]);
             }
         }

@@ -287,6 +287,19 @@ mod tests {
         assert_eq!(q.degenerate, 1);
         near(q.stretch_median, 1.0, 0.1);
     }
+
+    #[test]
+    fn a_position_that_is_not_finite_says_nothing_about_other_faces() {
+        let stretched = mapped(8, |p| [p[0], 0.5 * p[1]]);
+        let mut damaged = stretched.clone();
+        damaged.positions[0] = [f64::NAN; 3];
+        damaged.positions[1] = [f64::INFINITY, 0.0, 0.0];
+        let (whole, damaged) = (of(&stretched), of(&damaged));
+        near(damaged.stretch_p95, whole.stretch_p95, 1e-6);
+        near(damaged.conformal, whole.conformal, 1e-6);
+        assert!(damaged.seam.is_finite());
+    }
+
     #[test]
     fn meshes_without_uvs_are_errors() {
         let run = |m: &TriMesh| Run::default().execute(|ctx| uv(m, ctx));

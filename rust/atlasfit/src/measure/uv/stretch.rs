@@ -57,7 +57,7 @@ pub fn face_stretch(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Res
 
 /// Areas of the faces.
 pub(super) struct Areas {
-    /// In space, squared unit of the mesh.
+    /// In space, squared unit of the mesh; 0 where a position is not finite.
     space: Vec<f64>,
     /// Their sum.
     pub total: f64,
@@ -73,7 +73,8 @@ impl Areas {
         let (mut space, mut texture) = (Vec::with_capacity(uvs.len()), Vec::with_capacity(uvs.len()));
         for (i, c) in uvs.iter().enumerate() {
             ctx.check_at(i)?;
-            space.push(area(mesh, i));
+            // One position that is not finite must say nothing about the other faces.
+            space.push(Some(area(mesh, i)).filter(|a| a.is_finite()).unwrap_or(0.0));
             texture.push(if is_finite(c) { signed_area(c) } else { 0.0 });
         }
         let total = space.iter().sum();

@@ -1,0 +1,112 @@
+//! The options of `unwrap`.
+
+use crate::console::RunArgs;
+use crate::files::InputArgs;
+use crate::output::{Holds, Output, OutputArgs};
+use atlasfit::unwrap::{PAGE_TEXELS, UnwrapOptions};
+use std::path::{Path, PathBuf};
+
+/// Options of `unwrap`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The mesh, or - for standard input
+    pub mesh: PathBuf,
+    /// The mesh to write, with its UVs, or - for standard output; its extension decides the format
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Bound on the stretch of 95% of the area: 1.1 = lengths within about 10%. Larger gives fewer charts
+    #[arg(
+        long,
+        default_value_t = UnwrapOptions::default().max_stretch,
+        value_name = "FACTOR",
+        help_heading = "Charts"
+    )]
+    pub max_stretch: f64,
+    /// Most charts: the stretch bound is raised as far as that needs
+    #[arg(long, value_name = "N", help_heading = "Charts")]
+    pub max_charts: Option<usize>,
+    /// Keep the seams of the UVs that the mesh has
+    #[arg(long, help_heading = "Charts")]
+    pub keep_uv_seams: bool,
+    /// Cut where faces meet at more than this angle
+    #[arg(long, value_name = "DEGREES", help_heading = "Charts")]
+    pub hard_edges: Option<f64>,
+    /// Text file with one whole number per face of the mesh: no chart spans two
+    #[arg(long, value_name = "FILE", help_heading = "Charts")]
+    pub groups: Option<PathBuf>,
+    /// Text file with two vertex numbers per line, counted from 0: these edges become seams
+    #[arg(long, value_name = "FILE", help_heading = "Charts")]
+    pub seams: Option<PathBuf>,
+    /// Page size in texels [default: 1024; with the mesh's own texture what keeps its density, up to 8192]
+    #[arg(long, value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
+    pub texture_size: Option<[u32; 2]>,
+    /// Free texels between charts and at the border [default: 2; with the mesh's own texture 24]
+    #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
+    pub padding: Option<u32>,
+    /// Texels per unit of length on the mesh; where it is not given, what fills the pages
+    #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
+    pub density: Option<f64>,
+    /// Most pages; with several, page p lies at u + p (UDIM tiles 1001, 1002, ...)
+    #[arg(long, value_name = "N", help_heading = "Pages")]
+    pub pages: Option<u32>,
+    /// How charts are put on the page
+    #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
+    pub packer: Packer,
+    /// Write a texture with the colours of the mesh's vertices, which it then replaces
+    #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]
+    pub bake: bool,
+    /// Write a texture with these colours: "auto" = the textures that the mesh has, drawn anew for the new
+    /// UVs; an image for the mesh's UVs; a scan that lies on the mesh; "none" [default: auto]
+    #[arg(long, value_name = "TEXTURE|SCAN|auto|none", help_heading = "Texture")]
+    pub bake_from: Option<PathBuf>,
+    /// Go on where the output cannot keep what the mesh's file holds: materials, animations, ...
+    #[arg(long, help_heading = "Files")]
+    pub allow_loss: bool,
+    #[command(flatten)]
+    pub read: InputArgs,
+    #[command(flatten)]
+    pub write: OutputArgs,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// How charts are put on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Packer {
+    /// By their shapes, in each other's bays and holes
+    Shapes,
+    /// By their bounding boxes, in rows: fastest
+    Boxes,
+    /// By xatlas, on square pages, where the program was built with it
+    Xatlas,
+}
+
+fn size(s: &str) -> Result<[u32; 2], String> {
+    let side = |t: &str| t.parse::<u32>().ok().filter(|n| PAGE_TEXELS.contains(n));
+    match s.split_once('x') {
+        None => side(s).map(|n| [n, n]),
+        Some((w, h)) => side(w).zip(side(h)).map(|(w, h)| [w, h]),
+    }
+    .ok_or_else(|| {
+        let (least, most) = PAGE_TEXELS.into_inner();
+        format!("give SIZE or WIDTHxHEIGHT in texels, each from {least} to {most}")
+    })
+}
+
+impl Args {
+    pub fn output(&self) -> Output<'_> {
+        Output { option: "--output", path: &self.output, holds: Holds::Uvs }
+    }
+
+    /// Every file that is read.
+    pub fn inputs(&self) -> Vec<&Path> {
+        let others = [self.baked_file(), self.groups.as_deref(), self.seams.as_deref()];
+        [Some(&*self.mesh)].into_iter().chain(others).flatten().collect()
+    }
+
+    /// The file whose colours are baked, where one is named.
+    pub fn baked_file(&self) -> Option<&Path> {
+        let named = |p: &&Path| *p != Path::new("auto") && *p != Path::new("none");
+        self.bake_from.as_deref().filter(named)
+    }
+}
