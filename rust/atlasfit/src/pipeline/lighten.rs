@@ -57,7 +57,7 @@ pub(super) fn lighten(
         }
     } else {
         // No surface is larger than the frame.
-        let error = options.max_error.map_or(1.0, |e| e / known.scale) as f32;
+        let error = options.max_error.map_or(1.0, |e| (e / known.scale).min(1.0)) as f32;
         let (error, longest) = (ctx.filled(error, n)?, ctx.filled(f32::INFINITY, n)?);
         Goal { faces: options.faces.unwrap_or(0), error, longest }
     };

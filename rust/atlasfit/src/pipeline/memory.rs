@@ -63,8 +63,8 @@ fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usi
     let contouring = with_threads(total_bytes(&contouring).max(closing), threads);
     let vertices = match options.max_error {
         _ if options.watertight => vertices.saturating_mul(SOLID_VERTICES),
-        None => vertices / LIGHTER,
-        Some(_) => vertices,
+        None if options.faces.is_none() => vertices / LIGHTER,
+        _ => vertices,
     };
     if !options.uv {
         return contouring;

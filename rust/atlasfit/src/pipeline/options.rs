@@ -144,7 +144,10 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
         ));
     }
     if o.faces == Some(0) {
-        return Err(Error::invalid("faces is 0", "Give at least 1, or none to keep all triangles"));
+        return Err(Error::invalid(
+            "faces is 0",
+            "Give at least 1, or none for about as many as points; max_error 0 keeps all",
+        ));
     }
     if let Some(e) = o.max_error
         && !(e >= 0.0 && e.is_finite())

@@ -39,6 +39,8 @@ pub(super) struct Block<'a> {
     pub(super) next: Vec<u32>,
     /// The vertices of the first mesh that belong to the triangles.
     pub(super) points: Vec<u32>,
+    /// Share of the error within which these stay.
+    pub(super) share: f64,
 }
 
 /// What has become of a vertex.
@@ -147,6 +149,7 @@ impl<'a> Block<'a> {
             triangles,
             head,
             next,
+            share: 1.0,
             points: piece.points.to_vec(),
         }
     }
@@ -157,6 +160,7 @@ impl<'a> Block<'a> {
             return Ok(());
         }
         let mut surplus = surplus;
+        self.share = work.share;
         if !work.levels.is_empty() {
             self.gather_planes(ctx)?;
         }

@@ -9,6 +9,9 @@ pub(crate) struct SimplifyConstants {
     /// then twice as much, and so on. Source: chosen, a flat surface's rounding is far below, its detail
     /// above.
     pub first: f64,
+    /// The least that the first edges may cost, as a share of the greatest error. Source: chosen: some twenty
+    /// doublings then reach it.
+    pub least: f64,
     /// A cost is done with when a sweep takes less than this share of the triangles. In (0, 1). Source:
     /// chosen, a sweep that takes less costs more time than it saves.
     pub few: f64,
@@ -47,6 +50,9 @@ pub(crate) struct SimplifyConstants {
     /// Cosine between the normals of triangles that are smooth together: only there edges are flipped and
     /// vertices moved. Source: chosen, 25 degrees.
     pub smooth: f64,
+    /// A place whose squared distance to a vertex is below this share of an edge's is at the vertex, which
+    /// alone decides on the normal. Source: chosen.
+    pub at_vertex: f64,
     /// The worst triangle gets better at least this many times, or nothing is changed. Above 1. Source:
     /// chosen: what changes less is not worth its time.
     pub better: f64,
@@ -61,6 +67,7 @@ pub(crate) struct SimplifyConstants {
 pub(crate) const SIMPLIFY: SimplifyConstants = SimplifyConstants {
     block: 40.0,
     first: 1e-3,
+    least: 1e-6,
     few: 0.05,
     sweeps: 3,
     again: 0.5,
@@ -74,6 +81,7 @@ pub(crate) const SIMPLIFY: SimplifyConstants = SimplifyConstants {
     valence: 12,
     near: 0.3,
     smooth: 0.9,
+    at_vertex: 1e-6,
     better: 1.02,
     shapings: 2,
     well: 0.75,

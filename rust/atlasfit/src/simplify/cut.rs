@@ -101,8 +101,10 @@ impl Mesh {
     /// The triangles by the cells that they are in, of a grid that is `shift` of a cell off.
     fn places(&self, shift: f64, ctx: &Context<'_>) -> Result<Vec<Place>> {
         let side = self.side;
-        let one =
-            |x: f64| ((x / side + shift).floor() as i64 + (1 << (BITS - 1))).clamp(0, (1 << BITS) - 1) as u64;
+        let one = |x: f64| {
+            ((x / side + shift).floor() + f64::from(1 << (BITS - 1))).clamp(0.0, f64::from((1 << BITS) - 1))
+                as u64
+        };
         let place = |(i, t): (usize, &[u32; 3])| {
             let [a, b, c] = t.map(|v| self.positions[v as usize]);
             let cell = ((a + b + c) * (1.0 / 3.0)).0.iter().fold(0, |cell, &x| cell << BITS | one(x));

@@ -2,7 +2,7 @@
 
 use crate::numeric::vec3::Vec3;
 
-/// The mesh that is simplified. Each of its vertices some triangle names.
+/// The mesh that is simplified. Every vertex is named by a triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Dense<'a> {
     /// Vertex positions.
@@ -77,6 +77,8 @@ pub(super) struct Work<'a> {
     pub(super) levels: &'a [Level],
     /// Triangles that may go; all where nothing is said.
     pub(super) surplus: Option<usize>,
+    /// Share of the error within which vertices of the first mesh stay.
+    pub(super) share: f64,
     /// Whether triangles are to be shaped.
     pub(super) shape: bool,
 }

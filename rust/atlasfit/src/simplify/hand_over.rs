@@ -62,7 +62,7 @@ impl Block<'_> {
             let own = new.iter().position(|n| n.triangle == f).unwrap_or(0);
             for (k, point) in self.points_of(f) {
                 let p = dense.positions[point as usize];
-                let most = f64::from(goal.error[point as usize]).powi(2);
+                let most = (self.share * f64::from(goal.error[point as usize])).powi(2);
                 let enough = SIMPLIFY.near * SIMPLIFY.near * most;
                 let mut best = (f64::INFINITY, 0);
                 for n in new[own..].iter().chain(&new[..own]) {
@@ -88,7 +88,7 @@ impl Block<'_> {
             return true;
         }
         let n = nearest.1 as usize;
-        dense.normals[n].dot(place - dense.positions[n]).abs() <= f64::from(goal.error[n])
+        dense.normals[n].dot(place - dense.positions[n]).abs() <= self.share * f64::from(goal.error[n])
     }
 
     /// Changes the triangles; those that go get equal corners.

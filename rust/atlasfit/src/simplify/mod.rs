@@ -52,7 +52,8 @@ fn as_far_as_allowed(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> R
     let bounded = first.goal.longest.iter().any(|l| l.is_finite());
     let by_length = SIMPLIFY.lengths.map(|length| Level { error: 1.0, length });
     let by_error = SIMPLIFY.errors.map(|error| Level { error, length: 1.0 });
-    let work = Work { levels: if bounded { &by_length } else { &by_error }, surplus: None, shape: true };
+    let work =
+        Work { levels: if bounded { &by_length } else { &by_error }, surplus: None, share: 1.0, shape: true };
     let enough = if bounded { SIMPLIFY.again } else { SIMPLIFY.few };
     for round in 0.. {
         let before = mesh.triangles.len();
@@ -67,13 +68,15 @@ fn as_far_as_allowed(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> R
 /// Collapses what changes the surface least until so many triangles are left.
 fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Result<()> {
     let most = f64::from(first.goal.error.iter().copied().fold(0.0, f32::max));
-    let mut error = (SIMPLIFY.first * mesh.mean_edge() / most).min(1.0);
+    let mut error = (SIMPLIFY.first * mesh.mean_edge() / most).clamp(SIMPLIFY.least, 1.0);
+    // An edge is judged by planes; vertices may move a little farther than these.
+    let within = |error: f64| (2.0 * error).min(1.0);
     let mut round = 0;
     while mesh.triangles.len() > first.goal.faces {
         let before = mesh.triangles.len();
         let surplus = before - first.goal.faces;
         let levels = [Level { error, length: 1.0 }];
-        let work = Work { levels: &levels, surplus: Some(surplus), shape: false };
+        let work = Work { levels: &levels, surplus: Some(surplus), share: within(error), shape: false };
         mesh.open.fill(true);
         mesh.round(first, &work, round, ctx)?;
         round += 1;
@@ -86,8 +89,15 @@ fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Resul
         }
     }
     mesh.open.fill(true);
+    // Two rounds belong together: one on a grid, one on the same grid shifted.
+    round += round % 2;
     for _ in 0..2 {
-        mesh.round(first, &Work { levels: &[], surplus: None, shape: true }, round, ctx)?;
+        mesh.round(
+            first,
+            &Work { levels: &[], surplus: None, share: within(error), shape: true },
+            round,
+            ctx,
+        )?;
         round += 1;
     }
     Ok(())

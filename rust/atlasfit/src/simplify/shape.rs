@@ -162,7 +162,9 @@ impl Block<'_> {
         let dist2 = |point: u32| dense.positions[point as usize].dist2(place);
         let point = points().min_by(|&x, &y| dist2(x).total_cmp(&dist2(y)))?;
         let n = dense.normals[point as usize];
-        let soft = 0.1 * dist2(point) + f64::MIN_POSITIVE;
+        // Next to a vertex that vertex decides.
+        let [a, b, _] = self.corners(&self.triangles[triangles[0] as usize]);
+        let soft = (0.1 * dist2(point)).max(SIMPLIFY.at_vertex * a.dist2(b)) + f64::MIN_POSITIVE.sqrt();
         let mut normal = Vec3::ZERO;
         for other in points() {
             let m = dense.normals[other as usize];

@@ -18,6 +18,8 @@ use std::f64::consts::TAU;
 const LEAST_SIGMA: f64 = 1e-12;
 /// Rounds in which the share of strays in a window is found.
 const SHARE_ROUNDS: usize = 20;
+/// Points that a chart can follow. Source: chosen, twice the coefficients of a quadric.
+const FOLLOWS: f64 = 12.0;
 /// Rounds in which it is found how far the sheet's points go.
 const EXTENT_ROUNDS: usize = 3;
 
@@ -28,6 +30,8 @@ pub(super) struct Sheet<'a> {
     pub map: &'a Monge,
     /// Its noise.
     pub sigma: f64,
+    /// The scan's noise there.
+    pub usual: f64,
     /// Spacing of its points.
     pub spacing: f64,
 }
@@ -78,7 +82,10 @@ pub(super) fn of_sheet(
         (square + w * p[2] * p[2], on + w)
     });
     if square < on * sigma * sigma {
-        let followed = sigma / (square / on).sqrt().max(LEAST_SIGMA);
+        // Where there is less noise than usual, that is no more than as many coefficients can follow. More noise
+        // than usual is known from these points alone.
+        let most = if sigma > sheet.usual { f64::INFINITY } else { on / (on - FOLLOWS).max(1.0) };
+        let followed = (sigma / (square / on).sqrt().max(LEAST_SIGMA)).min(most.sqrt());
         over.iter_mut().for_each(|p| p[2] *= followed);
         mixture = Mixture::new(&over, half, sigma);
     }
@@ -177,7 +184,7 @@ pub(super) fn of_slab(
         let data = n * ((2.0 * half / (TAU.sqrt() * thick)).ln() - 0.5);
         let cost = 1.5 * (n * (half / thick).powi(2) / 3.0).ln_1p();
         // A clump of strays may look as flat, by chance or where the window cuts it.
-        let flat = (along.sqrt() / thick).max(1.0).ln();
+        let flat = (along.max(0.0).sqrt() / thick).max(1.0).ln();
         let no_clump = 0.5 * (flat / STRAYS.clumps_vary).powi(2);
         best = best.max((data - cost).min(no_clump) - cost_of_noise(thick, sigma));
     }
@@ -201,7 +208,7 @@ mod tests {
     }
     fn for_sheet(points: &[Vec3], sigma: f64, radius: f64) -> f64 {
         let tree = Run::default().execute(|ctx| Neighbours::build(points, ctx)).unwrap();
-        let sheet = Sheet { map: &flat(radius), sigma, spacing: radius / 6.0 };
+        let sheet = Sheet { map: &flat(radius), sigma, usual: sigma, spacing: radius / 6.0 };
         of_sheet(points, &tree, &sheet, |_| true, &mut Vec::new())
     }
     /// Points scattered by these standard deviations along x, y and z.

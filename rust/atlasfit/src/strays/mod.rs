@@ -67,9 +67,10 @@ fn of_chart(
     let Map::Monge(map) = &f.chart.map else { return Ok(f64::INFINITY) };
     let members = f.members.iter().map(|m| f64::from(sampling.spacing[m.0 as usize]));
     let spacing = median(&mut members.collect::<Vec<_>>());
-    let sheet = Sheet { map, sigma: f.chart.sigma, spacing };
+    let usual = charted.noise_of(f);
+    let sheet = Sheet { map, sigma: f.chart.sigma, usual, spacing };
     let data = evidence::of_sheet(points, tree, &sheet, counts, found);
-    Ok(data - evidence::cost_of_noise(f.chart.sigma, charted.noise_of(f)))
+    Ok(data - evidence::cost_of_noise(f.chart.sigma, usual))
 }
 
 /// Judges those charts again that claim points of much thinner ones: these explain the points better, so
