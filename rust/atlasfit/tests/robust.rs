@@ -72,7 +72,8 @@ proptest! {
 
     #[test]
     fn any_small_scene_ends_in_a_sound_result_or_a_typed_error(
-        parts in prop::collection::vec((0u8..7, 1u16..400), 1..6), seed in any::<u64>(), size in -9i32..10, uv in prop::bool::weighted(0.2),
+        parts in prop::collection::vec((0u8..7, 1u16..400), 1..6), seed in any::<u64>(),
+        size in -9i32..10, uv in prop::bool::weighted(0.2),
     ) {
         let factor = 10f64.powi(size);
         let points: Vec<Vec3> = scene(&parts, seed).iter().map(|p| p.map(|x| x * factor)).collect();

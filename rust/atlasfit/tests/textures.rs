@@ -132,7 +132,7 @@ fn seams_do_not_bleed_at_mip_3() {
     // Colours that change slowly on the surface, so that what is foreign at a seam stands out.
     let mut old = old();
     let tint = |p: &[f64; 3]| [0, 1, 2].map(|k| (0.5 + 0.4 * p[k]) as f32);
-    old.colors = Some(old.positions.iter().map(|p| tint(p)).map(|[r, g, b]| [r, g, b, 1.0]).collect());
+    old.colors = Some(old.positions.iter().map(tint).map(|[r, g, b]| [r, g, b, 1.0]).collect());
     let how = BakeOptions::default().with_size([512; 2]);
     let source = Run::default().execute(|ctx| bake(&old, Colors::Vertices, &how, ctx)).unwrap();
     let (new, image) = renewed(&old, &source, false);
