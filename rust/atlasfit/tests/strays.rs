@@ -5,7 +5,7 @@ mod shapes;
 
 use atlasfit::numeric::rng::Rng;
 use atlasfit::{Run, denoise};
-use shapes::{cloud, off_sphere, plain, rms, run, sphere, topology, torus};
+use shapes::{cloud, norm, off_sphere, plain, rms, run, sphere, topology, torus};
 
 type Vec3 = [f64; 3];
 
@@ -58,23 +58,37 @@ fn strays_about_a_rope_are_not_joined_with_it() {
 }
 
 #[test]
-fn strays_about_flat_walls_take_none_of_their_points() {
+fn strays_about_flat_walls_take_few_of_their_points() {
     // A patch that grows from a stray, with ever more noise, would hold most points of a wall.
-    let half = 0.7;
-    let mut rng = Rng::new(6);
-    let mut points: Vec<Vec3> = (0..10_000)
-        .map(|k| {
-            let mut p = [0, 1, 2].map(|_| half * (2.0 * rng.uniform() - 1.0));
-            p[k % 3] = if rng.uniform() < 0.5 { half } else { -half };
-            p.map(|x| x + 0.01 * rng.normal())
+    let half: Vec3 = [0.7, 0.5, 0.2];
+    let mut rng = Rng::new(2);
+    let inside = |rng: &mut Rng, half: Vec3| half.map(|h| h * (2.0 * rng.uniform() - 1.0));
+    let mut points: Vec<Vec3> = (0..12_000)
+        .map(|_| {
+            let mut p = inside(&mut rng, half);
+            // The faces' shares of the area.
+            let k = [0.17, 0.41, 1.0].iter().position(|&u| rng.uniform() < u).unwrap_or(2);
+            p[k] = half[k].copysign(p[k]);
+            p.map(|x| x + 0.007 * rng.normal())
         })
         .collect();
-    add_strays(&mut points, 0.25);
+    let about = half.map(|h| 1.15 * h + 0.1);
+    let clumps: Vec<Vec3> = (0..8).map(|_| inside(&mut rng, about)).collect();
+    for k in 0..3000 {
+        points.push(match k % 2 {
+            0 => inside(&mut rng, about),
+            _ => clumps[k / 2 % clumps.len()].map(|c| c + 0.028 * rng.normal()),
+        });
+    }
     let out = run(&points).expect("a surface");
-    let off = |p: &Vec3| (p.iter().fold(0.0f64, |m, x| m.max(x.abs())) - half).abs();
-    let far = out.surface.positions.iter().filter(|p| off(p) > 0.06).count();
+    let off = |p: &Vec3| {
+        let q = [0, 1, 2].map(|k| p[k].abs() - half[k]);
+        let outside = norm(q.map(|x| x.max(0.0)));
+        if outside > 0.0 { outside } else { -q.iter().fold(f64::MIN, |m, x| m.max(*x)) }
+    };
+    let far = out.surface.positions.iter().filter(|p| off(p) > 0.05).count();
     let all = out.surface.positions.len();
-    assert!(topology(&out.surface).parts == 1 && far * 100 < all, "{far} of {all}");
+    assert!(far * 100 < all, "{far} of {all}");
 }
 
 #[test]
