@@ -176,15 +176,15 @@ def denoise(
                   recipe "paper"
     viewpoint     (3,) where the scanner stood, in the points' unit: the surface faces it, whatever the
                   normals say
-    watertight    whether the surface is to be that of a solid, for printing: closed, without self-intersections
-                  (default False). Its attribute "extrapolated" is 1 where it was invented
-    min_part      connected parts of the surface that have less than this share of its area, 0 to 1, are left out
-                  (default 0: all stay)
+    watertight    whether the surface is to be that of a solid, for printing: closed, without
+                  self-intersections (default False). Its attribute "extrapolated" is 1 where it was invented
+    min_part      connected parts of the surface that have less than this share of its area, 0 to 1, are left
+                  out (default 0: all stay)
     largest       whether only the largest part of the surface by area is kept (default False)
     faces         triangles that the surface should have at the most; 0 = about as many as points (default)
     max_error     how far the surface may move to have fewer triangles; 0 = all that it is contoured with;
-                  less than 0 = as far as faces asks for, without that a quarter of the noise or a tenth of the
-                  spacing (default -1)
+                  less than 0 = as far as faces asks for, without that a quarter of the noise or a
+                  twentieth of the spacing (default -1)
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.

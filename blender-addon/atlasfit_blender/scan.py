@@ -279,9 +279,9 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     max_error: FloatProperty(
         name="Largest Error",
         description=(
-            "How far the surface may move to have fewer triangles, as scaled in the scene. 0 keeps all that it"
-            " is made with; -1 is as far as Triangles asks for, without that a quarter of the noise or a tenth"
-            " of the spacing"
+            "How far the surface may move to have fewer triangles, as scaled in the scene. 0 keeps all that"
+            " it is made with; -1 is as far as Triangles asks for, without that a quarter of the noise or a"
+            " twentieth of the spacing"
         ),
         default=-1.0,
         min=-1.0,

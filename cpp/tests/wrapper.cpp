@@ -1,30 +1,10 @@
 // The C++ wrapper: results, errors as exceptions, exceptions out of callbacks, moves.
-#include <atlasfit.hpp>
+#include "want.hpp"
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <thread>
-
-static int wrong = 0;
-
-static void want(bool good, const char *what) {
-  if (!good) {
-    std::fprintf(stderr, "wrong: %s\n", what);
-    wrong++;
-  }
-}
-
-template <class F>
-static atlasfit_status status_of(F &&f) {
-  try {
-    f();
-    return ATLASFIT_OK;
-  } catch (const atlasfit::Error &e) {
-    want(e.what()[0] != '\0', "an error has a text");
-    return e.status();
-  }
-}
 
 int main() {
   std::vector<float> xyz;

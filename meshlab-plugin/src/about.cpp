@@ -71,7 +71,7 @@ std::vector<Parameter> denoise_parameters(bool surface)
 		list.push_back({Parameter::FLOAT, "maxError", o.max_error, "Largest error (length)",
 			"How far the surface may move to have fewer triangles, in the layer's unit. 0 = all triangles that "
 			"it is made with; -1 = as far as Triangles asks for, without that a quarter of the noise or a "
-			"tenth of the spacing.",
+			"twentieth of the spacing.",
 			{}, false});
 		list.push_back({Parameter::BOOL, "watertight", double(o.watertight), "Watertight",
 			"Whether the surface is to be that of a solid, for printing: closed, without self-intersections.", {},

@@ -5,7 +5,6 @@
 #include "page.h"
 #include "run.h"
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -47,16 +46,6 @@ bool only_selected(const MeshModel& layer, const RichParameterList& par)
 			return true;
 	throw std::runtime_error(
 		"atlasfit: no vertex is selected. Select some, or switch \"only the selected vertices\" off");
-}
-
-/// One long call into the library, its time added up.
-template <class Call> void timed(Outcome& outcome, Call call)
-{
-	const auto started = std::chrono::steady_clock::now();
-	const atlasfit_status status = call();
-	outcome.library_seconds +=
-		std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-	check(status);
 }
 
 /// A mesh for the library, and points; they borrow the arrays.

@@ -6,10 +6,21 @@
 #include "filters.h"
 
 #include <atlasfit.h>
+#include <chrono>
 #include <memory>
 
 /// Throws what the library says of a failure.
 void check(atlasfit_status status);
+
+/// One long call into the library, its time added up.
+template <class Call> void timed(Outcome& outcome, Call call)
+{
+	const auto started = std::chrono::steady_clock::now();
+	const atlasfit_status status = call();
+	outcome.library_seconds +=
+		std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+	check(status);
+}
 
 /// A struct with the library's defaults.
 template <class T> T defaults(atlasfit_status (*init)(T*, std::size_t))

@@ -2,30 +2,10 @@
 #ifndef TESTS_MESHES_COMMON_HPP
 #define TESTS_MESHES_COMMON_HPP
 
-#include <atlasfit.hpp>
+#include "../want.hpp"
 
 #include <cmath>
 #include <cstdio>
-
-static int wrong = 0;
-
-static inline void want(bool good, const char *what) {
-  if (!good) {
-    std::fprintf(stderr, "wrong: %s\n", what);
-    wrong++;
-  }
-}
-
-template <class F>
-atlasfit_status status_of(F &&f) {
-  try {
-    f();
-    return ATLASFIT_OK;
-  } catch (const atlasfit::Error &e) {
-    want(e.what()[0] != '\0', "an error has a text");
-    return e.status();
-  }
-}
 
 /// Polygons over shared vertices.
 struct Faces {

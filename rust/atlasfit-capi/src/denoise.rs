@@ -91,7 +91,7 @@ pub struct atlasfit_denoise_options {
     pub faces: u32,
     /// How far the surface may be from the contoured one to have fewer triangles, in the points' unit; 0 =
     /// all triangles that it is contoured with. Less than 0 = as far as faces asks for; without that a
-    /// quarter of the noise or a tenth of the spacing. A watertight surface keeps all its triangles.
+    /// quarter of the noise or a twentieth of the spacing. A watertight surface keeps all its triangles.
     /// Default -1.
     pub max_error: f64,
 }

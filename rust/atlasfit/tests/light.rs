@@ -36,7 +36,7 @@ fn a_surface_has_about_as_many_triangles_as_points_and_is_the_dense_one_within_i
         assert!(few <= 6 * points.len() / 5 && many > 3 * points.len(), "{few} {many}");
         let [a, b] = [&light, &dense].map(|d| topology(&d.surface));
         assert_eq!((a.euler, a.parts, a.boundary_loops), (b.euler, b.parts, b.boundary_loops));
-        let error = (light.report.noise / 4.0).max(light.report.spacing / 10.0);
+        let error = (light.report.noise / 4.0).max(light.report.spacing / 20.0);
         let options = measure::DistanceOptions::default().with_samples(20_000).with_chamfer_samples(100);
         let apart = Run::default()
             .execute(|ctx| measure::surface(&light.surface, &dense.surface, &options, ctx))

@@ -25,8 +25,8 @@ pub(super) fn accepted(patch: &Option<Patch>) -> bool {
     patch.as_ref().is_some_and(|p| p.accepted)
 }
 
-/// Whether a patch's noise is not too large for the spacing of its points. One from a stray may be wide enough
-/// for its seed, and take surface whose points are much denser.
+/// Whether a patch's noise is not too large for the spacing of its points. One from a stray may be wide
+/// enough for its seed, and take surface whose points are much denser.
 fn may_be_noisy(cut: &Cut<'_>, patch: &Patch) -> bool {
     let mut spacings: Vec<f64> =
         patch.members.iter().map(|m| f64::from(cut.sampling.spacing[*m as usize])).collect();

@@ -10,7 +10,7 @@ use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
-use crate::simplify::{Dense, Goal, simplify};
+use crate::simplify::{Dense, Goal, bound, simplify};
 use crate::spatial::spacing::Sampling;
 
 /// What the scan says of its surface. Lengths are in the normalised frame.
@@ -49,7 +49,7 @@ pub(super) fn lighten(
         let bounds = bounds(known);
         let usual = Bounds::new(known.sampling.median, known.noise);
         let at = |c: &u32| bounds.get(*c as usize).unwrap_or(&usual);
-        let finer = |length: f64| (length / options.detail) as f32;
+        let finer = |length: f64| bound(length / options.detail);
         Goal {
             faces: 0,
             error: s.chart.iter().map(|c| finer(at(c).error)).collect(),
@@ -57,7 +57,8 @@ pub(super) fn lighten(
         }
     } else {
         // No surface is larger than the frame.
-        let error = options.max_error.map_or(1.0, |e| (e / known.scale).min(1.0)) as f32;
+        let error = options.max_error.map_or(1.0, |e| (e / known.scale).min(1.0));
+        let error = bound(error);
         let (error, longest) = (ctx.filled(error, n)?, ctx.filled(f32::INFINITY, n)?);
         Goal { faces: options.faces.unwrap_or(0), error, longest }
     };

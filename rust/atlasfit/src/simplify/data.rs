@@ -24,6 +24,12 @@ pub(crate) struct Goal {
     pub longest: Vec<f32>,
 }
 
+/// A length as a bound: what is kept in single precision is never more.
+pub(crate) fn bound(length: f64) -> f32 {
+    let nearest = length as f32;
+    if f64::from(nearest) > length { nearest.next_down() } else { nearest }
+}
+
 /// A simplified mesh.
 #[derive(Debug)]
 pub(crate) struct Simplified {

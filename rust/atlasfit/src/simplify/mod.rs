@@ -26,7 +26,7 @@ mod tests;
 use crate::error::Result;
 use crate::run::Context;
 use constants::SIMPLIFY;
-pub(crate) use data::{Dense, Goal, Simplified};
+pub(crate) use data::{Dense, Goal, Simplified, bound};
 use data::{First, Level, Mesh, Work};
 
 /// Simplifies a mesh.
@@ -55,10 +55,17 @@ fn as_far_as_allowed(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> R
     let work =
         Work { levels: if bounded { &by_length } else { &by_error }, surplus: None, share: 1.0, shape: true };
     let enough = if bounded { SIMPLIFY.again } else { SIMPLIFY.few };
+    let mut before = [usize::MAX; 2];
     for round in 0.. {
-        let before = mesh.triangles.len();
+        before = [before[1], mesh.triangles.len()];
+        if !bounded {
+            // What could not go before may go among larger triangles.
+            mesh.open.fill(true);
+        }
         mesh.round(first, &work, round, ctx)?;
-        if round > 0 && ((before - mesh.triangles.len()) as f64) < enough * before as f64 {
+        // What is a seam in one round is within a block in the next: both have a say.
+        let gone = before[0].saturating_sub(mesh.triangles.len()) as f64;
+        if round > 0 && gone < enough * before[0] as f64 {
             break;
         }
     }

@@ -41,7 +41,7 @@ fn run_on(run: Run<'_>, m: &Plain, faces: usize, [max_error, longest]: [f64; 2])
         t.iter().for_each(|&v| normals[v as usize] += n);
     }
     let normals: Vec<Vec3> = normals.into_iter().map(Vec3::normalized).collect();
-    let all = |x: f64| vec![x as f32; m.positions.len()];
+    let all = |x: f64| vec![bound(x); m.positions.len()];
     let goal = Goal { faces, error: all(max_error), longest: all(longest) };
     let dense = Dense { positions: &m.positions, normals: &normals, triangles: &m.triangles };
     run.execute(|ctx| simplify(&dense, &goal, ctx)).unwrap()
@@ -103,7 +103,7 @@ fn a_torus_stays_one_as_near_as_is_asked_for_both_ways() {
         assert_eq!((rim, more, s.positions.len() + s.triangles.len()), (0, 0, inner), "Euler's number is 0");
         assert!(
             distance(&Plain { triangles: Vec::new(), ..grid([60, 60], true, torus) }, &plain(&s))
-                <= max_error * 1.001
+                <= max_error * (1.0 + 1e-9)
         );
         let back = distance(&plain(&s), &first);
         assert!(back <= 1.5 * max_error, "{back} {max_error}");
@@ -125,7 +125,7 @@ fn a_torus_stays_one_as_near_as_is_asked_for_both_ways() {
 #[test]
 fn a_flat_sheet_becomes_few_triangles_and_keeps_its_corners() {
     let s = run(&grid([40, 40], false, |u, v| [u, v, 0.25]), 0, 1e-6);
-    assert!(s.triangles.len() < 100, "{}", s.triangles.len());
+    assert!(s.triangles.len() < 80, "{}", s.triangles.len());
     let m = plain(&s);
     let area: f64 = s.triangles.iter().map(|t| 0.5 * area_vector(corners(&m, t))[2]).sum();
     assert!((area - 1.0).abs() < 1e-9, "{area}");

@@ -32,8 +32,8 @@ pub(crate) struct StraysConstants {
     /// Thicknesses of slabs that are tried. Source: chosen, up to about four times the noise.
     pub slabs: i32,
     /// Standard deviation of the logarithm of how much wider than thick a clump of strays looks in a window.
-    /// Source: derived, a ball that cuts a Gaussian clump off its middle leaves it up to twice as wide as thick,
-    /// two standard deviations.
+    /// Source: derived, a ball that cuts a Gaussian clump off its middle leaves it up to twice as wide as
+    /// thick, about three standard deviations.
     pub clumps_vary: f64,
     /// Neighbours by which the density at a point is known. Source: chosen.
     pub density_k: usize,
@@ -63,7 +63,7 @@ pub(crate) const STRAYS: StraysConstants = StraysConstants {
     shared: 2.0,
     thicker: 1.6,
     slabs: 3,
-    clumps_vary: 0.35,
+    clumps_vary: 0.25,
     density_k: 8,
     around: 32,
     scatter_samples: 2000,

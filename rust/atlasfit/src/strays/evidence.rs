@@ -82,8 +82,8 @@ pub(super) fn of_sheet(
         (square + w * p[2] * p[2], on + w)
     });
     if square < on * sigma * sigma {
-        // Where there is less noise than usual, that is no more than as many coefficients can follow. More noise
-        // than usual is known from these points alone.
+        // Where there is less noise than usual, that is no more than as many coefficients can follow. More
+        // noise than usual is known from these points alone.
         let most = if sigma > sheet.usual { f64::INFINITY } else { on / (on - FOLLOWS).max(1.0) };
         let followed = (sigma / (square / on).sqrt().max(LEAST_SIGMA)).min(most.sqrt());
         over.iter_mut().for_each(|p| p[2] *= followed);
@@ -251,6 +251,6 @@ mod tests {
             let tree = Run::default().execute(|ctx| Neighbours::build(&points, ctx)).unwrap();
             of_slab(&points, &tree, Vec3::ZERO, 0.02, &mut Vec::new())
         });
-        assert!(slab_and_ball[0] > 10.0 && slab_and_ball[1] < 0.0, "{slab_and_ball:?}");
+        assert!(slab_and_ball[0] > 20.0 && slab_and_ball[1] < 0.0, "{slab_and_ball:?}");
     }
 }

@@ -126,6 +126,12 @@ pub fn topology(mesh: &TriMesh) -> Topology {
     Run::default().execute(|ctx| atlasfit::measure::topology(mesh, ctx)).expect("a valid mesh")
 }
 
+/// Places evenly spread over a surface, whatever the size of its triangles.
+pub fn places(mesh: &TriMesh) -> Vec<Vec3> {
+    let all = Run::default().execute(|ctx| atlasfit::measure::sample::uniform(mesh, 20_000, 1, ctx));
+    all.expect("a surface").into_iter().map(|s| s.point.0).collect()
+}
+
 pub fn norm(v: Vec3) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

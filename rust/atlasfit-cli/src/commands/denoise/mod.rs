@@ -94,7 +94,7 @@ pub struct Args {
     faces: Option<u64>,
     /// How far the surface with fewer triangles may be from the one as it is contoured, in the scan's unit;
     /// alone: as few triangles as that allows; 0: all that it is contoured with [default: a quarter of the
-    /// noise or a tenth of the spacing]
+    /// noise or a twentieth of the spacing]
     #[arg(
         long,
         value_name = "LENGTH",
