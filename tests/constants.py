@@ -354,6 +354,7 @@ def main():
         default=ROOT.parent / "shared" / "data" / "uv",
         help="folder of the meshes that are unwrapped",
     )
+    ask.add_argument("--denoise", default="", help="more options of denoise, in one word: --denoise=--watertight")
     ask.add_argument("--shapes", default="", help="more shapes, with commas: NAME or NAME:SIGMA")
     given = ask.parse_args()
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -379,7 +380,8 @@ def main():
         sys.exit(f"not in {given.meshes}: {', '.join(absent)} (see --meshes)")
     if given.fresh:
         (scratch / "results.jsonl").unlink(missing_ok=True)
-    return run(Workplace(scratch, scans, given.count, ["--no-uv"] * given.no_uv, given.meshes), todo)
+    more = [*(["--no-uv"] * given.no_uv), *given.denoise.split()]
+    return run(Workplace(scratch, scans, given.count, more, given.meshes), todo)
 
 
 if __name__ == "__main__":

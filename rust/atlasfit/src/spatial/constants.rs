@@ -22,9 +22,6 @@ pub(crate) struct SpatialConstants {
     /// scan is too thin to show one, and the voxels needed to bridge the gaps grow with the square. Source:
     /// chosen.
     pub widest: f64,
-    /// Neighbours that the local spacing is taken from. Source: chosen; its use is derived: 8 points on a
-    /// surface of density 1/s^2 lie within r with pi r^2 = 8 s^2.
-    pub spacing_k: usize,
     /// Scanners sample in lines: within a line the nearest points are close, the next line is far. So many
     /// neighbours see both. Source: chosen.
     pub wide_k: usize,
@@ -46,7 +43,6 @@ pub(crate) const SPATIAL: SpatialConstants = SpatialConstants {
     block: 1 << 15,
     sample: 511,
     widest: 6.0,
-    spacing_k: 8,
     wide_k: 32,
     wide_share: 0.85,
     copy: 1e-3,

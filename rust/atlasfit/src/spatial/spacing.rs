@@ -34,8 +34,9 @@ impl Sampling {
     }
 }
 
-/// How many neighbours of a point are named: those that its spacing is taken from.
-pub const NAMED: usize = SPATIAL.spacing_k;
+/// Neighbours of a point that are named: those that its spacing is taken from. Source: chosen; their use is
+/// derived: 8 points on a surface of density 1/s^2 lie within r with pi r^2 = 8 s^2.
+pub const NAMED: usize = 8;
 
 /// What stands around each point.
 #[derive(Debug, Clone)]
@@ -84,7 +85,7 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
                 };
                 // Never zero: what is divided by it stays a number.
                 out.spacing.push(
-                    (side(SPATIAL.spacing_k).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32)
+                    (side(NAMED).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32)
                         .max(1e-30),
                 );
                 let mut nearest = [u32::MAX; NAMED];
