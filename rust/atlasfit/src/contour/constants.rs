@@ -31,14 +31,20 @@ pub(crate) struct ContourConstants {
     /// (0, 1). Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub step_apart: f64,
-    /// A part is an open sheet when its mean normal is longer than this: 1 is flat, 0.5 a hemisphere, 0
-    /// closed. Source: chosen between a hemisphere and closed.
-    /// Halved: no figure changes by 1 %; doubled: same bytes.
-    pub open_facing: f64,
-    /// ... and the volume that it spans with its centroid, relative to a sphere of its area, is less than
-    /// this. In (0, 1). Source: chosen.
-    /// Halved or doubled: same bytes.
-    pub open_volume: f64,
+    /// Places of a part that its winding is summed over, at the most. Source: chosen, for speed.
+    pub winding_places: usize,
+    /// Standard deviation of how often an open part winds about itself. Source: derived, a hemisphere and a
+    /// bowl do it a quarter of a time, outward and inward, and open parts are as often the one as the other.
+    pub winding_spread: f64,
+    /// Places along a part's boundary, at the most. Source: chosen, for speed.
+    pub rim_places: usize,
+    /// Nats for two parts to face alike where the boundary of one runs along the other all the way. Source:
+    /// chosen, as many as for a closed body to face outward.
+    pub goes_on: f64,
+    /// Nats for a flat open part to face upward. Source: chosen, small: it decides where nothing else does.
+    pub upward: f64,
+    /// Nats for a part to face as the scan says. Source: chosen, beyond all else.
+    pub scan_knows: f64,
     /// A cut is at most this many times as long as the widest slit. Source: chosen.
     /// Halved: no figure changes by 1 %; doubled: same bytes.
     pub cut: f64,
@@ -92,8 +98,12 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     near2: 0.01,
     farthest: 0.9,
     step_apart: 0.05,
-    open_facing: 0.3,
-    open_volume: 0.3,
+    winding_places: 1024,
+    winding_spread: 0.25,
+    rim_places: 256,
+    goes_on: 8.0,
+    upward: 0.1,
+    scan_knows: 1e3,
     cut: 1.5,
     across: 4.0,
     ribbon: 0.2,
