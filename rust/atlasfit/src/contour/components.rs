@@ -156,6 +156,7 @@ mod tests {
     use super::super::surface::corners;
     use super::*;
     use crate::Run;
+    use crate::numeric::vec3::Vec3;
 
     fn surface(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Surface {
         let n = positions.len();

@@ -102,7 +102,7 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     winding_spread: 0.25,
     rim_places: 256,
     goes_on: 8.0,
-    upward: 0.1,
+    upward: 1.0,
     scan_knows: 1e3,
     cut: 1.5,
     across: 4.0,

@@ -117,6 +117,9 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
     let places: Vec<(u32, &Place)> =
         (0..).zip(parts).flat_map(|(k, part)| part.rim.iter().map(move |p| (k, p))).collect();
     let positions: Vec<Vec3> = places.iter().map(|(_, p)| p.position).collect();
+    if positions.is_empty() {
+        return Ok(Vec::new());
+    }
     let tree = Neighbours::build(&positions, ctx)?;
     let mut sums: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     let mut found = Vec::new();
@@ -144,4 +147,89 @@ fn agreement(p: &Place, q: &Place, size2: f64) -> f64 {
     let carried = p.normal - along * (2.0 * leaves);
     let tangent = (1.0 - leaves * leaves) * (1.0 - arrives * arrives);
     carried.dot(q.normal) * tangent / (1.0 + d.norm2() / size2.max(f64::MIN_POSITIVE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::contour::components;
+
+    const PIECES: u32 = 5;
+
+    /// Pieces of a surface over the unit square, with gaps between them; every other piece faces the other way.
+    fn pieces(at: impl Fn(f64, f64) -> [f64; 3]) -> Surface {
+        let n = 8;
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for piece in 0..PIECES {
+            let first = positions.len() as u32;
+            for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
+                let u = (f64::from(piece) + 0.9 * f64::from(i) / f64::from(n)) / f64::from(PIECES);
+                positions.push(Vec3(at(u, f64::from(j) / f64::from(n))));
+            }
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let a = first + i * (n + 1) + j;
+                for mut t in [[a, a + n + 1, a + n + 2], [a, a + n + 2, a + 1]] {
+                    if piece % 2 == 1 {
+                        t.swap(1, 2);
+                    }
+                    triangles.push(t);
+                }
+            }
+        }
+        let count = positions.len();
+        Surface { positions, normals: vec![Vec3::ZERO; count], chart: vec![0; count], triangles }
+    }
+
+    /// For each piece how much of it faces along `out`, from -1 to 1.
+    fn facing(s: &Surface, out: impl Fn(Vec3) -> Vec3) -> Vec<f64> {
+        s.triangles
+            .chunks(s.triangles.len() / PIECES as usize)
+            .map(|piece| {
+                let of = |t: &[u32; 3]| {
+                    let c = corners(&s.positions, t);
+                    area_vector(c).normalized().dot(out(c[0]).normalized())
+                };
+                piece.iter().map(of).sum::<f64>() / piece.len() as f64
+            })
+            .collect()
+    }
+
+    fn oriented(s: &Surface) -> Surface {
+        let mut s = s.clone();
+        Run::default().execute(|ctx| components::orient(&mut s, false, 0, &[], ctx)).unwrap();
+        s
+    }
+
+    #[test]
+    fn pieces_of_a_tube_face_outward_and_pieces_of_a_slope_upward() {
+        let tube = |u: f64, v: f64| {
+            let a = 6.0 * u;
+            [a.cos(), 2.0 * v, a.sin()]
+        };
+        let out = facing(&oriented(&pieces(tube)), |p| Vec3([p[0], 0.0, p[2]]));
+        assert!(out.iter().all(|f| *f > 0.9), "{out:?}");
+        // Each piece alone is a gutter: it winds to neither side for sure.
+        let slope = |u: f64, v: f64| [4.0 * u, v, 0.3 * (9.0 * u).sin()];
+        let up = facing(&oriented(&pieces(slope)), |_| Vec3([0.0, 0.0, 1.0]));
+        assert!(up.iter().all(|f| *f > 0.5), "{up:?}");
+    }
+
+    #[test]
+    fn a_wall_beside_a_wall_faces_the_same_way_though_neither_is_up() {
+        let wall = |u: f64, v: f64| [4.0 * u, 0.05 * (7.0 * v).sin() * (9.0 * u).cos(), v];
+        let along = facing(&oriented(&pieces(wall)), |_| Vec3([0.0, 1.0, 0.0]));
+        assert!(along.iter().all(|f| f.signum() == along[0].signum() && f.abs() > 0.5), "{along:?}");
+    }
+
+    #[test]
+    fn a_quarter_turn_changes_nothing_of_a_tube_and_scale_nothing_at_all() {
+        let bowl = |u: f64, v: f64| [4.0 * u, (3.0 * v).cos(), (3.0 * v).sin()];
+        let first = oriented(&pieces(bowl)).triangles;
+        let turned = oriented(&pieces(|u, v| {
+            let [x, y, z] = bowl(u, v);
+            [1e3 * y, 1e3 * z, 1e3 * x]
+        }));
+        assert_eq!(first, turned.triangles);
+    }
 }
