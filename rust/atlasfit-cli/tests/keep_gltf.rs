@@ -93,9 +93,10 @@ fn body(file: &mut Gltf) -> Value {
     let uv = file.rows(&floats(&numbers(2)), about("VEC2"));
     let second = file.rows(&floats(&numbers(2)), about("VEC2"));
     let tangent = file.rows(&floats(&[1.0, 0.0, 0.0, 1.0].repeat(8)), about("VEC4"));
-    let weights = file.rows(&floats(&[0.25, 0.75, 0.0, 0.0].repeat(8)), about("VEC4"));
+    let weights: Vec<f32> = (0..8).map(|i| i as f32 / 8.0).flat_map(|w| [w, 1.0 - w, 0.0, 0.0]).collect();
+    let weights = file.rows(&floats(&weights), about("VEC4"));
     let own = file.rows(&floats(&numbers(1)), about("SCALAR"));
-    let bytes: Vec<u8> = (0..32).map(|i| i / 4 % 2).collect();
+    let bytes: Vec<u8> = [0, 1, 0, 0].repeat(8);
     let joints = file.rows(&bytes, json!({ "componentType": 5121, "count": n, "type": "VEC4" }));
     let colors: Vec<u8> = (0..32).map(|i| 200 + i).collect();
     let view = file.view(&colors, json!({ "byteStride": 4, "target": 34962 }));

@@ -37,8 +37,11 @@ fn owners(json: &Value, groups: &[Group]) -> BTreeMap<usize, Option<usize>> {
 /// Puts the pages in the place of the images of their groups.
 pub(super) fn replace(edit: &mut Edit<'_>, groups: &[Group], pages: &[Page<'_>]) {
     let owners = owners(&edit.json, groups);
+    // Pages of fewer images than there were take the first places, so that none in between is left over.
+    let as_many = groups.iter().all(|g| g.images().len() == 1);
     for (g, (group, page)) in groups.iter().zip(pages).enumerate() {
-        let image = add_image(edit, group, page);
+        let like = group.images().first().copied().filter(|_| as_many);
+        let image = add_image(edit, group, page, like);
         let mut textures: BTreeMap<usize, usize> = BTreeMap::new();
         for slot in &group.slots {
             let texture = *textures.entry(slot.texture).or_insert_with(|| {
@@ -54,8 +57,8 @@ pub(super) fn replace(edit: &mut Edit<'_>, groups: &[Group], pages: &[Page<'_>])
     }
 }
 
-/// Adds an image that holds a page; its number.
-fn add_image(edit: &mut Edit<'_>, group: &Group, page: &Page<'_>) -> usize {
+/// Adds an image that holds a page and replaces `like`; its number.
+fn add_image(edit: &mut Edit<'_>, group: &Group, page: &Page<'_>, like: Option<usize>) -> usize {
     let images = group.images();
     // One that replaces a single image keeps its name.
     let mut object = match (&images[..], list(&edit.json, IMAGES.key)) {
@@ -70,7 +73,7 @@ fn add_image(edit: &mut Edit<'_>, group: &Group, page: &Page<'_>) -> usize {
             object.insert("bufferView".into(), edit.add_view(page.bytes.to_vec(), None, json!({})).into())
         }
     };
-    edit.add_image(object.into(), images.first().copied())
+    edit.add_image(object.into(), like)
 }
 
 /// A texture that shows an image: `texture` itself, or a copy where it is not the group's own. Its number.

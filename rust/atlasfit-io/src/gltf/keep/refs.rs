@@ -66,11 +66,14 @@ pub(super) fn images(json: &mut Value, each: &mut dyn FnMut(&mut Value)) {
 const WHITE: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR42mP4DwABAQEAHLCM\
     mQAAAABJRU5ErkJggg==";
 
+/// Calls a function with every number of the JSON that names an entry of a list.
+type EachNumber = fn(&mut Value, &mut dyn FnMut(&mut Value));
+
 /// A list whose entries are named by number.
 #[derive(Clone, Copy)]
 pub(super) struct List {
     pub key: &'static str,
-    each: fn(&mut Value, &mut dyn FnMut(&mut Value)),
+    each: EachNumber,
     /// What stands in the place of an entry that nobody names any more, where it is not the last.
     idle: fn() -> Value,
 }
