@@ -4,8 +4,7 @@
 //! nobody names any more, and the buffer.
 
 use super::blob::Blob;
-use super::lost::COMPRESSED;
-use super::pages::drop_extensions;
+use super::extensions::{COMPRESSED, drop_extensions, drop_unused};
 use super::refs::{ACCESSORS, IMAGES, List, Named, VIEWS};
 use crate::gltf::document::Document;
 use serde_json::{Map, Value};
@@ -133,36 +132,5 @@ fn one_buffer(json: &mut Value, length: usize, file: Option<&str>) {
     buffer.insert("byteLength".into(), length.into());
     if let Some(json) = json.as_object_mut() {
         json.insert("buffers".into(), vec![Value::from(buffer)].into());
-    }
-}
-
-/// Takes extensions off the lists of those that are used which the edit may have taken from everywhere.
-fn drop_unused(json: &mut Value) {
-    const TAKEN: [&str; 7] = [
-        "KHR_texture_transform",
-        "EXT_texture_webp",
-        "EXT_texture_avif",
-        "KHR_texture_basisu",
-        "MSFT_texture_dds",
-        COMPRESSED[0],
-        COMPRESSED[1],
-    ];
-    let unused: Vec<&str> = TAKEN.into_iter().filter(|name| !has_key(json, name)).collect();
-    for key in ["extensionsUsed", "extensionsRequired"] {
-        let Some(names) = json.get_mut(key).and_then(Value::as_array_mut) else { continue };
-        let before = names.len();
-        names.retain(|n| !n.as_str().is_some_and(|n| unused.contains(&n)));
-        if names.is_empty() && before > 0 {
-            json.as_object_mut().into_iter().for_each(|o| drop(o.shift_remove(key)));
-        }
-    }
-}
-
-/// Whether an object anywhere in a value has this name.
-fn has_key(value: &Value, key: &str) -> bool {
-    match value {
-        Value::Object(o) => o.contains_key(key) || o.values().any(|v| has_key(v, key)),
-        Value::Array(a) => a.iter().any(|v| has_key(v, key)),
-        _ => false,
     }
 }

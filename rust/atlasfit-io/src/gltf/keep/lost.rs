@@ -2,13 +2,11 @@
 //!
 //! In: the JSON of a file. Out: what is lost, in words, and what it names and is not there.
 
+use super::extensions::COMPRESSED;
 use super::slots::Slot;
 use crate::gltf::document::{Document, list, number};
 use crate::gltf::primitive::Primitive;
 use serde_json::Value;
-
-/// The extensions of compressed data, whose plain copy a file may hold too.
-pub(super) const COMPRESSED: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// What was found.
 #[derive(Default)]

@@ -7,6 +7,7 @@
 
 mod blob;
 mod edit;
+mod extensions;
 mod lost;
 mod pages;
 mod parts;
@@ -150,7 +151,8 @@ impl Kept {
 
     /// The file with the texture coordinates of `job`, whose triangles were read from it.
     pub fn edited(&self, job: &Job<'_>, place: &Place<'_>) -> Result<Edited<'_>> {
-        let mut input = Input::whole(&self.path, &[], self.limit).until(job.stop);
+        let data = self.file.buffers().first().map_or(&[][..], |b| b);
+        let mut input = Input::whole(&self.path, data, self.limit).until(job.stop);
         // The JSON once more, and as text.
         input.reserve(self.file.json_bytes, 3)?;
         self.file.buffers().iter().try_for_each(|b| input.reserve(b.len(), 1))?;

@@ -4,6 +4,7 @@
 //! with textures that show those, through the first set of texture coordinates.
 
 use super::edit::Edit;
+use super::extensions::drop_extensions;
 use super::refs::IMAGES;
 use super::slots::{Slot, slots};
 use super::textures::Group;
@@ -90,16 +91,6 @@ fn show(json: &mut Value, texture: usize, own: bool, image: usize) -> usize {
         drop_extensions(object, |_, value| value.get("source").is_some());
     }
     number
-}
-
-/// Takes extensions off an object.
-pub(super) fn drop_extensions(object: &mut Map<String, Value>, drops: impl Fn(&str, &Value) -> bool) {
-    if let Some(extensions) = object.get_mut("extensions").and_then(Value::as_object_mut) {
-        extensions.retain(|name, value| !drops(name, value));
-        if extensions.is_empty() {
-            object.shift_remove("extensions");
-        }
-    }
 }
 
 /// Takes the places off that name images which cannot be drawn.
