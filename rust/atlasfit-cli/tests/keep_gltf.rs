@@ -174,11 +174,15 @@ fn unwrapped(folder: &Folder, name: &str, more: &[&str]) -> (Gltf, PathBuf) {
     (Gltf::read(&output), output)
 }
 
-/// The JSON without what UVs touch: where data lie, and what the materials' textures name.
+/// The JSON without what UVs touch: where data lie, their numbers, and what the materials' textures name.
 fn untouched(mut json: Value) -> Value {
     for key in ["buffers", "bufferViews", "accessors", "images", "extensionsUsed"] {
         json.as_object_mut().unwrap().remove(key);
     }
+    for sampler in json["animations"][0]["samplers"].as_array_mut().unwrap() {
+        sampler.take();
+    }
+    json["skins"][0]["inverseBindMatrices"].take();
     for texture in json["textures"].as_array_mut().unwrap() {
         texture.as_object_mut().unwrap().remove("source");
     }
@@ -435,4 +439,60 @@ fn an_output_does_not_replace_files_that_the_input_uses() {
     let done = run(&[&"unwrap", &other, &"-o", &output]);
     assert_eq!(done.status.code(), Some(2));
     assert!(err(&done).contains("would replace"), "{}", err(&done));
+}
+
+/// Numbers under these names anywhere in a value.
+fn named(value: &Value, names: &[&str], out: &mut Vec<u64>) {
+    for (key, v) in value.as_object().into_iter().flatten() {
+        out.extend(v.as_u64().filter(|_| names.contains(&&**key)));
+        named(v, names, out);
+    }
+    value.as_array().into_iter().flatten().for_each(|v| named(v, names, out));
+}
+
+#[test]
+fn what_nobody_names_any_more_is_left_out() {
+    let folder = Folder::new("keep-lean");
+    let (input, output) = (folder.0.join("robot.glb"), folder.0.join("out.gltf"));
+    let mut file = robot();
+    // An extension that is not known may name data: with one all numbers would stay.
+    file.json["extensionsUsed"] = json!(["KHR_texture_transform", "KHR_lights_punctual"]);
+    std::fs::write(&input, file.glb()).unwrap();
+    let done = run(&[&"unwrap", &input, &"-o", &output]);
+    assert!(done.status.success(), "{}", err(&done));
+    let (old, new) = (Gltf::read(&input), Gltf::read(&output));
+    is_sound(&new);
+    same_corners(&old, &new);
+    assert_eq!(untouched(old.json.clone()).to_string(), untouched(new.json.clone()).to_string());
+    let accessors = [
+        "POSITION",
+        "NORMAL",
+        "TEXCOORD_0",
+        "TEXCOORD_1",
+        "COLOR_0",
+        "JOINTS_0",
+        "WEIGHTS_0",
+        "_OWN",
+        "indices",
+        "input",
+        "output",
+        "inverseBindMatrices",
+    ];
+    for (key, names) in
+        [("accessors", &accessors[..]), ("bufferViews", &["bufferView"]), ("images", &["source"])]
+    {
+        let mut used = Vec::new();
+        named(&new.json, names, &mut used);
+        used.sort_unstable();
+        used.dedup();
+        let count = new.json[key].as_array().unwrap().len() as u64;
+        assert_eq!(used, (0..count).collect::<Vec<u64>>(), "{key}");
+    }
+    let walk = |file: &Gltf| {
+        let sampler = file.json["animations"][0]["samplers"][0].clone();
+        [file.rows_of(&sampler["input"]), file.rows_of(&sampler["output"])]
+    };
+    assert!(walk(&old) == walk(&new));
+    let bind = |file: &Gltf| file.rows_of(&file.json["skins"][0]["inverseBindMatrices"]);
+    assert!(bind(&old) == bind(&new));
 }

@@ -10,7 +10,7 @@ use crate::gltf::keep;
 use crate::input::Input;
 use crate::job::{FileBeside, Job, Written};
 use crate::layer::{Layer, NO_IMAGE};
-use crate::load::{LoadOptions, Loaded, load_bytes, loaded};
+use crate::load::{LoadOptions, Loaded, load_bytes};
 use crate::obj::edit::{self, materials};
 use crate::obj::library::{self, Map};
 use crate::save::{SaveMesh, Saved, checked, mesh_job, save_by};
@@ -89,7 +89,7 @@ fn of_gltf(path: &Path, data: &[u8], options: &LoadOptions) -> Result<(Loaded, O
     let keep::Opened { content, kept, layers, missing, named } = opened?;
     let named = named.iter().map(|n| path.with_file_name("").join(n)).collect();
     let materials = kept.materials();
-    let mut loaded = loaded(input, content, Format::Gltf);
+    let mut loaded = crate::load::loaded(input, content, Format::Gltf);
     // All that is said to be lost here is kept.
     let lost = ["skinned", "meshes with morph", "sets of lines", "vertices ", "normals, left out"];
     loaded.report.notes.retain(|n| !lost.iter().any(|l| n.what.starts_with(l)));

@@ -4,7 +4,7 @@
 //! nobody names any more, and the buffer.
 
 use super::blob::Blob;
-use super::extensions::{COMPRESSED, drop_extensions, drop_unused};
+use super::extensions::{COMPRESSED, are_known, drop_extensions, drop_unused};
 use super::refs::{ACCESSORS, IMAGES, List, Named, VIEWS};
 use crate::gltf::document::Document;
 use serde_json::{Map, Value};
@@ -32,8 +32,8 @@ impl New {
         self.old.is.len() + self.like.len() - 1
     }
 
-    fn settle(&self, json: &mut Value) -> Vec<usize> {
-        self.list.settle(json, &self.old, &self.like)
+    fn settle(&self, json: &mut Value, closes: bool) -> Vec<usize> {
+        self.list.settle(json, &self.old, &self.like, closes)
     }
 }
 
@@ -82,10 +82,12 @@ impl<'k> Edit<'k> {
     /// Gives what is new its places. `embed` gives the bytes of the images that are to move from their files
     /// into the buffer, `file` is the name of the buffer's own file.
     pub fn finish(mut self, embed: impl Fn(&str) -> Option<Vec<u8>>, file: Option<&str>) -> Finished<'k> {
-        self.accessors.settle(&mut self.json);
-        self.images.settle(&mut self.json);
+        // What extensions that are not known may name stays where it is.
+        let closes = are_known(&self.json);
+        self.accessors.settle(&mut self.json, closes);
+        self.images.settle(&mut self.json, closes);
         self.embed(embed);
-        let places = self.views.settle(&mut self.json);
+        let places = self.views.settle(&mut self.json, closes);
         for object in VIEWS.entries(&mut self.json).into_iter().flatten().filter_map(Value::as_object_mut) {
             drop_extensions(object, |name, _| COMPRESSED.contains(&name));
         }

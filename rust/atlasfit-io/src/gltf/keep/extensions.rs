@@ -1,8 +1,9 @@
-//! Extensions that an edit takes off a file.
+//! The extensions of a file: those that an edit takes off, and whether all are known.
 //!
 //! In: the JSON of a file, or an object of it. Out: the same without them, and without their names in the lists
 //! of those that are used where nothing has them any more.
 
+use crate::gltf::document::list;
 use serde_json::{Map, Value};
 
 /// The extensions of compressed data, whose plain copy a file may hold too.
@@ -47,4 +48,25 @@ fn has_key(value: &Value, key: &str) -> bool {
         Value::Array(a) => a.iter().any(|v| has_key(v, key)),
         _ => false,
     }
+}
+
+/// Whether the file uses only extensions that name no accessor, buffer view or image by number, or name those
+/// that `refs` knows.
+pub(super) fn are_known(json: &Value) -> bool {
+    const KNOWN: [&str; 10] = [
+        "KHR_texture_transform",
+        "KHR_texture_basisu",
+        "KHR_lights_punctual",
+        "KHR_mesh_quantization",
+        "KHR_node_visibility",
+        "EXT_texture_webp",
+        "EXT_texture_avif",
+        "MSFT_texture_dds",
+        "EXT_mesh_gpu_instancing",
+        "KHR_xmp_json_ld",
+    ];
+    let is_known = |name: &str| {
+        name.starts_with("KHR_materials_") || KNOWN.contains(&name) || COMPRESSED.contains(&name)
+    };
+    list(json, "extensionsUsed").iter().filter_map(Value::as_str).all(is_known)
 }

@@ -1,7 +1,7 @@
 //! Where the JSON of a file names accessors, buffer views and images by number.
 //!
 //! In: the JSON. Out: each such number, to be read or changed. What extensions that are not known name is not
-//! among them: so numbers of what stays never change.
+//! among them: where there are such, numbers of what stays never change.
 
 use crate::gltf::document::{list, number};
 use serde_json::Value;
@@ -113,8 +113,9 @@ impl List {
     }
 
     /// Puts the entries from `old.is.len()` on in the places of those that `old` says were named and that are
-    /// not any more: entry i of them first where `like[i]` was. Gives their places.
-    pub fn settle(&self, json: &mut Value, old: &Named, like: &[Option<usize>]) -> Vec<usize> {
+    /// not any more: entry i of them first where `like[i]` was. Places that are left over go where `closes`,
+    /// else they stay idle unless they are the last. Gives the places of the new entries.
+    pub fn settle(&self, json: &mut Value, old: &Named, like: &[Option<usize>], closes: bool) -> Vec<usize> {
         let now = self.named(json);
         let first = old.is.len();
         let mut free: Vec<bool> = (0..first).map(|i| old.is[i] && !now.is[i]).collect();
@@ -133,9 +134,9 @@ impl List {
         let mut new = entries.split_off(first.min(entries.len()));
         entries.resize(places.iter().map(|p| p + 1).max().unwrap_or(0).max(entries.len()), Value::Null);
         places.iter().zip(new.drain(..)).for_each(|(&place, entry)| entries[place] = entry);
-        for i in idle.into_iter().rev() {
-            if i + 1 == entries.len() {
-                entries.pop();
+        for &i in idle.iter().rev() {
+            if closes || i + 1 == entries.len() {
+                entries.remove(i);
             } else {
                 entries[i] = (self.idle)();
             }
@@ -143,9 +144,14 @@ impl List {
         if entries.is_empty() {
             json.as_object_mut().into_iter().for_each(|o| drop(o.shift_remove(self.key)));
         }
+        // What stood behind a gap moved up.
+        let gaps = if closes { &idle[..] } else { &[] };
+        let moved = |place: usize| place - gaps.partition_point(|&gap| gap < place);
+        let places: Vec<usize> = places.into_iter().map(moved).collect();
         (self.each)(json, &mut |v| {
-            if let Some(&place) = number(v).and_then(|id| places.get(id.checked_sub(first)?)) {
-                *v = place.into();
+            if let Some(id) = number(v) {
+                let new = id.checked_sub(first).and_then(|i| places.get(i).copied());
+                *v = new.unwrap_or_else(|| moved(id)).into();
             }
         });
         places
