@@ -106,7 +106,10 @@ fn what_the_output_cannot_keep_is_refused_before_the_work() {
         \"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\
         \"uri\":\"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}";
     let scene = folder.file("scene.gltf", gltf);
+    // A GLB keeps both nodes, another format does not.
+    let output = folder.0.join("out.ply");
     let done = run(&[&"unwrap", &scene, &"-o", &output]);
+    assert_eq!(done.status.code(), Some(2));
     assert!(err(&done).contains("2 nodes with meshes"), "{}", err(&done));
     let done = run(&[&"unwrap", &scene, &"-o", &output, &"--allow-loss"]);
     assert!(done.status.success(), "{}", err(&done));
