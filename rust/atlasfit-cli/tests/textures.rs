@@ -93,6 +93,21 @@ fn the_images_of_several_materials_become_one_page() {
 }
 
 #[test]
+fn an_image_for_a_mesh_without_one_comes_with_a_material() {
+    let folder = Folder::new("textures-named");
+    let (mesh, output) = (house(&folder), folder.0.join("out.obj"));
+    let plain: Vec<&str> =
+        HOUSE.lines().filter(|l| !l.starts_with("mtllib") && !l.starts_with("usemtl")).collect();
+    std::fs::write(&mesh, plain.join("\n")).unwrap();
+    let image = folder.0.join("wall.png");
+    let done = run(&[&"unwrap", &mesh, &"-o", &output, &"--bake-from", &image]);
+    assert!(done.status.success(), "{}", err(&done));
+    let text = std::fs::read_to_string(&output).unwrap();
+    assert!(text.contains("usemtl"), "{text}");
+    assert!(folder.0.join("out.png").exists());
+}
+
+#[test]
 fn what_the_output_cannot_keep_is_refused_before_the_work() {
     let folder = Folder::new("textures-refuse");
     let (mesh, output) = (house(&folder), folder.0.join("out.glb"));

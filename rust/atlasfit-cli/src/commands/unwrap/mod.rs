@@ -48,7 +48,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     console.part_to(UNTIL[0]);
     let Kept { mut loaded, asset } = load(args, console)?;
     let bake = textures::of(args, &mut loaded, asset.as_ref(), console)?;
-    let asset = asset.filter(|_| bake.keeps_materials());
+    let asset = asset.filter(|asset| bake.keeps_materials(asset));
     let asset = textures::kept(args, &loaded, asset, console)?;
     let polygons = loaded.polygons.take();
     let mut mesh = loaded.into_mesh();
