@@ -18,6 +18,9 @@ pub(crate) struct FitConstants {
     /// Halved: points 1.02 (box 1.10), acc 1.04 (plate 1.32), com 1.07 (plate 1.41); doubled: points 0.97
     /// (plate 0.86), acc 1.00 (plate 1.08), com 1.03 (plate 1.19).
     pub rounds: usize,
+    /// Rounds of foot points and solves where a fitted chart is made smoother or rougher. Source: chosen; the
+    /// feet begin on the chart as it was fitted.
+    pub refits: usize,
     /// The scan's noise level counts like this many points against a chart's own residuals: a chart of a
     /// hundred points may deviate where the noise really varies, a chart of ten may not. Source: chosen.
     /// Halved: points 0.99 (box 0.95), acc 1.01, com 1.02 (plate 1.13); doubled: points 0.93 (plate 0.66),
@@ -61,6 +64,7 @@ pub(crate) struct FitConstants {
 pub(crate) const FIT: FitConstants = FitConstants {
     max_data: 4096,
     rounds: 3,
+    refits: 2,
     noise_strength: 40.0,
     truncated: 0.878,
     sharpen: 0.37,
