@@ -622,8 +622,8 @@ typedef struct {
   double max_error;
   /**
    * How strongly to denoise, 0 or more: 1 = as much as the scan asks for, 2 = smoother. Detail below so
-   * many times the usual length is smoothed away, from a quarter to 4 times, and the surface follows. Below
-   * 1 the points besides go only this share of the way to the surface: 0 leaves them where they are.
+   * many times the usual length is smoothed away, from a quarter to 4 times, and the surface follows.
+   * Below 1 the points besides go only this share of the way to the surface: 0 leaves them where they are.
    * Default 1.
    */
   double strength;

@@ -3,7 +3,7 @@
 //! In: triangles with every edge in at most two of them. Out: the same, each part consistently oriented where
 //! that is possible; small parts, and parts that too few points carry, are gone.
 
-use super::adjacency::{self, FaceAdjacency};
+use super::adjacency::{self, FaceAdjacency, Turn};
 use super::compact::compact;
 use super::facing::{self, Component, Sides};
 use super::surface::{Surface, remove_marked};
@@ -11,28 +11,6 @@ use crate::atlas::Vote;
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
-
-/// Which way a triangle must be turned so that its part is consistent.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Turn {
-    Unknown,
-    AsIs,
-    Flipped,
-}
-
-impl Turn {
-    fn opposite(self) -> Self {
-        match self {
-            Self::Unknown => Self::Unknown,
-            Self::AsIs => Self::Flipped,
-            Self::Flipped => Self::AsIs,
-        }
-    }
-    /// -1 where the triangle must be turned.
-    pub(super) fn sign(self) -> f64 {
-        if self == Self::Flipped { -1.0 } else { 1.0 }
-    }
-}
 
 /// Orients each part consistently (breadth first where the field's orientation is only local), and all as
 /// [`facing::sides`] says; drops parts of fewer than `min_triangles`. One-sided parts keep a seam of

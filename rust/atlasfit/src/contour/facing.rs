@@ -1,12 +1,11 @@
 //! Which way the connected parts of the surface face.
 //!
-//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Four things speak,
-//! in nats (a difference of log likelihoods): what the scan knows; what the part winds about, for a body faces
-//! outward; how it faces beside its neighbours, for a surface goes on across a gap; and that open scans, such
-//! as terrain, face up. The parts are then joined in the order of how much is said.
+//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Four things
+//! speak, in nats (a difference of log likelihoods): what the scan knows; what the part winds about, for a
+//! body faces outward; how it faces beside its neighbours, for a surface goes on across a gap; and that open
+//! scans, such as terrain, face up. The parts are then joined in the order of how much is said.
 
-use super::adjacency::FaceAdjacency;
-use super::components::Turn;
+use super::adjacency::{FaceAdjacency, Turn};
 use super::constants::CONTOUR;
 use super::surface::{Surface, corners};
 use crate::atlas::{Relation, Vote};
@@ -137,9 +136,9 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
     Ok(sums.into_iter().map(|((a, b), agreement)| Relation { a, b, agreement }).collect())
 }
 
-/// How far two places face alike, -1 to 1, on a surface that goes on from one to the other in an arc: it takes
-/// a normal to its mirror image. Less where the gap is wide beside parts of this size, or is no gap but a
-/// step.
+/// How far two places face alike, -1 to 1, on a surface that goes on from one to the other in an arc: it
+/// takes a normal to its mirror image. Less where the gap is wide beside parts of this size, or is no gap but
+/// a step.
 fn agreement(p: &Place, q: &Place, size2: f64) -> f64 {
     let d = q.position - p.position;
     let along = d.normalized();
@@ -157,7 +156,8 @@ mod tests {
 
     const PIECES: u32 = 5;
 
-    /// Pieces of a surface over the unit square, with gaps between them; every other piece faces the other way.
+    /// Pieces of a surface over the unit square, with gaps between them; every other piece faces the other
+    /// way.
     fn pieces(at: impl Fn(f64, f64) -> [f64; 3]) -> Surface {
         let n = 8;
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());

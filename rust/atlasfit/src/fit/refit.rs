@@ -1,8 +1,9 @@
 //! Charts fitted again, smoother or rougher than the data say.
 //!
 //! In: fitted charts with their members. Out: the same charts with other heights. Members, weights and domain
-//! stay, so that nothing else about the atlas changes, and what two solves of the same data differ by is added
-//! to the heights: a little more smoothing changes little, and more never follows the points more closely.
+//! stay, so that nothing else about the atlas changes, and what two solves of the same data differ by is
+//! added to the heights: a little more smoothing changes little, and more never follows the points more
+//! closely.
 
 use super::constants::FIT;
 use super::sheet::{DomainPoint, Sheet, Tools, change, smoothness};
@@ -13,7 +14,8 @@ use crate::prior::smoothing::Smoothing;
 use crate::run::Context;
 use rayon::prelude::*;
 
-/// Fits the charts over planes again, a step of the running stage each. One that cannot be fitted so stays as it was.
+/// Fits the charts over planes again, a step of the running stage each. One that cannot be fitted so stays as
+/// it was.
 ///
 /// # Errors
 /// Cancelled or out of time.

@@ -83,8 +83,8 @@ impl Bake {
         matches!(self, Bake::Nothing)
     }
 
-    /// Whether the materials of the file stay, with their images drawn anew or left alone. A page that none of
-    /// them has an image for needs a new one.
+    /// Whether the materials of the file stay, with their images drawn anew or left alone. A page that none
+    /// of them has an image for needs a new one.
     pub fn keeps_materials(&self, asset: &Asset) -> bool {
         match self {
             Bake::Nothing => true,

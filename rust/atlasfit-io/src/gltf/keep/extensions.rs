@@ -1,7 +1,7 @@
 //! The extensions of a file: those that an edit takes off, and whether all are known.
 //!
-//! In: the JSON of a file, or an object of it. Out: the same without them, and without their names in the lists
-//! of those that are used where nothing has them any more.
+//! In: the JSON of a file, or an object of it. Out: the same without them, and without their names in the
+//! lists of those that are used where nothing has them any more.
 
 use crate::gltf::document::list;
 use serde_json::{Map, Value};

@@ -2,8 +2,8 @@
 //!
 //! In: a file, read as one mesh in which each mesh of the file stands once; that mesh with new texture
 //! coordinates; new images. Out: the file's JSON, edited, and one buffer. Nodes, instances, materials, names,
-//! cameras, animations, skins, extras and extensions stay as they are; the numbers that name data too, where an
-//! extension that is not known may use them.
+//! cameras, animations, skins, extras and extensions stay as they are; the numbers that name data too, where
+//! an extension that is not known may use them.
 
 mod blob;
 mod edit;
