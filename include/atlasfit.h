@@ -525,7 +525,8 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * Standard deviation of the noise along the normal, in the points' unit; 0 = estimate it. Default 0.
+   * Standard deviation of the noise along the normal, in the points' unit; 0 = estimate it, for each chart
+   * anew. Given, it decides how closely charts follow the points. Default 0.
    */
   double noise;
   /**
@@ -619,6 +620,13 @@ typedef struct {
    * Default -1.
    */
   double max_error;
+  /**
+   * How strongly to denoise, 0 or more: 1 = as much as the scan asks for, 2 = smoother. Detail below so
+   * many times the usual length is smoothed away, from a quarter to 4 times, and the surface follows.
+   * Below 1 the points besides go only this share of the way to the surface: 0 leaves them where they are.
+   * Default 1.
+   */
+  double strength;
 } atlasfit_denoise_options;
 
 /**

@@ -145,6 +145,7 @@ class atlasfit_denoise_options(Sized):
         ("largest", c_uint32),
         ("faces", c_uint32),
         ("max_error", c_double),
+        ("strength", c_double),
     ]
 
 

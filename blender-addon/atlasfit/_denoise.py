@@ -148,6 +148,7 @@ def denoise(
     largest: bool | None = None,
     faces: int | None = None,
     max_error: float | None = None,
+    strength: float | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -157,7 +158,7 @@ def denoise(
     colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
     attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the
                   nearest point; floats are averaged
-    noise         standard deviation along the normal; 0 = estimate it (default)
+    noise         standard deviation along the normal; 0 = estimate it, for each chart anew (default)
     detail        fineness of the surface, 0.1 to 10: 1 = what the data supports (default), 0.5 = voxels twice
                   as large
     fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling (default)
@@ -185,6 +186,10 @@ def denoise(
     max_error     how far the surface may move to have fewer triangles; 0 = all that it is contoured with;
                   less than 0 = as far as faces asks for, without that a quarter of the noise or a
                   twentieth of the spacing (default -1)
+    strength      how strongly to denoise, 0 or more: 1 = as much as the scan asks for (default), 2 = smoother.
+                  Detail below so many times the usual length is smoothed away, from a quarter to 4 times, and
+                  the surface follows. Below 1 the points besides go only this share of the way to the surface:
+                  0 leaves them where they are
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
@@ -219,6 +224,7 @@ def denoise(
         largest=largest,
         faces=faces,
         max_error=max_error,
+        strength=strength,
     )
     if viewpoint is not None:
         chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()

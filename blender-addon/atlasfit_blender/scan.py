@@ -80,6 +80,16 @@ class Fit(LongOperator):
         min=0.0,
         precision=4,
     )
+    strength: FloatProperty(
+        name="Strength",
+        description=(
+            "How strongly to denoise: 1 is as much as the scan asks for, 2 is smoother, 0 leaves the points where"
+            " they are"
+        ),
+        default=1.0,
+        min=0.0,
+        soft_max=4.0,
+    )
     charts: IntProperty(
         name="Charts",
         description="Number of charts to aim for. 0 is as many as the shape needs",
@@ -109,7 +119,7 @@ class Fit(LongOperator):
 
     def fit_options(self):
         """Of the fit: the operator must not be touched from the thread that works."""
-        return {"noise": self.noise, "charts": self.charts, "prior": self.prior}
+        return {"strength": self.strength, "noise": self.noise, "charts": self.charts, "prior": self.prior}
 
 
 class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
@@ -140,7 +150,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "drop", "noise", "charts", "prior"):
+        for name in ("result", "drop", "strength", "noise", "charts", "prior"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -309,6 +319,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             "faces",
             "max_error",
             "watertight",
+            "strength",
             "noise",
             "charts",
             "prior",

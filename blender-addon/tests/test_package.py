@@ -70,6 +70,18 @@ def test_a_surface_has_as_many_triangles_as_points_or_as_asked_for(sphere):
         atlasfit.denoise(sphere, max_error=float("inf"))
 
 
+def test_strength_says_how_far_points_are_moved(sphere):
+    def moved(**options):
+        out = atlasfit.denoise(sphere, uv=False, **options)
+        return np.sqrt(np.mean(np.sum((out.points - sphere) ** 2, axis=1)))
+
+    assert moved(strength=0) == 0 and 0 < moved(strength=0.5) < moved(strength=1) < moved(strength=2)
+    assert moved(strength=1) == moved()
+    for wrong, said in ((-1, "-1"), (float("nan"), "NaN"), (float("inf"), "inf")):
+        with pytest.raises(atlasfit.Error, match=f"strength is {said}"):
+            atlasfit.denoise(sphere, strength=wrong)
+
+
 def test_integer_attributes_are_labels_of_the_nearest_point(sphere, denoised):
     label = denoised.surface.attributes["label"]
     assert label.shape == (len(denoised.surface.vertices),)

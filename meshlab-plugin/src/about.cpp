@@ -39,6 +39,10 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			surface ? "The surface is fitted to the selected vertices, the others are left out."
 					: "The surface is fitted to all vertices, but only the selected ones are moved.",
 			{}, false},
+		{Parameter::FLOAT, "strength", o.strength, "Strength",
+			"How strongly to denoise, 0 or more: 1 = as much as the scan asks for, 2 = smoother, 0 = the points "
+			"stay where they are.",
+			{}, false},
 		{Parameter::FLOAT, "noise", o.noise, "Noise (length)",
 			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is "
 			"estimated.",

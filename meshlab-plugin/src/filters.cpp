@@ -81,6 +81,7 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	Bar& bar, bool surface, Outcome& outcome)
 {
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
+	options.strength = number(par, "strength");
 	options.noise = number(par, "noise");
 	options.charts = count(par, "charts");
 	options.prior = uint32_t(par.getEnum("prior")); // the choices are in the order of ATLASFIT_PRIOR_...

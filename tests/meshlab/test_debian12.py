@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(not BIN, reason="ATLASFIT_MESHLAB is not set: ru
 
 # meshlabserver wants every parameter.
 RUN = {"timeLimit": ("Float", 600), "memoryLimit": ("Int", 0), "seed": ("Int", 0), "threads": ("Int", 0)}
-FIT = {"onlySelected": ("Bool", "false"), "noise": ("Float", 0), "prior": ("Enum", 0), "charts": ("Int", 0)}
+FIT = {"onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("Float", 0), "prior": ("Enum", 0), "charts": ("Int", 0)}
 PARAMETERS = {
     "Atlas reconstruction (deep manifold prior)": {**FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
                                                    "texture": ("Enum", 0)},

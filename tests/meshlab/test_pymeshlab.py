@@ -254,7 +254,7 @@ def test_defaults_are_the_programs(program):
     said = shown("denoise"), shown("unwrap")
     lists = printed(RECONSTRUCT), printed(UNWRAP)
     auto = {"auto": "0"}
-    for (of, option), parameter in {(0, "noise"): "noise", (0, "detail"): "detail", (0, "charts"): "charts", (0, "fill-holes"): "fillholes", (0, "min-part"): "minpart",
+    for (of, option), parameter in {(0, "noise"): "noise", (0, "strength"): "strength", (0, "detail"): "detail", (0, "charts"): "charts", (0, "fill-holes"): "fillholes", (0, "min-part"): "minpart",
                                     (0, "texture-size"): "texturesize", (0, "seed"): "seed", (0, "threads"): "threads",
                                     (1, "max-stretch"): "maxstretch", (1, "texture-size"): "texturesize", (1, "padding"): "padding"}.items():
         assert float(auto.get(said[of][option], said[of][option])) == float(lists[of][parameter]), parameter
@@ -270,6 +270,7 @@ def printed(name):
 @pytest.mark.parametrize("name, options, text", [
     (DENOISE, {"onlyselected": True}, "no vertex is selected"),
     (DENOISE, {"seed": -1}, "seed is -1. Give 0 or more"),
+    (DENOISE, {"strength": -1.0}, "strength is -1"),
     (RECONSTRUCT, {"detail": 99.0}, "detail"),
     (RECONSTRUCT, {"minpart": 2.0}, "min_part is 2"),
     (RECONSTRUCT, {"faces": 9, "watertight": True}, "watertight"),

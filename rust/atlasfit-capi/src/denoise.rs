@@ -39,7 +39,8 @@ pub const ATLASFIT_OUTLIERS_DROP: u32 = 1;
 pub struct atlasfit_denoise_options {
     /// sizeof(atlasfit_denoise_options).
     pub struct_size: usize,
-    /// Standard deviation of the noise along the normal, in the points' unit; 0 = estimate it. Default 0.
+    /// Standard deviation of the noise along the normal, in the points' unit; 0 = estimate it, for each chart
+    /// anew. Given, it decides how closely charts follow the points. Default 0.
     pub noise: f64,
     /// Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = voxels twice as large. Default
     /// 1.
@@ -94,6 +95,11 @@ pub struct atlasfit_denoise_options {
     /// quarter of the noise or a twentieth of the spacing. A watertight surface keeps all its triangles.
     /// Default -1.
     pub max_error: f64,
+    /// How strongly to denoise, 0 or more: 1 = as much as the scan asks for, 2 = smoother. Detail below so
+    /// many times the usual length is smoothed away, from a quarter to 4 times, and the surface follows.
+    /// Below 1 the points besides go only this share of the way to the surface: 0 leaves them where they are.
+    /// Default 1.
+    pub strength: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -130,6 +136,7 @@ unsafe impl Sized for atlasfit_denoise_options {
             largest: u32::from(d.largest),
             faces: d.faces.map_or(0, |n| n as u32),
             max_error: d.max_error.unwrap_or(-1.0),
+            strength: d.strength,
         }
     }
 }
@@ -175,6 +182,7 @@ impl atlasfit_denoise_options {
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
+            .with_strength(self.strength)
             .with_detail(self.detail)
             .with_charts((self.charts > 0).then_some(self.charts as usize))
             .with_fill_holes(self.fill_holes)

@@ -50,7 +50,7 @@ fn structs() -> Vec<Struct> {
         atlasfit_denoise_options {
             struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
             network_iterations recipe network_stretch_weight network_learning_rate viewpoint
-            has_viewpoint watertight min_part largest faces max_error
+            has_viewpoint watertight min_part largest faces max_error strength
         }
         atlasfit_report {
             struct_size points_given not_finite duplicates outliers points vertices triangles charts

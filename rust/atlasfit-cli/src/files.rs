@@ -72,18 +72,25 @@ pub struct Kept {
     pub asset: Option<Asset>,
 }
 
-/// [`load_as`], with what is needed to write the file again with other UVs.
-pub fn load_kept(path: &Path, format: Option<Format>, args: &RunArgs, console: &Console) -> Result<Kept> {
-    if path == Path::new(STANDARD) {
+/// [`load_as`], with what is needed to write the file again with other UVs to a file of the format `output`;
+/// `None` where it is not.
+pub fn load_kept(
+    path: &Path,
+    format: Option<Format>,
+    output: Option<Format>,
+    args: &RunArgs,
+    console: &Console,
+) -> Result<Kept> {
+    let Some(output) = output.filter(|_| path != Path::new(STANDARD)) else {
         return Ok(Kept { loaded: load_as(path, format, args, console)?, asset: None });
-    }
+    };
     let options = LoadOptions::default()
         .with_max_memory_bytes(args.max_memory)
         .with_format(format)
         .with_stop(console.stop(args));
     let owned = path.to_owned();
     let (loaded, asset) =
-        console.apart(args, "reading", move || atlasfit_io::load_asset(&owned, &options))??;
+        console.apart(args, "reading", move || atlasfit_io::load_asset(&owned, output, &options))??;
     tell(path, &loaded, args, console)?;
     Ok(Kept { loaded, asset })
 }

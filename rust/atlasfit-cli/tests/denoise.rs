@@ -123,6 +123,41 @@ fn a_surface_has_as_many_triangles_as_points_or_as_asked_for_and_a_solid_keeps_i
     }
 }
 
+/// The example, and real scans where they lie beside the repository.
+fn scans() -> Vec<PathBuf> {
+    let real = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/scans");
+    let names = ["owl_sfm.ply", "building_lidar.ply", "polyhedral_ball_scan.ply"];
+    let real = names.iter().map(|name| real.join(name)).filter(|path| path.exists());
+    std::iter::once(example()).chain(real).collect()
+}
+
+#[test]
+fn strength_moves_points_ever_farther_and_0_not_at_all() {
+    let folder = Folder::new("strength");
+    let read = |path: &Path| {
+        let loaded = atlasfit_io::load(path, &atlasfit_io::LoadOptions::default()).unwrap();
+        loaded.cloud.positions
+    };
+    let points = folder.0.join("points.ply");
+    for scan in scans() {
+        let before = read(&scan);
+        let moved = |strength: &str| {
+            let output =
+                run(&[&"denoise", &scan, &"--points", &points, &"--strength", &strength, &"--quiet"]);
+            assert!(output.status.success(), "{}", err(&output));
+            let pairs = before.iter().flatten().zip(read(&points).into_iter().flatten());
+            pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+        };
+        let way = ["0", "0.5", "1", "2", "4"].map(moved);
+        assert_eq!(way[0], 0.0, "{scan:?}");
+        assert!(way.windows(2).all(|w| w[0] < w[1]), "{scan:?}: {way:?}");
+    }
+    for wrong in ["-1", "nan", "inf", "much"] {
+        let output = denoise(&folder, &example(), &["--strength", wrong]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+    }
+}
+
 #[test]
 fn bad_scans_give_a_result_or_a_clear_error_and_never_touch_the_output_on_failure() {
     let folder = Folder::new("bad");

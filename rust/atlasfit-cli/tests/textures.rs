@@ -93,6 +93,21 @@ fn the_images_of_several_materials_become_one_page() {
 }
 
 #[test]
+fn an_image_for_a_mesh_without_one_comes_with_a_material() {
+    let folder = Folder::new("textures-named");
+    let (mesh, output) = (house(&folder), folder.0.join("out.obj"));
+    let plain: Vec<&str> =
+        HOUSE.lines().filter(|l| !l.starts_with("mtllib") && !l.starts_with("usemtl")).collect();
+    std::fs::write(&mesh, plain.join("\n")).unwrap();
+    let image = folder.0.join("wall.png");
+    let done = run(&[&"unwrap", &mesh, &"-o", &output, &"--bake-from", &image]);
+    assert!(done.status.success(), "{}", err(&done));
+    let text = std::fs::read_to_string(&output).unwrap();
+    assert!(text.contains("usemtl"), "{text}");
+    assert!(folder.0.join("out.png").exists());
+}
+
+#[test]
 fn what_the_output_cannot_keep_is_refused_before_the_work() {
     let folder = Folder::new("textures-refuse");
     let (mesh, output) = (house(&folder), folder.0.join("out.glb"));
@@ -106,7 +121,10 @@ fn what_the_output_cannot_keep_is_refused_before_the_work() {
         \"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\
         \"uri\":\"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}";
     let scene = folder.file("scene.gltf", gltf);
+    // A GLB keeps both nodes, another format does not.
+    let output = folder.0.join("out.ply");
     let done = run(&[&"unwrap", &scene, &"-o", &output]);
+    assert_eq!(done.status.code(), Some(2));
     assert!(err(&done).contains("2 nodes with meshes"), "{}", err(&done));
     let done = run(&[&"unwrap", &scene, &"-o", &output, &"--allow-loss"]);
     assert!(done.status.success(), "{}", err(&done));

@@ -30,6 +30,7 @@ mod content;
 mod error;
 mod input;
 mod job;
+mod layer;
 mod report;
 mod stopping;
 
@@ -60,12 +61,13 @@ mod load;
 mod save;
 mod staged;
 
-pub use asset::{Asset, Layer, load_asset};
+pub use asset::{Asset, load_asset};
 pub use content::Polygons;
 pub use error::{Error, Location, Result};
 pub use foreign::panics_become_errors;
 pub use format::Format;
 pub use job::Texture;
+pub use layer::Layer;
 pub use load::{LoadOptions, Loaded, load, load_bytes, load_reader};
 pub use report::{LoadReport, Note};
 pub use save::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh, write_cloud, write_mesh};

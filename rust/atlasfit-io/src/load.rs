@@ -244,7 +244,11 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
     };
     // A reader that is stopped sees a file that ends early: this is why.
     input.check()?;
-    let mut content = content?;
+    Ok(loaded(input, content?, format))
+}
+
+/// Checks what a reader gives, and hands it out.
+pub(crate) fn loaded(mut input: Input<'_>, mut content: Content, format: Format) -> Loaded {
     // A column whose length does not fit would make every user of the cloud check it again.
     let n = content.cloud.positions.len();
     debug_assert!(content.cloud.normals.as_ref().is_none_or(|c| c.len() == n));
@@ -261,7 +265,7 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
     let Content { cloud, faces, texture, left_out } = content;
     // Columns of faces mean nothing without faces.
     let is_mesh = !faces.triangles.is_empty();
-    Ok(Loaded {
+    Loaded {
         cloud,
         corner_uv: faces.corner_uv.filter(|_| is_mesh),
         face_chart: faces.chart.filter(|_| is_mesh),
@@ -271,7 +275,7 @@ fn read(mut input: Input<'_>, format: Format) -> Result<Loaded> {
         left_out,
         format,
         report: input.report,
-    })
+    }
 }
 
 /// The first number that is not right. Block by block without a branch inside: nearly always all are right.

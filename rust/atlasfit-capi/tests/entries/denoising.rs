@@ -39,9 +39,12 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let good = init(atlasfit_denoise_options_init);
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.sized_grown(name, "options", (&good, first), ABI, |o| denoise(&pts, o, null()));
-        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 22] = [
+        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 25] = [
             ("noise", &|o| o.noise = -1.0),
             ("noise no number", &|o| o.noise = f64::NAN),
+            ("strength", &|o| o.strength = -0.1),
+            ("strength no number", &|o| o.strength = f64::NAN),
+            ("strength without end", &|o| o.strength = f64::INFINITY),
             ("detail", &|o| o.detail = 0.0),
             ("detail no number", &|o| o.detail = f64::NAN),
             ("fill_holes", &|o| o.fill_holes = -0.5),

@@ -21,6 +21,7 @@ fn defaults_are_the_core_s() {
     let o: atlasfit_denoise_options = init(atlasfit_denoise_options_init);
     assert_eq!((o.detail, o.fill_holes, o.texture_size), (d.detail, d.fill_holes, d.texture_size));
     assert_eq!((o.noise, o.charts, o.uv), (0.0, 0, 1));
+    assert_eq!((o.strength, d.strength), (1.0, 1.0));
     assert_eq!((o.faces, o.max_error, d.faces, d.max_error), (0, -1.0, None, None));
     let (n, recipe) = (NetworkOptions::default(), [Recipe::Fast, Recipe::Paper][o.recipe as usize]);
     assert_eq!(

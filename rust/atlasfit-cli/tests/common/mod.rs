@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub mod gltf;
+
 use std::path::PathBuf;
 use std::process::{Command, Output};
 

@@ -22,21 +22,25 @@ pub(super) fn announced(file: &Document<'_>, id: usize) -> Option<usize> {
 
 /// Rows as they stand in a buffer.
 #[derive(Clone, Copy)]
-struct Packed<'b> {
-    bytes: &'b [u8],
-    stride: usize,
+pub(super) struct Packed<'b> {
+    /// From the first row on, as far as the rows go.
+    pub bytes: &'b [u8],
+    /// Bytes from one row to the next.
+    pub stride: usize,
     shape: Shape,
 }
 
 #[derive(Clone, Copy)]
-struct Shape {
-    kind: ScalarKind,
-    width: usize,
-    count: usize,
+pub(super) struct Shape {
+    pub kind: ScalarKind,
+    /// Numbers per row.
+    pub width: usize,
+    /// How many rows.
+    pub count: usize,
 }
 
 /// The type of a component.
-fn kind_of(component: &Value) -> Option<ScalarKind> {
+pub(super) fn kind_of(component: &Value) -> Option<ScalarKind> {
     Some(match component.as_u64()? {
         5120 => ScalarKind::I8,
         5121 => ScalarKind::U8,
@@ -60,7 +64,7 @@ fn largest(kind: ScalarKind) -> f64 {
 }
 
 /// The rows at `place`, which names a buffer view and an offset in it. `None` where they leave the buffer.
-fn packed<'b>(file: &'b Document<'_>, place: &Value, shape: Shape) -> Option<Packed<'b>> {
+pub(super) fn packed<'b>(file: &'b Document<'_>, place: &Value, shape: Shape) -> Option<Packed<'b>> {
     let view = list(&file.json, "bufferViews").get(number(&place["bufferView"])?)?;
     let bytes = file.view(view)?.get(number(&place["byteOffset"]).unwrap_or(0)..)?;
     let row = shape.width * size(shape.kind);
@@ -77,7 +81,7 @@ fn packed<'b>(file: &'b Document<'_>, place: &Value, shape: Shape) -> Option<Pac
 
 impl Packed<'_> {
     /// Copies the numbers to `values`, which has room for them.
-    fn unpack(&self, values: &mut [f64]) {
+    pub fn unpack(&self, values: &mut [f64]) {
         let Shape { kind, width, count } = self.shape;
         for k in 0..width {
             // The last row may be shorter than the stride: rows are cut to start at their number.

@@ -8,8 +8,11 @@ use std::borrow::Cow;
 use std::path::{Component, Path};
 
 /// A file.
+#[derive(Debug, Clone)]
 pub(super) struct Document<'d> {
     pub json: Value,
+    /// Bytes of memory that the JSON takes.
+    pub json_bytes: usize,
     buffers: Vec<Cow<'d, [u8]>>,
 }
 
@@ -29,7 +32,8 @@ impl<'d> Document<'d> {
         let data = input.data;
         let Chunks { json, binary } =
             if data.starts_with(b"glTF") { chunks(input)? } else { Chunks { json: data, binary: None } };
-        input.reserve(json_bytes(json), 1)?;
+        let json_bytes = json_bytes(json);
+        input.reserve(json_bytes, 1)?;
         let json: Value = serde_json::from_slice(json).map_err(|e| {
             input.malformed(
                 if data.starts_with(b"{") { Location::Line(e.line() as u64) } else { Location::Byte(20) },
@@ -50,7 +54,7 @@ impl<'d> Document<'d> {
             }
         }
         let buffers = buffers(input, &json, binary)?;
-        Ok(Self { json, buffers })
+        Ok(Self { json, json_bytes, buffers })
     }
 
     /// The bytes of a buffer view. `None` where they leave the buffer.
@@ -60,12 +64,41 @@ impl<'d> Document<'d> {
         buffer.get(from..from.checked_add(number(&view["byteLength"])?)?)
     }
 
+    /// The bytes of all buffers.
+    pub fn buffers(&self) -> &[Cow<'d, [u8]>] {
+        &self.buffers
+    }
+
+    /// The same with bytes of its own.
+    pub fn into_owned(self, input: &mut Input<'_>) -> Result<Document<'static>> {
+        let mut buffers = Vec::new();
+        for buffer in self.buffers {
+            if let Cow::Borrowed(bytes) = buffer {
+                input.reserve(bytes.len(), 1)?;
+            }
+            buffers.push(Cow::Owned(buffer.into_owned()));
+        }
+        Ok(Document { json: self.json, json_bytes: self.json_bytes, buffers })
+    }
+
+    /// The files that this one names.
+    pub fn files(&self) -> Vec<String> {
+        let named = ["buffers", "images"].into_iter().flat_map(|key| list(&self.json, key));
+        let uris = named.filter_map(|v| v["uri"].as_str()).filter(|uri| !uri.starts_with("data:"));
+        uris.map(unescape).collect()
+    }
+
     /// The image of the first material that has a base colour texture.
     pub fn texture(&self, input: &mut Input<'_>) -> Option<Vec<u8>> {
         let of = |m: &Value| number(&m["pbrMetallicRoughness"]["baseColorTexture"]["index"]);
         let id = list(&self.json, "materials").iter().find_map(of)?;
         let image = list(&self.json, "textures").get(id).and_then(|t| number(&t["source"]))?;
-        let image = list(&self.json, "images").get(image)?;
+        self.image(input, image)
+    }
+
+    /// The bytes of an image.
+    pub fn image(&self, input: &mut Input<'_>, id: usize) -> Option<Vec<u8>> {
+        let image = list(&self.json, "images").get(id)?;
         match image["uri"].as_str() {
             Some(uri) => match uri.strip_prefix("data:") {
                 Some(data) => {

@@ -59,3 +59,9 @@ impl NormalTransform {
         Self { cofactor, mirrored, moved }
     }
 }
+
+/// How much a transform grows volumes; negative where it mirrors.
+pub(super) fn volume(world: &Matrix) -> f64 {
+    let [a, b, c] = [0, 1, 2].map(|r| Vec3([world[r][0], world[r][1], world[r][2]]));
+    a.dot(b.cross(c))
+}

@@ -1,15 +1,19 @@
 //! glTF 2.0 (Khronos 2021).
 //!
-//! Read: see `read`. Written: one GLB with the texture inside. Vertices are split where texture coordinates
-//! differ between corners. Positions are 32-bit floats in glTF: where that would lose digits they are stored
-//! relative to their centre, which becomes the translation of the node. Vertex colours are linear light in
-//! glTF, sRGB in ours.
+//! Read: see `read`. Written again with other UVs and all else as it is: see `keep`. Written anew: one GLB
+//! with the texture inside. Vertices are split where texture coordinates differ between corners. Positions
+//! are 32-bit floats in glTF: where that would lose digits they are stored relative to their centre, which
+//! becomes the translation of the node. Vertex colours are linear light in glTF, sRGB in ours.
 
 #[cfg(feature = "gltf")]
 mod accessor;
 mod color;
 #[cfg(feature = "gltf")]
 mod document;
+#[cfg(feature = "gltf")]
+mod instances;
+#[cfg(feature = "gltf")]
+pub(crate) mod keep;
 #[cfg(feature = "gltf")]
 mod matrix;
 #[cfg(feature = "gltf")]

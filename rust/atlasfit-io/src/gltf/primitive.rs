@@ -44,7 +44,50 @@ impl<'a> Primitive<'a> {
     }
 
     pub fn is_points_or_triangles(&self) -> bool {
-        matches!(self.mode, POINTS | TRIANGLES | STRIP | FAN)
+        matches!(self.mode, POINTS) || self.is_triangles()
+    }
+
+    pub fn is_triangles(&self) -> bool {
+        matches!(self.mode, TRIANGLES | STRIP | FAN)
+    }
+
+    /// Whether the corners are those of one triangle after the other.
+    pub fn is_list(&self) -> bool {
+        self.mode == TRIANGLES
+    }
+
+    /// The vertices of the corners, numbered from `first` on: the primitive has `count` of them. One that is
+    /// not there is [`NO_VERTEX`](crate::faces::NO_VERTEX).
+    pub fn corners(
+        &self,
+        input: &mut Input<'_>,
+        file: &Document<'_>,
+        first: usize,
+        count: usize,
+    ) -> Result<Vec<u32>> {
+        Ok(match self.indices {
+            Some(id) => {
+                // Wrong indices must stay wrong after the shift.
+                let shift = |v: f64| if v < count as f64 { first as u32 + v as u32 } else { index(-1) };
+                accessor::read(input, file, id)?.values.into_iter().map(shift).collect()
+            }
+            None => (first as u32..(first + count) as u32).collect(),
+        })
+    }
+
+    /// The triangles of the corners, onto `out`.
+    pub fn cut(&self, corners: &[u32], out: &mut Vec<[u32; 3]>) {
+        match self.mode {
+            TRIANGLES => out.extend_from_slice(corners.as_chunks::<3>().0),
+            STRIP => out.extend(
+                corners
+                    .windows(3)
+                    .enumerate()
+                    .map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }),
+            ),
+            FAN => out.extend(corners.windows(2).skip(1).map(|t| [corners[0], t[0], t[1]])),
+            _ => {}
+        }
     }
 }
 
@@ -148,32 +191,17 @@ fn add_triangles(
     primitive: &Primitive<'_>,
     added: Added,
 ) -> Result<()> {
-    if !matches!(primitive.mode, TRIANGLES | STRIP | FAN) {
+    if !primitive.is_triangles() {
         return Ok(());
     }
     let Added { first, count, mirrored } = added;
-    let corners: Vec<u32> = match primitive.indices {
-        Some(id) => {
-            // Wrong indices must stay wrong after the shift.
-            let shift = |v: f64| if v < count as f64 { first as u32 + v as u32 } else { index(-1) };
-            accessor::read(input, file, id)?.values.into_iter().map(shift).collect()
-        }
-        None => (first as u32..(first + count) as u32).collect(),
-    };
+    let corners = primitive.corners(input, file, first, count)?;
     input.reserve(corners.len(), 16)?;
-    let turn = |t: [u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { t };
-    match primitive.mode {
-        TRIANGLES => {
-            scene.triangles.extend(corners.chunks_exact(3).map(|t| turn([t[0], t[1], t[2]])));
-            scene.skipped += u64::from(!corners.len().is_multiple_of(3));
-        }
-        STRIP => scene.triangles.extend(
-            corners
-                .windows(3)
-                .enumerate()
-                .map(|(i, t)| turn(if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] })),
-        ),
-        _ => scene.triangles.extend(corners.windows(2).skip(1).map(|t| turn([corners[0], t[0], t[1]]))),
+    scene.skipped += u64::from(primitive.is_list() && !corners.len().is_multiple_of(3));
+    let from = scene.triangles.len();
+    primitive.cut(&corners, &mut scene.triangles);
+    if mirrored {
+        scene.triangles[from..].iter_mut().for_each(|t| t.swap(1, 2));
     }
     Ok(())
 }

@@ -322,19 +322,24 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     Ok(written)
 }
 
-/// Writes the two chunks of a GLB.
+/// Writes the two chunks of a GLB, whose lengths are multiples of four.
 fn glb(json: &[u8], binary: &[u8], out: &mut impl Write) -> Result<()> {
+    glb_until_binary(json, binary.len(), out)?;
+    out.write_all(binary)
+}
+
+/// Writes a GLB up to the bytes of its binary chunk.
+pub(super) fn glb_until_binary(json: &[u8], binary: usize, out: &mut impl Write) -> Result<()> {
     let size = |n: usize| {
         let size = u32::try_from(n).map_err(|_| Error::other("GLB files end at 4 GiB: write PLY"));
         size.map(u32::to_le_bytes)
     };
     out.write_all(b"glTF")?;
     out.write_all(&2u32.to_le_bytes())?;
-    out.write_all(&size(12 + 8 + json.len() + 8 + binary.len())?)?;
+    out.write_all(&size(12 + 8 + json.len() + 8 + binary)?)?;
     out.write_all(&size(json.len())?)?;
     out.write_all(b"JSON")?;
     out.write_all(json)?;
-    out.write_all(&size(binary.len())?)?;
-    out.write_all(b"BIN\0")?;
-    out.write_all(binary)
+    out.write_all(&size(binary)?)?;
+    out.write_all(b"BIN\0")
 }

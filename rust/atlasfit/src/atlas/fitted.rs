@@ -8,6 +8,8 @@ pub struct FittedChart {
     pub chart: Chart,
     /// Points that the chart explains: index, and the robust weight they had.
     pub members: Vec<(u32, f32)>,
+    /// The noise that was expected of them before the fit, standard deviation.
+    pub expected: f64,
     /// Whether it is one of two sheets that were told apart though they lie within each other's noise.
     pub of_two: bool,
 }

@@ -26,6 +26,28 @@ impl FaceAdjacency {
     }
 }
 
+/// Which way a triangle must be turned so that its part is consistent.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Turn {
+    Unknown,
+    AsIs,
+    Flipped,
+}
+
+impl Turn {
+    pub(super) fn opposite(self) -> Self {
+        match self {
+            Self::Unknown => Self::Unknown,
+            Self::AsIs => Self::Flipped,
+            Self::Flipped => Self::AsIs,
+        }
+    }
+    /// -1 where the triangle must be turned.
+    pub(super) fn sign(self) -> f64 {
+        if self == Self::Flipped { -1.0 } else { 1.0 }
+    }
+}
+
 /// The neighbours of every triangle.
 ///
 /// # Errors

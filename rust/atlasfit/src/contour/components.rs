@@ -1,54 +1,20 @@
 //! The connected parts of the surface: which way each faces, and which are specks.
 //!
 //! In: triangles with every edge in at most two of them. Out: the same, each part consistently oriented where
-//! that is possible and facing out or up; small parts, and parts that too few points carry, are gone.
+//! that is possible; small parts, and parts that too few points carry, are gone.
 
-use super::adjacency::{self, FaceAdjacency};
+use super::adjacency::{self, FaceAdjacency, Turn};
 use super::compact::compact;
-use super::constants::CONTOUR;
+use super::facing::{self, Component, Sides};
 use super::surface::{Surface, remove_marked};
 use crate::atlas::Vote;
 use crate::error::Result;
-use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
-use crate::spatial::triangle::area_vector;
-use std::f64::consts::PI;
 
-/// A connected part of the surface.
-struct Component {
-    triangles: Vec<u32>,
-    /// Signed volume that it spans with its centroid, for the turned triangles.
-    volume: f64,
-    /// Sum of its area vectors.
-    mean_normal: Vec3,
-    /// Whether it is an open sheet rather than a body.
-    open: bool,
-    /// How the scan votes on the side of the turned triangles.
-    vote: Vote,
-}
-
-/// Which way a triangle must be turned so that its part is consistent.
-#[derive(Clone, Copy, PartialEq)]
-enum Turn {
-    Unknown,
-    AsIs,
-    Flipped,
-}
-
-impl Turn {
-    fn opposite(self) -> Self {
-        match self {
-            Self::Unknown => Self::Unknown,
-            Self::AsIs => Self::Flipped,
-            Self::Flipped => Self::AsIs,
-        }
-    }
-}
-
-/// Orients each part consistently (breadth first where the field's orientation is only local), outward by its
-/// signed volume, or as the `votes` on its charts say; drops parts of fewer than `min_triangles`. One-sided
-/// parts keep a seam of disagreeing neighbours.
+/// Orients each part consistently (breadth first where the field's orientation is only local), and all as
+/// [`facing::sides`] says; drops parts of fewer than `min_triangles`. One-sided parts keep a seam of
+/// disagreeing neighbours.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -74,27 +40,19 @@ pub(super) fn orient(
                 speck[t as usize] = true;
             }
         } else {
-            let mut component = measure(s, part, &turn, ctx)?;
-            for &t in &component.triangles {
+            let mut vote = Vote::default();
+            for &t in &part {
                 let chart = s.chart[s.triangles[t as usize][0] as usize] as usize;
                 if let Some(share) = shares.get(chart) {
-                    let sign = if turn[t as usize] == Turn::Flipped { -1.0 } else { 1.0 };
-                    component.vote.add_share(&votes[chart], *share, sign);
+                    vote.add_share(&votes[chart], *share, turn[t as usize].sign());
                 }
             }
-            found.push(component);
+            found.push(Component::new(s, part, &Sides { turn: &turn, adjacency: &adjacency }, vote));
         }
     }
-    // What the scan knows goes first. Otherwise a closed surface faces outward. Open sheets, such as parts of
-    // a terrain, face along the one axis that they face most, upward.
-    let faced =
-        [0, 1, 2].map(|k| found.iter().filter(|c| c.open).map(|c| c.mean_normal[k].abs()).sum::<f64>());
-    let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);
-    for c in &found {
-        let shape = if c.open { c.mean_normal[up] } else { c.volume };
-        let known = c.vote.verdict();
-        let invert = if known == 0.0 { shape } else { known } < 0.0;
-        for &t in &c.triangles {
+    for (component, side) in found.iter().zip(facing::sides(&found, ctx)?) {
+        let invert = side < 0.0;
+        for &t in &component.triangles {
             if (turn[t as usize] == Turn::Flipped) != invert {
                 s.triangles[t as usize].swap(1, 2);
             }
@@ -142,35 +100,6 @@ fn collect(
     Ok(part)
 }
 
-/// What decides which way a part faces.
-fn measure(s: &Surface, part: Vec<u32>, turn: &[Turn], ctx: &Context<'_>) -> Result<Component> {
-    // Sums are taken about a vertex of the part: far from the origin they would lose digits.
-    let centre = {
-        let t = s.triangles[part[part.len() / 2] as usize];
-        s.positions[t[0] as usize]
-    };
-    let mut mean = Vec3::ZERO;
-    for (i, &t) in part.iter().enumerate() {
-        ctx.check_at(i)?;
-        mean += s.positions[s.triangles[t as usize][0] as usize] - centre;
-    }
-    let centre = centre + (mean * (1.0 / part.len() as f64));
-    let (mut volume, mut area, mut mean_normal) = (0.0, 0.0, Vec3::ZERO);
-    for (i, &t) in part.iter().enumerate() {
-        ctx.check_at(i)?;
-        let [a, b, c] = s.triangles[t as usize].map(|v| s.positions[v as usize] - centre);
-        let sign = if turn[t as usize] == Turn::Flipped { -0.5 } else { 0.5 };
-        let n = area_vector([a, b, c]) * sign;
-        mean_normal += n;
-        area += n.norm();
-        volume += a.dot(n) / 3.0;
-    }
-    let facing = mean_normal.norm() / area.max(1e-300);
-    let roundness = 6.0 * PI.sqrt() * volume.abs() / area.max(1e-300).powf(1.5);
-    let open = facing > CONTOUR.open_facing && roundness < CONTOUR.open_volume;
-    Ok(Component { triangles: part, volume, mean_normal, open, vote: Vote::default() })
-}
-
 /// Removes parts of the surface that fewer than `least` points lie on. `points` says for each chart how many
 /// points are its own; they are shared out evenly over the chart's vertices.
 ///
@@ -205,6 +134,7 @@ mod tests {
     use super::super::surface::corners;
     use super::*;
     use crate::Run;
+    use crate::numeric::vec3::Vec3;
 
     fn surface(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Surface {
         let n = positions.len();

@@ -13,6 +13,7 @@ pub(crate) mod clean;
 mod compact;
 pub(crate) mod components;
 pub(crate) mod constants;
+mod facing;
 pub(crate) mod holes;
 mod loops;
 pub(crate) mod parts;

@@ -7,6 +7,7 @@
 
 mod bias;
 pub(crate) mod constants;
+mod refit;
 mod sheet;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use constants::FIT;
 use rayon::prelude::*;
+pub(crate) use refit::refit;
 use sheet::{DomainPoint, FootPoints, Sheet, Tools, residuals, solve};
 use two_sheets::two_sheets;
 
@@ -116,5 +118,10 @@ fn finish(mut sheet: Sheet, points: &[DomainPoint], weights: &[f64], patch: &Pat
         .collect::<Vec<_>>();
     let Sheet { map, sigma, support, .. } = sheet;
     let chart = Chart { map: Map::Monge(map), sigma, sign: 1.0, support };
-    (!members.is_empty()).then_some(FittedChart { chart, members, of_two: patch.of_two })
+    (!members.is_empty()).then_some(FittedChart {
+        chart,
+        members,
+        expected: patch.sigma,
+        of_two: patch.of_two,
+    })
 }

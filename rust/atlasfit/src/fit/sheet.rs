@@ -9,9 +9,11 @@ use crate::atlas::monge::BaseCoordinates;
 use crate::atlas::{Monge, Patch};
 use crate::numeric::spline::{self, Slope};
 use crate::prior::basis::{self, BASIS};
+use crate::prior::constants::PRIOR;
 use crate::prior::evidence::Work;
 use crate::prior::gp;
 use crate::prior::normal_equations::{NormalEquations, Observation};
+use crate::prior::smoothing::Smoothing;
 
 /// A point in a patch's domain: u and v in its unit disk, height over its base plane.
 pub(super) type DomainPoint = [f64; 3];
@@ -49,6 +51,16 @@ impl Sheet {
         };
         Self { map, sigma, support: 0.0, log_kappa: None }
     }
+
+    /// The sheet of a chart that was fitted before, and the noise expected.
+    pub(super) fn of_chart(map: Monge, sigma: f64) -> Self {
+        Self { map, sigma, support: 0.0, log_kappa: None }
+    }
+
+    /// Noise that is not told from none.
+    fn floor(&self) -> f64 {
+        1e-6 * self.map.radii[0].min(self.map.radii[1])
+    }
 }
 
 /// Which foot points a solve takes.
@@ -77,9 +89,73 @@ pub(super) fn solve(
     sigma: f64,
     tools: &mut Tools,
 ) -> Option<()> {
-    let basis = &*BASIS;
-    let chart = &mut sheet.map;
-    let floor = 1e-6 * chart.radii[0].min(chart.radii[1]);
+    let expected = observe(sheet, points, weights, feet, sigma, tools);
+    let fit = gp::fit(&BASIS, &tools.equations, expected, sheet.log_kappa, &mut tools.work)?;
+    sheet.log_kappa = Some(fit.log_kappa);
+    *sheet.map.coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
+    sheet.sigma = (fit.sigma / FIT.truncated).max(sheet.floor());
+    sheet.support = tools.equations.count;
+    sheet.map.coeffs.iter().all(|c| c.is_finite()).then_some(())
+}
+
+/// Values of the smoothness, natural logarithms of kappa.
+pub(super) struct Smoothness {
+    /// What the data support best.
+    pub usual: f64,
+    /// What the user asks for.
+    pub wanted: f64,
+}
+
+/// The smoothness that the user asks for, from what the sheet's own data say.
+pub(super) fn smoothness(
+    sheet: &Sheet,
+    points: &[DomainPoint],
+    weights: &[f64],
+    smoothing: Smoothing,
+    tools: &mut Tools,
+) -> Option<Smoothness> {
+    let expected = observe(sheet, points, weights, FootPoints::Nearest, sheet.sigma, tools);
+    let found = gp::fit(&BASIS, &tools.equations, expected, None, &mut tools.work)?;
+    let wanted = smoothing.log_kappa(&found, found.sigma / FIT.truncated, 4.0 * PRIOR.order);
+    Some(Smoothness { usual: found.log_kappa, wanted })
+}
+
+/// What another smoothness changes.
+pub(super) struct Change {
+    /// To be added to the spline's coefficients.
+    pub coeffs: [f32; spline::COEFFS],
+    /// The noise, as the points then show it.
+    pub sigma: f64,
+}
+
+/// How a solve with the wanted smoothness differs from one with the usual, the points' feet being on the
+/// sheet as it is.
+pub(super) fn change(
+    sheet: &Sheet,
+    points: &[DomainPoint],
+    weights: &[f64],
+    to: &Smoothness,
+    tools: &mut Tools,
+) -> Option<Change> {
+    let expected = observe(sheet, points, weights, FootPoints::Nearest, sheet.sigma, tools);
+    let mut at = |log_kappa| gp::fit_at(&BASIS, &tools.equations, expected, log_kappa, &mut tools.work);
+    let (usual, wanted) = (at(to.usual)?, at(to.wanted)?);
+    let weights: Vec<f64> = wanted.weights.iter().zip(&usual.weights).map(|(w, u)| w - u).collect();
+    let coeffs = basis::spline_coefficients(&BASIS, &weights);
+    coeffs.iter().all(|c| c.is_finite()).then(|| Change { coeffs, sigma: wanted.sigma / FIT.truncated })
+}
+
+/// Makes the normal equations of a solve. Returns the noise that is expected, and how many points that is
+/// worth.
+fn observe(
+    sheet: &Sheet,
+    points: &[DomainPoint],
+    weights: &[f64],
+    feet: FootPoints,
+    sigma: f64,
+    tools: &mut Tools,
+) -> (f64, f64) {
+    let chart = &sheet.map;
     tools.equations.clear();
     tools.observations.clear();
     for (&[u, v, z], &w) in points.iter().zip(weights) {
@@ -96,14 +172,8 @@ pub(super) fn solve(
         };
         tools.observations.push(Observation { at: [fu, fv], height, weight: w * cos2, count: w });
     }
-    tools.equations.observe(basis, &tools.observations);
-    let expected = (FIT.truncated * sigma.max(floor), FIT.noise_strength);
-    let fit = gp::fit(basis, &tools.equations, expected, sheet.log_kappa, &mut tools.work)?;
-    sheet.log_kappa = Some(fit.log_kappa);
-    *chart.coeffs = basis::spline_coefficients(basis, &fit.weights);
-    sheet.sigma = (fit.sigma / FIT.truncated).max(floor);
-    sheet.support = tools.equations.count;
-    sheet.map.coeffs.iter().all(|c| c.is_finite()).then_some(())
+    tools.equations.observe(&BASIS, &tools.observations);
+    (FIT.truncated * sigma.max(sheet.floor()), FIT.noise_strength)
 }
 
 /// Signed distances of the points to the chart, along its normal.

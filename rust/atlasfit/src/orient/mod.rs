@@ -19,5 +19,5 @@ pub(crate) use enclose::Sheets;
 pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
-pub(crate) use signs::{face, orient};
+pub(crate) use signs::{agree, face, orient};
 pub(crate) use votes::votes;

@@ -163,6 +163,20 @@ impl Contracted {
     }
 }
 
+/// A sign for each of `n` things from how they agree, and from what is known of their sides: votes on things
+/// by number. Where nothing is said they keep theirs.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn agree(
+    n: usize,
+    relations: &[Relation],
+    votes: &[(u32, f64)],
+    ctx: &Context<'_>,
+) -> Result<Vec<f64>> {
+    Ok(contract(n, relations, votes, ctx)?.signs)
+}
+
 /// A sign per chart. Sets of charts are joined in the order of the agreement between them, all pairs of their
 /// charts together: one strong pair may err, a hundred pairs rarely do. (Greedy additive contraction, as for
 /// multicuts: Keuper et al. 2015.) What is known of the charts' sides (`votes`, charts with their agreement)

@@ -44,7 +44,8 @@ pub(super) fn finish(
         ctx.check_at(i)?;
         *p = frame.to_user(Vec3(*p)).0;
     }
-    let mut moved = move_points(cloud, &input, &projected, |p| frame.to_user(p), ctx)?;
+    let to_user = |from: [f64; 3], p: Vec3| share_of_way(from, frame.to_user(p).0, options.strength);
+    let mut moved = move_points(cloud, &input, &projected, to_user, ctx)?;
     let outliers = moved.outlier.iter().filter(|o| **o).count();
     let left_out: Vec<bool> = (input.of_input.iter())
         .map(|&p| built.left_out.points.get(p as usize).is_some_and(|on| *on))
@@ -112,13 +113,26 @@ struct Moved {
     outlier: Vec<bool>,
 }
 
-/// Moves the points of `cloud` to where the charts say the surface is, `to_user` from the normalised frame.
+/// Where a point goes on its way to the surface: all of it for a strength of 1 and more, none for 0.
+fn share_of_way(from: [f64; 3], to: [f64; 3], strength: f64) -> [f64; 3] {
+    // Not by the formula: these two are exact.
+    if strength >= 1.0 {
+        to
+    } else if strength <= 0.0 {
+        from
+    } else {
+        std::array::from_fn(|k| from[k] + strength * (to[k] - from[k]))
+    }
+}
+
+/// Moves the points of `cloud` to where the charts say the surface is; `to_user` says where that is, from the
+/// point as given and its place in the normalised frame.
 /// Outliers and points that are not finite stay where they are.
 fn move_points(
     cloud: &PointCloud,
     input: &InputMap,
     projected: &[ProjectedPoint],
-    to_user: impl Fn(Vec3) -> Vec3,
+    to_user: impl Fn([f64; 3], Vec3) -> [f64; 3],
     ctx: &Context<'_>,
 ) -> Result<Moved> {
     let n = cloud.len();
@@ -132,7 +146,7 @@ fn move_points(
         }
         match projected.get(p as usize) {
             Some(q) if q.chart != u32::MAX => {
-                points.positions[i] = to_user(q.position).0;
+                points.positions[i] = to_user(points.positions[i], q.position);
                 normals[i] = q.normal.to_f32();
                 chart[i] = q.chart;
             }

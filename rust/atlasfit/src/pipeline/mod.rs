@@ -2,7 +2,7 @@
 //!
 //! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
 //! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
-//! `sheets` (which points lie on which sheet) → `surface` (charts blended, contoured, cleaned) → `attributes`
+//! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) → `surface` (charts blended, contoured, cleaned) → `attributes`
 //! (colours and the like, UVs) → `finish` (back to the user's frame, report).
 
 mod attributes;
@@ -22,6 +22,7 @@ mod parts;
 pub mod prepare;
 mod report;
 mod sheets;
+mod strength;
 mod surface;
 mod warnings;
 
@@ -130,7 +131,8 @@ fn denoise_in(
     }
     let toward = facing::given(cloud, options, &scan, ctx)?;
     let first = fit_atlas::fit_atlas(&mut scan, options.charts, ctx)?;
-    let atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
+    let mut atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
+    strength::apply(&scan, &mut atlas, options, guide.is_some(), ctx)?;
     let noise = finish::reported_noise(scan_noise, scan.noise, guide.is_some());
     let mut built = surface::build(scan, atlas, options, ctx)?;
     let mesh = attributes::mesh(cloud, &mut built, ctx)?;

@@ -20,8 +20,15 @@ pub enum Outliers {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DenoiseOptions {
-    /// Standard deviation of the noise in the scan's unit; `None` estimates it.
+    /// Standard deviation of the noise in the scan's unit; `None` estimates it, for each chart anew. Given, it
+    /// decides how closely charts follow the points; patches are cut with a twentieth of the point spacing at
+    /// least.
     pub noise: Option<f64>,
+    /// How strongly to denoise, 0 or more: 1 = as much as the scan asks for. The charts, and the surface with
+    /// them, smooth away detail below so many times the usual length; less than a quarter and more than 4
+    /// times change them no further. Below 1 the points besides go only this share of the way to the surface:
+    /// 0 leaves them where they are. Which points are outliers, and which lie on which sheet, stays the same.
+    pub strength: f64,
     /// Fineness of the surface: 1 = what the data supports, 0.5 = voxels twice as large. 0.1 to 10.
     pub detail: f64,
     /// Number of charts to aim for; `None` = as many as the shape needs.
@@ -64,6 +71,7 @@ pub struct DenoiseOptions {
 setters! {
     DenoiseOptions {
         with_noise: noise: Option<f64>,
+        with_strength: strength: f64,
         with_detail: detail: f64,
         with_charts: charts: Option<usize>,
         with_fill_holes: fill_holes: f64,
@@ -83,6 +91,7 @@ impl Default for DenoiseOptions {
     fn default() -> Self {
         Self {
             noise: None,
+            strength: 1.0,
             detail: 1.0,
             charts: None,
             fill_holes: 0.0,
@@ -123,6 +132,12 @@ pub(super) fn validate(o: &DenoiseOptions) -> Result<()> {
         return Err(Error::invalid(
             format!("noise is {noise}"),
             "Give a positive length, or none to estimate it",
+        ));
+    }
+    if !(o.strength >= 0.0 && o.strength.is_finite()) {
+        return Err(Error::invalid(
+            format!("strength is {}", o.strength),
+            "Give a number, 0 or more; 1 is what the scan asks for, 0 leaves points where they are",
         ));
     }
     if !(0.1..=10.0).contains(&o.detail) {

@@ -93,6 +93,26 @@ impl Problem {
         let (_, log_kappa, sigma2) = found?;
         Some(Solution { weights: back_substitute(best, m, n), sigma: sigma2.sqrt(), log_kappa })
     }
+
+    /// The fit at a given smoothness, whatever the data say of it. `system` as in [`Problem::solve`].
+    pub fn at(
+        &self,
+        log_kappa: f64,
+        work: &mut Work,
+        system: impl FnOnce(f64, &mut [f64]),
+    ) -> Option<Solution> {
+        let (n, m) = (self.unknowns, Self::width(self.unknowns));
+        let [trial, _] = work;
+        trial.resize(m * m, 0.0);
+        system(log_kappa.exp(), trial);
+        if !eliminate(trial, m, n) {
+            return None;
+        }
+        let (sigma0, strength) = self.expected;
+        let dof = (self.count - self.free as f64).max(1.0) + strength;
+        let sigma2 = (trial[n * m + n].max(0.0) + strength * sigma0 * sigma0) / dof;
+        Some(Solution { weights: back_substitute(trial, m, n), sigma: sigma2.sqrt(), log_kappa })
+    }
 }
 
 /// Solves U x = y, where `y` is the column after the `n` of U.

@@ -28,13 +28,32 @@ pub fn fit(
     near: Option<f64>,
     work: &mut Work,
 ) -> Option<Solution> {
-    let problem =
-        Problem { unknowns: MODES, free: FREE, count: data.count, expected, range: PRIOR.log_kappa };
-    problem.solve(near.unwrap_or(PRIOR.likely), work, |kappa, system| {
-        system.copy_from_slice(&data.matrix);
-        for (x, p) in system.iter_mut().step_by(WIDTH + 1).zip(&basis.precision) {
-            // The last term keeps the affine part solvable when few points carry it.
-            *x += kappa * p + 1e-9;
-        }
+    problem(data, expected).solve(near.unwrap_or(PRIOR.likely), work, |kappa, system| {
+        penalised(basis, data, kappa, system);
     })
+}
+
+/// [`fit`] at a given smoothness.
+#[must_use]
+pub fn fit_at(
+    basis: &Basis,
+    data: &NormalEquations,
+    expected: (f64, f64),
+    log_kappa: f64,
+    work: &mut Work,
+) -> Option<Solution> {
+    problem(data, expected).at(log_kappa, work, |kappa, system| penalised(basis, data, kappa, system))
+}
+
+fn problem(data: &NormalEquations, expected: (f64, f64)) -> Problem {
+    Problem { unknowns: MODES, free: FREE, count: data.count, expected, range: PRIOR.log_kappa }
+}
+
+/// The normal equations with the prior's precision.
+fn penalised(basis: &Basis, data: &NormalEquations, kappa: f64, system: &mut [f64]) {
+    system.copy_from_slice(&data.matrix);
+    for (x, p) in system.iter_mut().step_by(WIDTH + 1).zip(&basis.precision) {
+        // The last term keeps the affine part solvable when few points carry it.
+        *x += kappa * p + 1e-9;
+    }
 }

@@ -5,3 +5,4 @@ pub(crate) mod constants;
 pub mod evidence;
 pub mod gp;
 pub mod normal_equations;
+pub(crate) mod smoothing;

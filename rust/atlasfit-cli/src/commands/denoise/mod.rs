@@ -37,6 +37,15 @@ pub struct Args {
         help_heading = "Fit"
     )]
     noise: Auto<f64>,
+    /// How strongly to denoise: 1 = as the scan asks for, 2 = smoother, 0 = leave the points where they are
+    #[arg(
+        long,
+        default_value_t = DenoiseOptions::default().strength,
+        value_name = "FACTOR",
+        value_parser = not_negative,
+        help_heading = "Fit"
+    )]
+    strength: f64,
     /// Fineness of the surface: 1 = what the data supports, 0.5 = half as fine
     #[arg(
         long,
@@ -300,6 +309,7 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
     };
     DenoiseOptions::default()
         .with_noise(args.noise.0)
+        .with_strength(args.strength)
         .with_detail(args.detail)
         .with_charts(args.charts.0)
         .with_fill_holes(args.fill_holes)

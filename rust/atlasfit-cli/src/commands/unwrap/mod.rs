@@ -15,8 +15,9 @@ use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
 use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
-use atlasfit_io::{Asset, Polygons};
+use atlasfit_io::{Asset, Format, Polygons};
 use report::Done;
+use std::path::Path;
 use std::time::Instant;
 
 /// The external packer, if one is asked for.
@@ -47,7 +48,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     console.part_to(UNTIL[0]);
     let Kept { mut loaded, asset } = load(args, console)?;
     let bake = textures::of(args, &mut loaded, asset.as_ref(), console)?;
-    let asset = asset.filter(|_| bake.keeps_materials());
+    let asset = asset.filter(|asset| bake.keeps_materials(asset));
     let asset = textures::kept(args, &loaded, asset, console)?;
     let polygons = loaded.polygons.take();
     let mut mesh = loaded.into_mesh();
@@ -93,7 +94,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 
 /// Reads the mesh; points alone are refused.
 fn load(args: &Args, console: &Console) -> Result<Kept> {
-    let kept = files::load_kept(&args.mesh, args.read.input_format, &args.run, console)?;
+    let output = args.output().format(args.write)?;
+    // A glTF file is read as it is kept: only where it is.
+    let replaced = args.bake || args.baked_file().is_some() || args.output == Path::new(files::STANDARD);
+    let output = (output != Format::Gltf || !replaced).then_some(output);
+    let kept = files::load_kept(&args.mesh, args.read.input_format, output, &args.run, console)?;
     if kept.loaded.faces.is_empty() {
         return Err(Usage(format!(
             "{} has no faces: only a mesh can be unwrapped. Make a surface of points with denoise",

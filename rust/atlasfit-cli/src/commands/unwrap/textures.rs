@@ -83,9 +83,14 @@ impl Bake {
         matches!(self, Bake::Nothing)
     }
 
-    /// Whether the materials of the file stay, with their images drawn anew or left alone.
-    pub fn keeps_materials(&self) -> bool {
-        matches!(self, Bake::Nothing | Bake::Old(_))
+    /// Whether the materials of the file stay, with their images drawn anew or left alone. A page that none
+    /// of them has an image for needs a new one.
+    pub fn keeps_materials(&self, asset: &Asset) -> bool {
+        match self {
+            Bake::Nothing => true,
+            Bake::Old(layers) => layers.len() == asset.layers().len(),
+            _ => false,
+        }
     }
 
     /// How large the page has to be.

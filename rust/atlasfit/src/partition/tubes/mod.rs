@@ -13,12 +13,13 @@ mod rice;
 
 use super::Cut;
 use super::constants::PARTITION;
-use crate::atlas::FittedChart;
+use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
 use crate::numeric::dense::{Principal, principal};
 use crate::numeric::rng::shuffled;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
+use crate::prior::smoothing::Smoothing;
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use constants::{BINS, TUBES};
@@ -71,6 +72,26 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         tubes.fitted.push(fit.fitted);
     }
     Ok(tubes)
+}
+
+/// Fits the tubes among the charts again, smoother or rougher than the data say.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn refit(
+    points: &[Vec3],
+    fitted: &mut [FittedChart],
+    smoothing: Smoothing,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    fitted
+        .par_iter_mut()
+        .map(|FittedChart { chart, members, expected, .. }| {
+            ctx.check()?;
+            let Map::Tube(tube) = &mut chart.map else { return Ok(()) };
+            radius::refit(tube, members, points, *expected, smoothing, ctx)
+        })
+        .collect()
 }
 
 /// The noise that explains the tubes' points best.

@@ -15,6 +15,7 @@ use crate::numeric::spline::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, 
 use crate::numeric::vec3::Vec3;
 use crate::partition::constants::PARTITION;
 use crate::prior::evidence::{Problem, Work};
+use crate::prior::smoothing::Smoothing;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use rayon::prelude::*;
@@ -90,7 +91,10 @@ fn fit(
     let mut own = sigma;
     if ratio < TUBES.circle {
         for _ in 0..3 {
-            let Some(about) = shape(&mut tube, &inner, &weights, sigma, ctx)? else { return Ok(None) };
+            let Some(about) = shape(&mut tube, &inner, &weights, Noise { sigma, smoothing: None }, ctx)?
+            else {
+                return Ok(None);
+            };
             own = about.max(0.3 * sigma);
             for (w, l) in weights.iter_mut().zip(&inner) {
                 *w = tukey(l[2] - tube.radius_at(l[0], l[1]).value, TUKEY * own.max(sigma));
@@ -134,10 +138,41 @@ fn fit(
     let support = weights.iter().sum();
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
     Ok((!members.is_empty()).then_some(FittedTube {
-        fitted: FittedChart { chart, members, of_two: false },
+        fitted: FittedChart { chart, members, expected: sigma, of_two: false },
         covered,
         ratio,
     }))
+}
+
+/// Fits a tube's radius again, smoother or rougher than the data say, to the same members. One whose
+/// cross-section is a circle, or which cannot be fitted so, stays as it was.
+pub(super) fn refit(
+    tube: &mut Tube,
+    members: &[(u32, f32)],
+    points: &[Vec3],
+    sigma: f64,
+    smoothing: Smoothing,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let (local, weights): (Vec<[f64; 3]>, Vec<f64>) = members
+        .iter()
+        .map(|&(m, w)| {
+            let l = tube.local(points[m as usize]);
+            ([l.s, l.theta, l.d], f64::from(w))
+        })
+        .unzip();
+    if sigma / tube.mean_radius < TUBES.circle {
+        shape(tube, &local, &weights, Noise { sigma, smoothing: Some(smoothing) }, ctx)?;
+    }
+    Ok(())
+}
+
+/// How noisy a tube's points are.
+struct Noise {
+    /// Standard deviation.
+    sigma: f64,
+    /// How much smoother the radius, fitted before, is to be than the data say; if it is.
+    smoothing: Option<Smoothing>,
 }
 
 /// Fits the harmonics of the radius. Gives the noise about it.
@@ -145,9 +180,10 @@ fn shape(
     tube: &mut Tube,
     local: &[[f64; 3]],
     weights: &[f64],
-    sigma: f64,
+    noise: Noise,
     ctx: &Context<'_>,
 ) -> Result<Option<f64>> {
+    let Noise { sigma, smoothing } = noise;
     let n = Problem::width(COEFFS);
     // The radii are one more column beside the functions.
     let (mut a, mut count) = (vec![0.0; n * n], 0.0);
@@ -194,11 +230,23 @@ fn shape(
     }
     let problem =
         Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: TUBES.log_kappa };
-    let solved = problem.solve(TUBES.likely, &mut Work::default(), |kappa, system| {
+    let system = |kappa: f64, system: &mut [f64]| {
         for ((x, a), p) in system.iter_mut().zip(&a).zip(&penalty) {
             *x = a + kappa * p;
         }
         system.iter_mut().step_by(n + 1).take(COEFFS).for_each(|x| *x += 1e-9);
+    };
+    let mut work = Work::default();
+    let solved = problem.solve(TUBES.likely, &mut work, system).and_then(|mut found| {
+        let Some(smoothing) = smoothing else { return Some(found) };
+        // The penalty is of second derivatives: it grows with the fourth power of the frequency.
+        let wanted = problem.at(smoothing.log_kappa(&found, found.sigma, 4.0), &mut work, system)?;
+        // What the two differ by goes to the radius as it is.
+        let now = tube.radius.as_flattened().iter().map(|&r| f64::from(r));
+        for ((f, w), now) in found.weights.iter_mut().zip(&wanted.weights).zip(now) {
+            *f = now + w - *f;
+        }
+        Some(found)
     });
     let Some(fit) = solved.filter(|fit| fit.weights.iter().all(|c| c.is_finite())) else { return Ok(None) };
     for (row, c) in tube.radius.iter_mut().zip(fit.weights.chunks_exact(HARMONICS)) {

@@ -1,0 +1,235 @@
+//! Which way the connected parts of the surface face.
+//!
+//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Four things
+//! speak, in nats (a difference of log likelihoods): what the scan knows; what the part winds about, for a
+//! body faces outward; how it faces beside its neighbours, for a surface goes on across a gap; and that open
+//! scans, such as terrain, face up. The parts are then joined in the order of how much is said.
+
+use super::adjacency::{FaceAdjacency, Turn};
+use super::constants::CONTOUR;
+use super::surface::{Surface, corners};
+use crate::atlas::{Relation, Vote};
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::orient;
+use crate::run::Context;
+use crate::spatial::neighbours::Neighbours;
+use crate::spatial::triangle::area_vector;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// A place on a part, with its unit normal.
+struct Place {
+    position: Vec3,
+    normal: Vec3,
+}
+
+/// A connected part of the surface.
+pub(super) struct Component {
+    pub(super) triangles: Vec<u32>,
+    /// How the scan votes on the side of the turned triangles.
+    vote: Vote,
+    area: f64,
+    /// Sum of its area vectors.
+    mean_normal: Vec3,
+    /// How often it winds about itself in the mean: 1/2 is a closed body that faces outward, 0 flat.
+    winding: f64,
+    /// Places along its boundary, evenly spread.
+    rim: Vec<Place>,
+}
+
+/// How the triangles of the surface stand to each other.
+pub(super) struct Sides<'a> {
+    pub(super) turn: &'a [Turn],
+    pub(super) adjacency: &'a [FaceAdjacency],
+}
+
+impl Component {
+    /// Measures a part.
+    pub(super) fn new(s: &Surface, triangles: Vec<u32>, sides: &Sides<'_>, vote: Vote) -> Self {
+        let normal = |t: u32| {
+            area_vector(corners(&s.positions, &s.triangles[t as usize]))
+                * (0.5 * sides.turn[t as usize].sign())
+        };
+        let middle = |t: u32| {
+            corners(&s.positions, &s.triangles[t as usize]).into_iter().fold(Vec3::ZERO, |a, b| a + b)
+                * (1.0 / 3.0)
+        };
+        let place = |t: u32| Place { position: middle(t), normal: normal(t) };
+        let (mut area, mut mean_normal) = (0.0, Vec3::ZERO);
+        for &t in &triangles {
+            area += normal(t).norm();
+            mean_normal += normal(t);
+        }
+        let winding =
+            winding(&every(&triangles, CONTOUR.winding_places).map(place).collect::<Vec<_>>(), area);
+        let at_rim: Vec<u32> =
+            triangles.iter().copied().filter(|&t| sides.adjacency[t as usize].at_boundary()).collect();
+        let rim = every(&at_rim, CONTOUR.rim_places)
+            .map(|t| Place { position: middle(t), normal: normal(t).normalized() })
+            .collect();
+        Self { triangles, vote, area, mean_normal, winding, rim }
+    }
+}
+
+/// At most `most` of the triangles, evenly spread in their order.
+fn every(triangles: &[u32], most: usize) -> impl Iterator<Item = u32> {
+    triangles.iter().copied().step_by(triangles.len().div_ceil(most).max(1))
+}
+
+/// How often places, with normals as long as their area, wind about each other in the mean (Jacobson et al.
+/// 2013, each as a dipole). They stand for this area in all.
+fn winding(places: &[Place], area: f64) -> f64 {
+    let held: f64 = places.iter().map(|p| p.normal.norm()).sum();
+    let (each, soft2) = (area / held.max(f64::MIN_POSITIVE), area / places.len().max(1) as f64);
+    let about = |at: Vec3| -> f64 {
+        let of = |p: &Place| {
+            let d = p.position - at;
+            let r2 = d.norm2() + soft2;
+            p.normal.dot(d) / (r2 * r2.sqrt())
+        };
+        places.iter().map(of).sum::<f64>() * each / (4.0 * PI)
+    };
+    places.iter().map(|p| about(p.position) * p.normal.norm()).sum::<f64>() / held.max(f64::MIN_POSITIVE)
+}
+
+/// 1 for each part that faces the right way, -1 for the others.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn sides(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<f64>> {
+    // What is open faces along the one axis that it faces most, upward.
+    let open = parts.iter().filter(|c| !c.rim.is_empty());
+    let faced: Vec3 = open.fold(Vec3::ZERO, |sum, c| sum + Vec3(c.mean_normal.0.map(f64::abs)));
+    let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);
+    let said = |c: &Component| {
+        let shape = c.winding / CONTOUR.winding_spread.powi(2);
+        let upward = if c.rim.is_empty() { 0.0 } else { c.mean_normal[up] / c.area.max(f64::MIN_POSITIVE) };
+        CONTOUR.scan_knows * c.vote.verdict() + shape + CONTOUR.upward * upward
+    };
+    let votes: Vec<(u32, f64)> = (0..).zip(parts.iter().map(said)).collect();
+    orient::agree(parts.len(), &beside(parts, ctx)?, &votes, ctx)
+}
+
+/// How the parts face each other across the gaps between them.
+fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
+    let places: Vec<(u32, &Place)> =
+        (0..).zip(parts).flat_map(|(k, part)| part.rim.iter().map(move |p| (k, p))).collect();
+    let positions: Vec<Vec3> = places.iter().map(|(_, p)| p.position).collect();
+    if positions.is_empty() {
+        return Ok(Vec::new());
+    }
+    let tree = Neighbours::build(&positions, ctx)?;
+    let mut sums: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    let mut found = Vec::new();
+    for (i, &(a, p)) in places.iter().enumerate() {
+        ctx.check_at(i)?;
+        // Its own part has no more places than these.
+        tree.nearest(p.position, CONTOUR.rim_places + 1, &mut found);
+        let Some(&(b, q)) = found.iter().map(|f| &places[f.index as usize]).find(|(b, _)| *b != a) else {
+            continue;
+        };
+        let size2 = parts[a as usize].area.min(parts[b as usize].area);
+        let share = CONTOUR.goes_on / parts[a as usize].rim.len() as f64;
+        *sums.entry((a.min(b), a.max(b))).or_default() += share * agreement(p, q, size2);
+    }
+    Ok(sums.into_iter().map(|((a, b), agreement)| Relation { a, b, agreement }).collect())
+}
+
+/// How far two places face alike, -1 to 1, on a surface that goes on from one to the other in an arc: it
+/// takes a normal to its mirror image. Less where the gap is wide beside parts of this size, or is no gap but
+/// a step.
+fn agreement(p: &Place, q: &Place, size2: f64) -> f64 {
+    let d = q.position - p.position;
+    let along = d.normalized();
+    let (leaves, arrives) = (p.normal.dot(along), q.normal.dot(along));
+    let carried = p.normal - along * (2.0 * leaves);
+    let tangent = (1.0 - leaves * leaves) * (1.0 - arrives * arrives);
+    carried.dot(q.normal) * tangent / (1.0 + d.norm2() / size2.max(f64::MIN_POSITIVE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::contour::components;
+
+    const PIECES: u32 = 5;
+
+    /// Pieces of a surface over the unit square, with gaps between them; every other piece faces the other
+    /// way.
+    fn pieces(at: impl Fn(f64, f64) -> [f64; 3]) -> Surface {
+        let n = 8;
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for piece in 0..PIECES {
+            let first = positions.len() as u32;
+            for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
+                let u = (f64::from(piece) + 0.9 * f64::from(i) / f64::from(n)) / f64::from(PIECES);
+                positions.push(Vec3(at(u, f64::from(j) / f64::from(n))));
+            }
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let a = first + i * (n + 1) + j;
+                for mut t in [[a, a + n + 1, a + n + 2], [a, a + n + 2, a + 1]] {
+                    if piece % 2 == 1 {
+                        t.swap(1, 2);
+                    }
+                    triangles.push(t);
+                }
+            }
+        }
+        let count = positions.len();
+        Surface { positions, normals: vec![Vec3::ZERO; count], chart: vec![0; count], triangles }
+    }
+
+    /// For each piece how much of it faces along `out`, from -1 to 1.
+    fn facing(s: &Surface, out: impl Fn(Vec3) -> Vec3) -> Vec<f64> {
+        s.triangles
+            .chunks(s.triangles.len() / PIECES as usize)
+            .map(|piece| {
+                let of = |t: &[u32; 3]| {
+                    let c = corners(&s.positions, t);
+                    area_vector(c).normalized().dot(out(c[0]).normalized())
+                };
+                piece.iter().map(of).sum::<f64>() / piece.len() as f64
+            })
+            .collect()
+    }
+
+    fn oriented(s: &Surface) -> Surface {
+        let mut s = s.clone();
+        Run::default().execute(|ctx| components::orient(&mut s, false, 0, &[], ctx)).unwrap();
+        s
+    }
+
+    #[test]
+    fn pieces_of_a_tube_face_outward_and_pieces_of_a_slope_upward() {
+        let tube = |u: f64, v: f64| {
+            let a = 6.0 * u;
+            [a.cos(), 2.0 * v, a.sin()]
+        };
+        let out = facing(&oriented(&pieces(tube)), |p| Vec3([p[0], 0.0, p[2]]));
+        assert!(out.iter().all(|f| *f > 0.9), "{out:?}");
+        // Each piece alone is a gutter: it winds to neither side for sure.
+        let slope = |u: f64, v: f64| [4.0 * u, v, 0.3 * (9.0 * u).sin()];
+        let up = facing(&oriented(&pieces(slope)), |_| Vec3([0.0, 0.0, 1.0]));
+        assert!(up.iter().all(|f| *f > 0.5), "{up:?}");
+    }
+
+    #[test]
+    fn a_wall_beside_a_wall_faces_the_same_way_though_neither_is_up() {
+        let wall = |u: f64, v: f64| [4.0 * u, 0.05 * (7.0 * v).sin() * (9.0 * u).cos(), v];
+        let along = facing(&oriented(&pieces(wall)), |_| Vec3([0.0, 1.0, 0.0]));
+        assert!(along.iter().all(|f| f.signum() == along[0].signum() && f.abs() > 0.5), "{along:?}");
+    }
+
+    #[test]
+    fn a_quarter_turn_changes_nothing_of_a_tube_and_scale_nothing_at_all() {
+        let bowl = |u: f64, v: f64| [4.0 * u, (3.0 * v).cos(), (3.0 * v).sin()];
+        let first = oriented(&pieces(bowl)).triangles;
+        let turned = oriented(&pieces(|u, v| {
+            let [x, y, z] = bowl(u, v);
+            [1e3 * y, 1e3 * z, 1e3 * x]
+        }));
+        assert_eq!(first, turned.triangles);
+    }
+}
