@@ -84,10 +84,8 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
                     (found[k].dist2 * std::f64::consts::PI / k.max(1) as f64).sqrt()
                 };
                 // Never zero: what is divided by it stays a number.
-                out.spacing.push(
-                    (side(NAMED).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32)
-                        .max(1e-30),
-                );
+                out.spacing
+                    .push((side(NAMED).max(SPATIAL.wide_share * side(SPATIAL.wide_k)) as f32).max(1e-30));
                 let mut nearest = [u32::MAX; NAMED];
                 nearest.iter_mut().zip(found.iter().skip(1)).for_each(|(to, f)| *to = f.index);
                 out.nearest.push(nearest);
