@@ -18,6 +18,9 @@ pub(crate) struct OrientConstants {
     /// Halved: points 1.11 (plate 1.81), acc 1.13 (plate 2.00), com 1.20 (plate 2.94); doubled: points 0.97
     /// (plate 0.87), acc 0.99 (plate 0.90), com 0.97 (plate 0.86).
     pub counts: f64,
+    /// Points about a place by which a chart's density there is known. Source: derived, none is there by
+    /// chance once in e^12 times.
+    pub points_there: f64,
     /// Sheets whose normals have a greater cosine are parallel (46 degrees). Source: chosen.
     /// Halved: points 0.99 (plate 0.93), acc 1.01 (plate 1.09), com 1.02 (plate 1.14); doubled: points 1.14
     /// (plate 2.16), acc 1.20 (plate 2.85), com 1.28 (plate 4.36).
@@ -107,6 +110,7 @@ pub(crate) struct OrientConstants {
 pub(crate) const ORIENT: OrientConstants = OrientConstants {
     apart: 1.5,
     counts: 0.3,
+    points_there: 12.0,
     parallel: 0.7,
     same_sheet: 2.0,
     unsure: 1.8,

@@ -18,14 +18,24 @@ struct Opposing {
     agreement: f64,
 }
 
+/// How densely a chart's points lie about a place on it, from 0, none, to 1, as elsewhere on the chart.
+fn points_there(points: &[Vec3], chart: &FittedChart, map: &Monge, at: Vec3) -> f64 {
+    let near2 = ORIENT.points_there * map.radii[0] * map.radii[1] / chart.members.len().max(1) as f64;
+    let near = |m: &&(u32, f32)| points[m.0 as usize].dist2(at) < near2;
+    let there = chart.members.iter().filter(near).count() as f64;
+    (there / ORIENT.points_there).min(1.0)
+}
+
 /// Relations of opposing sheets, seen from the centre of each chart: the next sheet on either side faces the
 /// other way, if it is parallel, nearer than a patch is wide, and not as near as misaligned sweeps. Where a
 /// wall ends in a sharp rim, charts on its two sides share few points, and those say little; these relations
-/// then tell how the one side is oriented to the other.
+/// then tell how the one side is oriented to the other. A sheet that ends before our centre is the other part
+/// of a step: it counts by how many of its points are there.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn opposing_sheets(
+    points: &[Vec3],
     fitted: &[FittedChart],
     spacing: f64,
     ctx: &Context<'_>,
@@ -56,10 +66,15 @@ pub(crate) fn opposing_sheets(
                 let v = fitted[b as usize].chart.view(center.position)?;
                 let turn = v.normal.dot(center.normal);
                 let far = ((ORIENT.apart * sigma).max(spacing)..reach).contains(&v.distance.abs());
-                (far && turn.abs() > ORIENT.parallel && v.weight > 0.0 && v.mask >= 0.5).then_some(Opposing {
+                if !far || turn.abs() <= ORIENT.parallel || v.weight <= 0.0 || v.mask < 0.5 {
+                    return None;
+                }
+                let foot = center.position - v.normal * v.distance;
+                let there = points_there(points, &fitted[b as usize], patches[f.index as usize].1, foot);
+                Some(Opposing {
                     chart: b,
                     distance: -v.distance * turn.signum(),
-                    agreement: -ORIENT.counts * turn * v.weight,
+                    agreement: -ORIENT.counts * turn * v.weight * there,
                 })
             })
             .collect();

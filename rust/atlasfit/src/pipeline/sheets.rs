@@ -64,7 +64,7 @@ fn oriented(
     let (points, spacing) = (&scan.points, scan.sampling.median);
     let members = membership::of_points(points.len(), &fitted, ctx)?;
     let relations = orient::relations(points, &fitted, &members, spacing, ctx)?;
-    let opposing = orient::opposing_sheets(&fitted, spacing, ctx)?;
+    let opposing = orient::opposing_sheets(points, &fitted, spacing, ctx)?;
     let mut votes = match toward {
         Some(toward) => orient::votes(points, &fitted, &members, toward, ctx)?,
         None => Vec::new(),
