@@ -6,8 +6,8 @@
 //! About a point of a closed surface that faces outward, the rest of the surface winds half a time (its
 //! generalised winding number, Jacobson et al. 2013; as a test of orientation: Takayama et al. 2014, Xu et
 //! al. 2023). Where signs are wrong it winds less. How far this holds is not known beforehand: a sheet
-//! encloses nothing. So both the winding's variance about one half and the share of contradicted agreement
-//! are unknowns of the likelihood, each estimated with the signs.
+//! encloses nothing, and its winding varies about none instead. So both the winding's variance and the share
+//! of contradicted agreement are unknowns of the likelihood, each estimated with the signs.
 
 use super::connected::connected;
 use super::constants::ORIENT;
@@ -202,6 +202,17 @@ impl Part {
         let p = said.contradicted;
         let entropy = -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
         -0.5 * self.independent * said.square.ln() - self.relations.len() as f64 * entropy
+    }
+
+    /// The same, if the part is a sheet: about its places it winds not at all, but for an error of a size that
+    /// is not known either.
+    pub(super) fn likelihood_of_sheet(&self, said: &Said) -> f64 {
+        let square = said.winding.iter().map(|w| w * w).sum::<f64>() / said.winding.len().max(1) as f64;
+        self.likelihood(&Said {
+            winding: Vec::new(),
+            square: square + ORIENT.winding_error.powi(2),
+            contradicted: said.contradicted,
+        })
     }
 
     /// How the winding votes on the sides of the charts that it is known about: in agreement, as the

@@ -79,7 +79,8 @@ pub(crate) fn orient(
 
 /// Signs that explain both how charts face each other and what they enclose, part by part. First the largest
 /// of the sets that were joined are turned, each if that is likelier. Then from signs follow votes, from
-/// votes signs, as long as these are likelier. Returns the parts that enclose a body.
+/// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
+/// the signs that it came with. Returns the parts that enclose a body.
 fn enclose(
     found: &mut Contracted,
     relations: &[Relation],
@@ -91,6 +92,7 @@ fn enclose(
     let mut parts = Vec::new();
     for part in enclose::parts(sheets, relations, ctx)? {
         let mut said = part.said(signs);
+        let sheet = (part.likelihood_of_sheet(&said), signs.clone());
         let of_part = sets.iter().filter(|set| part.has(set[0]));
         for set in of_part.take(ORIENT.turned_sets) {
             ctx.check()?;
@@ -102,13 +104,14 @@ fn enclose(
                 said = then;
             }
         }
-        parts.push((part, said));
+        parts.push((part, said, sheet));
     }
     for _ in 0..ORIENT.turn_rounds {
-        let votes: Vec<(u32, f64)> = parts.iter().flat_map(|(part, said)| part.votes(said, signs)).collect();
+        let votes: Vec<(u32, f64)> =
+            parts.iter().flat_map(|(part, said, _)| part.votes(said, signs)).collect();
         let mut next = contract(signs.len(), relations, &votes, ctx)?.signs;
         let mut settled = true;
-        for (part, said) in &mut parts {
+        for (part, said, _) in &mut parts {
             ctx.check()?;
             let then = part.said(&mut next);
             if part.likelihood(&then) > part.likelihood(said) {
@@ -121,7 +124,13 @@ fn enclose(
             break;
         }
     }
-    parts.retain(|(part, said)| part.encloses(said));
+    for (part, said, (sheet, before)) in &mut parts {
+        if part.likelihood(said) < *sheet {
+            part.take(before, signs);
+            *said = part.said(signs);
+        }
+    }
+    parts.retain(|(part, said, _)| part.encloses(said));
     Ok(parts.into_iter().map(|p| p.0).collect())
 }
 
