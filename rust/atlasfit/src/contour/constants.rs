@@ -42,7 +42,7 @@ pub(crate) struct ContourConstants {
     /// Nats for two parts to face alike where the boundary of one runs along the other all the way. Source:
     /// chosen, as many as for a closed body to face outward.
     pub goes_on: f64,
-    /// Nats for a flat open part to face upward. Source: chosen, small: it decides where nothing else does.
+    /// Nats for a flat open part to face upward. Source: chosen, as many as a hemisphere says by its winding.
     pub upward: f64,
     /// Nats for a part to face as the scan says. Source: chosen, beyond all else.
     pub scan_knows: f64,
@@ -114,7 +114,7 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     winding_spread: 0.25,
     rim_places: 256,
     goes_on: 8.0,
-    upward: 1.0,
+    upward: 4.0,
     scan_knows: 1e3,
     cut: 1.5,
     across: 4.0,
