@@ -3,20 +3,9 @@
 mod common;
 
 use common::gltf::{Gltf, at, floats};
-use common::{Folder, err, run};
+use common::{Folder, err, png_of, run};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-
-/// A PNG file of one colour.
-fn png_of(color: [u8; 3]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 64, 64);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().unwrap();
-    writer.write_image_data(&color.repeat(64 * 64)).unwrap();
-    writer.finish().unwrap();
-    bytes
-}
 
 /// The corners of the unit cube; the triangles of its sides, two and two.
 const CUBE: [[u8; 3]; 12] = [
@@ -246,14 +235,19 @@ fn same_corners(old: &Gltf, new: &Gltf) {
     }
 }
 
+/// The new file is sound, and only its UVs are other ones.
+fn all_else_is_kept(old: &Gltf, new: &Gltf) {
+    assert_eq!(untouched(old.json.clone()).to_string(), untouched(new.json.clone()).to_string());
+    is_sound(new);
+    same_corners(old, new);
+}
+
 #[test]
 fn a_glb_keeps_all_that_uvs_do_not_touch() {
     let folder = Folder::new("keep-glb");
     let (new, output) = unwrapped(&folder, "out.glb", &[]);
     let old = Gltf::read(&folder.0.join("robot.glb"));
-    assert_eq!(untouched(old.json.clone()).to_string(), untouched(new.json.clone()).to_string());
-    is_sound(&new);
-    same_corners(&old, &new);
+    all_else_is_kept(&old, &new);
     let animation = &old.json["animations"][0]["samplers"][0];
     for id in [&animation["input"], &animation["output"], &old.json["skins"][0]["inverseBindMatrices"]] {
         assert_eq!(old.json["accessors"][at(id)]["count"], new.json["accessors"][at(id)]["count"]);
@@ -274,9 +268,7 @@ fn a_gltf_file_gets_its_buffer_and_images_beside_it() {
     let folder = Folder::new("keep-gltf");
     let (new, output) = unwrapped(&folder, "out.gltf", &[]);
     let old = Gltf::read(&folder.0.join("robot.glb"));
-    assert_eq!(untouched(old.json.clone()).to_string(), untouched(new.json.clone()).to_string());
-    is_sound(&new);
-    same_corners(&old, &new);
+    all_else_is_kept(&old, &new);
     assert_eq!(new.json["buffers"][0]["name"], "all");
     assert_eq!(
         folder.names(),
@@ -462,9 +454,7 @@ fn what_nobody_names_any_more_is_left_out() {
     let done = run(&[&"unwrap", &input, &"-o", &output]);
     assert!(done.status.success(), "{}", err(&done));
     let (old, new) = (Gltf::read(&input), Gltf::read(&output));
-    is_sound(&new);
-    same_corners(&old, &new);
-    assert_eq!(untouched(old.json.clone()).to_string(), untouched(new.json.clone()).to_string());
+    all_else_is_kept(&old, &new);
     let accessors = [
         "POSITION",
         "NORMAL",

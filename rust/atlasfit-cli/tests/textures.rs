@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, err, run};
+use common::{Folder, err, png_of, run};
 use std::path::Path;
 
 /// A house of two materials: walls and a roof, with hard edges, groups, and a square face.
@@ -12,17 +12,6 @@ const HOUSE: &str = "# a house\nmtllib house.mtl\no house\nv 0 0 0\nv 1 0 0\nv 1
     f -4/1/3 -1/2/3 -2/3/3\nf 3/1/3 5/2/3 4/3/3\n";
 const LIBRARY: &str = "newmtl wall\nKd 1 1 1\nNs 12\nmap_Kd wall.png\nnewmtl tiles\nKd 1 1 1\nd 0.5\n\
     map_Kd tiles.png\n";
-
-/// A PNG file of one colour.
-fn png_of(color: [u8; 3]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 64, 64);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().unwrap();
-    writer.write_image_data(&color.repeat(64 * 64)).unwrap();
-    writer.finish().unwrap();
-    bytes
-}
 
 fn house(folder: &Folder) -> std::path::PathBuf {
     folder.file("house.mtl", LIBRARY);

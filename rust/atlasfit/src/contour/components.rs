@@ -41,13 +41,14 @@ pub(super) fn orient(
             }
         } else {
             let mut vote = Vote::default();
-            for &t in &part {
+            for (i, &t) in part.iter().enumerate() {
+                ctx.check_at(i)?;
                 let chart = s.chart[s.triangles[t as usize][0] as usize] as usize;
                 if let Some(share) = shares.get(chart) {
                     vote.add_share(&votes[chart], *share, turn[t as usize].sign());
                 }
             }
-            found.push(Component::new(s, part, &Sides { turn: &turn, adjacency: &adjacency }, vote));
+            found.push(Component::new(s, part, &Sides { turn: &turn, adjacency: &adjacency }, vote, ctx)?);
         }
     }
     for (component, side) in found.iter().zip(facing::sides(&found, ctx)?) {

@@ -39,6 +39,8 @@ pub(crate) struct ContourConstants {
     pub winding_spread: f64,
     /// Places along a part's boundary, at the most. Source: chosen, for speed.
     pub rim_places: usize,
+    /// Of those, so many are looked at first for one of another part. Source: chosen, for speed.
+    pub rim_near: usize,
     /// Nats for two parts to face alike where the boundary of one runs along the other all the way. Source:
     /// chosen, as many as for a closed body to face outward.
     pub goes_on: f64,
@@ -113,6 +115,7 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     winding_places: 1024,
     winding_spread: 0.25,
     rim_places: 256,
+    rim_near: 16,
     goes_on: 8.0,
     upward: 4.0,
     scan_knows: 1e3,

@@ -16,7 +16,6 @@ use crate::run::Context;
 use crate::spatial::neighbours::Neighbours;
 use crate::spatial::triangle::area_vector;
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
 /// A place on a part, with its unit normal.
 struct Place {
@@ -46,7 +45,16 @@ pub(super) struct Sides<'a> {
 
 impl Component {
     /// Measures a part.
-    pub(super) fn new(s: &Surface, triangles: Vec<u32>, sides: &Sides<'_>, vote: Vote) -> Self {
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(super) fn new(
+        s: &Surface,
+        triangles: Vec<u32>,
+        sides: &Sides<'_>,
+        vote: Vote,
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
         let normal = |t: u32| {
             area_vector(corners(&s.positions, &s.triangles[t as usize]))
                 * (0.5 * sides.turn[t as usize].sign())
@@ -57,18 +65,20 @@ impl Component {
         };
         let place = |t: u32| Place { position: middle(t), normal: normal(t) };
         let (mut area, mut mean_normal) = (0.0, Vec3::ZERO);
-        for &t in &triangles {
+        for (i, &t) in triangles.iter().enumerate() {
+            ctx.check_at(i)?;
             area += normal(t).norm();
             mean_normal += normal(t);
         }
         let winding =
             winding(&every(&triangles, CONTOUR.winding_places).map(place).collect::<Vec<_>>(), area);
+        ctx.check()?;
         let at_rim: Vec<u32> =
             triangles.iter().copied().filter(|&t| sides.adjacency[t as usize].at_boundary()).collect();
         let rim = every(&at_rim, CONTOUR.rim_places)
             .map(|t| Place { position: middle(t), normal: normal(t).normalized() })
             .collect();
-        Self { triangles, vote, area, mean_normal, winding, rim }
+        Ok(Self { triangles, vote, area, mean_normal, winding, rim })
     }
 }
 
@@ -81,14 +91,9 @@ fn every(triangles: &[u32], most: usize) -> impl Iterator<Item = u32> {
 /// 2013, each as a dipole). They stand for this area in all.
 fn winding(places: &[Place], area: f64) -> f64 {
     let held: f64 = places.iter().map(|p| p.normal.norm()).sum();
-    let (each, soft2) = (area / held.max(f64::MIN_POSITIVE), area / places.len().max(1) as f64);
+    let (each, side) = (area / held.max(f64::MIN_POSITIVE), (area / places.len().max(1) as f64).sqrt());
     let about = |at: Vec3| -> f64 {
-        let of = |p: &Place| {
-            let d = p.position - at;
-            let r2 = d.norm2() + soft2;
-            p.normal.dot(d) / (r2 * r2.sqrt())
-        };
-        places.iter().map(of).sum::<f64>() * each / (4.0 * PI)
+        places.iter().map(|p| orient::dipole(p.normal, p.position - at, side)).sum::<f64>() * each
     };
     places.iter().map(|p| about(p.position) * p.normal.norm()).sum::<f64>() / held.max(f64::MIN_POSITIVE)
 }
@@ -116,7 +121,7 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
     let places: Vec<(u32, &Place)> =
         (0..).zip(parts).flat_map(|(k, part)| part.rim.iter().map(move |p| (k, p))).collect();
     let positions: Vec<Vec3> = places.iter().map(|(_, p)| p.position).collect();
-    if positions.is_empty() {
+    if parts.iter().filter(|part| !part.rim.is_empty()).count() < 2 {
         return Ok(Vec::new());
     }
     let tree = Neighbours::build(&positions, ctx)?;
@@ -124,11 +129,12 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
     let mut found = Vec::new();
     for (i, &(a, p)) in places.iter().enumerate() {
         ctx.check_at(i)?;
-        // Its own part has no more places than these.
-        tree.nearest(p.position, CONTOUR.rim_places + 1, &mut found);
-        let Some(&(b, q)) = found.iter().map(|f| &places[f.index as usize]).find(|(b, _)| *b != a) else {
-            continue;
-        };
+        // Most have another part near by; their own has no more places than the second time.
+        let other = [CONTOUR.rim_near, CONTOUR.rim_places + 1].into_iter().find_map(|k| {
+            tree.nearest(p.position, k, &mut found);
+            found.iter().map(|f| &places[f.index as usize]).find(|(b, _)| *b != a)
+        });
+        let Some(&(b, q)) = other else { continue };
         let size2 = parts[a as usize].area.min(parts[b as usize].area);
         let share = CONTOUR.goes_on / parts[a as usize].rim.len() as f64;
         *sums.entry((a.min(b), a.max(b))).or_default() += share * agreement(p, q, size2);

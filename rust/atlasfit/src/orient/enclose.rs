@@ -167,7 +167,7 @@ impl Pieces {
 
 /// How often a small piece winds about a point `-d` away; `moment` is its normal times its area. Regularised
 /// within the spacing.
-fn dipole(moment: Vec3, d: Vec3, spacing: f64) -> f64 {
+pub(crate) fn dipole(moment: Vec3, d: Vec3, spacing: f64) -> f64 {
     let r2 = d.dot(d) + spacing * spacing;
     moment.dot(d) / (4.0 * PI * r2 * r2.sqrt())
 }
@@ -204,8 +204,8 @@ impl Part {
         -0.5 * self.independent * said.square.ln() - self.relations.len() as f64 * entropy
     }
 
-    /// The same, if the part is a sheet: about its places it winds not at all, but for an error of a size that
-    /// is not known either.
+    /// The same, if the part is a sheet: about its places it winds not at all, but for an error of a size
+    /// that is not known either.
     pub(super) fn likelihood_of_sheet(&self, said: &Said) -> f64 {
         let square = said.winding.iter().map(|w| w * w).sum::<f64>() / said.winding.len().max(1) as f64;
         self.likelihood(&Said {
@@ -239,6 +239,16 @@ impl Part {
     /// Whether it has this chart.
     pub(super) fn has(&self, chart: u32) -> bool {
         self.charts.binary_search(&chart).is_ok()
+    }
+
+    /// The signs of its charts, in their order.
+    pub(super) fn signs(&self, all: &[f64]) -> Vec<f64> {
+        self.charts.iter().map(|&c| all[c as usize]).collect()
+    }
+
+    /// Gives its charts these signs, one each in their order.
+    pub(super) fn put(&self, signs: &[f64], all: &mut [f64]) {
+        self.charts.iter().zip(signs).for_each(|(&c, &sign)| all[c as usize] = sign);
     }
 
     /// Takes the signs of its charts.

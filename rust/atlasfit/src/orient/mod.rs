@@ -15,7 +15,7 @@ mod signs;
 mod votes;
 
 pub(crate) use connected::connected;
-pub(crate) use enclose::Sheets;
+pub(crate) use enclose::{Sheets, dipole};
 pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;

@@ -92,7 +92,7 @@ fn enclose(
     let mut parts = Vec::new();
     for part in enclose::parts(sheets, relations, ctx)? {
         let mut said = part.said(signs);
-        let sheet = (part.likelihood_of_sheet(&said), signs.clone());
+        let sheet = (part.likelihood_of_sheet(&said), part.signs(signs));
         let of_part = sets.iter().filter(|set| part.has(set[0]));
         for set in of_part.take(ORIENT.turned_sets) {
             ctx.check()?;
@@ -126,7 +126,7 @@ fn enclose(
     }
     for (part, said, (sheet, before)) in &mut parts {
         if part.likelihood(said) < *sheet {
-            part.take(before, signs);
+            part.put(before, signs);
             *said = part.said(signs);
         }
     }

@@ -2,8 +2,9 @@
 //!
 //! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
 //! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
-//! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) → `surface` (charts blended, contoured, cleaned) → `attributes`
-//! (colours and the like, UVs) → `finish` (back to the user's frame, report).
+//! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) →
+//! `surface` (charts blended, contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back
+//! to the user's frame, report).
 
 mod attributes;
 #[cfg(feature = "benchmarks")]

@@ -20,9 +20,9 @@ pub enum Outliers {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DenoiseOptions {
-    /// Standard deviation of the noise in the scan's unit; `None` estimates it, for each chart anew. Given, it
-    /// decides how closely charts follow the points; patches are cut with a twentieth of the point spacing at
-    /// least.
+    /// Standard deviation of the noise in the scan's unit; `None` estimates it, for each chart anew. Given,
+    /// it decides how closely charts follow the points; patches are cut with a twentieth of the point
+    /// spacing at least.
     pub noise: Option<f64>,
     /// How strongly to denoise, 0 or more: 1 = as much as the scan asks for. The charts, and the surface with
     /// them, smooth away detail below so many times the usual length; less than a quarter and more than 4

@@ -20,6 +20,7 @@ impl Smoothing {
     pub(crate) fn is_usual(&self) -> bool {
         self.strength == 1.0 && self.noise.is_none()
     }
+
     /// The logarithm of kappa that is taken where the data support `found` best, its noise corrected to
     /// `sigma`. The prior's precision grows with this `power` of the frequency.
     ///
@@ -51,6 +52,7 @@ mod tests {
             (at(0.2) - (-2.0 + 4f64.ln())).abs() < 1e-12 && (at(0.05) - (-2.0 - 4f64.ln())).abs() < 1e-12
         );
     }
+
     #[test]
     fn strength_is_monotone_and_ends_at_a_plane_and_at_interpolation() {
         let at = |strength| Smoothing { strength, noise: None }.log_kappa(&found(-2.0), 0.1, 5.0);
