@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 """Presses Ctrl-C at random moments of every command, and prints how long the program took to end.
 
-usage: cancel.py PROGRAM [--moments 50] [--size 200000] [--limit MS] [--only WORD] [--longest SECONDS] [--busy N] [--seed N] [--table FILE.md]
+usage: cancel.py PROGRAM [--moments 50] [--size 200000] [--limit MS] [--only WORD] [--longest SECONDS]
+                 [--busy N] [--seed N] [--table FILE.md]
 
-Each command of the program runs on a scan or a mesh of SIZE points or faces made here (and denoise on as many near-duplicates: each point
-twice, 1e-7 apart). It runs once to its end, or for --longest seconds, to learn how long it takes; then MOMENTS times it gets SIGINT at a
-random moment. Prints a Markdown table: the time from signal to end, worst and median, in milliseconds, and the moment of the worst; beside it
-the worst of KILLS runs that are killed (SIGKILL): so long the system itself takes to end the process and to take its memory back. --busy N keeps
-N other processors' worth of work going. Exit code 1 where a run did not end with 130 (or 0 when it was done first), left a file, or took longer than
---limit milliseconds (100). Needs only Python.
+Each command of the program runs on a scan or a mesh of SIZE points or faces made here (and denoise on as many
+near-duplicates: each point twice, 1e-7 apart). It runs once to its end, or for --longest seconds, to learn
+how long it takes; then MOMENTS times it gets SIGINT at a random moment. Prints a Markdown table: the time
+from signal to end, worst and median, in milliseconds, and the moment of the worst; beside it the worst of
+KILLS runs that are killed (SIGKILL): so long the system itself takes to end the process and to take its
+memory back. --busy N keeps N other processors' worth of work going. Exit code 1 where a run did not end with
+130 (or 0 when it was done first), left a file, or took longer than --limit milliseconds (100). Needs only
+Python.
 """
 import argparse
 import math
@@ -43,7 +46,10 @@ def scan(path, count, twice=False):
         rows.append((*p, *color))
         if twice:
             rows.append((p[0] + 1e-7, p[1], p[2], *color))
-    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(rows)}\n" + "".join(f"property double {c}\n" for c in "xyz")
+    head = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(rows)}\n"
+        + "".join(f"property double {c}\n" for c in "xyz")
+    )
     head += "".join(f"property uchar {c}\n" for c in ("red", "green", "blue")) + "end_header\n"
     path.write_bytes(head.encode() + b"".join(struct.pack("<3d3B", *r) for r in rows))
 
@@ -57,7 +63,10 @@ def mesh(path, faces):
         for j in range(n):
             u, v = 2 * math.pi * i / m, 2 * math.pi * j / n
             r = 0.4 + 0.03 * math.sin(9 * u) * math.cos(5 * v)
-            lines.append(f"v {(1 + r * math.cos(v)) * math.cos(u):.7f} {(1 + r * math.cos(v)) * math.sin(u):.7f} {r * math.sin(v):.7f} 0.8 0.4 0.2")
+            lines.append(
+                f"v {(1 + r * math.cos(v)) * math.cos(u):.7f} {(1 + r * math.cos(v)) * math.sin(u):.7f} "
+                f"{r * math.sin(v):.7f} 0.8 0.4 0.2"
+            )
             lines.append(f"vt {i / m:.6f} {j / n:.6f}")
     at = lambda i, j: (i % m) * n + j % n + 1
     for i in range(m):
@@ -89,7 +98,9 @@ COMMANDS = {
 
 
 def run(command, moment, sent=signal.SIGINT):
-    """Runs, with a signal after so many seconds; the exit code, and the seconds from the signal to the end (None: it was done before)."""
+    """Runs, with a signal after so many seconds; the exit code, and the seconds from the signal to the end
+    (None: it was done before).
+    """
     child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         child.wait(timeout=moment)
@@ -128,7 +139,10 @@ def main():
     busy = [multiprocessing.Process(target=spin, daemon=True) for _ in range(args.busy)]
     for process in busy:
         process.start()
-    table = ["| command | seconds | cancelled | median ms | worst ms | at second | killed, worst ms | wrong |", "|---|---|---|---|---|---|---|---|"]
+    table = [
+        "| command | seconds | cancelled | median ms | worst ms | at second | killed, worst ms | wrong |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
     failed = False
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
@@ -162,12 +176,18 @@ def main():
                 left = sorted(f.name for f in out.iterdir())
                 if left and code != 0:
                     wrong.append(f"left {left} at {moment:.3f} s")
-            kills = [run(command, rng.uniform(0.02, max(0.03, min(seconds, args.longest))), signal.SIGKILL)[1] for _ in range(KILLS)]
+            kills = [
+                run(command, rng.uniform(0.02, max(0.03, min(seconds, args.longest))), signal.SIGKILL)[1]
+                for _ in range(KILLS)
+            ]
             killed = max((k for k in kills if k is not None), default=0.0)
             worst = max(waits, default=(0.0, 0.0))
             median = statistics.median([w for w, _ in waits]) if waits else 0.0
             failed |= bool(wrong) or 1000 * worst[0] > args.limit
-            row = f"| {name} | {seconds:.2f} | {len(waits)} of {args.moments} | {1000 * median:.0f} | {1000 * worst[0]:.0f} | {worst[1]:.3f} | {1000 * killed:.0f} | {'; '.join(wrong)} |"
+            row = (
+                f"| {name} | {seconds:.2f} | {len(waits)} of {args.moments} | {1000 * median:.0f} "
+                f"| {1000 * worst[0]:.0f} | {worst[1]:.3f} | {1000 * killed:.0f} | {'; '.join(wrong)} |"
+            )
             table.append(row)
             print(row, flush=True)
             for file in out.iterdir():

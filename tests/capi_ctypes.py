@@ -1,4 +1,5 @@
-"""Reads atlasfit.h as a ctypes user would, and writes C assertions that its structs lie in memory as ctypes says.
+"""Reads atlasfit.h as a ctypes user would, and writes C assertions that its structs lie in memory as ctypes
+says.
 
 usage: capi_ctypes.py atlasfit.h libatlasfit.so > asserts.c
 """
@@ -30,7 +31,9 @@ def structs(header):
         for declaration in (d.strip() for d in body.split(";")):
             if not declaration:
                 continue
-            kind, pointer, field, length = re.fullmatch(r"(?:const )?(?:struct )?(\w+) (\*?)(\w+)(?:\[(\w+)\])?", declaration).groups()
+            kind, pointer, field, length = re.fullmatch(
+                r"(?:const )?(?:struct )?(\w+) (\*?)(\w+)(?:\[(\w+)\])?", declaration
+            ).groups()
             c = ctypes.c_void_p if pointer else known[kind]
             if length:
                 c = c * int(values.get(length, length))
@@ -47,7 +50,10 @@ def main():
     for name, struct in all_structs.items():
         print(f'_Static_assert(sizeof({name}) == {ctypes.sizeof(struct)}, "{name}");')
         for field, _ in struct._fields_:
-            print(f'_Static_assert(offsetof({name}, {field}) == {getattr(struct, field).offset}, "{name}.{field}");')
+            print(
+                f"_Static_assert(offsetof({name}, {field}) == {getattr(struct, field).offset}, "
+                f'"{name}.{field}");'
+            )
         init = getattr(lib, name + "_init", None)
         if init is not None:
             init.argtypes = [ctypes.c_void_p, ctypes.c_size_t]

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Shows what each numeric constant of the core does: how the figures of scans with known truth, or of UVs, change
-when it is halved and doubled.
+"""Shows what each numeric constant of the core does: how the figures of scans with known truth, or of UVs,
+change when it is halved and doubled.
 
     tests/constants.py --list [WORD ...]    the constants, and those that are left out with the reason
     tests/constants.py [WORD ...]           measures those whose name or file holds each WORD (all: hours)
@@ -205,7 +205,9 @@ class Workplace:
         )
 
     def measure(self, kind, program, judge, base=None, knob=""):
-        """Figures of all scans or meshes. A run may take ten seconds and twenty times the unchanged program's."""
+        """Figures of all scans or meshes. A run may take ten seconds and twenty times the unchanged
+        program's.
+        """
         limit = lambda name: 600 if base is None else 10 + 20 * base[name]["seconds"]
         before = lambda name: base and base[name]
         if kind == "meshes":
@@ -354,7 +356,9 @@ def main():
         default=ROOT.parent / "shared" / "data" / "uv",
         help="folder of the meshes that are unwrapped",
     )
-    ask.add_argument("--denoise", default="", help="more options of denoise, in one word: --denoise=--watertight")
+    ask.add_argument(
+        "--denoise", default="", help="more options of denoise, in one word: --denoise=--watertight"
+    )
     ask.add_argument("--shapes", default="", help="more shapes, with commas: NAME or NAME:SIGMA")
     given = ask.parse_args()
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""How the time of unwrap grows with the number of faces on meshes that a sparse factorisation finds hard. Prints a Markdown table: seconds of
-processor at each size, and the growth from size to size beside that of n log n.
+"""How the time of unwrap grows with the number of faces on meshes that a sparse factorisation finds hard.
+Prints a Markdown table: seconds of processor at each size, and the growth from size to size beside that of n
+log n.
 
-    tests/growth.py target/release/atlasfit                      # 10,000, 100,000 and 1,000,000 faces; some minutes
+    tests/growth.py target/release/atlasfit             # 10,000, 100,000 and 1,000,000 faces; some minutes
     tests/growth.py target/release/atlasfit --sizes 10000,100000
 
-A fan is a disc whose triangles all meet at one vertex of its rim, as CAD programs make caps; a wheel a disc whose triangles meet at its middle;
-a strip a band two triangles wide. Exit status 1 where the time of a larger mesh is more than FACTOR times what n log n says. Needs numpy
-(memory.py does), and a system that counts processor time of children.
+A fan is a disc whose triangles all meet at one vertex of its rim, as CAD programs make caps; a wheel a disc
+whose triangles meet at its middle; a strip a band two triangles wide. Exit status 1 where the time of a
+larger mesh is more than FACTOR times what n log n says. Needs numpy (memory.py does), and a system that
+counts processor time of children.
 """
 
 import argparse
@@ -58,7 +60,9 @@ def seconds(program, mesh, out):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--sizes", default="10000,100000,1000000")
     parser.add_argument("--only", default="")
@@ -73,10 +77,16 @@ def main():
         for make in (fan, wheel, strip):
             if options.only not in make.__name__:
                 continue
-            taken = [seconds(options.program, memory.write_ply(folder / "m.ply", *make(n)), folder / "u.ply") for n in sizes]
+            taken = [
+                seconds(options.program, memory.write_ply(folder / "m.ply", *make(n)), folder / "u.ply")
+                for n in sizes
+            ]
             grown = [b / a for a, b in zip(taken, taken[1:])]
             wrong += any(g > FACTOR * most for g, most in zip(grown, growth))
-            cells = [f"{t:.2f}" for t in taken] + [", ".join(f"{g:.1f}" for g in grows) for grows in (grown, growth)]
+            cells = (
+                [f"{t:.2f}" for t in taken]
+                + [", ".join(f"{g:.1f}" for g in grows) for grows in (grown, growth)]
+            )
             print(f"| {make.__name__} | " + " | ".join(cells) + " |", flush=True)
     return wrong > 0
 

@@ -1,10 +1,10 @@
 """Compares atlasfit's vertex and face counts with trimesh's and MeshLab's over the zoo of difficult files.
 
-usage: io_zoo_counts.py COUNTS_PROGRAM [FOLDER]      (COUNTS_PROGRAM: cargo build -p atlasfit-io --example counts)
+usage: io_zoo_counts.py COUNTS_PROGRAM [FOLDER]  (COUNTS_PROGRAM: cargo build -p atlasfit-io --example counts)
 
-Each file is loaded by trimesh (process=False; STL merged by position, as we and MeshLab do) and by pymeshlab in a
-process of its own, since some files crash them. A file counts as agreed when our counts equal those of one of them.
-Prints the files that differ and the share that agrees; exit code 1 below 95 %.
+Each file is loaded by trimesh (process=False; STL merged by position, as we and MeshLab do) and by pymeshlab
+in a process of its own, since some files crash them. A file counts as agreed when our counts equal those of
+one of them. Prints the files that differ and the share that agrees; exit code 1 below 95 %.
 """
 import pathlib
 import subprocess
@@ -33,7 +33,9 @@ print("COUNTS", v, f)
 
 def peer(name, path):
     try:
-        run = subprocess.run([sys.executable, "-c", PEER, name, str(path)], capture_output=True, text=True, timeout=60)
+        run = subprocess.run(
+            [sys.executable, "-c", PEER, name, str(path)], capture_output=True, text=True, timeout=60
+        )
     except subprocess.TimeoutExpired:
         return None
     for line in run.stdout.splitlines():
@@ -44,7 +46,9 @@ def peer(name, path):
 
 def main():
     program = sys.argv[1]
-    folder = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else pathlib.Path(__file__).parents[2] / "shared/data/zoo")
+    folder = pathlib.Path(
+        sys.argv[2] if len(sys.argv) > 2 else pathlib.Path(__file__).parents[2] / "shared/data/zoo"
+    )
     files = sorted(p for p in folder.rglob("*") if p.is_file())
     out = subprocess.run([program, *map(str, files)], capture_output=True, text=True, check=True).stdout
     ours = {}
@@ -65,7 +69,10 @@ def main():
         else:
             print(f"{path.relative_to(folder)}: ours {mine}, {loaded}  {text[:200]}", flush=True)
     share = agreed / max(loadable, 1)
-    print(f"{agreed} of {loadable} files that trimesh or MeshLab load agree in vertices and faces: {100 * share:.1f} %")
+    print(
+        f"{agreed} of {loadable} files that trimesh or MeshLab load agree in vertices and faces: "
+        f"{100 * share:.1f} %"
+    )
     return share < 0.95
 
 

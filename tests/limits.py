@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Do --max-memory and --time-limit hold on difficult files? Puts every file of some folders through every command under both limits, and prints
-a table: command, file, outcome, peak resident memory, seconds on the clock, what the program says.
+"""Do --max-memory and --time-limit hold on difficult files? Puts every file of some folders through every
+command under both limits, and prints a table: command, file, outcome, peak resident memory, seconds on the
+clock, what the program says.
 
     tests/limits.py target/release/atlasfit ../shared/data/zoo ../shared/data/torture
     tests/limits.py target/release/atlasfit FOLDER --memory 300 --seconds 20 --only denoise
 
-A run is right when it ends by itself within the time limit and a tenth (and a second to start on a busy machine), peaks below 1.1 times the
-memory limit + 30 MB, and either succeeds and leaves an output with something in it, or fails with status 1 or 2, one line that says why, and
-no output. Exit status 1 where one is not. Needs numpy (memory.py does).
+A run is right when it ends by itself within the time limit and a tenth (and a second to start on a busy
+machine), peaks below 1.1 times the memory limit + 30 MB, and either succeeds and leaves an output with
+something in it, or fails with status 1 or 2, one line that says why, and no output. Exit status 1 where one
+is not. Needs numpy (memory.py does).
 """
 
 import argparse
@@ -43,14 +45,21 @@ def judge(peak, seconds, status, text, left, limits):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("folders", type=pathlib.Path, nargs="+")
     parser.add_argument("--memory", type=int, default=300, metavar="MB")
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--only", default="", help="runs whose command or file holds this word")
     limits = parser.parse_args()
-    files = sorted(f for folder in limits.folders for f in folder.rglob("*") if f.is_file() and f.suffix not in (".md", ".mtl"))
+    files = sorted(
+        f
+        for folder in limits.folders
+        for f in folder.rglob("*")
+        if f.is_file() and f.suffix not in (".md", ".mtl")
+    )
     wrong = runs = 0
     print(f"{'command':9}{'file':44}{'outcome':10}{'peak MB':>8}{'seconds':>9}  says")
     for file in files:
@@ -58,14 +67,23 @@ def main():
             if limits.only not in f"{command} {file}":
                 continue
             with tempfile.TemporaryDirectory() as out:
-                arguments = [command, file, *(a.format(out=out) for a in more), "--time-limit", limits.seconds]
+                arguments = [
+                    command,
+                    file,
+                    *(a.format(out=out) for a in more),
+                    "--time-limit",
+                    limits.seconds,
+                ]
                 peak, seconds, status, text = memory.run(limits.program, arguments, limits.memory * memory.MB)
                 problem = judge(peak, seconds, status, text, sorted(pathlib.Path(out).iterdir()), limits)
             runs += 1
             wrong += problem is not None
             outcome = "WRONG" if problem else "done" if status == 0 else "refused"
             says = problem or (text.splitlines()[-1][:90] if status else "")
-            print(f"{command:9}{file.name[-43:]:44}{outcome:10}{peak / memory.MB:8.0f}{seconds:9.2f}  {says}", flush=True)
+            print(
+                f"{command:9}{file.name[-43:]:44}{outcome:10}{peak / memory.MB:8.0f}{seconds:9.2f}  {says}",
+                flush=True,
+            )
     print(f"{runs} runs, {wrong} wrong")
     return wrong > 0
 

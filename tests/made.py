@@ -1,4 +1,6 @@
-"""Made-up meshes and scans that the tests of the package, of the Blender add-on and of the MeshLab plugin share, by numpy alone."""
+"""Made-up meshes and scans that the tests of the package, of the Blender add-on and of the MeshLab plugin
+share, by numpy alone.
+"""
 
 import numpy as np
 

@@ -1,18 +1,22 @@
 #!/usr/bin/env python3
-"""Does --max-memory hold? Runs the program on meshes and scans under limits and prints a table: command, input, threads, limit, accepted or
-refused, peak resident memory, seconds, what the refusal says. An accepted run may peak at 1.1 times its limit + 30 MB (the program itself and
-what the system keeps of freed memory); a refused one ends with status 1 and says how much is needed, before any work.
+"""Does --max-memory hold? Runs the program on meshes and scans under limits and prints a table: command,
+input, threads, limit, accepted or refused, peak resident memory, seconds, what the refusal says. An accepted
+run may peak at 1.1 times its limit + 30 MB (the program itself and what the system keeps of freed memory); a
+refused one ends with status 1 and says how much is needed, before any work.
 
-    tests/memory.py target/release/atlasfit --data ../shared/data            # all; about half an hour on two cores
+    tests/memory.py target/release/atlasfit --data ../shared/data             # all; about half an hour on
+                                                                                two cores
     tests/memory.py target/release/atlasfit --only unwrap --limits 50M,300M   # a part
     tests/memory.py target/release/atlasfit --measure                         # peaks without a limit
-    tests/memory.py target/release/atlasfit --address-space                   # ulimit -v instead of --max-memory
+    tests/memory.py target/release/atlasfit --address-space                   # ulimit -v instead of
+                                                                                --max-memory
 
-With --address-space the system itself gives no more (limits of 20 MB up, in steps of a tenth, until two in a row are enough): a run then ends
-with an output, or with status 1, "out of memory" (or that no thread can be started), and no output; never by a signal.
+With --address-space the system itself gives no more (limits of 20 MB up, in steps of a tenth, until two in a
+row are enough): a run then ends with an output, or with status 1, "out of memory" (or that no thread can be
+started), and no output; never by a signal.
 
-The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render were fitted by hand to such peaks.
-tests/python/test_memory.py runs a small case of this in CI.
+The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render
+were fitted by hand to such peaks. tests/python/test_memory.py runs a small case of this in CI.
 """
 
 import argparse
@@ -38,7 +42,10 @@ def size(text):
 
 def write_ply(path, points, faces=None):
     """Binary PLY with single-precision positions, and triangles if there are any."""
-    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"] + [f"property float {c}" for c in "xyz"]
+    head = (
+        ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"]
+        + [f"property float {c}" for c in "xyz"]
+    )
     if faces is not None:
         head += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     with open(path, "wb") as out:
@@ -80,7 +87,8 @@ def deep_json(n):
     return '{"asset":{"version":"2.0"},"extras":[' + ",".join(['{"a":[1]}'] * n) + "]}"
 
 
-# A new process is charged with the memory of the one that started it: this small one stands between, and tells the peak on its output.
+# A new process is charged with the memory of the one that started it: this small one stands between, and
+# tells the peak on its output.
 LAUNCH = """
 import os, sys
 child = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ, file_actions=[(os.POSIX_SPAWN_DUP2, 2, 1)])
@@ -90,18 +98,24 @@ print(used.ru_maxrss, os.waitstatus_to_exitcode(status))
 
 
 def run(program, args, limit=None, space=None):
-    """Peak bytes, seconds, exit status, text on standard error. `limit` is --max-memory, `space` bytes of address space."""
+    """Peak bytes, seconds, exit status, text on standard error. `limit` is --max-memory, `space` bytes of
+    address space.
+    """
     command = [str(program), *map(str, args), "--quiet", *(["--max-memory", str(limit)] if limit else [])]
     if space:
         command = ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(space >> 10), *command]
     started = time.monotonic()
-    done = subprocess.run([sys.executable, "-I", "-S", "-c", LAUNCH, *command], capture_output=True, text=True, errors="replace")
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", LAUNCH, *command], capture_output=True, text=True, errors="replace"
+    )
     kilobytes, status = map(int, done.stdout.split())
     return kilobytes * 1024, time.monotonic() - started, status, done.stderr.strip()
 
 
 def is_over(text):
-    """Whether a run was accepted and ended by its time limit: the networks take minutes, and their peak is reached in seconds."""
+    """Whether a run was accepted and ended by its time limit: the networks take minutes, and their peak is
+    reached in seconds.
+    """
     return "time limit" in text
 
 
@@ -125,7 +139,9 @@ def judge_space(status, text, outputs):
 
 
 def sweep(program, arguments, out, most=4096 * MB):
-    """Runs in more and more address space until two runs in a row succeed; what went wrong, and the limits that were enough."""
+    """Runs in more and more address space until two runs in a row succeed; what went wrong, and the limits
+    that were enough.
+    """
     space, enough, wrong = 20 * MB, [], []
     while space < most and enough[-2:] != [1, 1]:
         for file in out.iterdir():
@@ -151,7 +167,10 @@ def write_las(path, points):
     """LAS 1.2, point format 0, in steps of a tenth of a millimetre."""
     steps = np.round(np.asarray(points) * 1e4).astype("<i4")
     low, high = steps.min(0) * 1e-4, steps.max(0) * 1e-4
-    head = struct.pack("<4sHHI12xBB32s32sHHHIIBHI20x", b"LASF", 0, 0, 0, 1, 2, b"", b"", 1, 2026, 227, 227, 0, 0, 20, len(points))
+    head = struct.pack(
+        "<4sHHI12xBB32s32sHHHIIBHI20x", b"LASF", 0, 0, 0, 1, 2, b"", b"", 1, 2026, 227, 227, 0, 0, 20,
+        len(points),
+    )
     head += struct.pack("<6d", *[1e-4] * 3, *[0.0] * 3) + np.c_[high, low].astype("<f8").tobytes()
     rows = np.zeros((len(points), 20), "u1")
     rows[:, :12] = steps.view("u1").reshape(-1, 12)
@@ -160,7 +179,9 @@ def write_las(path, points):
 
 
 def formats(program, folder, mesh, points, at):
-    """(command, file, further arguments) for a mesh and points in each format that is written or read. `at` are the points' positions."""
+    """(command, file, further arguments) for a mesh and points in each format that is written or read. `at`
+    are the points' positions.
+    """
     for file, kinds in ((mesh, ("stl", "off", "obj", "glb")), (points, ("xyz",))):
         for kind in kinds:
             made = folder / f"{file.stem}.{kind}"
@@ -175,11 +196,19 @@ def cases(program, folder, data):
     """(command, file, further arguments). {out} is a folder for outputs."""
     made = lambda name, *content: write_ply(folder / name, *content)
     small, large = made("grid80k.ply", *grid(200)), made("grid977k.ply", *grid(700))
-    torn, scan, many = made("soup50k.ply", *soup(50_000)), made("ball100k.ply", ball(100_000)), made("ball1m.ply", ball(1_000_000))
+    torn, scan, many = (
+        made("soup50k.ply", *soup(50_000)),
+        made("ball100k.ply", ball(100_000)),
+        made("ball1m.ply", ball(1_000_000)),
+    )
     json = folder / "deep.gltf"
     json.write_text(deep_json(1_500_000))
     shared = [data / p for p in ("denoise/dragon.ply", "uv/dragon_500k.ply")] if data else []
-    scans = [data / p for p in ("scans/table_kinect.ply", "scans/rabbit_scan.ply", "torture/outl20.ply")] if data else []
+    scans = (
+        [data / p for p in ("scans/table_kinect.ply", "scans/rabbit_scan.ply", "torture/outl20.ply")]
+        if data
+        else []
+    )
     for mesh in [small, torn, large, *shared]:
         yield "unwrap", mesh, ["-o", "{out}/u.ply"]
         yield "info", mesh, []
@@ -204,17 +233,24 @@ def cases(program, folder, data):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--data", type=pathlib.Path, help="folder of the shared meshes and scans")
     parser.add_argument("--only", default="", help="cases whose line holds this word")
     parser.add_argument("--limits", default="20M,50M,100M,200M,400M,800M,1600M")
     parser.add_argument("--threads", default="1,8")
     parser.add_argument("--measure", action="store_true", help="no limits: peaks only")
-    parser.add_argument("--address-space", action="store_true", help="limits by the system, not by --max-memory")
+    parser.add_argument(
+        "--address-space", action="store_true", help="limits by the system, not by --max-memory"
+    )
     options = parser.parse_args()
     limits = [None] if options.measure else [size(s) for s in options.limits.split(",")]
-    print(f"{'command':9}{'input':20}{'threads':>8}{'limit MB':>10}  {'outcome':9}{'peak MB':>8}{'seconds':>9}  {'says'}")
+    print(
+        f"{'command':9}{'input':20}{'threads':>8}{'limit MB':>10}  "
+        f"{'outcome':9}{'peak MB':>8}{'seconds':>9}  {'says'}"
+    )
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
@@ -228,7 +264,13 @@ def main():
                 if options.address_space:
                     problems, enough = sweep(options.program, arguments, out)
                     wrong += len(problems)
-                    print(f"{command:9}{file.name:20}{threads:>4} threads: {len(enough)} limits, {sum(enough)} enough", *problems, sep="\n  ", flush=True)
+                    print(
+                        f"{command:9}{file.name:20}{threads:>4} threads: "
+                        f"{len(enough)} limits, {sum(enough)} enough",
+                        *problems,
+                        sep="\n  ",
+                        flush=True,
+                    )
                     continue
                 for limit in limits:
                     peak, seconds, status, text = run(options.program, arguments, limit)
@@ -236,10 +278,18 @@ def main():
                     wrong += problem is not None
                     accepted = status == 0 or is_over(text)
                     outcome = "WRONG" if problem else "accepted" if accepted else "refused"
-                    says = problem or (text.split("needs about ")[-1].split(" of memory")[0] if not accepted else "")
+                    says = problem or (
+                        text.split("needs about ")[-1].split(" of memory")[0] if not accepted else ""
+                    )
                     told = f"{limit / MB:.0f}" if limit else "none"
-                    name = " ".join([file.name, *(str(m) for m in more if "{out}" not in str(m) and m != "-o")])
-                    print(f"{command:9}{name[-28:]:30}{threads:>4}{told:>6}  {outcome:9}{peak / MB:8.0f}{seconds:9.2f}  {says}", flush=True)
+                    name = " ".join(
+                        [file.name, *(str(m) for m in more if "{out}" not in str(m) and m != "-o")]
+                    )
+                    print(
+                        f"{command:9}{name[-28:]:30}{threads:>4}{told:>6}  "
+                        f"{outcome:9}{peak / MB:8.0f}{seconds:9.2f}  {says}",
+                        flush=True,
+                    )
                     if limit and accepted:
                         break  # a higher limit changes nothing
     print(f"{wrong} wrong")

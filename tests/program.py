@@ -14,7 +14,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 def program():
     """The program: $ATLASFIT, or the newest build under target/."""
     given = os.environ.get("ATLASFIT")
-    builds = [pathlib.Path(given)] if given else [ROOT / "target" / kind / "atlasfit" for kind in ("release", "debug")]
+    builds = (
+        [pathlib.Path(given)]
+        if given
+        else [ROOT / "target" / kind / "atlasfit" for kind in ("release", "debug")]
+    )
     builds = [b for b in builds if b.exists()]
     if not builds:
         pytest.skip("the program is not built: cargo build -p atlasfit-cli")

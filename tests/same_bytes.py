@@ -4,9 +4,10 @@
     tests/same_bytes.py OLD NEW [--data FOLDER] [--only WORD]
     tests/same_bytes.py OLD FILE.json
 
-OLD and NEW are builds of the program. Each case is one command; what it writes and reports is compared byte for byte, but
-for times and paths. FILE.json keeps what OLD gave, and then stands for OLD. FOLDER holds scans and meshes (default: ../shared/data beside the repository); cases whose input is
-missing there are counted and left out, those on examples/vase.ply always run. Exit 1 where anything differs.
+OLD and NEW are builds of the program. Each case is one command; what it writes and reports is compared byte
+for byte, but for times and paths. FILE.json keeps what OLD gave, and then stands for OLD. FOLDER holds scans
+and meshes (default: ../shared/data beside the repository); cases whose input is missing there are counted and
+left out, those on examples/vase.ply always run. Exit 1 where anything differs.
 """
 
 import argparse
@@ -21,10 +22,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 VASE = ROOT / "examples" / "vase.ply"
 # Name of the case: the input below FOLDER, then the command with its options. {in} and {out} are filled in.
 CASES = {
-    # The main job on scans of each kind: closed, open, thin, thin tubes, several sheets, colours, outliers, creases, one-sided.
+    # The main job on scans of each kind: closed, open, thin, thin tubes, several sheets, colours, outliers,
+    # creases, one-sided.
     "vase": (None, "denoise {in} -o {out}.glb --points {out}.ply --bake --outliers drop"),
     "bunny": ("denoise/bunny.ply", "denoise {in} -o {out}.ply --points {out}.points.ply"),
-    "bunny, given noise": ("denoise/bunny.ply", "denoise {in} -o {out}.ply --noise 0.002 --detail 0.7 --seed 7"),
+    "bunny, given noise": (
+        "denoise/bunny.ply",
+        "denoise {in} -o {out}.ply --noise 0.002 --detail 0.7 --seed 7",
+    ),
     "chair, few charts": ("denoise/chair.ply", "denoise {in} -o {out}.glb --charts 40"),
     "cup, detail": ("denoise/cup.ply", "denoise {in} -o {out}.ply --detail 1.5 --no-uv"),
     "owl": ("scans/owl_sfm.ply", "denoise {in} -o {out}.obj --points {out}.ply --fill-holes 0.5"),
@@ -61,7 +66,9 @@ CASES = {
     "picture": ("uv/cow.ply", "render {in} -o {out}.png --boundary"),
 }
 # What a report says of time and of places in the file system.
-VARYING = {"seconds", "stages", "files", "scan", "mesh", "file", "input", "output", "result", "against", "memory"}
+VARYING = {
+    "seconds", "stages", "files", "scan", "mesh", "file", "input", "output", "result", "against", "memory"
+}
 
 
 def settled(report):

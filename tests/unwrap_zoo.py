@@ -2,9 +2,10 @@
 
 usage: unwrap_zoo.py [--program atlasfit] [--seconds N] PATH...
 
-Checked for each mesh with faces: the same vertices and faces in the same order; no flip, no overlap (the program's exact measure), nothing
-collapsed that has area, nothing outside [0, 1], every face in a chart. A mesh that cannot be read, or has no area at all, must end with an
-error of one line, not with a crash or a hang. Exit code 1 if anything fails.
+Checked for each mesh with faces: the same vertices and faces in the same order; no flip, no overlap (the
+program's exact measure), nothing collapsed that has area, nothing outside [0, 1], every face in a chart. A
+mesh that cannot be read, or has no area at all, must end with an error of one line, not with a crash or a
+hang. Exit code 1 if anything fails.
 """
 import argparse
 import json
@@ -38,17 +39,27 @@ def check(program, path, folder, seconds):
     for f in (out, plain):
         f.unlink(missing_ok=True)
     try:
-        done = subprocess.run([program, "unwrap", path, "-o", out, "--json", "--quiet"], capture_output=True, text=True, timeout=seconds)
+        done = subprocess.run(
+            [program, "unwrap", path, "-o", out, "--json", "--quiet"],
+            capture_output=True,
+            text=True,
+            timeout=seconds,
+        )
     except subprocess.TimeoutExpired:
         return "hang", ["does not end within %d s" % seconds]
     if done.returncode:
         lines = done.stderr.strip().splitlines()
         clear = done.returncode in (1, 2) and len(lines) == 1 and "internal" not in lines[0]
         wrong = [] if clear else ["exit code %d: %s" % (done.returncode, done.stderr[:300])]
-        return "refused: " + (lines or [""])[-1][:140], wrong + (["an output in spite of the error"] if out.exists() else [])
+        return (
+            "refused: " + (lines or [""])[-1][:140],
+            wrong + (["an output in spite of the error"] if out.exists() else []),
+        )
     said = json.loads(done.stdout)
     wrong = ["%s: %d" % (k, said[k]) for k in ("flips", "overlapping_faces", "collapsed") if said[k]]
-    subprocess.run([program, "convert", path, plain, "--quiet"], check=True, capture_output=True, timeout=seconds)
+    subprocess.run(
+        [program, "convert", path, plain, "--quiet"], check=True, capture_output=True, timeout=seconds
+    )
     (v, f, uv), (w, g, _) = read_obj(out), read_obj(plain)
     if v != w:
         wrong.append("vertices changed")
@@ -61,19 +72,29 @@ def check(program, path, folder, seconds):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--program", default="target/debug/atlasfit")
     parser.add_argument("--seconds", type=int, default=120)
     parser.add_argument("paths", nargs="+", type=pathlib.Path)
     args = parser.parse_args()
-    files = [f for p in args.paths for f in (sorted(p.rglob("*")) if p.is_dir() else [p]) if f.suffix.lower() in SUFFIXES]
+    files = [
+        f
+        for p in args.paths
+        for f in (sorted(p.rglob("*")) if p.is_dir() else [p])
+        if f.suffix.lower() in SUFFIXES
+    ]
     failed = unwrapped = 0
     with tempfile.TemporaryDirectory() as folder:
         for path in files:
             what, wrong = check(args.program, path, pathlib.Path(folder), args.seconds)
             unwrapped += not what.startswith("refused")
             failed += bool(wrong)
-            print("%s %s: %s%s" % ("FAIL" if wrong else "ok  ", path, what, "".join("; " + w for w in wrong)), flush=True)
+            print(
+                "%s %s: %s%s" % ("FAIL" if wrong else "ok  ", path, what, "".join("; " + w for w in wrong)),
+                flush=True,
+            )
     print("%d files, %d unwrapped, %d failed" % (len(files), unwrapped, failed))
     return 1 if failed else 0
 

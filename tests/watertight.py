@@ -1,11 +1,15 @@
-"""Whether `atlasfit denoise --watertight` gives solids: closed, two-manifold, consistently oriented, outward, without self-intersections.
+"""Whether `atlasfit denoise --watertight` gives solids: closed, two-manifold, consistently oriented, outward,
+without self-intersections.
 
 usage: watertight.py [--program ATLASFIT] [--noise 0.005] [--points 30000] [--keep FOLDER] FILE...
-  A FILE with faces is a clean shape: points are drawn on it, with noise (in its longest sides), and the surface is judged against it.
+  A FILE with faces is a clean shape: points are drawn on it, with noise (in its longest sides), and the
+  surface is judged against it.
   A FILE without faces is a scan, and so is one given as scan:FILE (its vertices).
-A line a file: whether the solid is one (what is wrong otherwise), its parts, pairs of triangles that meet, the share of its area that is marked as extrapolated,
-rms distance to the truth where there are data (of the open surface, of the solid's unmarked triangles), and of the truth to both, smallest angle (1% quantile, degrees),
-vertices and seconds of both. Ends with 1 if one is no solid. Needs numpy and scipy; igl makes distances exact.
+A line a file: whether the solid is one (what is wrong otherwise), its parts, pairs of triangles that meet,
+the share of its area that is marked as extrapolated, rms distance to the truth where there are data (of the
+open surface, of the solid's unmarked triangles), and of the truth to both, smallest angle (1% quantile,
+degrees), vertices and seconds of both. Ends with 1 if one is no solid. Needs numpy and scipy; igl makes
+distances exact.
 """
 
 import argparse
@@ -22,12 +26,17 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8",
-         "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8"}
+TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
+}
 
 
 def read_ply(path):
-    """The columns of the vertices of a binary PLY by name, and its triangles. Lists of the vertices or strips are not read."""
+    """The columns of the vertices of a binary PLY by name, and its triangles. Lists of the vertices or strips
+    are not read.
+    """
     data = path.read_bytes()
     head, _, body = data.partition(b"end_header\n")
     elements = []
@@ -49,10 +58,13 @@ def read_ply(path):
                 if p[0] != "list":
                     parts.append((p[1], "<" + TYPES[p[0]]))
                     continue
-                entries = 3 if p[3].startswith("vertex_ind") else 6  # texture coordinates: two for each corner
+                # Texture coordinates: two for each corner.
+                entries = 3 if p[3].startswith("vertex_ind") else 6
                 parts += [(p[3] + " count", "<" + TYPES[p[1]]), (p[3], "<" + TYPES[p[2]], entries)]
             rows = np.frombuffer(body, np.dtype(parts), count, at)
-            faces = rows[next(n for n in rows.dtype.names if n in ("vertex_indices", "vertex_index"))].astype(np.int64)
+            faces = rows[next(n for n in rows.dtype.names if n in ("vertex_indices", "vertex_index"))].astype(
+                np.int64
+            )
     return columns, faces
 
 
@@ -73,7 +85,9 @@ def parts(faces):
 
 
 def wrong(vertices, faces):
-    """What keeps triangles from being a closed, oriented two-manifold that faces outward; nothing where they are one."""
+    """What keeps triangles from being a closed, oriented two-manifold that faces outward; nothing where they
+    are one.
+    """
     if not len(faces):
         return "empty"
     half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
@@ -86,7 +100,9 @@ def wrong(vertices, faces):
     triangle = np.tile(np.arange(len(faces)), 3)
     corner = lambda v: 3 * triangle + (faces[triangle] == v[:, None]).argmax(1)
     order, reverse = np.lexsort(half.T[::-1]), np.lexsort(half[:, ::-1].T[::-1])
-    pairs = np.concatenate([np.stack([corner(half[:, k])[order], corner(half[:, 1 - k])[reverse]], -1) for k in (0, 1)])
+    pairs = np.concatenate(
+        [np.stack([corner(half[:, k])[order], corner(half[:, 1 - k])[reverse]], -1) for k in (0, 1)]
+    )
     if components(pairs, 3 * len(faces)) != len(np.unique(faces)):
         return "not two-manifold"
     a, b, c = (vertices[faces[:, k]] - vertices.mean(0) for k in range(3))
@@ -102,7 +118,9 @@ def box_pairs(low, high):
     box = np.repeat(np.arange(len(low)), count)
     index = np.arange(count.sum()) - np.repeat(count.cumsum() - count, count)
     s = spans[box]
-    cell = first[box] + np.stack([index // (s[:, 1] * s[:, 2]), index // s[:, 2] % s[:, 1], index % s[:, 2]], -1)
+    cell = first[box] + np.stack(
+        [index // (s[:, 1] * s[:, 2]), index // s[:, 2] % s[:, 1], index % s[:, 2]], -1
+    )
     key = (cell[:, 0] << 42) | (cell[:, 1] << 21) | cell[:, 2]
     order = np.argsort(key, kind="stable")
     box, key = box[order], key[order]
@@ -143,14 +161,18 @@ def meetings(vertices, faces):
                 if len(free):
                     bad[free] |= crosses(corners[x[free], k], corners[x[free], (k + 1) % 3], corners[y[free]])
         n = [np.cross(corners[x, 1] - corners[x, 0], corners[x, 2] - corners[x, 0]) for x in (i, j)]
-        bad |= (shared == 2) & ((n[0] * n[1]).sum(1) < -(1 - 1e-9) * np.linalg.norm(n[0], axis=1) * np.linalg.norm(n[1], axis=1))
+        bad |= (shared == 2) & (
+            (n[0] * n[1]).sum(1) < -(1 - 1e-9) * np.linalg.norm(n[0], axis=1) * np.linalg.norm(n[1], axis=1)
+        )
         found.append(np.stack([i, j], -1)[bad & (shared < 3)])
     suspects = np.unique(np.sort(np.concatenate(found), 1), axis=0) if found else []
     return sum(meet_exactly(vertices, faces[i], faces[j]) for i, j in suspects)
 
 
 def meet_exactly(vertices, s, t):
-    """Whether two triangles meet elsewhere than at what they share, in rational numbers: rounding makes suspects of some in nearly one plane."""
+    """Whether two triangles meet elsewhere than at what they share, in rational numbers: rounding makes
+    suspects of some in nearly one plane.
+    """
     if len(set(s) & set(t)) > 1:
         return True
     point = lambda v: [Fraction(float(x)) for x in vertices[v]]
@@ -188,11 +210,15 @@ def draw(vertices, faces, n, rng):
 
 
 def rms(of, to, rng, n=20000):
-    """Root mean square distance of one surface to the other: to the nearest of many samples, refined on the plane there."""
+    """Root mean square distance of one surface to the other: to the nearest of many samples, refined on the
+    plane there.
+    """
     try:
         import igl
 
-        d = igl.point_mesh_squared_distance(draw(*of, n, rng), np.ascontiguousarray(to[0]), np.ascontiguousarray(to[1]))[0]
+        d = igl.point_mesh_squared_distance(
+            draw(*of, n, rng), np.ascontiguousarray(to[0]), np.ascontiguousarray(to[1])
+        )[0]
         return float(np.sqrt(d.mean()))
     except ImportError:
         d, _ = cKDTree(draw(*to, 2_000_000, rng)).query(draw(*of, n, rng))
@@ -211,7 +237,9 @@ def least_angle(vertices, faces):
 
 def denoise(program, scan, out, *more):
     start = time.time()
-    done = subprocess.run([program, "denoise", scan, "-o", out, "--no-uv", "--quiet", *more], capture_output=True, text=True)
+    done = subprocess.run(
+        [program, "denoise", scan, "-o", out, "--no-uv", "--quiet", *more], capture_output=True, text=True
+    )
     if done.returncode:
         sys.exit(f"{scan}: {done.stderr}")
     return time.time() - start
@@ -226,7 +254,10 @@ def judge(name, program, options, folder):
         if len(faces):
             truth = positions(columns), faces
             size = np.ptp(truth[0], axis=0).max()
-            points = draw(*truth, options.points, rng) + rng.normal(size=(options.points, 3)) * options.noise * size
+            points = (
+                draw(*truth, options.points, rng)
+                + rng.normal(size=(options.points, 3)) * options.noise * size
+            )
             scan = folder / f"{path.stem}.scan.xyz"
             np.savetxt(scan, points, fmt="%.9g")
     out = [folder / f"{path.stem}.{k}.ply" for k in ("open", "solid")]
@@ -239,15 +270,30 @@ def judge(name, program, options, folder):
     far = ""
     if truth:
         known = faces[~marked]
-        figures = [rms(a, b, rng) / size for a, b in (((before, before_faces), truth), ((vertices, known), truth), (truth, (before, before_faces)), (truth, (vertices, faces)))]
+        figures = [
+            rms(a, b, rng) / size
+            for a, b in (
+                ((before, before_faces), truth),
+                ((vertices, known), truth),
+                (truth, (before, before_faces)),
+                (truth, (vertices, faces)),
+            )
+        ]
         far = "acc {:.5f} > {:.5f}  com {:.5f} > {:.5f}  ".format(*figures)
-    print(f"{path.stem:24} {fault or 'solid':16} parts {parts(faces):4}  meet {meet:3}  marked {area[marked].sum() / area.sum():6.2%}  {far}"
-          f"angle {least_angle(vertices, faces):4.1f}  vertices {len(before)} > {len(vertices)}  seconds {seconds[0]:.1f} > {seconds[1]:.1f}", flush=True)
+    print(
+        f"{path.stem:24} {fault or 'solid':16} parts {parts(faces):4}  meet {meet:3}  "
+        f"marked {area[marked].sum() / area.sum():6.2%}  {far}"
+        f"angle {least_angle(vertices, faces):4.1f}  vertices {len(before)} > {len(vertices)}  "
+        f"seconds {seconds[0]:.1f} > {seconds[1]:.1f}",
+        flush=True,
+    )
     return not fault and not meet
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--program", default=ROOT / "target" / "release" / "atlasfit")
     parser.add_argument("--noise", type=float, default=0.005)
     parser.add_argument("--points", type=int, default=30000)

@@ -1,16 +1,22 @@
 #!/usr/bin/env python3
-"""Puts every file of the zoo of difficult files, and damaged copies of it, through `atlasfit info`, `denoise` and `measure`.
+"""Puts every file of the zoo of difficult files, and damaged copies of it, through `atlasfit info`, `denoise`
+and `measure`.
 
-usage: zoo.py PROGRAM [FOLDER] [--table FILE.md] [--only WORD] [--commands info,denoise,measure] [--kinds whole,changed] [--jobs 2] [--results FILE.jsonl]
-       zoo.py --damage FILE KIND OUT        writes one damaged copy, to look at a failure (KIND: cut0 ... cut9, changed)
+usage: zoo.py PROGRAM [FOLDER] [--table FILE.md] [--only WORD] [--commands info,denoise,measure]
+              [--kinds whole,changed] [--jobs 2] [--results FILE.jsonl]
+       zoo.py --damage FILE KIND OUT        writes one damaged copy, to look at a failure
+                                            (KIND: cut0 ... cut9, changed)
 
---kinds: which copies; by default whole, cut0 ... cut9, changed. --results: what came of each run is kept there and not run again, so that
-a long run can be stopped and taken up later, with the same program; table and summary are of all that is in it.
+--kinds: which copies; by default whole, cut0 ... cut9, changed. --results: what came of each run is kept
+there and not run again, so that a long run can be stopped and taken up later, with the same program; table
+and summary are of all that is in it.
 
-Damaged copies: the file cut off at 10 random places, and the file with 20 random bytes changed; always the same ones, by the file's name.
-Each run may take 30 s of processor time with one thread (so that a busy machine does not decide) and 2 GB. A run passes when it ends with a valid result or with a clear error: exit code 0, 1 or 2, one
-line on standard error that names the reason, no panic, no signal. A surface that was written must load again and be finite.
-Prints the failures and a summary, writes a table of all files; exit code 1 if anything fails. Needs only Python.
+Damaged copies: the file cut off at 10 random places, and the file with 20 random bytes changed; always the
+same ones, by the file's name. Each run may take 30 s of processor time with one thread (so that a busy
+machine does not decide) and 2 GB. A run passes when it ends with a valid result or with a clear error: exit
+code 0, 1 or 2, one line on standard error that names the reason, no panic, no signal. A surface that was
+written must load again and be finite. Prints the failures and a summary, writes a table of all files; exit
+code 1 if anything fails. Needs only Python.
 """
 import argparse
 import concurrent.futures
@@ -48,7 +54,9 @@ def damaged(data, name, kind):
 
 
 def run(arguments):
-    """Exit code (negative: signal), processor seconds, peak bytes, standard output and error; code None: it had to be killed."""
+    """Exit code (negative: signal), processor seconds, peak bytes, standard output and error; code None: it
+    had to be killed.
+    """
 
     def limits():
         # Address space is more than memory in use; this only keeps a runaway from taking the machine down.
@@ -57,7 +65,9 @@ def run(arguments):
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 5))
 
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=out, stderr=err, preexec_fn=limits)
+        child = subprocess.Popen(
+            arguments, stdin=subprocess.DEVNULL, stdout=out, stderr=err, preexec_fn=limits
+        )
         late = threading.Event()
 
         def kill():
@@ -72,7 +82,10 @@ def run(arguments):
         seconds = usage.ru_utime + usage.ru_stime
         out.seek(0), err.seek(0)
         code = None if late.is_set() or child.returncode == -signal.SIGXCPU else child.returncode
-        return code, seconds, usage.ru_maxrss * 1024, out.read().decode(errors="replace"), err.read().decode(errors="replace")
+        return (
+            code, seconds, usage.ru_maxrss * 1024, out.read().decode(errors="replace"),
+            err.read().decode(errors="replace"),
+        )
 
 
 def fault(code, seconds, peak, out, err):
@@ -95,7 +108,11 @@ def fault(code, seconds, peak, out, err):
 def finite(value):
     """Whether JSON text holds no number that is not finite (the program writes those as null in `extent`)."""
     extent = (value.get("extent") or {}) if isinstance(value, dict) else {}
-    return all(x is not None for corner in extent.values() for x in (corner if isinstance(corner, list) else [corner]))
+    return all(
+        x is not None
+        for corner in extent.values()
+        for x in (corner if isinstance(corner, list) else [corner])
+    )
 
 
 def check(program, folder, path, kind, command):
@@ -137,8 +154,11 @@ def check(program, folder, path, kind, command):
 
 def table(results, commands):
     """Markdown: one row per file."""
-    lines = ["| file | " + " | ".join(commands) + " | damaged copies: results / errors / failures | slowest s | most MB |",
-             "|---|" + "---|" * (len(commands) + 3)]
+    lines = [
+        "| file | " + " | ".join(commands)
+        + " | damaged copies: results / errors / failures | slowest s | most MB |",
+        "|---|" + "---|" * (len(commands) + 3),
+    ]
     by_file = {}
     for r in results:
         by_file.setdefault(r["file"], []).append(r)
@@ -150,7 +170,11 @@ def table(results, commands):
                 cells.append("not run")
                 continue
             r = whole[0]
-            said = "**FAILS: " + r["fault"] + "**" if r["fault"] else "result" if r["code"] == 0 else "error: " + r["text"]
+            said = (
+                "**FAILS: " + r["fault"] + "**"
+                if r["fault"]
+                else "result" if r["code"] == 0 else "error: " + r["text"]
+            )
             cells.append(said[:160].replace("|", "\\|"))
         rest = [r for r in rows if r["kind"] != "whole"]
         bad = sum(1 for r in rest if r["fault"])
@@ -167,9 +191,13 @@ def main():
         # Names are relative to the zoo's folder: its collections are one level deep.
         pathlib.Path(out).write_bytes(damaged(path.read_bytes(), f"{path.parent.name}/{path.name}", kind))
         return 0
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("program")
-    parser.add_argument("folder", nargs="?", default=pathlib.Path(__file__).resolve().parents[2] / "shared/data/zoo")
+    parser.add_argument(
+        "folder", nargs="?", default=pathlib.Path(__file__).resolve().parents[2] / "shared/data/zoo"
+    )
     parser.add_argument("--table", type=pathlib.Path)
     parser.add_argument("--only", default="")
     parser.add_argument("--commands", default=",".join(COMMANDS))
@@ -198,7 +226,10 @@ def main():
             if done % 500 == 0:
                 print(f"{done} of {len(work)} runs", file=sys.stderr, flush=True)
             if r["fault"]:
-                print(f"FAILS {r['file']} ({r['kind']}) {r['command']}: {r['fault']}  [{r['seconds']:.1f} s]", flush=True)
+                print(
+                    f"FAILS {r['file']} ({r['kind']}) {r['command']}: {r['fault']}  [{r['seconds']:.1f} s]",
+                    flush=True,
+                )
     if args.table:
         args.table.write_text(table(results, commands))
     bad = [r for r in results if r["fault"]]
@@ -208,9 +239,12 @@ def main():
         print("no files")
         return 1
     good = sum(r["code"] == 0 and not r["fault"] for r in results)
-    print(f"{len({r['file'] for r in results})} files, {len(results)} runs: {good} results, {len(results) - len(bad) - good} clear errors; "
-          f"slowest {slowest['seconds']:.1f} s ({slowest['file']}, {slowest['kind']}, {slowest['command']}), "
-          f"most memory {most['peak'] >> 20} MB ({most['file']}, {most['kind']}, {most['command']})")
+    print(
+        f"{len({r['file'] for r in results})} files, {len(results)} runs: "
+        f"{good} results, {len(results) - len(bad) - good} clear errors; "
+        f"slowest {slowest['seconds']:.1f} s ({slowest['file']}, {slowest['kind']}, {slowest['command']}), "
+        f"most memory {most['peak'] >> 20} MB ({most['file']}, {most['kind']}, {most['command']})"
+    )
     print(f"{len(results) - len(bad)} passed, {len(bad)} failed")
     return 1 if bad else 0
 

@@ -186,10 +186,10 @@ def denoise(
     max_error     how far the surface may move to have fewer triangles; 0 = all that it is contoured with;
                   less than 0 = as far as faces asks for, without that a quarter of the noise or a
                   twentieth of the spacing (default -1)
-    strength      how strongly to denoise, 0 or more: 1 = as much as the scan asks for (default), 2 = smoother.
-                  Detail below so many times the usual length is smoothed away, from a quarter to 4 times, and
-                  the surface follows. Below 1 the points besides go only this share of the way to the surface:
-                  0 leaves them where they are
+    strength      how strongly to denoise, 0 or more: 1 = as much as the scan asks for (default),
+                  2 = smoother. Detail below so many times the usual length is smoothed away, from a quarter
+                  to 4 times, and the surface follows. Below 1 the points besides go only this share of the
+                  way to the surface: 0 leaves them where they are
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.

@@ -83,8 +83,8 @@ class Fit(LongOperator):
     strength: FloatProperty(
         name="Strength",
         description=(
-            "How strongly to denoise: 1 is as much as the scan asks for, 2 is smoother, 0 leaves the points where"
-            " they are"
+            "How strongly to denoise: 1 is as much as the scan asks for, 2 is smoother, 0 leaves the points "
+            "where they are"
         ),
         default=1.0,
         min=0.0,
@@ -128,8 +128,8 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     bl_idname = "object.atlasfit_denoise"
     bl_label = "Denoise Scan"
     bl_description = (
-        "Move the points of a scan, or the vertices of a scanned mesh, onto a smooth surface that is fitted to "
-        "them. In Edit mode the selected vertices are moved in place"
+        "Move the points of a scan, or the vertices of a scanned mesh, onto a smooth surface that is fitted "
+        "to them. In Edit mode the selected vertices are moved in place"
     )
 
     result: EnumProperty(
@@ -246,8 +246,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     bl_idname = "object.atlasfit_reconstruct"
     bl_label = "Reconstruct"
     bl_description = (
-        "Make one connected surface from a scan, with UVs, colors and attributes, as a new object. Modifiers of "
-        "the scan count"
+        "Make one connected surface from a scan, with UVs, colors and attributes, as a new object. "
+        "Modifiers of the scan count"
     )
 
     detail: FloatProperty(
@@ -269,7 +269,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     min_part: FloatProperty(
         name="Smallest Part",
         description=(
-            "Connected parts of the surface that have less than this share of its area are left out. 0 keeps all"
+            "Connected parts of the surface that have less than this share of its area are left out. "
+            "0 keeps all"
         ),
         default=0.0,
         min=0.0,
@@ -298,7 +299,9 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     )
     watertight: BoolProperty(
         name="Watertight",
-        description="Close the surface to a solid for printing; the attribute extrapolated marks what was invented",
+        description=(
+            "Close the surface to a solid for printing; the attribute extrapolated marks what was invented"
+        ),
         default=False,
     )
     texture_size: bake.TEXTURE_SIZE

@@ -42,7 +42,9 @@ def test_the_surface_is_closed_and_has_uvs(denoised):
     assert quality.face_stretch.shape == (len(s.triangles),)
 
 
-def test_parts_below_a_share_of_the_area_are_left_out_and_their_points_stay_unless_outliers_are_dropped(sphere):
+def test_parts_below_a_share_of_the_area_are_left_out_and_their_points_stay_unless_outliers_are_dropped(
+    sphere,
+):
     small = sphere_points(1000, seed=2) * 0.3 + [4, 0, 0]
     both = np.concatenate([sphere, small])
     all_parts = atlasfit.denoise(both, uv=False).report

@@ -1,10 +1,10 @@
 """Atlas Unwrap beside Blender's own operators, in one process, on a folder of triangle meshes (binary PLY):
 
-    ADDON_ZIP=... python bench.py FOLDER OUT.json [--methods A,B] [--meshes NAME,NAME]          with the package bpy
+    ADDON_ZIP=... python bench.py FOLDER OUT.json [--methods A,B] [--meshes NAME,NAME]    with the package bpy
 
-Blender's unwrap needs seams: it gets those of smart_project's islands, free of charge. Times are the operators' own, wall clock and
-processor; the judge is the library's measure_uv, the same for all. OUT.json is added to, so that methods can be run one after another;
-OUT.md beside it is the table.
+Blender's unwrap needs seams: it gets those of smart_project's islands, free of charge. Times are the
+operators' own, wall clock and processor; the judge is the library's measure_uv, the same for all. OUT.json is
+added to, so that methods can be run one after another; OUT.md beside it is the table.
 """
 
 import argparse
@@ -21,7 +21,9 @@ import numpy as np
 LIMIT = 150_000  # faces beyond which Blender's own are left out: they take minutes
 MARGIN = 2 / 1024
 
-bpy.ops.extensions.package_install_files(filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True)
+bpy.ops.extensions.package_install_files(
+    filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True
+)
 import bl_ext.user_default.atlasfit_blender as addon
 
 mesh, atlasfit = addon.mesh, addon.uv.atlasfit
@@ -31,7 +33,11 @@ def read_ply(path):
     """Vertices and triangles of a little-endian PLY with float positions and int lists."""
     data = path.read_bytes()
     head, body = data[: data.index(b"end_header\n") + 11], data[data.index(b"end_header\n") + 11 :]
-    counts = {line.split()[1]: int(line.split()[2]) for line in head.decode().splitlines() if line.startswith("element")}
+    counts = {
+        line.split()[1]: int(line.split()[2])
+        for line in head.decode().splitlines()
+        if line.startswith("element")
+    }
     n, m = counts["vertex"], counts["face"]
     vertices = np.frombuffer(body, "<f4", 3 * n).reshape(-1, 3)
     faces = np.frombuffer(body, np.dtype([("k", "u1"), ("v", "<i4", 3)]), m, 12 * n)
@@ -72,8 +78,12 @@ def measured(ob, run):
     wall, processor = (b - a for a, b in zip((wall, processor), seconds()))
     bpy.ops.object.mode_set(mode="OBJECT")
     given = mesh.triangles([ob], False)
-    q = atlasfit.measure_uv(given.vertices, given.faces, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops])
-    keys = ("charts", "seam", "stretch_l2", "stretch_p95", "coverage", "flips", "overlapping_faces", "degenerate")
+    q = atlasfit.measure_uv(
+        given.vertices, given.faces, mesh.uv_get(ob.data.uv_layers.active)[given.parts[0].loops]
+    )
+    keys = (
+        "charts", "seam", "stretch_l2", "stretch_p95", "coverage", "flips", "overlapping_faces", "degenerate"
+    )
     return {"wall": wall, "processor": processor, **{k: getattr(q, k) for k in keys}}
 
 
@@ -105,29 +115,42 @@ def table(results):
     having = lambda *methods: [r for _, r in results.values() if all(m in r for m in methods)]
     column = lambda rows, method, key: np.array([r[method][key] for r in rows], float)
     lines = [
-        "Medians over the meshes that a method was run on. Seam in units of the square root of the area; stretch: 1 is isometric; bad: meshes with "
-        "flips, overlaps or collapsed faces.",
+        "Medians over the meshes that a method was run on. Seam in units of the square root of the area; "
+        "stretch: 1 is isometric; bad: meshes with flips, overlaps or collapsed faces.",
         "",
-        "| | meshes | charts | seam | stretch L2 | stretch p95 | coverage | bad | seconds | processor seconds |",
+        "| | meshes | charts | seam | stretch L2 | stretch p95 | coverage | bad | seconds "
+        "| processor seconds |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for m in METHODS:
         rows = having(m)
         if not rows:
             continue
-        bad = int(sum(column(rows, m, k) for k in ("flips", "overlapping_faces", "degenerate")).astype(bool).sum())
+        bad = int(
+            sum(column(rows, m, k) for k in ("flips", "overlapping_faces", "degenerate")).astype(bool).sum()
+        )
         med = lambda key: np.median(column(rows, m, key))
         lines.append(
-            f"| {m} | {len(rows)} | {med('charts'):.0f} | {med('seam'):.1f} | {med('stretch_l2'):.3f} | {med('stretch_p95'):.3f} "
-            f"| {100 * med('coverage'):.0f} % | {bad} | {med('wall'):.2f} | {med('processor'):.2f} |"
+            f"| {m} | {len(rows)} | {med('charts'):.0f} | {med('seam'):.1f} | {med('stretch_l2'):.3f} "
+            f"| {med('stretch_p95'):.3f} | {100 * med('coverage'):.0f} % | {bad} "
+            f"| {med('wall'):.2f} | {med('processor'):.2f} |"
         )
     lines.append("")
-    keys = {"seam": "seam", "stretch_l2": "stretch L2", "stretch_p95": "stretch p95", "wall": "time", "processor": "processor time"}
+    keys = {
+        "seam": "seam", "stretch_l2": "stretch L2", "stretch_p95": "stretch p95", "wall": "time",
+        "processor": "processor time",
+    }
     for m in METHODS:
         rows = having(OURS, m)
         if m != OURS and rows:
-            ahead = {text: np.mean(column(rows, OURS, key) < column(rows, m, key)) for key, text in keys.items()}
-            lines.append(f"Ahead of {m} on {len(rows)} meshes: " + ", ".join(f"{text} {100 * share:.0f} %" for text, share in ahead.items()) + ".")
+            ahead = {
+                text: np.mean(column(rows, OURS, key) < column(rows, m, key)) for key, text in keys.items()
+            }
+            lines.append(
+                f"Ahead of {m} on {len(rows)} meshes: "
+                + ", ".join(f"{text} {100 * share:.0f} %" for text, share in ahead.items())
+                + "."
+            )
             lines.append("")
     lines += [
         "| mesh | triangles | " + " | ".join(f"{m}: charts, seam, L2, s" for m in METHODS) + " |",
@@ -135,7 +158,9 @@ def table(results):
     ]
     for name, (faces, r) in results.items():
         cell = lambda v: f"{v['charts']}, {v['seam']:.1f}, {v['stretch_l2']:.3f}, {v['wall']:.2f}"
-        lines.append(f"| {name} | {faces} | " + " | ".join(cell(r[m]) if m in r else "" for m in METHODS) + " |")
+        lines.append(
+            f"| {name} | {faces} | " + " | ".join(cell(r[m]) if m in r else "" for m in METHODS) + " |"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -153,7 +178,9 @@ def main():
         faces, found = one(path, arguments.methods)
         results[path.stem] = (faces, (results[path.stem][1] if path.stem in results else {}) | found)
         arguments.out.write_text(json.dumps(results))
-        arguments.out.with_suffix(".md").write_text(f"Blender {bpy.app.version_string}, {os.cpu_count()} processors. {table(results)}")
+        arguments.out.with_suffix(".md").write_text(
+            f"Blender {bpy.app.version_string}, {os.cpu_count()} processors. {table(results)}"
+        )
         print(path.stem, faces, flush=True)
     os._exit(0)
 

@@ -3,7 +3,8 @@
     blender --background --factory-startup --python-exit-code 1 --python cases.py
     python cases.py                       (with the package bpy)
 
-ADDON_ZIP names the zip to install: the legacy one below Blender 4.2, else the extension. Each test_ function starts from an empty scene.
+ADDON_ZIP names the zip to install: the legacy one below Blender 4.2, else the extension. Each test_ function
+starts from an empty scene.
 """
 
 import os
@@ -172,7 +173,12 @@ def test_a_mirrored_object_has_no_mirrored_charts():
     ob.scale = (-1, 1, 1)
     bpy.context.view_layer.update()
     bpy.ops.uv.atlasfit_unwrap()
-    area = lambda uv: [np.cross(uv[p.loop_indices[1]] - uv[p.loop_indices[0]], uv[p.loop_indices[2]] - uv[p.loop_indices[0]]) > 0 for p in ob.data.polygons]
+    area = lambda uv: [
+        np.cross(
+            uv[p.loop_indices[1]] - uv[p.loop_indices[0]], uv[p.loop_indices[2]] - uv[p.loop_indices[0]]
+        ) > 0
+        for p in ob.data.polygons
+    ]
     assert area(plain) == area(uvs(ob))
     assert_good(ob)
 
@@ -197,7 +203,10 @@ def test_a_new_uv_map_and_no_room_for_one():
     ob = grid()
     before = uvs(ob)
     bpy.ops.uv.atlasfit_unwrap(target="NEW", name="Mine")
-    assert [layer.name for layer in ob.data.uv_layers] == ["UVMap", "Mine"] and ob.data.uv_layers.active.name == "Mine"
+    assert (
+        [layer.name for layer in ob.data.uv_layers] == ["UVMap", "Mine"]
+        and ob.data.uv_layers.active.name == "Mine"
+    )
     assert (uvs(ob, "UVMap") == before).all()
     while len(ob.data.uv_layers) < 8:
         ob.data.uv_layers.new()
@@ -286,7 +295,10 @@ def test_a_scan_without_faces_becomes_a_new_object_with_its_attributes():
     assert (mesh.get(new.data.attributes["intensity"].data, "value", 1, np.float32) == np.arange(3000)).all()
     normals = mesh.get(new.data.attributes["point_normal"].data, "vector", 3, np.float32)
     chart = mesh.get(new.data.attributes["point_chart"].data, "value", 1, np.int32)
-    assert (chart >= 0).sum() > 2990 and np.abs(np.sum(normals * mesh.positions(new.data), 1))[chart >= 0].min() > 0.95
+    assert (
+        (chart >= 0).sum() > 2990
+        and np.abs(np.sum(normals * mesh.positions(new.data), 1))[chart >= 0].min() > 0.95
+    )
     assert float(report(new)["noise"]) > 0.005
 
 
@@ -397,7 +409,9 @@ def test_a_scan_becomes_a_closed_surface_with_uvs_colors_attributes_and_an_image
     got = mesh.get(new.data.color_attributes["paint"].data, "color", 4, np.float32)
     assert np.abs(got[:, :3] - (0.5 + 0.5 * p)).mean() < 0.03
     assert set(mesh.get(new.data.attributes["label"].data, "value", 1, np.int32)) == {0, 7}
-    assert np.abs(mesh.get(new.data.attributes["height"].data, "value", 1, np.float32) - p[:, 2]).mean() < 0.03
+    assert (
+        np.abs(mesh.get(new.data.attributes["height"].data, "value", 1, np.float32) - p[:, 2]).mean() < 0.03
+    )
     nodes = new.data.materials[0].node_tree.nodes
     image = next(n.image for n in nodes if n.type == "TEX_IMAGE")
     assert tuple(image.size) == (256, 256) and image.packed_file
@@ -405,7 +419,10 @@ def test_a_scan_becomes_a_closed_surface_with_uvs_colors_attributes_and_an_image
     image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(256, 256, 4)
     # At the middle of each triangle the texture has the colour of the place, as sRGB.
-    middle, at = given.vertices[given.faces].mean(1), (uvs(new)[given.parts[0].loops].mean(1) * 256).astype(int)
+    middle, at = (
+        given.vertices[given.faces].mean(1),
+        (uvs(new)[given.parts[0].loops].mean(1) * 256).astype(int),
+    )
     want = 0.5 + 0.5 * np.clip(middle, -1, 1)
     want = 1.055 * want ** (1 / 2.4) - 0.055
     assert np.abs(pixels[at[:, 1], at[:, 0], :3] - want).mean() < 0.04
@@ -434,7 +451,10 @@ def test_vertex_colors_are_baked_and_materials_stay():
     mesh.put(attribute.data, "color", np.tile(np.float32([0.2, 0.4, 0.6, 1]), (len(ob.data.loops), 1)))
     ob.data.color_attributes.active_color = ob.data.color_attributes["c"]
     bpy.ops.uv.atlasfit_unwrap(bake=True, texture_size=128)
-    assert [m.name[:4] for m in ob.data.materials] == ["red", "blue"] and "in no material" in report(ob)["notes"]
+    assert (
+        [m.name[:4] for m in ob.data.materials] == ["red", "blue"]
+        and "in no material" in report(ob)["notes"]
+    )
     image = next(i for i in bpy.data.images if i.name.startswith("everything"))
     pixels = np.array(image.pixels[:]).reshape(-1, 4)
     want = 1.055 * np.array([0.2, 0.4, 0.6]) ** (1 / 2.4) - 0.055
@@ -448,7 +468,9 @@ def test_vertex_colors_are_baked_and_materials_stay():
 def test_a_cancelled_run_ends_at_once_and_leaves_everything():
     """What Esc does, without a window: see gui.py for the key itself."""
     ob = scan(100_000)
-    work = lambda progress, cancel: atlasfit.denoise(mesh.positions(ob.data), progress=progress, cancel=cancel)
+    work = lambda progress, cancel: atlasfit.denoise(
+        mesh.positions(ob.data), progress=progress, cancel=cancel
+    )
     job = addon.long.Job(work)
     time.sleep(0.3)
     assert job.thread.is_alive()
@@ -461,7 +483,10 @@ def test_a_cancelled_run_ends_at_once_and_leaves_everything():
 
 
 def test_it_can_be_turned_off_and_on():
-    draws = lambda: [len(getattr(bpy.types, m).draw._draw_funcs) for m in ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "IMAGE_MT_uvs_unwrap")]
+    draws = lambda: [
+        len(getattr(bpy.types, m).draw._draw_funcs)
+        for m in ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "IMAGE_MT_uvs_unwrap")
+    ]
     on = draws()
     addon.unregister()
     assert not hasattr(bpy.types, "UV_OT_atlasfit_unwrap") and [n - 1 for n in on] == draws()
@@ -472,7 +497,10 @@ def test_it_can_be_turned_off_and_on():
 
 
 def main():
-    print("Blender", bpy.app.version_string, "Python", sys.version.split()[0], "extension" if EXTENSION else "legacy add-on")
+    print(
+        "Blender", bpy.app.version_string, "Python", sys.version.split()[0],
+        "extension" if EXTENSION else "legacy add-on",
+    )
     wanted = os.environ.get("ONLY", "")
     failed = 0
     for name, test in list(globals().items()):

@@ -1,8 +1,11 @@
-"""The add-on in a Blender with a window: drives itself, takes pictures, checks Esc, undo and the interface, and quits.
+"""The add-on in a Blender with a window: drives itself, takes pictures, checks Esc, undo and the interface,
+and quits.
 
-    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1200 800 --python gui.py
+    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1200 800
+        --python gui.py
 
-ADDON_ZIP names the legacy zip, PICTURES the folder for pictures (taken with scrot). Prints one line per check, "GUI ok" at the end.
+ADDON_ZIP names the legacy zip, PICTURES the folder for pictures (taken with scrot). Prints one line per
+check, "GUI ok" at the end.
 """
 
 import os
@@ -24,7 +27,8 @@ mesh, Status = addon.mesh, addon.long.Status
 PICTURES = os.environ["PICTURES"]
 WAIT_S = 180  # for one run, on a loaded machine
 failed = []
-# Where the mouse must click, from the window's top left: neither the sidebar's tab nor the redo panel can be opened by script in 3.4.
+# Where the mouse must click, from the window's top left: neither the sidebar's tab nor the redo panel can be
+# opened by script in 3.4.
 TAB = (978, 247)
 REDO_PANEL = (76, 705)
 
@@ -60,7 +64,11 @@ def picture(name):
     keys, which, count = np.unique(coarse @ np.uint32([1024, 32, 1]), return_inverse=True, return_counts=True)
     kept = np.argsort(-count)[:256]
     mean = np.stack([np.bincount(which, rgb[:, k]) / count for k in range(3)], 1)
-    nearest = np.argmin(((mean[:, None] - mean[None, kept]) ** 2).sum(-1), 1) if len(keys) < 20000 else np.zeros(len(keys), int)
+    nearest = (
+        np.argmin(((mean[:, None] - mean[None, kept]) ** 2).sum(-1), 1)
+        if len(keys) < 20000
+        else np.zeros(len(keys), int)
+    )
     rows = np.zeros((height, width + 1), np.uint8)
     rows[:, 1:] = nearest[which].reshape(height, width)
 
@@ -113,7 +121,9 @@ def click(x, y):
 
 
 def script():
-    """Each yield lets Blender live for that many seconds. Over 80 lines: one walk through the window, in order."""
+    """Each yield lets Blender live for that many seconds. Over 80 lines: one walk through the window, in
+    order.
+    """
     remove_all()
     with within("VIEW_3D"):
         bpy.ops.mesh.primitive_monkey_add()
@@ -221,7 +231,10 @@ def script():
     yield from waited()
     del operator.modal
     check(f"Esc ended the run within {1000 * took[0] if took else -1:.0f} ms", len(took) == 1)
-    check("and left the points alone", (mesh.positions(active().data) == before).all() and mesh.REPORT not in active().data)
+    check(
+        "and left the points alone",
+        (mesh.positions(active().data) == before).all() and mesh.REPORT not in active().data,
+    )
     check("the file is as it was", active().name == "scan" and len(bpy.data.objects) == 1)
 
 

@@ -14,7 +14,9 @@ import bpy
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 from made import torus, triangles
 
-bpy.ops.extensions.package_install_files(filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True)
+bpy.ops.extensions.package_install_files(
+    filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True
+)
 import bl_ext.user_default.atlasfit_blender as addon
 
 mesh, package = addon.mesh, sys.modules[addon.uv.atlasfit.unwrap.__module__]
@@ -57,7 +59,10 @@ def main():
     bpy.ops.uv.atlasfit_unwrap()
     whole = [b - a for a, b in zip(before, seconds())]
     for name, all_of_it, inside in zip(("wall clock", "processor"), whole, spent[0]):
-        print(f"{len(faces)} faces, {name}: operator {all_of_it:.2f} s, library {inside:.2f} s, overhead {100 * (all_of_it / inside - 1):.1f} %")
+        print(
+            f"{len(faces)} faces, {name}: operator {all_of_it:.2f} s, library {inside:.2f} s, "
+            f"overhead {100 * (all_of_it / inside - 1):.1f} %"
+        )
     sys.stdout.flush()
     os._exit(0)
 

@@ -11,7 +11,9 @@ from made import sphere_points
 
 EXTENSION = bpy.app.version >= (4, 2, 0)
 if EXTENSION:
-    bpy.ops.extensions.package_install_files(filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True)
+    bpy.ops.extensions.package_install_files(
+        filepath=os.environ["ADDON_ZIP"], repo="user_default", enable_on_install=True
+    )
     import bl_ext.user_default.atlasfit_blender as addon
 else:
     bpy.ops.preferences.addon_install(filepath=os.environ["ADDON_ZIP"], overwrite=True)
@@ -69,10 +71,18 @@ def scan(n=3000):
 
 
 def everything():
-    """Quads, an n-gon, triangles, a loose part, a loose vertex and edge; two materials, a vertex group, shape keys, a modifier."""
+    """Quads, an n-gon, triangles, a loose part, a loose vertex and edge; two materials, a vertex group, shape
+    keys, a modifier.
+    """
     t = 2 * np.pi * np.arange(8) / 8
     ring = lambda z, r: [(r * np.cos(a), r * np.sin(a), z) for a in t]
-    vertices = ring(0, 1) + ring(1, 1) + [(0, 0, 2)] + [(5, 0, 0), (6, 0, 0), (6, 1, 0), (5, 1, 0)] + [(9, 9, 9), (8, 8, 8)]
+    vertices = (
+        ring(0, 1)
+        + ring(1, 1)
+        + [(0, 0, 2)]
+        + [(5, 0, 0), (6, 0, 0), (6, 1, 0), (5, 1, 0)]
+        + [(9, 9, 9), (8, 8, 8)]
+    )
     faces = [tuple(range(7, -1, -1))]
     faces += [(i, (i + 1) % 8, 8 + (i + 1) % 8, 8 + i) for i in range(8)]
     faces += [(8 + i, 8 + (i + 1) % 8, 16) for i in range(8)] + [(17, 18, 19, 20)]

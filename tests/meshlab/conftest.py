@@ -1,4 +1,5 @@
-"""Shared by the MeshLab tests: the program, small scans and meshes. tests/meshlab/run sets the environment."""
+"""Shared by the MeshLab tests: the program, small scans and meshes. tests/meshlab/run sets the environment.
+"""
 import pathlib
 import sys
 
@@ -27,7 +28,10 @@ def scan(folder):
     types = {"float": "<f4", "double": "<f8", "uchar": "u1"}
     properties = [line.split()[1:] for line in header.splitlines() if line.startswith("property")]
     points = np.frombuffer(raw[end:], [(name, types[kind]) for kind, name in properties])[::5]
-    lines = [f"element vertex {len(points)}" if line.startswith("element vertex") else line for line in header.splitlines()]
+    lines = [
+        f"element vertex {len(points)}" if line.startswith("element vertex") else line
+        for line in header.splitlines()
+    ]
     path = folder / "scan.ply"
     path.write_bytes("\n".join(lines).encode() + b"\n" + points.tobytes())
     return path

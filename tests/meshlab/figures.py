@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""The README's figures: the plugin beside MeshLab's own filters in one process, its overhead over the C ABI, memory over many runs.
+"""The README's figures: the plugin beside MeshLab's own filters in one process, its overhead over the C ABI,
+memory over many runs.
 
     tests/meshlab/run PYTHON                                          builds the plugin
-    ATLASFIT_PLUGIN=target/meshlab/pymeshlab/libfilter_atlasfit.so PYTHON tests/meshlab/figures.py [peers] [overhead] [memory]
+    ATLASFIT_PLUGIN=target/meshlab/pymeshlab/libfilter_atlasfit.so PYTHON tests/meshlab/figures.py [peers]
+        [overhead] [memory]
 
-Needs numpy and pymeshlab. The peers' times are seconds of processor time, all threads together, which a busy machine disturbs least: compare them within one table only.
+Needs numpy and pymeshlab. The peers' times are seconds of processor time, all threads together, which a busy
+machine disturbs least: compare them within one table only.
 """
 import os
 import pathlib
@@ -61,16 +64,27 @@ def peers():
         m = ms.current_mesh()
         d = off(m.vertex_matrix())
         topology = ms.apply_filter("get_topological_measures")
-        print(f"| {name} | {seconds:.1f} | {np.sqrt(np.mean(d**2)) / noise:.2f} | {np.quantile(d, 0.95) / noise:.2f} | {m.face_number():,} | {topology['connected_components_number']} | "
-              f"{topology['boundary_edges']} |", flush=True)
+        print(
+            f"| {name} | {seconds:.1f} | {np.sqrt(np.mean(d**2)) / noise:.2f} "
+            f"| {np.quantile(d, 0.95) / noise:.2f} | {m.face_number():,} "
+            f"| {topology['connected_components_number']} | {topology['boundary_edges']} |",
+            flush=True,
+        )
         return ms
 
     print(f"Torus of {len(scan):,} points, noise {noise} along the normal (radii 2 and 0.7)\n")
-    print("| reconstruction | CPU s | RMS error / noise | 95% below, / noise | faces | parts | boundary edges |\n|---|---|---|---|---|---|---|")
+    print(
+        "| reconstruction | CPU s | RMS error / noise | 95% below, / noise | faces | parts "
+        "| boundary edges |\n|---|---|---|---|---|---|---|"
+    )
     # The peers need normals.
     normals = ("compute_normal_for_point_clouds", {"k": 20})
     reconstruct("atlas reconstruction", ("generate_surface_reconstruction_atlas", {}))
-    reconstruct("normals, screened Poisson (depth 8)", normals, ("generate_surface_reconstruction_screened_poisson", {"depth": 8, "threads": 1}))
+    reconstruct(
+        "normals, screened Poisson (depth 8)",
+        normals,
+        ("generate_surface_reconstruction_screened_poisson", {"depth": 8, "threads": 1}),
+    )
     reconstruct("normals, RIMLS (resolution 200)", normals, ("generate_marching_cubes_rimls", {}))
 
     def unwrap(name, *filters):
@@ -81,16 +95,30 @@ def peers():
             if not ms.current_mesh().has_wedge_tex_coord():
                 ms.apply_filter("compute_texcoord_transfer_vertex_to_wedge")
             q = ms.apply_filter("compute_scalar_by_uv_distortion_per_face")
-            print(f"| {name} | {seconds:.1f} | {q['charts']} | {q['seam']:.1f} | {q['stretch_l2']:.3f} | {q['stretch_p95']:.3f} | {q['flips']} | {q['overlapping_faces']} | {q['coverage']:.2f} |", flush=True)
+            print(
+                f"| {name} | {seconds:.1f} | {q['charts']} | {q['seam']:.1f} | {q['stretch_l2']:.3f} "
+                f"| {q['stretch_p95']:.3f} | {q['flips']} | {q['overlapping_faces']} | {q['coverage']:.2f} |",
+                flush=True,
+            )
         except ml.PyMeshLabException as e:
             print(f"| {name} | fails: {str(e).splitlines()[-1][:80]} |", flush=True)
 
     print(f"\nTorus of {len(faces):,} faces, without noise\n")
-    print("| UVs | CPU s | charts | seams / √area | L2 stretch | 95% below | flips | overlaps | coverage |\n|---|---|---|---|---|---|---|---|---|")
+    print(
+        "| UVs | CPU s | charts | seams / √area | L2 stretch | 95% below | flips | overlaps | coverage |\n"
+        "|---|---|---|---|---|---|---|---|---|"
+    )
     unwrap("stretch-regularized atlas", ("compute_texcoord_parametrization_atlas", {}))
     unwrap("Voronoi atlas", ("generate_voronoi_atlas_parametrization", {}))
-    unwrap("iso-parametrization", ("compute_iso_parametrization", {}), ("generate_iso_parametrization_atlased_mesh", {}))
-    unwrap("trivial per triangle", ("compute_texcoord_parametrization_triangle_trivial_per_wedge", {"textdim": 4096}))
+    unwrap(
+        "iso-parametrization",
+        ("compute_iso_parametrization", {}),
+        ("generate_iso_parametrization_atlased_mesh", {}),
+    )
+    unwrap(
+        "trivial per triangle",
+        ("compute_texcoord_parametrization_triangle_trivial_per_wedge", {"textdim": 4096}),
+    )
 
 
 def overhead():
@@ -100,17 +128,26 @@ def overhead():
     rng = np.random.default_rng(0)
     scan = clean + rng.normal(0, 0.002, clean.shape[:1])[:, None] * normal
     small = scan[rng.permutation(len(scan))[:100_000]]
-    for title, name, mesh in (("denoise", "apply_coord_denoising_atlas", ml.Mesh(small)), ("parametrization", "compute_texcoord_parametrization_atlas", ml.Mesh(clean, faces)),
-                              ("denoise", "apply_coord_denoising_atlas", ml.Mesh(scan))):
+    for title, name, mesh in (
+        ("denoise", "apply_coord_denoising_atlas", ml.Mesh(small)),
+        ("parametrization", "compute_texcoord_parametrization_atlas", ml.Mesh(clean, faces)),
+        ("denoise", "apply_coord_denoising_atlas", ml.Mesh(scan)),
+    ):
         ms = document(mesh)
         values, seconds = timed(lambda: ms.apply_filter(name, timelimit=0.0))
         inside = values["library_seconds"]
-        print(f"| {title} | {mesh.vertex_number():,} | {seconds:.1f} | {inside:.1f} | {100 * (seconds - inside) / inside:.1f}% |", flush=True)
+        print(
+            f"| {title} | {mesh.vertex_number():,} | {seconds:.1f} | {inside:.1f} "
+            f"| {100 * (seconds - inside) / inside:.1f}% |",
+            flush=True,
+        )
 
 
 def memory():
     """Resident memory over 20 consecutive runs of every filter in one process."""
-    resident = lambda: int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 2**20
+    resident = (
+        lambda: int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 2**20
+    )
     clean, normal, _ = torus(100, 40)
     ms = document()
     print("\n| run | resident MiB |\n|---|---|")
@@ -126,6 +163,8 @@ def memory():
 
 
 if __name__ == "__main__":
-    ml.load_plugin(os.environ.get("ATLASFIT_PLUGIN", str(ROOT / "target/meshlab/pymeshlab/libfilter_atlasfit.so")))
+    ml.load_plugin(
+        os.environ.get("ATLASFIT_PLUGIN", str(ROOT / "target/meshlab/pymeshlab/libfilter_atlasfit.so"))
+    )
     for what in sys.argv[1:] or ("peers", "overhead", "memory"):
         {"peers": peers, "overhead": overhead, "memory": memory}[what]()

@@ -7,18 +7,27 @@ import numpy as np
 import pytest
 
 BIN = os.environ.get("ATLASFIT_MESHLAB")
-pytestmark = pytest.mark.skipif(not BIN, reason="ATLASFIT_MESHLAB is not set: run tests/meshlab/run with MeshLab 2020.09 installed")
+pytestmark = pytest.mark.skipif(
+    not BIN, reason="ATLASFIT_MESHLAB is not set: run tests/meshlab/run with MeshLab 2020.09 installed"
+)
 
 # meshlabserver wants every parameter.
 RUN = {"timeLimit": ("Float", 600), "memoryLimit": ("Int", 0), "seed": ("Int", 0), "threads": ("Int", 0)}
-FIT = {"onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("Float", 0), "prior": ("Enum", 0), "charts": ("Int", 0)}
+FIT = {
+    "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("Float", 0), "prior": ("Enum", 0),
+    "charts": ("Int", 0),
+}
 PARAMETERS = {
-    "Atlas reconstruction (deep manifold prior)": {**FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
-                                                   "texture": ("Enum", 0)},
+    "Atlas reconstruction (deep manifold prior)": {
+        **FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "uv": ("Bool", "true"),
+        "textureSize": ("Int", 1024), "texture": ("Enum", 0),
+    },
     "Denoise points/vertices (deep manifold prior)": {**FIT, "selectOutliers": ("Bool", "false")},
-    "Parametrization: stretch-regularized atlas": {"maxStretch": ("Float", 1.1), "maxCharts": ("Int", 0), "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180),
-                                                   "textureSize": ("Int", 1024), "texture": ("Enum", 0), "padding": ("Int", 2), "pages": ("Int", 0),
-                                                   "density": ("Float", 0), "packer": ("Enum", 0)},
+    "Parametrization: stretch-regularized atlas": {
+        "maxStretch": ("Float", 1.1), "maxCharts": ("Int", 0), "keepSeams": ("Bool", "false"),
+        "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
+        "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
+    },
     "UV distortion": {},
 }
 
@@ -27,17 +36,29 @@ def serve(folder, scan, out, *filters, mask="vn vc wt"):
     """Runs filters, each (name, changed parameters), and gives (exit code, everything that was printed)."""
     text = "<!DOCTYPE FilterScript>\n<FilterScript>\n"
     for name, changed in filters:
-        parameters = {k: (kind, changed.get(k, value)) for k, (kind, value) in {**PARAMETERS[name], **RUN}.items()}
+        parameters = {
+            k: (kind, changed.get(k, value)) for k, (kind, value) in {**PARAMETERS[name], **RUN}.items()
+        }
         text += f' <filter name="{name}">\n'
         for k, (kind, value) in parameters.items():
-            choices = 'enum_cardinality="3" enum_val0="0" enum_val1="1" enum_val2="2"' if kind == "Enum" else ""
+            choices = (
+                'enum_cardinality="3" enum_val0="0" enum_val1="1" enum_val2="2"' if kind == "Enum" else ""
+            )
             text += f'  <Param type="Rich{kind}" value="{value}" name="{k}" {choices}/>\n'
         text += " </filter>\n"
     (folder / "script.mlx").write_text(text + "</FilterScript>\n")
     (folder / "xdg").mkdir(mode=0o700, exist_ok=True)
     done = subprocess.run(
-        ["xvfb-run", "-a", "-s", "-screen 0 1280x960x24 +extension GLX", f"{BIN}/meshlabserver", "-l", folder / "log.txt", "-i", scan, "-o", out, "-m", *mask.split(), "-s", "script.mlx"],
-        cwd=folder, capture_output=True, text=True, timeout=300, env={**os.environ, "XDG_RUNTIME_DIR": str(folder / "xdg")})
+        [
+            "xvfb-run", "-a", "-s", "-screen 0 1280x960x24 +extension GLX", f"{BIN}/meshlabserver", "-l",
+            folder / "log.txt", "-i", scan, "-o", out, "-m", *mask.split(), "-s", "script.mlx",
+        ],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "XDG_RUNTIME_DIR": str(folder / "xdg")},
+    )
     log = (folder / "log.txt").read_text(errors="replace") if (folder / "log.txt").exists() else ""
     return done.returncode, done.stdout + done.stderr + log
 
@@ -46,7 +67,9 @@ def vertices(path):
     """Positions and faces' vertices of an OBJ file."""
     text = path.read_text()
     v = np.array(re.findall(r"^v (\S+) (\S+) (\S+)", text, re.M), float)
-    return v, np.array([[int(c.split("/")[0]) for c in f] for f in re.findall(r"^f (\S+) (\S+) (\S+)", text, re.M)]) - 1
+    return v, np.array(
+        [[int(c.split("/")[0]) for c in f] for f in re.findall(r"^f (\S+) (\S+) (\S+)", text, re.M)]
+    ) - 1
 
 
 def test_reconstruction_is_what_the_program_makes(folder, scan, atlasfit):
@@ -64,21 +87,30 @@ def test_reconstruction_is_what_the_program_makes(folder, scan, atlasfit):
 
 def test_unwrapping_and_measuring(folder, scan, atlasfit):
     atlasfit("denoise", scan, "--no-uv", "-o", folder / "plain.ply")
-    code, said = serve(folder, folder / "plain.ply", "unwrapped.obj", ("Parametrization: stretch-regularized atlas", {"texture": 1}), ("UV distortion", {}))
+    code, said = serve(
+        folder, folder / "plain.ply", "unwrapped.obj",
+        ("Parametrization: stretch-regularized atlas", {"texture": 1}), ("UV distortion", {}),
+    )
     assert code == 0, said
     uv = atlasfit("measure", folder / "unwrapped.obj")["uv"]
     assert uv["flips"] == 0 and uv["stretch_p95"] < 1.2
 
 
 def test_denoising(folder, scan, atlasfit):
-    code, said = serve(folder, scan, "points.xyz", ("Denoise points/vertices (deep manifold prior)", {}), mask="vn")
+    code, said = serve(
+        folder, scan, "points.xyz", ("Denoise points/vertices (deep manifold prior)", {}), mask="vn"
+    )
     assert code == 0, said
     atlasfit("denoise", scan, "--points", folder / "points_cli.xyz")
-    read = lambda name: np.array([line.split()[:3] for line in (folder / name).read_text().splitlines() if line[:1] not in "#"], float)
+    read = lambda name: np.array(
+        [line.split()[:3] for line in (folder / name).read_text().splitlines() if line[:1] not in "#"], float
+    )
     assert np.allclose(read("points.xyz"), read("points_cli.xyz"), atol=1e-5)
 
 
 def test_a_failure_is_an_exit_code_and_our_text(folder, scan):
-    code, said = serve(folder, scan, "none.obj", ("Atlas reconstruction (deep manifold prior)", {"detail": 99}))
+    code, said = serve(
+        folder, scan, "none.obj", ("Atlas reconstruction (deep manifold prior)", {"detail": 99})
+    )
     assert code != 0 and "atlasfit: " in said and "detail" in said
     assert not (folder / "none.obj").exists()

@@ -28,7 +28,8 @@ def plugin():
     ml.load_plugin(path)
 
 
-# A mesh dies with its MeshSet, whoever still holds it, and pymeshlab writes its log to a MeshSet that may be gone: they stay until the end.
+# A mesh dies with its MeshSet, whoever still holds it, and pymeshlab writes its log to a MeshSet that may be
+# gone: they stay until the end.
 KEPT = []
 
 
@@ -52,7 +53,9 @@ def layers(ms):
 def textured(folder, vertices, faces, uv):
     """A mesh with three UVs per face."""
     lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"vt {u} {v}" for u, v in uv]
-    lines += ["f " + " ".join(f"{v + 1}/{3 * i + k + 1}" for k, v in enumerate(f)) for i, f in enumerate(faces)]
+    lines += [
+        "f " + " ".join(f"{v + 1}/{3 * i + k + 1}" for k, v in enumerate(f)) for i, f in enumerate(faces)
+    ]
     (folder / "textured.obj").write_text("\n".join(lines) + "\n")
     return opened(folder / "textured.obj")
 
@@ -114,8 +117,13 @@ def test_denoising_is_what_the_program_makes(scan, folder, atlasfit):
     ms.apply_filter(DENOISE)
     atlasfit("denoise", scan, "--points", folder / "points.ply")
     m = ms.current_mesh()
-    assert np.array_equal(f32(m.vertex_matrix()), f32(opened(folder / "points.ply").current_mesh().vertex_matrix()))
-    assert np.array_equal(m.vertex_color_matrix(), colours) and np.array_equal(m.vertex_selection_array(), selected)
+    assert np.array_equal(
+        f32(m.vertex_matrix()), f32(opened(folder / "points.ply").current_mesh().vertex_matrix())
+    )
+    assert (
+        np.array_equal(m.vertex_color_matrix(), colours)
+        and np.array_equal(m.vertex_selection_array(), selected)
+    )
     assert np.allclose(m.vertex_scalar_array(), np.linalg.norm(m.vertex_matrix() - before, axis=1))
 
 
@@ -158,7 +166,9 @@ def test_deleted_vertices_take_no_part(scan, folder):
     for ms in (deleted, fresh):
         ms.apply_filter(RECONSTRUCT, uv=False)
     assert np.array_equal(deleted.current_mesh().face_matrix(), fresh.current_mesh().face_matrix())
-    assert np.array_equal(f32(deleted.current_mesh().vertex_matrix()), f32(fresh.current_mesh().vertex_matrix()))
+    assert np.array_equal(
+        f32(deleted.current_mesh().vertex_matrix()), f32(fresh.current_mesh().vertex_matrix())
+    )
 
 
 def test_the_layers_matrix_is_applied_and_kept(scan, reconstructed):
@@ -204,7 +214,9 @@ def test_unwrapping_is_what_the_program_makes(torus, folder, atlasfit):
 def test_a_broken_mesh_gets_valid_uvs(torus):
     vertices, faces = torus
     fin = np.array([[0, 1, len(vertices)], [0, 1, len(vertices) + 1], [5, 5, 6]])
-    ms = holding(np.concatenate([vertices, [[3, 0, 2], [3, 0, -2]]]), np.concatenate([faces, faces[:20], fin]))
+    ms = holding(
+        np.concatenate([vertices, [[3, 0, 2], [3, 0, -2]]]), np.concatenate([faces, faces[:20], fin])
+    )
     values = ms.apply_filter(UNWRAP)
     assert values["flips"] == 0 and values["overlapping_faces"] == 0 and values["inside"] == 1
 
@@ -249,20 +261,30 @@ def test_defaults_are_the_programs(program):
     def shown(command):
         text = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
         options = re.split(r"\n +(?:-\w, )?--", text)
-        return {o.split(maxsplit=1)[0]: m.group(1) for o in options if (m := re.search(r"\[default: ([^\];]+)", o))}
+        return {
+            o.split(maxsplit=1)[0]: m.group(1)
+            for o in options
+            if (m := re.search(r"\[default: ([^\];]+)", o))
+        }
 
     said = shown("denoise"), shown("unwrap")
     lists = printed(RECONSTRUCT), printed(UNWRAP)
     auto = {"auto": "0"}
-    for (of, option), parameter in {(0, "noise"): "noise", (0, "strength"): "strength", (0, "detail"): "detail", (0, "charts"): "charts", (0, "fill-holes"): "fillholes", (0, "min-part"): "minpart",
-                                    (0, "texture-size"): "texturesize", (0, "seed"): "seed", (0, "threads"): "threads",
-                                    (1, "max-stretch"): "maxstretch", (1, "texture-size"): "texturesize", (1, "padding"): "padding"}.items():
+    for (of, option), parameter in {
+        (0, "noise"): "noise", (0, "strength"): "strength", (0, "detail"): "detail", (0, "charts"): "charts",
+        (0, "fill-holes"): "fillholes", (0, "min-part"): "minpart", (0, "texture-size"): "texturesize",
+        (0, "seed"): "seed", (0, "threads"): "threads", (1, "max-stretch"): "maxstretch",
+        (1, "texture-size"): "texturesize", (1, "padding"): "padding",
+    }.items():
         assert float(auto.get(said[of][option], said[of][option])) == float(lists[of][parameter]), parameter
 
 
 def printed(name):
     """Parameters and defaults as pymeshlab prints them."""
-    code = f"import pymeshlab as ml; ml.load_plugin({os.environ['ATLASFIT_PLUGIN']!r}); ml.print_filter_parameter_list({name!r})"
+    code = (
+        f"import pymeshlab as ml; ml.load_plugin({os.environ['ATLASFIT_PLUGIN']!r}); "
+        f"ml.print_filter_parameter_list({name!r})"
+    )
     text = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     return dict(re.findall(r"^\s+(\w+) : [^=]+= (.+)$", text, re.M))
 

@@ -1,8 +1,10 @@
 """Surfaces from points by MeshLab's own filters. Needs numpy and pymeshlab.
 
-A setting is DEPTH,NEIGHBOURS,WEIGHT for screened Poisson (octree depth, neighbours for normals, point weight) or rimls, with what the Deep Manifold Prior
-paper says of it (relative filter size 10, 15 projections, a grid of 200, 30 neighbours for normals). For each writes OUT/meshlab-SETTING.ply and prints
-a JSON line with the setting and the seconds from points to surface, normals included, files and imports not: the median of REPEAT runs.
+A setting is DEPTH,NEIGHBOURS,WEIGHT for screened Poisson (octree depth, neighbours for normals, point weight)
+or rimls, with what the Deep Manifold Prior paper says of it (relative filter size 10, 15 projections, a grid
+of 200, 30 neighbours for normals). For each writes OUT/meshlab-SETTING.ply and prints a JSON line with the
+setting and the seconds from points to surface, normals included, files and imports not: the median of REPEAT
+runs.
 
 usage: meshlab.py POINTS.ply OUT REPEAT SETTING...
 """

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Compares the program's packers on meshes: share of the page covered, and seconds spent packing the same charts.
+"""Compares the program's packers on meshes: share of the page covered, and seconds spent packing the same
+charts.
 
 usage: packers.py PROGRAM MESH... [--packers shapes,boxes,xatlas] [--rounds 1]
        (PROGRAM: cargo build --release -p atlasfit-cli --features xatlas)
@@ -25,7 +26,9 @@ def measure(program, mesh, packer, rounds, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("program")
     parser.add_argument("meshes", nargs="+")
     parser.add_argument("--packers", default="shapes,boxes,xatlas")

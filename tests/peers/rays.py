@@ -1,7 +1,8 @@
 """Where rays from one point first meet a triangle mesh. Needs numpy only.
 
-Directions that lie near each other are a pinhole camera's picture; others are the six faces of a cube about the point. In a picture rays
-are points and triangles are triangles: both are sorted into the cells of a grid, and what shares a cell is tested exactly (Moeller and Trumbore 1997).
+Directions that lie near each other are a pinhole camera's picture; others are the six faces of a cube about
+the point. In a picture rays are points and triangles are triangles: both are sorted into the cells of a grid,
+and what shares a cell is tested exactly (Moeller and Trumbore 1997).
 """
 import numpy as np
 
@@ -12,7 +13,9 @@ RAYS_PER_CELL = 2
 
 
 def cast(V, F, origin, directions):
-    """For each direction the first triangle in it (-1 for none), and how often the direction fits between (infinite for none)."""
+    """For each direction the first triangle in it (-1 for none), and how often the direction fits between
+    (infinite for none).
+    """
     distance, face = np.full(len(directions), np.inf), np.full(len(directions), -1)
     for camera, of in pictures(directions):
         d = directions[of] @ camera.T
@@ -32,16 +35,24 @@ def pictures(directions):
         return [(np.stack([rest[:, 1], rest[:, 2], middle]), np.arange(len(unit)))]
     axis = np.abs(unit).argmax(1)
     forward = unit[np.arange(len(unit)), axis] > 0
-    turned = [(k, sign, np.where((axis == k) & (forward == (sign > 0)))[0]) for k in range(3) for sign in (1, -1)]
+    turned = [
+        (k, sign, np.where((axis == k) & (forward == (sign > 0)))[0]) for k in range(3) for sign in (1, -1)
+    ]
     return [(np.roll(np.eye(3), k + 1, 1) * [[1], [1], [sign]], of) for k, sign, of in turned if len(of)]
 
 
 def first(corners, rays):
-    """Depth and number of the first of the triangles (t, 3, 3) on each ray (x, y, 1), in a camera that looks along z."""
+    """Depth and number of the first of the triangles (t, 3, 3) on each ray (x, y, 1), in a camera that looks
+    along z.
+    """
     low, high = rays.min(0) - 1e-9, rays.max(0) + 1e-9
     z = corners[:, :, 2]
     # Half-spaces through the camera's centre: a triangle beyond one of them is not in the picture.
-    beyond = [z <= 0] + [corners[:, :, a] < low[a] * z for a in (0, 1)] + [corners[:, :, a] > high[a] * z for a in (0, 1)]
+    beyond = (
+        [z <= 0]
+        + [corners[:, :, a] < low[a] * z for a in (0, 1)]
+        + [corners[:, :, a] > high[a] * z for a in (0, 1)]
+    )
     of = np.where(~np.any([b.all(1) for b in beyond], 0))[0]
     if len(of) == 0:
         return np.full(len(rays), np.inf), np.full(len(rays), -1)
@@ -54,7 +65,10 @@ def first(corners, rays):
     before = (C[:, :, 2] > 1e-12).all(1)
     xy = C[:, :, :2] / np.where(before[:, None], C[:, :, 2], 1)[:, :, None]
     # A triangle that reaches behind the camera may be anywhere in the picture.
-    left, right = np.where(before[:, None], xy.min(1) - 1e-9, low), np.where(before[:, None], xy.max(1) + 1e-9, high)
+    left, right = (
+        np.where(before[:, None], xy.min(1) - 1e-9, low),
+        np.where(before[:, None], xy.max(1) + 1e-9, high),
+    )
     first_cell = cell(left)
     size = cell(right) - first_cell + 1
     rays_of, triangles, depths = [], [], []

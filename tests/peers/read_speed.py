@@ -2,13 +2,18 @@
 """Times reading a million points beside the usual Python readers, all in one run, turn by turn.
 
 usage: read_speed.py COUNTS_PROGRAM [--points 1000000] [--rounds 7] [--large 0]
-       (COUNTS_PROGRAM: cargo build --release -p atlasfit-io --example counts; it prints the milliseconds of each load)
+       (COUNTS_PROGRAM: cargo build --release -p atlasfit-io --example counts; it prints the milliseconds of
+       each load)
 
-PLY (binary: float positions, normals, byte colours) against trimesh and pymeshlab; LAS (point format 3) against laspy; PCD (binary: float
-positions, packed colours, intensity) against pypcd4. laspy and pypcd4 only copy the file's records on reading; our load gives every column
-apart, positions and attributes in double precision, colours unpacked. So more than one is shown: "read" is their load call alone,
-"columns" also takes every column out as an array of the file's type (laspy: positions scaled), "doubles" gives what our load gives. Times are wall-clock milliseconds of the load alone, files and program warm: median and least over the rounds. --large N also reads a PLY of N MB and says how far its speed is from that of reading its bytes into memory.
-Exit code 1 if we are slower (medians) than a peer at what our load does. Needs numpy, trimesh, pymeshlab, laspy, pypcd4.
+PLY (binary: float positions, normals, byte colours) against trimesh and pymeshlab; LAS (point format 3)
+against laspy; PCD (binary: float positions, packed colours, intensity) against pypcd4. laspy and pypcd4 only
+copy the file's records on reading; our load gives every column apart, positions and attributes in double
+precision, colours unpacked. So more than one is shown: "read" is their load call alone, "columns" also takes
+every column out as an array of the file's type (laspy: positions scaled), "doubles" gives what our load
+gives. Times are wall-clock milliseconds of the load alone, files and program warm: median and least over the
+rounds. --large N also reads a PLY of N MB and says how far its speed is from that of reading its bytes into
+memory. Exit code 1 if we are slower (medians) than a peer at what our load does. Needs numpy, trimesh,
+pymeshlab, laspy, pypcd4.
 """
 import argparse
 import os
@@ -27,9 +32,20 @@ warnings.filterwarnings("ignore")
 
 def write_ply(path, n, rng):
     rows = np.zeros(n, [("p", "<f4", 3), ("n", "<f4", 3), ("c", "u1", 3)])
-    rows["p"], rows["n"], rows["c"] = rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), rng.integers(0, 256, (n, 3))
-    names = ["float x", "float y", "float z", "float nx", "float ny", "float nz", "uchar red", "uchar green", "uchar blue"]
-    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {n}\n" + "".join(f"property {p}\n" for p in names) + "end_header\n"
+    rows["p"], rows["n"], rows["c"] = (
+        rng.normal(size=(n, 3)),
+        rng.normal(size=(n, 3)),
+        rng.integers(0, 256, (n, 3)),
+    )
+    names = [
+        "float x", "float y", "float z", "float nx", "float ny", "float nz", "uchar red", "uchar green",
+        "uchar blue",
+    ]
+    head = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {n}\n"
+        + "".join(f"property {p}\n" for p in names)
+        + "end_header\n"
+    )
     path.write_bytes(head.encode() + rows.tobytes())
 
 
@@ -48,7 +64,11 @@ def write_las(path, n, rng):
 
 def write_pcd(path, n, rng):
     rows = np.zeros(n, [("p", "<f4", 3), ("rgb", "<u4"), ("intensity", "<f4")])
-    rows["p"], rows["rgb"], rows["intensity"] = rng.normal(size=(n, 3)), rng.integers(0, 1 << 24, n), rng.random(n)
+    rows["p"], rows["rgb"], rows["intensity"] = (
+        rng.normal(size=(n, 3)),
+        rng.integers(0, 1 << 24, n),
+        rng.random(n),
+    )
     head = ("VERSION 0.7\nFIELDS x y z rgb intensity\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"
             f"WIDTH {n}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {n}\nDATA binary\n")
     path.write_bytes(head.encode() + rows.tobytes())
@@ -87,19 +107,28 @@ def pypcd_read(path):
 
 def pypcd_columns(path):
     cloud = pypcd_read(path)
-    return [cloud.numpy(("x", "y", "z"))] + [np.array(cloud.pc_data[name]) for name in cloud.fields if name not in "xyz"]
+    return [cloud.numpy(("x", "y", "z"))] + [
+        np.array(cloud.pc_data[name]) for name in cloud.fields if name not in "xyz"
+    ]
 
 
 def pypcd_doubles(path):
     cloud = pypcd_read(path)
     colors = type(cloud).decode_rgb(np.array(cloud.pc_data["rgb"]))
-    return [cloud.numpy(("x", "y", "z")).astype(float), colors.astype(np.float32) / 255, cloud.pc_data["intensity"].astype(float)]
+    return [
+        cloud.numpy(("x", "y", "z")).astype(float),
+        colors.astype(np.float32) / 255,
+        cloud.pc_data["intensity"].astype(float),
+    ]
 
 
 CASES = [
     ("ply", write_ply, {"trimesh": trimesh_read, "pymeshlab": pymeshlab_read}, {}),
     ("las", write_las, {"laspy columns": laspy_columns}, {"laspy read": laspy_read}),
-    ("pcd", write_pcd, {"pypcd4 doubles": pypcd_doubles}, {"pypcd4 columns": pypcd_columns, "pypcd4 read": pypcd_read}),
+    (
+        "pcd", write_pcd, {"pypcd4 doubles": pypcd_doubles},
+        {"pypcd4 columns": pypcd_columns, "pypcd4 read": pypcd_read},
+    ),
 ]
 
 
@@ -118,7 +147,9 @@ def timed(job, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("program")
     parser.add_argument("--points", type=int, default=1_000_000)
     parser.add_argument("--rounds", type=int, default=7)
@@ -140,7 +171,10 @@ def main():
             mine = statistics.median(times["atlasfit"])
             for name, t in times.items():
                 m = statistics.median(t)
-                print(f"{kind}  {name:16} median {m:8.1f} ms  least {min(t):8.1f} ms  {m / mine:6.2f} x ours", flush=True)
+                print(
+                    f"{kind}  {name:16} median {m:8.1f} ms  least {min(t):8.1f} ms  {m / mine:6.2f} x ours",
+                    flush=True,
+                )
                 if name in peers and m < mine:
                     slower.append(f"{kind}: {name}")
         if args.large:
@@ -163,7 +197,10 @@ def large(args, path):
                 at += got
         plain.append(1e3 * (time.perf_counter() - start))
         del view, buffer
-    print(f"ply of {size:.0f} MB: ours {size / min(mine):.2f} GB/s, its bytes into memory {size / min(plain):.2f} GB/s (cached file)")
+    print(
+        f"ply of {size:.0f} MB: ours {size / min(mine):.2f} GB/s, "
+        f"its bytes into memory {size / min(plain):.2f} GB/s (cached file)"
+    )
 
 
 if __name__ == "__main__":

@@ -1,19 +1,25 @@
-"""The benchmark's simulated scans: what a sensor sees of a true surface, with the errors that sensors make. Needs numpy only.
+"""The benchmark's simulated scans: what a sensor sees of a true surface, with the errors that sensors make.
+Needs numpy only.
 
-Kinds (the noise is along the ray, sigma where the ray meets the surface at a right angle, more where it grazes it):
+Kinds (the noise is along the ray, sigma where the ray meets the surface at a right angle, more where it
+grazes it):
   views          several cameras about the shape; what is hidden from all of them is not in the scan
-  outliersP      the same; P (3, 5, 20) percent of the points are strays, half of them anywhere about the shape, half in clusters
+  outliersP      the same; P (3, 5, 20) percent of the points are strays, half of them anywhere about the
+                 shape, half in clusters
   misregistered  the same; each view is turned and moved by about two sigma
   quantised      the same; depths are rounded to steps of four sigma
   uneven         the same; the density falls along x by a factor of 30
-  lidar          one turning scanner in a room with furniture, line by line, with points in between where the distance jumps
+  lidar          one turning scanner in a room with furniture, line by line, with points in between where the
+                 distance jumps
   sheetsK        two parallel plates K (3, 4, 5) sigma apart, each seen from its own side
-The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar and sheets have their own.
+The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar and sheets have
+their own.
 
-usage: scanner.py cells [--kinds K,...] [--shapes S,...] [--data DIR]     prints a JSON line per cell: kind and shape
+usage: scanner.py cells [--kinds K,...] [--shapes S,...] [--data DIR]
+           prints a JSON line per cell: kind and shape
        scanner.py scan SHAPE KIND SIGMA TRUTH.ply SEEN.ply SCAN.ply [--count N] [--seed N] [--data DIR]
-Writes the true surface, whose triangles face the sensors that saw them, its seen part, and the scan; prints a JSON line: how many
-points and strays the scan has, and the share of the area that was seen.
+Writes the true surface, whose triangles face the sensors that saw them, its seen part, and the scan; prints a
+JSON line: how many points and strays the scan has, and the share of the area that was seen.
 """
 import argparse
 import json
@@ -41,7 +47,9 @@ JUMP, MIXED = 0.05, 0.3
 
 @dataclass
 class Hits:
-    """What rays met: place, direction of the ray, cosine of the angle to the normal, station, one entry of each per point."""
+    """What rays met: place, direction of the ray, cosine of the angle to the normal, station, one entry of
+    each per point.
+    """
 
     at: np.ndarray
     ray: np.ndarray
@@ -72,7 +80,10 @@ def cameras(rng):
     z, turn = 1 - 2 * i / VIEWS, TAU * i * 0.6180339887
     ring = np.sqrt(1 - z * z)
     anyhow, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    return FAR * np.stack([ring * np.cos(turn), ring * np.sin(turn), z], 1) @ anyhow, rng.normal(size=(VIEWS, 3))
+    return (
+        FAR * np.stack([ring * np.cos(turn), ring * np.sin(turn), z], 1) @ anyhow,
+        rng.normal(size=(VIEWS, 3)),
+    )
 
 
 def pixels(origin, up, pitch, rng):
@@ -90,11 +101,16 @@ def pixels(origin, up, pitch, rng):
 def views(V, F, count, rng):
     """About so many points, seen by cameras: regular in each picture. The stations too."""
     places, ups = cameras(rng)
-    at = lambda pitch: [look(V, F, o, pixels(o, up, pitch, rng), k)[0] for k, (o, up) in enumerate(zip(places, ups))]
+    at = lambda pitch: [
+        look(V, F, o, pixels(o, up, pitch, rng), k)[0] for k, (o, up) in enumerate(zip(places, ups))
+    ]
     coarse = 0.02
     pitch = coarse * np.sqrt(sum(len(h.at) for h in at(coarse)) / count)
     seen = at(pitch)
-    return Hits(*(np.concatenate([getattr(h, name) for h in seen]) for name in ("at", "ray", "cosine", "view"))), places
+    return (
+        Hits(*(np.concatenate([getattr(h, name) for h in seen]) for name in ("at", "ray", "cosine", "view"))),
+        places,
+    )
 
 
 def along(hits, sigma, rng):
@@ -114,7 +130,10 @@ def outliers(percent):
         points, places, _ = plain(V, F, sigma, count - strays, rng)
         low, high = V.min(0) - 0.2, V.max(0) + 0.2
         anywhere = rng.uniform(low, high, (strays - strays // 2, 3))
-        clusters = rng.uniform(low, high, (8, 3))[rng.integers(0, 8, strays // 2)] + rng.normal(0, 0.02, (strays // 2, 3))
+        clusters = (
+            rng.uniform(low, high, (8, 3))[rng.integers(0, 8, strays // 2)]
+            + rng.normal(0, 0.02, (strays // 2, 3))
+        )
         return rng.permutation(np.concatenate([points, anywhere, clusters])), places, strays
 
     return scan
@@ -187,8 +206,8 @@ MADE = ["bumps", "knot", "ring", "spiral"]
 
 
 def seen_sides(V, F, places, reach=None):
-    """For each triangle how many more of the places see its front than its back, and which are seen at all: those whose centroid is.
-    `reach` says which directions a place looks at."""
+    """For each triangle how many more of the places see its front than its back, and which are seen at all:
+    those whose centroid is. `reach` says which directions a place looks at."""
     normal, centroid = normals(V, F), V[F].mean(1)
     side, seen = np.zeros(len(F), int), np.zeros(len(F), bool)
     for place in places:
@@ -208,7 +227,9 @@ def in_lidar_reach(d):
 
 
 def scan(shape, kind, sigma, count=16000, seed=0, data=shapes.DATA):
-    """The points; the true surface, turned to the sensors; which of its triangles were seen; the number of strays."""
+    """The points; the true surface, turned to the sensors; which of its triangles were seen; the number of
+    strays.
+    """
     how, own = KINDS[kind]
     V, F = shapes.fitted(*own[1](sigma)) if own else shapes.clean(shape, data)
     rng = np.random.default_rng([seed, zlib.crc32(("%s %s" % (shape, kind)).encode())])
@@ -238,7 +259,9 @@ def part(V, F):
 
 def main():
     listed = lambda text: [w for w in text.split(",") if w]
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     one = commands.add_parser("cells")
     one.add_argument("--kinds", type=listed, default=[])

@@ -1,8 +1,9 @@
 """The benchmark's true surfaces and noisy samples. Needs numpy only.
 
-Shapes: ring, spiral, mobius, bumps, knot, room are made here; any other name is a binary PLY mesh NAME.ply in the data folder (../shared/data/denoise beside
-the repository, or --data). Every shape is centred and scaled to a bounding box whose longest side is 1. Samples are uniform by area, plus
-isotropic Gaussian noise. The random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are the same.
+Shapes: ring, spiral, mobius, bumps, knot, room are made here; any other name is a binary PLY mesh NAME.ply in
+the data folder (../shared/data/denoise beside the repository, or --data). Every shape is centred and scaled
+to a bounding box whose longest side is 1. Samples are uniform by area, plus isotropic Gaussian noise. The
+random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are the same.
 
 usage: shapes.py SHAPE SIGMA TRUTH.ply NOISY.ply [--count N] [--seed N] [--data DIR]
 """
@@ -134,14 +135,23 @@ def box(low, high, inward=False):
 
 
 def room():
-    """A room of 1 by 0.8 by 0.45, seen from inside, with a table, a cupboard and a bench: closed boxes a little above the floor."""
-    furniture = [((0.15, 0.05, -0.1), (0.4, 0.3, -0.08)), ((-0.48, -0.3, -0.22), (-0.36, 0.0, 0.12)), ((-0.2, 0.25, -0.22), (0.1, 0.38, -0.13))]
+    """A room of 1 by 0.8 by 0.45, seen from inside, with a table, a cupboard and a bench: closed boxes a
+    little above the floor.
+    """
+    furniture = [
+        ((0.15, 0.05, -0.1), (0.4, 0.3, -0.08)),
+        ((-0.48, -0.3, -0.22), (-0.36, 0.0, 0.12)),
+        ((-0.2, 0.25, -0.22), (0.1, 0.38, -0.13)),
+    ]
     return together([box((-0.5, -0.4, -0.225), (0.5, 0.4, 0.225), True)] + [box(*b) for b in furniture])
 
 
 def plates(gap):
     """Two parallel squares of side 1, so far apart; they face away from each other."""
-    parts = [panel((-0.5, -0.5, gap / 2), (1, 0, 0), (0, 1, 0)), panel((-0.5, -0.5, -gap / 2), (0, 1, 0), (1, 0, 0))]
+    parts = [
+        panel((-0.5, -0.5, gap / 2), (1, 0, 0), (0, 1, 0)),
+        panel((-0.5, -0.5, -gap / 2), (0, 1, 0), (1, 0, 0)),
+    ]
     return together(parts)
 
 
@@ -188,7 +198,9 @@ def clean(name, data=DATA):
         return fitted(*made[name]())
     path = pathlib.Path(data) / (name + ".ply")
     if not path.exists():
-        raise SystemExit("%s: no such file, and no shape of that name is made here (%s)" % (path, ", ".join(made)))
+        raise SystemExit(
+            "%s: no such file, and no shape of that name is made here (%s)" % (path, ", ".join(made))
+        )
     return fitted(*read_ply(path))
 
 

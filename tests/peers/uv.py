@@ -1,11 +1,13 @@
 """Runs the peers of `atlasfit bench unwrap` on one mesh, or the independent judge on one layout.
 
-usage: uv.py run MESH.bin OUT_FOLDER REPEAT SECONDS PEER...   -> a JSON line per peer: peer, file, seconds, or error
+usage: uv.py run MESH.bin OUT_FOLDER REPEAT SECONDS PEER...   -> a JSON line per peer: peer, file, seconds,
+                                                                 or error
        uv.py judge MESH.bin LAYOUT.uv FOLDER_OF_UVMETRICS      -> a JSON line of figures
        uv.py peers                                             -> the peers that are installed
 
-MESH.bin: uint32 vertices, uint32 triangles, float64 positions, uint32 triangles. LAYOUT.uv: 6 float32 per triangle. Times are those of the
-peer's own call, the median of REPEAT; padding 2 texels, page 1024. Each peer runs in a process of its own: a crash costs that peer only.
+MESH.bin: uint32 vertices, uint32 triangles, float64 positions, uint32 triangles. LAYOUT.uv: 6 float32 per
+triangle. Times are those of the peer's own call, the median of REPEAT; padding 2 texels, page 1024. Each peer
+runs in a process of its own: a crash costs that peer only.
 """
 import json
 import os
@@ -20,7 +22,10 @@ import numpy as np
 def read_mesh(path):
     raw = open(path, "rb").read()
     n, m = np.frombuffer(raw, "<u4", 2)
-    return np.frombuffer(raw, "<f8", 3 * n, 8).reshape(-1, 3), np.frombuffer(raw, "<u4", 3 * m, 8 + 24 * n).reshape(-1, 3)
+    return (
+        np.frombuffer(raw, "<f8", 3 * n, 8).reshape(-1, 3),
+        np.frombuffer(raw, "<u4", 3 * m, 8 + 24 * n).reshape(-1, 3),
+    )
 
 
 def xatlas(V, F):
@@ -50,7 +55,9 @@ def uvunwrap(V, F):
 
 
 def blender(V, F, unwrap):
-    """Blender's own: smart project, or unwrap with seams at edges sharper than 60 degrees, then pack; defaults otherwise."""
+    """Blender's own: smart project, or unwrap with seams at edges sharper than 60 degrees, then pack;
+    defaults otherwise.
+    """
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)

@@ -1,4 +1,6 @@
-"""Shared by the Python tests: the built program, the judges and data beside the repository (skipped where they are absent)."""
+"""Shared by the Python tests: the built program, the judges and data beside the repository (skipped where
+they are absent).
+"""
 import pathlib
 import sys
 

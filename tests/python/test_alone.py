@@ -1,4 +1,6 @@
-"""What the program measures and writes, judged by trimesh and libigl on shapes made here: needs nothing beside the repository."""
+"""What the program measures and writes, judged by trimesh and libigl on shapes made here: needs nothing
+beside the repository.
+"""
 import math
 import pathlib
 import runpy

@@ -14,7 +14,9 @@ def write_obj(path, V, F, UV=None):
             for corner in UV.reshape(-1, 2):
                 f.write("vt %r %r\n" % tuple(map(float, corner)))
         for i, t in enumerate(F):
-            corners = [str(v + 1) if UV is None else "%d/%d" % (v + 1, 3 * i + k + 1) for k, v in enumerate(t)]
+            corners = [
+                str(v + 1) if UV is None else "%d/%d" % (v + 1, 3 * i + k + 1) for k, v in enumerate(t)
+            ]
             f.write("f %s\n" % " ".join(corners))
 
 
@@ -35,7 +37,9 @@ def test_distances_of_a_distorted_surface_are_the_judges(name, atlasfit, judges,
     write_obj(tmp_path / "result.obj", bumpy, kept)
     write_obj(tmp_path / "truth.obj", V, F)
     theirs = surface(bumpy, kept, name)
-    ours = atlasfit("measure", tmp_path / "result.obj", "--against", tmp_path / "truth.obj", "--threshold", 0.005)
+    ours = atlasfit(
+        "measure", tmp_path / "result.obj", "--against", tmp_path / "truth.obj", "--threshold", 0.005
+    )
     d = ours["surface"]
     close(d["accuracy"]["rms"], theirs["acc"], 0.03)
     close(d["accuracy"]["median"], theirs["acc_med"], 0.03)

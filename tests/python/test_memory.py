@@ -24,7 +24,9 @@ def files(tmp_path):
     ("convert", "mesh", ["{}/c.glb"], 60),
     ("convert", "json", ["{}/c.ply"], None),
 ])
-def test_a_limit_is_kept_or_the_run_is_refused_before_it_works(program, files, tmp_path, command, file, more, enough):
+def test_a_limit_is_kept_or_the_run_is_refused_before_it_works(
+    program, files, tmp_path, command, file, more, enough
+):
     arguments = [command, files[file], *(m.format(tmp_path) for m in more), "--threads", "2"]
     outcomes = []
     for limit in (memory.MB, 40 * memory.MB, *([enough * memory.MB] if enough else [])):
@@ -45,11 +47,16 @@ def test_a_limit_is_kept_or_the_run_is_refused_before_it_works(program, files, t
     ("render", "mesh", ["-o", "{}/r.png", "--size", "300x300"]),
     ("measure", "mesh", []),
 ])
-def test_under_any_limit_of_address_space_a_run_ends_well_or_with_an_error(program, files, tmp_path, command, file, more):
+def test_under_any_limit_of_address_space_a_run_ends_well_or_with_an_error(
+    program, files, tmp_path, command, file, more
+):
     pytest.importorskip("resource")
     at, faces = memory.grid(60)
     files["painted"] = tmp_path / "painted.obj"
-    files["painted"].write_text("".join(f"v {x} {y} {z} 0.5 {x} 1\n" for x, y, z in at) + "".join("f {} {} {}\n".format(*t) for t in faces + 1))
+    files["painted"].write_text(
+        "".join(f"v {x} {y} {z} 0.5 {x} 1\n" for x, y, z in at)
+        + "".join("f {} {} {}\n".format(*t) for t in faces + 1)
+    )
     out = tmp_path / "out"
     out.mkdir()
     arguments = [command, files[file], *(m.format(out) for m in more), "--threads", "1"]
@@ -71,6 +78,10 @@ def test_where_the_system_gives_no_memory_the_run_ends_with_an_error(program, fi
     big = memory.write_ply(tmp_path / "big.ply", *memory.grid(600))
     # Room for the program and its threads, not for the work.
     room = lambda: resource.setrlimit(resource.RLIMIT_AS, (56 << 20,) * 2)
-    done = subprocess.run([program, command, big, *(m.format(tmp_path) for m in more), "--threads", "1", "-q"],
-                          preexec_fn=room, capture_output=True, text=True)
+    done = subprocess.run(
+        [program, command, big, *(m.format(tmp_path) for m in more), "--threads", "1", "-q"],
+        preexec_fn=room,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 1 and "out of memory" in done.stderr, (done.returncode, done.stderr)

@@ -15,7 +15,9 @@ SIGMA = 0.004
 
 @pytest.fixture(scope="module")
 def made():
-    """The modules rays, shapes and scanner of tests/peers; the judges have modules of the same names, which stay."""
+    """The modules rays, shapes and scanner of tests/peers; the judges have modules of the same names, which
+    stay.
+    """
     theirs = {name: sys.modules.pop(name) for name in NAMES if name in sys.modules}
     sys.path.insert(0, str(PEERS))
     try:
@@ -144,7 +146,10 @@ def test_the_truth_faces_the_sensors_and_only_what_they_see_is_asked_for(made, t
     assert (side[seen] == -1).all(), "it was inside out"
     assert not seen[up < 0].any() and seen[up > 0.5].mean() > 0.95
     used, triangles = scanner.part(V, F[seen])
-    assert (np.unique(triangles) == np.arange(len(used))).all() and np.array_equal(used[triangles], V[F[seen]])
+    assert (
+        (np.unique(triangles) == np.arange(len(used))).all()
+        and np.array_equal(used[triangles], V[F[seen]])
+    )
 
 
 def test_the_same_seed_gives_the_same_scan_and_another_one_another(made):
@@ -154,11 +159,20 @@ def test_the_same_seed_gives_the_same_scan_and_another_one_another(made):
 
 def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
     def said(*args):
-        done = subprocess.run([sys.executable, PEERS / "scanner.py", "cells", "--data", tmp_path, *args], capture_output=True, text=True)
+        done = subprocess.run(
+            [sys.executable, PEERS / "scanner.py", "cells", "--data", tmp_path, *args],
+            capture_output=True,
+            text=True,
+        )
         return done, [tuple(json.loads(line).values()) for line in done.stdout.splitlines()]
 
     listed = said("--kinds", "sheets,outliers5", "--shapes", "knot")[1]
-    assert listed == [("sheets3", "plates"), ("sheets4", "plates"), ("sheets5", "plates"), ("outliers5", "knot")]
+    assert listed == [
+        ("sheets3", "plates"),
+        ("sheets4", "plates"),
+        ("sheets5", "plates"),
+        ("outliers5", "knot"),
+    ]
     assert len(said()[1]) == 7 * 4 + 4
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
@@ -166,11 +180,18 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
 
 def test_the_benchmark_measures_a_simulated_scan_and_asks_only_for_what_was_seen(atlasfit, tmp_path):
     options = ["--python", sys.executable, "--scripts", PEERS, "--no-peers", "--count", 3000]
-    said = atlasfit("bench", "denoise", "--scanner", "lidar", "--csv", tmp_path / "all.csv", "--keep", tmp_path, *options)
+    said = atlasfit(
+        "bench", "denoise", "--scanner", "lidar", "--csv", tmp_path / "all.csv", "--keep", tmp_path, *options
+    )
     (row,) = said["rows"]
     assert (row["shape"], row["kind"], row["method"]) == ("room", "lidar", "ours") and said["failed"] == []
     assert 0.5 < row["seen"] < 0.9 and row["flipped"] < 0.2 and row["acc"] < 0.05
     # The seen part is near the surface, the rest is not.
-    whole = atlasfit("measure", tmp_path / "room-lidar-0.004-ours.ply", "--against", tmp_path / "room-lidar-0.004-truth.ply")
+    whole = atlasfit(
+        "measure",
+        tmp_path / "room-lidar-0.004-ours.ply",
+        "--against",
+        tmp_path / "room-lidar-0.004-truth.ply",
+    )
     assert row["com"] < 0.5 * whole["surface"]["completeness"]["rms"]
     assert (tmp_path / "all.csv").read_text().startswith("shape,kind,sigma,method")

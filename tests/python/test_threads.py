@@ -9,9 +9,12 @@ import pytest
 np = pytest.importorskip("numpy")
 resource = pytest.importorskip("resource")
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-# The program's own: one that runs the command, one that reads the file, one that waits for the pool, one that listens to Ctrl-C.
+# The program's own: one that runs the command, one that reads the file, one that waits for the pool, one that
+# listens to Ctrl-C.
 OWN = 4
-pytestmark = pytest.mark.skipif(not pathlib.Path("/proc/self/status").exists(), reason="counts threads in /proc")
+pytestmark = pytest.mark.skipif(
+    not pathlib.Path("/proc/self/status").exists(), reason="counts threads in /proc"
+)
 
 
 @pytest.fixture
@@ -21,15 +24,19 @@ def scan(tmp_path):
 
 def most_threads(program, arguments, **environment):
     """The most threads seen, exit status, text on standard error."""
-    child = subprocess.Popen([program, *map(str, arguments)], env={**os.environ, **environment}, stdout=subprocess.DEVNULL,
-                             stderr=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        [program, *map(str, arguments)], env={**os.environ, **environment}, stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE, text=True,
+    )
     most = 0
     while child.poll() is None:
         try:
             status = pathlib.Path(f"/proc/{child.pid}/status").read_text()
         except OSError:
             break
-        most = max([most, *(int(line.split()[1]) for line in status.splitlines() if line.startswith("Threads:"))])
+        most = max(
+            [most, *(int(line.split()[1]) for line in status.splitlines() if line.startswith("Threads:"))]
+        )
     text = child.communicate()[1]
     return most, child.returncode, text
 
@@ -55,7 +62,9 @@ def test_a_thread_that_is_not_started_is_an_error_that_says_so(program, tmp_path
     # Somewhere between too little for the program and enough for sixteen stacks.
     for room in range(12, 80, 2):
         limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (room << 20,) * 2)
-        done = subprocess.run([program, "info", tiny, "--threads", "16", "-q"], preexec_fn=limit, capture_output=True, text=True)
+        done = subprocess.run(
+            [program, "info", tiny, "--threads", "16", "-q"], preexec_fn=limit, capture_output=True, text=True
+        )
         seen.append((room, done.returncode, done.stderr.strip()))
         if done.returncode == 1 and "starts no more threads" in done.stderr:
             assert "report this" not in done.stderr

@@ -35,7 +35,8 @@ macro_rules! layouts {
 fn structs() -> Vec<Struct> {
     layouts! {
         atlasfit_run {
-            struct_size seed threads reserved time_limit_s memory_limit_bytes progress progress_user cancel overall
+            struct_size seed threads reserved time_limit_s memory_limit_bytes progress progress_user cancel
+            overall
         }
         atlasfit_attribute { struct_size name values stride width scalar }
         atlasfit_points {

@@ -35,7 +35,10 @@ fn ply_of_every_encoding_gives_the_same() {
     let ascii = common::saved_mesh("a.ply", &mesh, &SaveMesh::default().with_ascii(true));
     assert_eq!(read("a.ply", &little).into_mesh(), mesh);
     assert_eq!(read("a.ply", &ascii).into_mesh(), mesh);
-    let mut big = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty double x\nproperty float y\nproperty short z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n".to_vec();
+    let mut big = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty double x\n\
+        property float y\nproperty short z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+        end_header\n"
+        .to_vec();
     big.extend(1e-3f64.to_be_bytes());
     big.extend(2.5f32.to_be_bytes());
     big.extend((-7i16).to_be_bytes());
@@ -47,7 +50,11 @@ fn ply_of_every_encoding_gives_the_same() {
 
 #[test]
 fn ply_polygons_strips_range_grids_and_odd_properties() {
-    let text = b"ply\nformat ascii 1.0\nobj_info num_cols 2\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uint scan_id\nproperty list uchar float pair\nelement range_grid 2\nproperty list uchar int vertex_indices\nelement face 3\nproperty list uchar int vertex_index\nend_header\n0 0 0 7 2 1 2\n1 0 0 8 2 3 4\n1 1 0 9 2 5 6\n0 1 0 4000000000 2 7 8\n0\n1 3\n4 0 1 2 3\n3 0 1 9\n2 0 1\n";
+    let text = b"ply\nformat ascii 1.0\nobj_info num_cols 2\nelement vertex 4\nproperty float x\n\
+        property float y\nproperty float z\nproperty uint scan_id\nproperty list uchar float pair\n\
+        element range_grid 2\nproperty list uchar int vertex_indices\nelement face 3\n\
+        property list uchar int vertex_index\nend_header\n0 0 0 7 2 1 2\n1 0 0 8 2 3 4\n1 1 0 9 2 5 6\n\
+        0 1 0 4000000000 2 7 8\n0\n1 3\n4 0 1 2 3\n3 0 1 9\n2 0 1\n";
     let l = read("a.ply", text);
     assert_eq!(l.faces, [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(l.cloud.attributes[0].values, [7.0, 8.0, 9.0, 4e9]);
@@ -58,13 +65,16 @@ fn ply_polygons_strips_range_grids_and_odd_properties() {
     assert!(notes.contains("faces that name a vertex that is not there, left out: 1"), "{notes}");
     assert!(notes.contains("faces of fewer than 3 corners, left out: 1"), "{notes}");
     assert!(notes.contains("rows of the element \"range_grid\", which is not used: 2"), "{notes}");
-    let strips = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n";
+    let strips = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n\
+        1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n";
     assert_eq!(read("a.ply", strips).faces, [[0, 1, 2], [2, 1, 3], [0, 1, 2]]);
 }
 
 #[test]
 fn u_and_v_of_a_cloud_are_numbers_like_others() {
-    let text = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty double u\nproperty double v\nend_header\n0 0 0 0.1 1e9\n";
+    let text = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+        property float z\nproperty double u\nproperty double v\nend_header\n0 0 0 0.1 1e9\n";
     let cloud = read("a.ply", text).cloud;
     assert_eq!((cloud.attributes[1].name.as_str(), cloud.attributes[1].values[0]), ("v", 1e9));
     assert_eq!(read("a.ply", &common::saved_cloud("a.ply", &cloud)).cloud, cloud);
@@ -90,7 +100,9 @@ fn a_concave_polygon_is_cut_without_folds() {
 
 #[test]
 fn obj_corners_of_all_forms_relative_indices_and_continued_lines() {
-    let obj = b"\xEF\xBB\xBFmtllib a.mtl\r\nv 0 0 0 1 0 0\r\nv 1 0 0 0 1 0\r\nv 0 1 0 0 0 \\\r\n1\r\nvt 0 0\r\nvt 1 0\r\nvt 0,5 1\r\nvn 0 0 1\r\nusemtl m\r\nf 1/1/1 2/2/1 3/1/1\r\nf -3//-1 -2//-1 -1//-1\r\n";
+    let obj = b"\xEF\xBB\xBFmtllib a.mtl\r\nv 0 0 0 1 0 0\r\nv 1 0 0 0 1 0\r\nv 0 1 0 0 0 \\\r\n1\r\n\
+        vt 0 0\r\nvt 1 0\r\nvt 0,5 1\r\nvn 0 0 1\r\nusemtl m\r\nf 1/1/1 2/2/1 3/1/1\r\n\
+        f -3//-1 -2//-1 -1//-1\r\n";
     let l = read("a.obj", obj);
     assert_eq!(l.faces, [[0, 1, 2], [0, 1, 2]]);
     assert_eq!(l.cloud.colors.as_ref().unwrap()[2], [0.0, 0.0, 1.0, 1.0]);
@@ -101,7 +113,8 @@ fn obj_corners_of_all_forms_relative_indices_and_continued_lines() {
 
 #[test]
 fn obj_groups_objects_and_materials_become_one_mesh_and_are_counted() {
-    let obj = b"mtllib a.mtl\no left\ng side 1\nusemtl red\ns off\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no right\nusemtl blue\nv 1 1 0\nf 2 4 3\n";
+    let obj = b"mtllib a.mtl\no left\ng side 1\nusemtl red\ns off\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n\
+        o right\nusemtl blue\nv 1 1 0\nf 2 4 3\n";
     let l = read("a.obj", obj);
     assert_eq!(l.faces, [[0, 1, 2], [1, 3, 2]]);
     let notes = notes(&l);
@@ -288,9 +301,10 @@ fn gltf_nodes_strips_and_embedded_buffers() {
             [18, 12, 6, 0].map(|s| char::from(DIGITS[(n >> s) as usize & 63]))
         })
         .collect();
+    let moved = r#"{"mesh":0,"translation":[0,0,5.0000001]}"#;
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1]}}],
-        "nodes":[{{"children":[2],"translation":[100,0,0]}},{{"mesh":0,"scale":[-1,1,1]}},{{"mesh":0,"translation":[0,0,5.0000001]}}],
+        "nodes":[{{"children":[2],"translation":[100,0,0]}},{{"mesh":0,"scale":[-1,1,1]}},{moved}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":5}}]}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
         "bufferViews":[{{"buffer":0,"byteLength":36}}],
@@ -326,7 +340,8 @@ fn errors_name_file_place_finding_and_expectation() {
     assert!(text.starts_with("scan.ply, line 3: found \"element vertex many\", expected"), "{text}");
     assert!(error("a.ply", b"").contains("an empty file"));
     assert!(error("a.obj", &[0x1F, 0x8B, 8, 0]).contains("gunzip"));
-    let huge = b"ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n012345678901";
+    let huge = b"ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty float x\n\
+        property float y\nproperty float z\nend_header\n012345678901";
     assert!(error("a.ply", huge).contains("2000000000 rows"));
     assert!(
         error(

@@ -110,19 +110,33 @@ fn claims_without_bytes_to_back_them_are_errors() {
     let files: Vec<(&str, Vec<u8>)> = vec![
         ("a.ply", format!("ply\nformat binary_little_endian 1.0\n{ply}").into_bytes()),
         ("a.ply", format!("ply\nformat ascii 1.0\n{ply}1 2 3\n").into_bytes()),
-        ("a.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty list uchar int a\nproperty float x\nproperty float y\nproperty float z\nend_header\n".to_vec()),
+        (
+            "a.ply",
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n\
+              property list uchar int a\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+                .to_vec(),
+        ),
         ("a.off", b"OFF\n4000000000 4000000000 0\n0 0 0\n".to_vec()),
         ("a.pcd", common::pcd_header("binary", usize::MAX).into_bytes()),
         ("a.pcd", common::pcd_header("binary_compressed", usize::MAX).into_bytes()),
         ("a.pcd", common::pcd_header("ascii", usize::MAX).into_bytes()),
         ("a.stl", [&[b' '; 80][..], &[0xFF; 4], &[0; 20]].concat()),
-        ("a.gltf", br#"{"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"count":99999999999,"type":"VEC3"}]}"#.to_vec()),
+        (
+            "a.gltf",
+            concat!(
+                r#"{"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"#,
+                r#""accessors":[{"componentType":5126,"count":99999999999,"type":"VEC3"}]}"#
+            )
+            .as_bytes()
+            .to_vec(),
+        ),
     ];
     for (name, data) in files {
         assert!(!try_load(name, &data), "{name} loads");
     }
     // Elements without a byte each are no reason to count to the end.
-    let empty = b"ply\nformat ascii 1.0\nelement nothing 99999999999999\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
+    let empty = b"ply\nformat ascii 1.0\nelement nothing 99999999999999\nelement vertex 1\n\
+        property float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
     assert!(try_load("a.ply", empty));
 }
 

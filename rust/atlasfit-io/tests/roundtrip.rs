@@ -117,7 +117,9 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
-    fn ply_gives_everything_back(w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40), ascii: bool) {
+    fn ply_gives_everything_back(
+        w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40), ascii: bool
+    ) {
         let mesh = mesh(w, &seeds);
         let (back, lost) = through("a.ply", &mesh, ascii);
         prop_assert_eq!(&back, &mesh);
@@ -126,7 +128,9 @@ proptest! {
     }
 
     #[test]
-    fn obj_gives_back_what_it_does_not_call_lost(w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40)) {
+    fn obj_gives_back_what_it_does_not_call_lost(
+        w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40)
+    ) {
         let mesh = mesh(w, &seeds);
         let (back, lost) = through("a.obj", &mesh, false);
         let mut expected = mesh.clone();
@@ -143,7 +147,9 @@ proptest! {
     }
 
     #[test]
-    fn off_gives_back_geometry_normals_and_colours(w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40)) {
+    fn off_gives_back_geometry_normals_and_colours(
+        w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40)
+    ) {
         let mesh = mesh(w, &seeds);
         let (back, _) = through("a.off", &mesh, false);
         prop_assert_eq!(&back.positions, &mesh.positions);
@@ -153,7 +159,9 @@ proptest! {
     }
 
     #[test]
-    fn stl_gives_back_the_triangles(w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40), ascii: bool) {
+    fn stl_gives_back_the_triangles(
+        w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40), ascii: bool
+    ) {
         let mesh = mesh(Wanted { double: w.double && ascii, ..w }, &seeds);
         let (back, _) = through("a.stl", &mesh, ascii);
         let corners = |m: &TriMesh| -> Vec<[[f64; 3]; 3]> {
@@ -164,7 +172,9 @@ proptest! {
     }
 
     #[test]
-    fn glb_gives_everything_back_to_float_precision(w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40)) {
+    fn glb_gives_everything_back_to_float_precision(
+        w in wanted(), seeds in prop::collection::vec(any::<u32>(), 3..40)
+    ) {
         let mesh = mesh(w, &seeds);
         let (back, lost) = through("a.glb", &mesh, false);
         let digits_lost = lost.iter().any(|l| l.contains("digits of the positions"));
@@ -178,7 +188,9 @@ proptest! {
         for (a, b) in back.colors.iter().flatten().flatten().zip(mesh.colors.iter().flatten().flatten()) {
             prop_assert!(near(*a, *b));
         }
-        let uv = |m: &TriMesh| -> Vec<f32> { m.corner_uv.iter().flatten().flatten().flatten().copied().collect() };
+        let uv = |m: &TriMesh| -> Vec<f32> {
+            m.corner_uv.iter().flatten().flatten().flatten().copied().collect()
+        };
         prop_assert_eq!(uv(&back).len(), uv(&mesh).len());
         prop_assert!(uv(&back).iter().zip(uv(&mesh)).all(|(a, b)| (a - b).abs() < 1e-4));
         prop_assert_eq!(back.attributes.len(), mesh.attributes.len());
@@ -205,21 +217,49 @@ proptest! {
         fn corners<T: Copy, U>(m: &TriMesh, of: &[T], number: impl Fn(T) -> U) -> Vec<U> {
             m.triangles.iter().flatten().map(|&v| number(of[v as usize])).collect()
         }
-        let same = |a: Vec<f64>, b: Vec<f64>, off: f64| a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= off);
+        let same = |a: Vec<f64>, b: Vec<f64>, off: f64| {
+            a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= off)
+        };
         let places = |m: &TriMesh| corners(m, &m.positions, |p| p).concat();
         // GLB may move the origin.
         let off = if pair.contains(&"glb") { 1e-7 * (2000.0 * seeds.len() as f64 + 1000.0) } else { 0.0 };
         prop_assert!(same(places(&back), places(&mesh), off), "{:?}", pair);
-        let normals = |m: &TriMesh| m.normals.iter().flat_map(|n| corners(m, n, |n| n.map(f64::from))).flatten().collect::<Vec<_>>();
+        let normals = |m: &TriMesh| {
+            m.normals
+                .iter()
+                .flat_map(|n| corners(m, n, |n| n.map(f64::from)))
+                .flatten()
+                .collect::<Vec<_>>()
+        };
         let none = vec![];
-        prop_assert!(same(normals(&back), if holds(&["stl"]) { normals(&mesh) } else { none.clone() }, 1e-6), "{:?}", pair);
+        prop_assert!(
+            same(normals(&back), if holds(&["stl"]) { normals(&mesh) } else { none.clone() }, 1e-6),
+            "{:?}",
+            pair
+        );
         let colors = |m: &TriMesh| {
             let numbers = if holds(&["obj"]) { 4 } else { 3 };
-            m.colors.iter().flat_map(|c| corners(m, c, |c| c[..numbers].iter().map(|&c| f64::from(c)).collect::<Vec<_>>())).flatten().collect::<Vec<_>>()
+            m.colors
+                .iter()
+                .flat_map(|c| {
+                    corners(m, c, |c| c[..numbers].iter().map(|&c| f64::from(c)).collect::<Vec<_>>())
+                })
+                .flatten()
+                .collect::<Vec<_>>()
         };
-        prop_assert!(same(colors(&back), if holds(&["stl"]) { colors(&mesh) } else { none.clone() }, 2e-6), "{:?}", pair);
-        let uv = |m: &TriMesh| m.corner_uv.iter().flatten().flatten().flatten().map(|&v| f64::from(v)).collect::<Vec<_>>();
-        prop_assert!(same(uv(&back), if holds(&["stl", "off"]) { uv(&mesh) } else { none }, 1e-4), "{:?}", pair);
+        prop_assert!(
+            same(colors(&back), if holds(&["stl"]) { colors(&mesh) } else { none.clone() }, 2e-6),
+            "{:?}",
+            pair
+        );
+        let uv = |m: &TriMesh| {
+            m.corner_uv.iter().flatten().flatten().flatten().map(|&v| f64::from(v)).collect::<Vec<_>>()
+        };
+        prop_assert!(
+            same(uv(&back), if holds(&["stl", "off"]) { uv(&mesh) } else { none }, 1e-4),
+            "{:?}",
+            pair
+        );
     }
 
     #[test]
@@ -242,8 +282,12 @@ proptest! {
     }
 
     #[test]
-    fn the_same_cloud_in_every_format_has_the_same_positions(seeds in prop::collection::vec(any::<u32>(), 3..40)) {
-        let w = Wanted { normals: true, colors: true, alpha: false, attributes: 0, uv: false, charts: false, double: true };
+    fn the_same_cloud_in_every_format_has_the_same_positions(
+        seeds in prop::collection::vec(any::<u32>(), 3..40)
+    ) {
+        let w = Wanted {
+            normals: true, colors: true, alpha: false, attributes: 0, uv: false, charts: false, double: true
+        };
         let cloud = mesh(w, &seeds).to_cloud();
         for name in ["a.ply", "a.obj", "a.off", "a.xyz", "a.csv", "a.pts"] {
             prop_assert_eq!(cloud_through(name, &cloud), cloud.clone());

@@ -72,7 +72,8 @@ fn the_same_cloud_in_every_format_gives_the_same_bytes() {
     files.push(("a.e57".into(), e57(&positions)));
     let header = |data: &str| {
         format!(
-            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {n}\nHEIGHT 1\nPOINTS {n}\nDATA {data}\n"
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {n}\nHEIGHT 1\n\
+             POINTS {n}\nDATA {data}\n"
         )
     };
     let mut pcd = header("binary").into_bytes();

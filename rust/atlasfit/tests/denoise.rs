@@ -421,9 +421,10 @@ fn a_memory_limit_is_kept() {
     let points = cloud(&sphere(2000, 23).noisy(0.3, 23));
     let mut run = Run { memory_limit_bytes: Some(100_000), ..Run::default() };
     let result = denoise(&points, &plain(), &mut run);
-    assert!(
-        matches!(result, Err(Error::OutOfMemory { needed_bytes, limit_bytes: 100_000, .. }) if needed_bytes > 100_000)
-    );
+    assert!(matches!(
+        result,
+        Err(Error::OutOfMemory { needed_bytes, limit_bytes: 100_000, .. }) if needed_bytes > 100_000
+    ));
     let mut run = Run { memory_limit_bytes: Some(1 << 30), ..Run::default() };
     assert!(denoise(&points, &plain(), &mut run).is_ok());
 }

@@ -37,7 +37,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn the_nearest_are_those_of_a_full_search(points in points(), q in prop::array::uniform3(-12.0..12.0f64), k in 0usize..50, own in any::<prop::sample::Index>()) {
+    fn the_nearest_are_those_of_a_full_search(
+        points in points(), q in prop::array::uniform3(-12.0..12.0f64), k in 0usize..50,
+        own in any::<prop::sample::Index>()
+    ) {
         let tree = search(&points).unwrap();
         for q in [Vec3(q), points[own.index(points.len())]] {
             let all = brute(&points, q);
@@ -55,7 +58,9 @@ proptest! {
     }
 
     #[test]
-    fn those_within_are_those_of_a_full_search(points in points(), q in prop::array::uniform3(-12.0..12.0f64), radius in 0.0..20.0f64) {
+    fn those_within_are_those_of_a_full_search(
+        points in points(), q in prop::array::uniform3(-12.0..12.0f64), radius in 0.0..20.0f64
+    ) {
         let (q, tree) = (Vec3(q), search(&points).unwrap());
         let mut found = Vec::new();
         tree.within(q, radius, &mut found);
@@ -154,7 +159,9 @@ proptest! {
         m in prop_oneof![
             prop::array::uniform6(-10.0..10.0f64),
             prop::array::uniform6(-2i32..3).prop_map(|m| m.map(f64::from)),
-            prop::array::uniform3(-3.0..3.0f64).prop_map(|v| [v[0] * v[0], v[0] * v[1], v[0] * v[2], v[1] * v[1], v[1] * v[2], v[2] * v[2]]),
+            prop::array::uniform3(-3.0..3.0f64).prop_map(|v| {
+                [v[0] * v[0], v[0] * v[1], v[0] * v[2], v[1] * v[1], v[1] * v[2], v[2] * v[2]]
+            }),
             (-5.0..5.0f64).prop_map(|x| [x, 0.0, 0.0, x, 0.0, x]),
         ],
         exponent in -12i32..13,

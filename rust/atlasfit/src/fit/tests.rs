@@ -32,7 +32,12 @@ proptest! {
         let mut rng = Rng::new(seed);
         let mut random = || 2.0 * rng.uniform() - 1.0;
         let observations: Vec<Observation> = (0..n)
-            .map(|_| Observation { at: [random(), random()], height: random(), weight: random().abs(), count: 0.5 })
+            .map(|_| Observation {
+                at: [random(), random()],
+                height: random(),
+                weight: random().abs(),
+                count: 0.5,
+            })
             .collect();
         let mut data = NormalEquations::default();
         // In two goes: sums go on.
@@ -40,13 +45,19 @@ proptest! {
         data.observe(&BASIS, &observations[n / 2..]);
         prop_assert_eq!(data.count, 0.5 * n as f64);
         let splines: Vec<[f32; COEFFS]> = (0..MODES)
-            .map(|m| basis::spline_coefficients(&BASIS, &std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)))))
+            .map(|m| {
+                let one = std::array::from_fn::<f64, MODES, _>(|k| f64::from(u8::from(k == m)));
+                basis::spline_coefficients(&BASIS, &one)
+            })
             .collect();
-        let column = |k: usize, o: &Observation| if k < MODES { spline::value(&splines[k], o.at[0], o.at[1]) } else { o.height };
+        let column = |k: usize, o: &Observation| {
+            if k < MODES { spline::value(&splines[k], o.at[0], o.at[1]) } else { o.height }
+        };
         for i in 0..=MODES {
             for j in i..=MODES {
                 let sum: f64 = observations.iter().map(|o| o.weight * column(i, o) * column(j, o)).sum();
-                let size: f64 = observations.iter().map(|o| o.weight * (column(i, o) * column(j, o)).abs()).sum();
+                let size: f64 =
+                    observations.iter().map(|o| o.weight * (column(i, o) * column(j, o)).abs()).sum();
                 let got = data.matrix[i * WIDTH + j];
                 prop_assert!((got - sum).abs() < 1e-5 * (1.0 + size), "{} {}: {} {}", i, j, got, sum);
             }
