@@ -18,7 +18,8 @@ What changes nothing here may do so elsewhere: only `denoise` with the default p
 clean small scans, and `unwrap` as MESHES says; the unchanged program measures.
 
 Scans are made here: a thin ring and a spiral (tubes), a one-sided band, a sphere with stray points, a box
-(creases) and a thin plate (two opposing sheets). --shapes adds others by the names of tests/peers/shapes.py.
+(creases), a thin plate (two opposing sheets), and facades with windows set back (open parts that face one way).
+--shapes adds others by the names of tests/peers/shapes.py.
 Meshes lie in the folder --meshes. Needs numpy.
 """
 
@@ -46,6 +47,7 @@ SCANS = {
     "sphere": ("sphere", 0.01, 0.02),
     "box": ("box", 0.005, 0.0),
     "plate": ("plate", 0.004, 0.0),
+    **{f"facade{seed}": ("facade", 0.0045, 0.0) for seed in range(4)},
 }
 # What is unwrapped: the file of a mesh and the options. Between them each way through the unwrapper is taken:
 # a loose bound, a bound on the charts, pages of fixed size, boxes, a large mesh, very many charts.
@@ -64,8 +66,9 @@ MESHES = {
 # covered, processor time.
 UV_FIGURES = ["charts", "seam", "stretch", "coverage", "cpu"]
 # Figures of a scan whose changes the table shows as ratios: root mean square distances (denoised points to
-# the truth, surface to truth, truth to surface), counts, UV quality, time.
-FIGURES = ["points", "acc", "com", "charts", "faces", "uv_charts", "stretch", "coverage", "seconds"]
+# the truth, surface to truth, truth to surface), share of the surface that faces as the truth does, counts, UV
+# quality, time.
+FIGURES = ["points", "acc", "com", "facing", "charts", "faces", "uv_charts", "stretch", "coverage", "seconds"]
 FIGURES_OF = {"scans": FIGURES, "meshes": UV_FIGURES}
 
 
@@ -97,6 +100,46 @@ def cube(n, size, onto_sphere=False):
     return (V / np.linalg.norm(V, axis=1)[:, None] if onto_sphere else V * size), np.concatenate(F)
 
 
+def facade(sigma, seed):
+    """A wall of longest side 1 whose middle third stands out, with windows set back: the truth, and points of it
+    in clumps as photographs give them."""
+    import numpy as np
+
+    rng = np.random.default_rng(seed)
+
+    def depth(p):
+        inside = lambda t, half: np.abs(t % 1 - 0.5) < half
+        window = inside(8 * p[:, 0], 0.2) & inside(6 * p[:, 1], 0.3)
+        return 0.05 * (np.abs(p[:, 0]) < 0.165) - 0.03 * window
+
+    V, F = cube(200, 0.5)
+    front = np.all(V[F][:, :, 0] == 0.5, 1)
+    V = V[:, [1, 2, 0]]
+    V[:, 2] = depth(V)
+    P = rng.uniform(-0.5, 0.5, (3000, 2))
+    clumps = rng.uniform(-0.5, 0.5, (120, 2))
+    P[1::2] = clumps[np.arange(1500) % 120] + 0.03 * rng.standard_normal((1500, 2))
+    return V, F[front], np.column_stack([P, depth(P)]) + sigma * rng.standard_normal((3000, 3)) * [0, 0, 1]
+
+
+def facing(surface, truth, places=2000):
+    """The share of a surface's area that faces as the truth does, at places spread by area; both are binary STL
+    files."""
+    import numpy as np
+
+    def spread(file, n):
+        triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+        corners = np.fromfile(file, triangle, offset=84)["corners"].astype(float)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = np.linalg.norm(normal, axis=1)
+        at = np.random.default_rng(0).choice(len(corners), n, p=area / area.sum())
+        return corners.mean(1)[at], normal[at]
+
+    (P, N), (Q, M) = spread(surface, places), spread(truth, 4 * places)
+    near = np.concatenate([np.argmin(((p[:, None] - Q) ** 2).sum(2), 1) for p in np.array_split(P, 50)])
+    return float(np.mean((N * M[near]).sum(1) > 0))
+
+
 def make_scans(folder, scans, count):
     """Writes NAME.truth.ply and NAME.ply for each scan."""
     import numpy as np
@@ -104,9 +147,12 @@ def make_scans(folder, scans, count):
     peers = runpy.run_path(str(ROOT / "tests" / "peers" / "shapes.py"))
     own = {"sphere": (48, 1.0, True), "box": (1, [0.5, 0.4, 0.3]), "plate": (1, [0.5, 0.35, 0.015])}
     for name, (shape, sigma, stray) in scans.items():
-        V, F = cube(*own[shape]) if shape in own else peers["clean"](shape)
-        V = V / (V.max(0) - V.min(0)).max()
-        P = peers["noisy"](V, F, sigma, count)
+        if shape == "facade":
+            V, F, P = facade(sigma, int(name.removeprefix("facade")))
+        else:
+            V, F = cube(*own[shape]) if shape in own else peers["clean"](shape)
+            V = V / (V.max(0) - V.min(0)).max()
+            P = peers["noisy"](V, F, sigma, count)
         rng = np.random.default_rng(1)
         P = np.concatenate([P, rng.uniform(V.min(0) - 0.1, V.max(0) + 0.1, (int(stray * count), 3))])
         peers["write_ply"](folder / f"{name}.truth.ply", V, F)
@@ -193,13 +239,17 @@ class Workplace:
         ).hexdigest()
         if base and base["bytes"] == digest:
             return base | {"seconds": said["seconds"]}
-        surface, moved = (ran([judge, "measure", x, "--against", truth], 600) for x in (out, points))
-        if "failed" in surface or "failed" in moved:
-            return {"failed": surface.get("failed") or moved.get("failed")}
+        stl = [f"{file}.stl" for file in (out, truth)]
+        done = [ran([judge, "measure", x, "--against", truth], 600) for x in (out, points)]
+        done += [ran([judge, "convert", x, y], 600) for x, y in zip((out, truth), stl)]
+        if failed := [d for d in done if "failed" in d]:
+            return failed[0]
+        surface, moved = done[:2]
         found = {k: said[k] for k in ("charts", "faces", "parts", "outliers", "uv_charts", "seconds")}
         uv = surface.get("uv") or {}
         rms = {"acc": surface["surface"]["accuracy"]["rms"], "com": surface["surface"]["completeness"]["rms"]}
         rms["points"] = moved["points"]["accuracy"]["rms"]
+        rms["facing"] = facing(*stl)
         return (
             found | rms | {"stretch": uv.get("stretch_p95"), "coverage": uv.get("coverage"), "bytes": digest}
         )

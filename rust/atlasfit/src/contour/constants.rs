@@ -33,20 +33,27 @@ pub(crate) struct ContourConstants {
     /// Halved or doubled: no figure changes by 1 %.
     pub step_apart: f64,
     /// Places of a part that its winding is summed over, at the most. Source: chosen, for speed.
+    /// Halved or doubled: same bytes.
     pub winding_places: usize,
     /// Standard deviation of how often an open part winds about itself. Source: derived, a hemisphere and a
     /// bowl do it a quarter of a time, outward and inward, and open parts are as often the one as the other.
+    /// Halved or doubled: same bytes.
     pub winding_spread: f64,
     /// Places along a part's boundary, at the most. Source: chosen, for speed.
+    /// Halved or doubled: same bytes.
     pub rim_places: usize,
     /// Of those, so many are looked at first for one of another part. Source: chosen, for speed.
+    /// Halved or doubled: same bytes.
     pub rim_near: usize,
     /// Nats for two parts to face alike where the boundary of one runs along the other all the way. Source:
     /// chosen, as many as for a closed body to face outward.
+    /// Halved or doubled: same bytes.
     pub goes_on: f64,
     /// Nats for a flat open part to face upward. Source: chosen, as many as a hemisphere says by its winding.
+    /// Halved or doubled: same bytes.
     pub upward: f64,
     /// Nats for a part to face as the scan says. Source: chosen, beyond all else.
+    /// Halved or doubled: same bytes.
     pub scan_knows: f64,
     /// A cut is at most this many times as long as the widest slit. Source: chosen.
     /// Halved or doubled: same bytes.

@@ -20,6 +20,8 @@ pub(crate) struct OrientConstants {
     pub counts: f64,
     /// Points about a place by which a chart's density there is known. Source: derived, none is there by
     /// chance once in e^12 times.
+    /// Halved: points 1.00 (plate 0.98), com 1.00 (facade3 0.97), facing 1.00 (plate 1.01); doubled: acc 1.00
+    /// (plate 1.01), com 1.00 (plate 1.01).
     pub points_there: f64,
     /// Sheets whose normals have a greater cosine are parallel (46 degrees). Source: chosen.
     /// Halved: points 0.99 (plate 0.93), acc 1.01 (plate 1.09), com 1.02 (plate 1.14); doubled: points 1.14
