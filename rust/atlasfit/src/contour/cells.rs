@@ -5,8 +5,9 @@
 //! records ([`super::quads`]).
 
 use super::constants::CONTOUR;
+use super::sharp::{Tangent, meeting_place};
 use super::surface::ContourVertices;
-use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, corner_offset};
+use crate::blend::blocks::{BlockChart, CORNERS, CornerId, CornerValue, Grid, corner_offset};
 use crate::blend::constants::BLEND;
 use crate::numeric::vec3::Vec3;
 
@@ -185,13 +186,12 @@ fn piece(
     let jump = if voxel.filled { BLEND.fill_jump } else { CONTOUR.max_jump } * h;
     let vertex = out.vertices.positions.len() as u32;
     let before = out.crossings.len();
-    let (mut sum, mut count, mut e, mut from) = (Vec3::ZERO, 0.0, start, NONE);
+    let (mut crossed, mut e, mut from) = (Places::default(), start, NONE);
     loop {
         done[e] = true;
         let (a, b) = EDGES[e];
         let t = (f[a] / (f[a] - f[b])).clamp(CONTOUR.end_margin, 1.0 - CONTOUR.end_margin);
-        sum += position(a) + (position(b) - position(a)) * t;
-        count += 1.0;
+        crossed.add(position(a) + (position(b) - position(a)) * t);
         if (f[a] - f[b]).abs() <= jump {
             let low = grid.owner(voxel.block, voxel.corner(a));
             out.crossings.push(Crossing::new(low, e, f[b] > f[a], vertex));
@@ -207,8 +207,24 @@ fn piece(
     if out.crossings.len() == before {
         return;
     }
-    let middle = sum * (1.0 / count);
-    let (normal, chart) = normal_at(grid, voxel.block, middle);
+    let mut middle = crossed.mean();
+    let mut charts = Charts::at(grid, voxel.block, middle);
+    if charts.bends() {
+        let tangents: Vec<Tangent> = crossed
+            .iter()
+            .map(|position| Tangent {
+                position,
+                normal: Charts::at(grid, voxel.block, position).normal_of_side(),
+            })
+            .collect();
+        let place = meeting_place(&tangents, middle);
+        let off = (place - position(0)) * (1.0 / h);
+        if off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(&x)) {
+            middle = place;
+            charts = Charts::at(grid, voxel.block, middle);
+        }
+    }
+    let (normal, chart) = (charts.normal(), charts.heaviest());
     let support =
         if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, middle) };
     let out = &mut out.vertices;
@@ -219,21 +235,68 @@ fn piece(
     out.support.push(support);
 }
 
-/// The unit normal at `p` from the charts of a block, in the block's gauge, those that pass nearest most; and
-/// the chart that weighs most in it.
-fn normal_at(grid: &Grid<'_>, block: usize, p: Vec3) -> (Vec3, u32) {
-    let (mut n, mut best) = (Vec3::ZERO, (0.0, u32::MAX));
-    for c in grid.charts_of(block) {
-        if let Some(v) = c.chart.view(p) {
-            let w = v.weight * v.mask / (v.distance * v.distance + CONTOUR.near2 * grid.h * grid.h);
-            n += v.normal * (w * c.sign);
-            if w > best.0 {
-                best = (w, c.index);
-            }
-        }
+/// The places where a piece of surface crosses the edges of its voxel.
+#[derive(Default)]
+struct Places {
+    /// At most one on each edge.
+    places: [Vec3; 12],
+    count: usize,
+}
+
+impl Places {
+    fn add(&mut self, place: Vec3) {
+        self.places[self.count] = place;
+        self.count += 1;
     }
-    let l = n.norm();
-    (if l > 0.0 { n * (1.0 / l) } else { Vec3::ZERO }, best.1)
+    fn iter(&self) -> impl Iterator<Item = Vec3> {
+        self.places[..self.count].iter().copied()
+    }
+    fn mean(&self) -> Vec3 {
+        self.iter().fold(Vec3::ZERO, |sum, p| sum + p) * (1.0 / self.count as f64)
+    }
+}
+
+/// The charts of a block as they look at a place, in the block's gauge. Those that pass nearest weigh most.
+struct Charts {
+    /// Weight, normal, index.
+    seen: Vec<(f64, Vec3, u32)>,
+}
+
+impl Charts {
+    fn at(grid: &Grid<'_>, block: usize, p: Vec3) -> Self {
+        let seen = |c: BlockChart<'_>| {
+            let v = c.chart.view(p)?;
+            let w = v.weight * v.mask / (v.distance * v.distance + CONTOUR.near2 * grid.h * grid.h);
+            Some((w, v.normal * c.sign, c.index))
+        };
+        Self { seen: grid.charts_of(block).filter_map(seen).collect() }
+    }
+    fn sum(&self) -> Vec3 {
+        self.seen.iter().fold(Vec3::ZERO, |sum, s| sum + s.1 * s.0)
+    }
+    /// Unit normal; none without charts.
+    fn normal(&self) -> Vec3 {
+        unit_or_none(self.sum())
+    }
+    /// The chart that weighs most.
+    fn heaviest(&self) -> u32 {
+        let heavier = |best: (f64, u32), s: &(f64, Vec3, u32)| if s.0 > best.0 { (s.0, s.2) } else { best };
+        self.seen.iter().fold((0.0, u32::MAX), heavier).1
+    }
+    /// Whether their normals differ.
+    fn bends(&self) -> bool {
+        self.sum().norm() < CONTOUR.bends * self.seen.iter().map(|s| s.0).sum::<f64>()
+    }
+    /// The unit normal of those that look like the heaviest.
+    fn normal_of_side(&self) -> Vec3 {
+        let lead = self.seen.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(Vec3::ZERO, |s| s.1);
+        let share = |n: Vec3| ((n.dot(lead) - CONTOUR.one_side) / (1.0 - CONTOUR.one_side)).max(0.0).powi(2);
+        unit_or_none(self.seen.iter().fold(Vec3::ZERO, |sum, s| sum + s.1 * (s.0 * share(s.1))))
+    }
+}
+
+fn unit_or_none(v: Vec3) -> Vec3 {
+    if v.norm() > 0.0 { v.normalized() } else { Vec3::ZERO }
 }
 
 #[cfg(test)]

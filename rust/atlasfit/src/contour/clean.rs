@@ -6,7 +6,7 @@
 
 use super::surface::{Contour, ContourVertices, Surface};
 use super::{boundary, bowties, compact, components, smooth, triangulate};
-use crate::atlas::Vote;
+use crate::atlas::{Chart, Vote};
 use crate::error::{Error, Result};
 use crate::run::Context;
 
@@ -14,13 +14,14 @@ use crate::run::Context;
 const MOST_QUADS: usize = u32::MAX as usize / 6;
 
 /// Splits the quads, drops what is not manifold, trims at the end of the data, orients, removes specks
-/// smaller than `min_triangles`, smooths what no data carries. `votes` says for each chart how the scan votes
-/// on its side; none where nothing is known.
+/// smaller than `min_triangles`, smooths what no data and none of the `charts` carry. `votes` says for each of
+/// them how the scan votes on its side; none where nothing is known.
 ///
 /// # Errors
 /// Cancelled or out of time; [`Error::InvalidArgument`] above [`MOST_QUADS`].
 pub(crate) fn clean(
     contour: Contour,
+    charts: &[Chart],
     one_sided: bool,
     min_triangles: usize,
     votes: &[Vote],
@@ -38,7 +39,7 @@ pub(crate) fn clean(
     boundary::trim(&mut positions, &triangles, &support, ctx)?;
     let mut surface = Surface { positions, normals, chart, triangles };
     components::orient(&mut surface, one_sided, min_triangles, votes, ctx)?;
-    smooth::smooth(&mut surface, filled, ctx)?;
+    smooth::smooth(&mut surface, charts, filled, ctx)?;
     boundary::drop_flaps(&mut surface, ctx)?;
     bowties::split(&mut surface, ctx)?;
     compact::compact(&mut surface, ctx)?;

@@ -93,6 +93,18 @@ pub(crate) struct ContourConstants {
     /// Rings about free vertices that are smoothed too. Source: chosen.
     /// Doubled: com 1.01 (box 1.07).
     pub spread: usize,
+    /// The charts about a place bend within a voxel if the mean of their unit normals is shorter than this.
+    /// Source: derived, normals 28 degrees apart; a vertex in the middle is then a sixteenth of a voxel off.
+    pub bends: f64,
+    /// Such a vertex lies at most so many voxels beyond its own. Source: measured by `tests/constants.py`:
+    /// vertices that stay within theirs fold less, but cut off more of the edges.
+    pub beyond: f64,
+    /// How alike the normals of two charts of one side of a crease are: the cosine at which a chart of the
+    /// other side loses all weight. Source: chosen, 37 degrees.
+    pub one_side: f64,
+    /// Tangent planes determine a place along a direction if its eigenvalue is more than this share of the
+    /// largest. Source: chosen, planes 25 degrees apart.
+    pub determined: f64,
     /// Neighbouring triangles whose normals' cosine is below this (65 degrees) make a spike at the scale of a
     /// voxel: no data carries it. Source: chosen.
     /// Halved: no figure changes by 1 %; doubled: acc 1.11 (spiral 1.39), com 1.09 (box 1.24).
@@ -136,6 +148,10 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     taubin: [0.5, -0.43],
     astray: 0.5,
     spread: 1,
+    bends: 0.97,
+    beyond: 0.5,
+    one_side: 0.8,
+    determined: 0.05,
     spike: 0.42,
     check: 1 << 15,
     end_of_data: 0.5,

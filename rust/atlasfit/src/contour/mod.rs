@@ -19,6 +19,7 @@ mod loops;
 pub(crate) mod parts;
 mod patch;
 pub(crate) mod quads;
+mod sharp;
 mod slits;
 pub(crate) mod smooth;
 pub(crate) mod surface;

@@ -1,11 +1,12 @@
 //! Vertices smoothed where no data carries them.
 //!
-//! In: a surface, and which vertices are free to move. Out: the same with those vertices, the spikes and
-//! those next to them smoothed (Taubin 1995), and their normals taken from the triangles too. All others stay
+//! In: a surface with its charts, and which vertices are free to move. Out: the same with those vertices, the
+//! spikes that no chart asks for and those next to them smoothed (Taubin 1995), and their normals taken from the triangles too. All others stay
 //! where the charts put them.
 
 use super::constants::CONTOUR;
 use super::surface::{Surface, corners};
+use crate::atlas::Chart;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -17,8 +18,13 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn smooth(s: &mut Surface, mut free: Vec<bool>, ctx: &Context<'_>) -> Result<()> {
-    let links = links_of_free(s, &mut free, ctx)?;
+pub(crate) fn smooth(
+    s: &mut Surface,
+    charts: &[Chart],
+    mut free: Vec<bool>,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let links = links_of_free(s, charts, &mut free, ctx)?;
     for step in CONTOUR.taubin.into_iter().cycle().take(2 * CONTOUR.sweeps) {
         sweep(&mut s.positions, &links, step, ctx)?;
     }
@@ -33,7 +39,7 @@ struct Link {
 
 /// Adds spikes and the rings about free vertices to `free`, and gives the links that those move along.
 /// Vertices of the boundary move along the boundary only.
-fn links_of_free(s: &Surface, free: &mut [bool], ctx: &Context<'_>) -> Result<Vec<Link>> {
+fn links_of_free(s: &Surface, charts: &[Chart], free: &mut [bool], ctx: &Context<'_>) -> Result<Vec<Link>> {
     let normal = face_normals(s, ctx)?;
     let edges = Edges::new(&s.triangles, ctx)?;
     let mut rim = vec![false; s.positions.len()];
@@ -41,7 +47,9 @@ fn links_of_free(s: &Surface, free: &mut [bool], ctx: &Context<'_>) -> Result<Ve
         ctx.check_at(i)?;
         match edge {
             [x, y]
-                if normal[x.face()].dot(normal[y.face()]) < CONTOUR.spike && !x.runs_as(*y, &s.triangles) =>
+                if normal[x.face()].dot(normal[y.face()]) < CONTOUR.spike
+                    && !x.runs_as(*y, &s.triangles)
+                    && ![x, y].iter().all(|e| lies_on_chart(s, charts, e.face(), normal[e.face()])) =>
             {
                 for v in x.ends() {
                     free[v as usize] = true;
@@ -75,6 +83,18 @@ fn links_of_free(s: &Surface, free: &mut [bool], ctx: &Context<'_>) -> Result<Ve
         }
     }
     Ok(links)
+}
+
+/// Whether a triangle lies along one of its vertices' charts.
+fn lies_on_chart(s: &Surface, charts: &[Chart], triangle: usize, normal: Vec3) -> bool {
+    let t = &s.triangles[triangle];
+    let [a, b, c] = corners(&s.positions, t);
+    let middle = (a + b + c) * (1.0 / 3.0);
+    t.iter().any(|&v| {
+        let chart = charts.get(s.chart[v as usize] as usize);
+        let view = chart.and_then(|chart| chart.view(middle));
+        view.is_some_and(|view| view.normal.dot(normal).abs() > CONTOUR.one_side)
+    })
 }
 
 /// The unit normal of every triangle.

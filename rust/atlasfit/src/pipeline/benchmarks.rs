@@ -96,7 +96,8 @@ impl Steps {
     /// None but those of a limited run.
     pub fn clean(&self, quads: Quads) -> Result<usize> {
         let one_sided = !self.atlas.conflicts.is_empty();
-        Run::default().execute(|ctx| Ok(clean::clean(quads.0, one_sided, 0, &[], ctx)?.triangles.len()))
+        let clean = |ctx: &Context<'_>| clean::clean(quads.0, &self.charts, one_sided, 0, &[], ctx);
+        Run::default().execute(|ctx| Ok(clean(ctx)?.triangles.len()))
     }
 
     fn grid<'a>(&'a self, ctx: &Context<'_>) -> Result<Grid<'a>> {

@@ -81,7 +81,7 @@ pub(super) fn build(
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
-    let mut surface = clean::clean(contour, !conflicts.is_empty(), speck, &votes, ctx)?;
+    let mut surface = clean::clean(contour, &charts, !conflicts.is_empty(), speck, &votes, ctx)?;
     let own = points_of_charts(&projected, charts.len());
     components::remove_unsupported(&mut surface, &own, PIPELINE.unsupported, ctx)?;
     let left_out = parts::leave_out(&mut surface, &projected, charts.len(), options, ctx)?;
@@ -92,7 +92,7 @@ pub(super) fn build(
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
-    smooth::smooth(&mut surface, touched, ctx)?;
+    smooth::smooth(&mut surface, &charts, touched, ctx)?;
     if votes.is_empty() {
         cavities::turn_cavities(&mut surface, ctx)?;
     }

@@ -31,10 +31,10 @@ pub(crate) struct PriorConstants {
     /// measured on noisy shapes (tests/strength.rs) and two real scans: below, charts bend between the points
     /// and the surface comes no nearer to them; above, they become planes and the surface is rougher again
     /// where they meet.
-    /// First, with `--denoise=--strength=0.1`: Halved: acc 1.23 (facade1 1.45), com 1.05 (mobius 1.20); doubled:
-    /// acc 0.86 (mobius 0.68), com 0.94 (mobius 0.72).
-    /// Second, with `--strength=8`: Halved: points 0.89 (mobius 0.66), acc 0.85 (sphere 0.48), com 0.83 (sphere
-    /// 0.49); doubled: acc 1.02 (sphere 1.09), com 1.01 (sphere 1.09).
+    /// First, with `--denoise=--strength=0.1`: Halved: acc 1.23 (facade1 1.45), com 1.05 (mobius 1.20);
+    /// doubled: acc 0.86 (mobius 0.68), com 0.94 (mobius 0.72).
+    /// Second, with `--denoise=--strength=8`: Halved: points 0.89 (mobius 0.66), acc 0.85 (sphere 0.48), com
+    /// 0.83 (sphere 0.49); doubled: acc 1.02 (sphere 1.09), com 1.01 (sphere 1.09).
     pub strengths: (f64, f64),
     /// Where the search begins, natural logarithm: what most charts of a scan have, or a step beside it.
     /// Source: chosen.
