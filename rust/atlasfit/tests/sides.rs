@@ -122,12 +122,13 @@ fn facade(seed: u64) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn facades_with_windows_set_back_face_one_way_but_for_a_few() {
-    // A third of them did not when a sheet, too, was taken for a body that encloses something.
+fn facades_with_windows_set_back_face_one_way() {
+    // A third of them did not when a sheet, too, was taken for a body that encloses something; two did not
+    // when only charts that share points had a say.
     let two_ways = (0..24).filter(|&seed| {
         let away = turned(&run(&facade(seed)).expect("a surface"), |_| Vec3([0.0, 0.0, 1.0]));
         away.min(1.0 - away) > 0.05
     });
     let two_ways: Vec<u64> = two_ways.collect();
-    assert!(two_ways.len() <= 2, "{two_ways:?}");
+    assert!(two_ways.is_empty(), "{two_ways:?}");
 }

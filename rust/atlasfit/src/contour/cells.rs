@@ -219,7 +219,7 @@ fn piece(
             .collect();
         let place = meeting_place(&tangents, middle);
         let off = (place - position(0)) * (1.0 / h);
-        if off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(&x)) {
+        if off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(x)) {
             middle = place;
             charts = Charts::at(grid, voxel.block, middle);
         }

@@ -14,8 +14,8 @@ use crate::run::Context;
 const MOST_QUADS: usize = u32::MAX as usize / 6;
 
 /// Splits the quads, drops what is not manifold, trims at the end of the data, orients, removes specks
-/// smaller than `min_triangles`, smooths what no data and none of the `charts` carry. `votes` says for each of
-/// them how the scan votes on its side; none where nothing is known.
+/// smaller than `min_triangles`, smooths what no data and none of the `charts` carry. `votes` says for each
+/// of them how the scan votes on its side; none where nothing is known.
 ///
 /// # Errors
 /// Cancelled or out of time; [`Error::InvalidArgument`] above [`MOST_QUADS`].

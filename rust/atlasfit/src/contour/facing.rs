@@ -147,11 +147,7 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
 /// a step.
 fn agreement(p: &Place, q: &Place, size2: f64) -> f64 {
     let d = q.position - p.position;
-    let along = d.normalized();
-    let (leaves, arrives) = (p.normal.dot(along), q.normal.dot(along));
-    let carried = p.normal - along * (2.0 * leaves);
-    let tangent = (1.0 - leaves * leaves) * (1.0 - arrives * arrives);
-    carried.dot(q.normal) * tangent / (1.0 + d.norm2() / size2.max(f64::MIN_POSITIVE))
+    orient::goes_on(p.normal, q.normal, d.normalized()) / (1.0 + d.norm2() / size2.max(f64::MIN_POSITIVE))
 }
 
 #[cfg(test)]

@@ -15,8 +15,8 @@ pub(super) struct Tangent {
     pub(super) normal: Vec3,
 }
 
-/// The place nearest to all tangent planes. Along directions that they leave open it is as near to `middle` as
-/// can be.
+/// The place nearest to all tangent planes. Along directions that they leave open it is as near to `middle`
+/// as can be.
 pub(super) fn meeting_place(tangents: &[Tangent], middle: Vec3) -> Vec3 {
     let (mut matrix, mut right) = ([0.0; 6], Vec3::ZERO);
     for t in tangents {

@@ -1,8 +1,8 @@
 //! Vertices smoothed where no data carries them.
 //!
 //! In: a surface with its charts, and which vertices are free to move. Out: the same with those vertices, the
-//! spikes that no chart asks for and those next to them smoothed (Taubin 1995), and their normals taken from the triangles too. All others stay
-//! where the charts put them.
+//! spikes that no chart asks for and those next to them smoothed (Taubin 1995), and their normals taken from
+//! the triangles too. All others stay where the charts put them.
 
 use super::constants::CONTOUR;
 use super::surface::{Surface, corners};

@@ -18,6 +18,12 @@ pub(crate) struct OrientConstants {
     /// Halved: points 1.11 (plate 1.81), acc 1.13 (plate 2.00), com 1.20 (plate 2.94); doubled: points 0.97
     /// (plate 0.87), acc 0.99 (plate 0.90), com 0.97 (plate 0.86).
     pub counts: f64,
+    /// What one chart beside another counts, in shared points. Source: measured by `tests/sides.rs`: of its
+    /// 24 facades, 0 face two ways with 0.03 to 0.3, 2 with none.
+    pub beside: f64,
+    /// Charts whose centres are nearest to a chart's lie beside it, itself among them. Source: chosen, two
+    /// rings.
+    pub beside_charts: usize,
     /// Points about a place by which a chart's density there is known. Source: derived, none is there by
     /// chance once in e^12 times.
     /// Halved: points 1.00 (plate 0.98), com 1.00 (facade3 0.97), facing 1.00 (plate 1.01); doubled: acc 1.00
@@ -112,6 +118,8 @@ pub(crate) struct OrientConstants {
 pub(crate) const ORIENT: OrientConstants = OrientConstants {
     apart: 1.5,
     counts: 0.3,
+    beside: 0.03,
+    beside_charts: 12,
     points_there: 12.0,
     parallel: 0.7,
     same_sheet: 2.0,

@@ -5,6 +5,7 @@
 //! a point's). Where the scan says which way it faces, or one scanner saw all of it, the atlas faces that
 //! way.
 
+mod beside;
 mod connected;
 pub(crate) mod constants;
 mod enclose;
@@ -14,10 +15,11 @@ mod scanner;
 mod signs;
 mod votes;
 
+pub(crate) use beside::{beside, goes_on};
 pub(crate) use connected::connected;
 pub(crate) use enclose::{Sheets, dipole};
 pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
-pub(crate) use signs::{agree, face, orient};
+pub(crate) use signs::{Facing, agree, face, orient};
 pub(crate) use votes::votes;

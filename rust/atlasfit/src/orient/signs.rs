@@ -37,26 +37,37 @@ pub(crate) struct Signs {
     pub conflicts: Vec<Pair>,
 }
 
-/// Signs per chart from the relations and from what opposing sheets say, and the relations that the signs
-/// contradict. What the scan knows of the charts' sides (`votes`, one per chart, or none) decides; else what
-/// the charts enclose has a say.
+/// What is known of how charts face each other.
+pub(crate) struct Facing<'a> {
+    /// Charts that share points.
+    pub relations: &'a [Relation],
+    /// Opposing sheets.
+    pub opposing: &'a [Relation],
+    /// Charts beside each other.
+    pub beside: &'a [Relation],
+}
+
+/// Signs per chart from how they face each other, and the relations that the signs contradict. What the scan
+/// knows of the charts' sides (`votes`, one per chart, or none) decides; else what the charts enclose has a
+/// say.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn orient(
-    relations: &[Relation],
-    opposing: &[Relation],
+    facing: &Facing<'_>,
     votes: &[Vote],
     sheets: &Sheets<'_>,
     ctx: &Context<'_>,
 ) -> Result<Signs> {
     let charts = sheets.fitted.len();
-    let all = [relations, opposing].concat();
+    let Facing { relations, opposing, beside } = *facing;
+    let touching = [relations, opposing].concat();
+    let all = [&touching, beside].concat();
     let of_scan: Vec<(u32, f64)> = (0..).zip(votes.iter().map(|v| v.sum)).collect();
     let mut found = contract(charts, &all, &of_scan, ctx)?;
     let mut two_sided = vec![false; charts];
     if votes.iter().all(|v| v.sum == 0.0) {
-        for part in enclose(&mut found, &all, sheets, ctx)? {
+        for part in enclose(&mut found, &touching, &all, sheets, ctx)? {
             part.charts().iter().for_each(|&c| two_sided[c as usize] = true);
         }
     }
@@ -80,17 +91,19 @@ pub(crate) fn orient(
 /// Signs that explain both how charts face each other and what they enclose, part by part. First the largest
 /// of the sets that were joined are turned, each if that is likelier. Then from signs follow votes, from
 /// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
-/// the signs that it came with. Returns the parts that enclose a body.
+/// the signs that it came with. Parts are what `touching` relations join. Returns the parts that enclose a
+/// body.
 fn enclose(
     found: &mut Contracted,
-    relations: &[Relation],
+    touching: &[Relation],
+    all: &[Relation],
     sheets: &Sheets<'_>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Part>> {
     let sets = found.largest();
     let signs = &mut found.signs;
     let mut parts = Vec::new();
-    for part in enclose::parts(sheets, relations, ctx)? {
+    for part in enclose::parts(sheets, touching, ctx)? {
         let mut said = part.said(signs);
         let sheet = (part.likelihood_of_sheet(&said), part.signs(signs));
         let of_part = sets.iter().filter(|set| part.has(set[0]));
@@ -109,7 +122,7 @@ fn enclose(
     for _ in 0..ORIENT.turn_rounds {
         let votes: Vec<(u32, f64)> =
             parts.iter().flat_map(|(part, said, _)| part.votes(said, signs)).collect();
-        let mut next = contract(signs.len(), relations, &votes, ctx)?.signs;
+        let mut next = contract(signs.len(), all, &votes, ctx)?.signs;
         let mut settled = true;
         for (part, said, _) in &mut parts {
             ctx.check()?;

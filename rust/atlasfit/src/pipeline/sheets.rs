@@ -71,7 +71,9 @@ fn oriented(
     };
     let sheets =
         orient::Sheets { points, spacing: &scan.sampling.spacing, fitted: &fitted, members: &members };
-    let signs = orient::orient(&relations, &opposing, &votes, &sheets, ctx)?;
+    let beside = orient::beside(&fitted, ctx)?;
+    let facing = orient::Facing { relations: &relations, opposing: &opposing, beside: &beside };
+    let signs = orient::orient(&facing, &votes, &sheets, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
         f.chart.sign = *sign;
     }
