@@ -168,7 +168,7 @@ pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut Cel
 }
 
 /// One piece of surface in a voxel: follows its crossed edges round from `start`, marks them as done, and
-/// puts a vertex in their middle. Nothing where all of them lie between two sheets.
+/// puts a vertex in their middle, or where their tangent planes meet if the charts bend. Nothing where all of them lie between two sheets.
 fn piece(
     grid: &Grid<'_>,
     voxel: &Voxel,

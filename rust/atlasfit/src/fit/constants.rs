@@ -21,9 +21,9 @@ pub(crate) struct FitConstants {
     pub rounds: usize,
     /// Rounds of foot points and solves where a fitted chart is made smoother or rougher. Source: chosen; the
     /// feet begin on the chart as it was fitted.
-    /// With `--denoise=--strength=2`, halved: points 1.01 (plate 1.06), acc 1.00 (plate 0.99), com 1.01 (plate
-    /// 1.07); doubled: acc 1.00 (facade2 1.02). With 8, halved: points 0.99 (plate 1.07), acc 0.99 (box 0.98),
-    /// com 0.98 (plate 0.86); doubled: acc 1.01 (facade1 1.04), com 0.99 (plate 0.86).
+    /// With `--denoise=--strength=2`, halved: points 1.01 (plate 1.06), acc 1.00 (plate 0.99), com 1.01
+    /// (plate 1.07); doubled: acc 1.00 (facade2 1.02). With 8, halved: points 0.99 (plate 1.07), acc 0.99
+    /// (box 0.98), com 0.98 (plate 0.86); doubled: acc 1.01 (facade1 1.04), com 0.99 (plate 0.86).
     pub refits: usize,
     /// The scan's noise level counts like this many points against a chart's own residuals: a chart of a
     /// hundred points may deviate where the noise really varies, a chart of ten may not. Source: chosen.
