@@ -4,7 +4,7 @@
 //! does. Charts that share a few points of a step say next to nothing of the two sheets that it joins.
 
 use super::constants::ORIENT;
-use crate::atlas::{FittedChart, Foot, Map, Relation};
+use crate::atlas::{FittedChart, Foot, Map, Monge, Relation};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -20,38 +20,40 @@ pub(crate) fn goes_on(from: Vec3, to: Vec3, along: Vec3) -> f64 {
     carried.dot(to) * (1.0 - leaves * leaves) * (1.0 - arrives * arrives)
 }
 
-/// Relations of each chart to those whose centres are nearest.
+/// Relations of each chart to those whose centres are nearest, of which neither lies over the other: what does
+/// is the same sheet, or an opposing one.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn beside(fitted: &[FittedChart], ctx: &Context<'_>) -> Result<Vec<Relation>> {
-    let centers: Vec<(u32, Foot)> = (0..)
+    let centers: Vec<(u32, &Monge, Foot)> = (0..)
         .zip(fitted)
         .filter_map(|(c, f)| match &f.chart.map {
-            Map::Monge(m) => Some((c, m.at([0.0; 2]))),
+            Map::Monge(m) => Some((c, m, m.at([0.0; 2]))),
             Map::Tube(_) => None,
         })
         .collect();
     if centers.is_empty() {
         return Ok(Vec::new());
     }
-    let at: Vec<Vec3> = centers.iter().map(|c| c.1.position).collect();
+    let at: Vec<Vec3> = centers.iter().map(|c| c.2.position).collect();
     let tree = Neighbours::build(&at, ctx)?;
     let chunks = centers
         .par_chunks(64)
         .map(|chunk| {
             ctx.check()?;
             let (mut found, mut out) = (Vec::new(), Vec::new());
-            for (a, p) in chunk {
+            for (a, map, p) in chunk {
                 tree.nearest(p.position, ORIENT.beside_charts, &mut found);
-                let others = found.iter().map(|f| &centers[f.index as usize]).filter(|(b, _)| b != a);
-                out.extend(others.filter_map(|(b, q)| {
-                    let along = q.position - p.position;
-                    (along.norm() > 0.0).then(|| Relation {
-                        a: *a.min(b),
-                        b: *a.max(b),
-                        agreement: ORIENT.beside * goes_on(p.normal, q.normal, along.normalized()),
-                    })
+                let others = found.iter().map(|f| &centers[f.index as usize]);
+                let beside = |(_, other, q): &&(u32, &Monge, Foot)| {
+                    map.weight(q.position) == 0.0 && other.weight(p.position) == 0.0
+                };
+                out.extend(others.filter(beside).map(|(b, _, q)| Relation {
+                    a: *a.min(b),
+                    b: *a.max(b),
+                    agreement: ORIENT.beside
+                        * goes_on(p.normal, q.normal, (q.position - p.position).normalized()),
                 }));
             }
             Ok(out)

@@ -18,8 +18,9 @@ pub(crate) struct OrientConstants {
     /// Halved: points 1.11 (plate 1.81), acc 1.13 (plate 2.00), com 1.20 (plate 2.94); doubled: points 0.97
     /// (plate 0.87), acc 0.99 (plate 0.90), com 0.97 (plate 0.86).
     pub counts: f64,
-    /// What one chart beside another counts, in shared points. Source: measured by `tests/sides.rs`: of its
-    /// 24 facades, 0 face two ways with 0.03 to 0.3, 2 with none.
+    /// What one chart beside another counts, in shared points. Source: measured: of the 24 facades of
+    /// tests/sides.rs none faces two ways with 0.01 to 0.1, two with none; with 0.1 the two sides of a thin
+    /// wedge (fandisk, simulated scan) face alike.
     pub beside: f64,
     /// Charts whose centres are nearest to a chart's lie beside it, itself among them. Source: chosen, two
     /// rings.
@@ -118,7 +119,7 @@ pub(crate) struct OrientConstants {
 pub(crate) const ORIENT: OrientConstants = OrientConstants {
     apart: 1.5,
     counts: 0.3,
-    beside: 0.03,
+    beside: 0.02,
     beside_charts: 12,
     points_there: 12.0,
     parallel: 0.7,
