@@ -18,8 +18,8 @@ What changes nothing here may do so elsewhere: only `denoise` with the default p
 clean small scans, and `unwrap` as MESHES says; the unchanged program measures.
 
 Scans are made here: a thin ring and a spiral (tubes), a one-sided band, a sphere with stray points, a box
-(creases), a thin plate (two opposing sheets), and facades with windows set back (open parts that face one way).
---shapes adds others by the names of tests/peers/shapes.py.
+(creases), a thin plate (two opposing sheets), and facades with windows set back (open parts that face one
+way). --shapes adds others by the names of tests/peers/shapes.py.
 Meshes lie in the folder --meshes. Needs numpy.
 """
 
@@ -66,8 +66,8 @@ MESHES = {
 # covered, processor time.
 UV_FIGURES = ["charts", "seam", "stretch", "coverage", "cpu"]
 # Figures of a scan whose changes the table shows as ratios: root mean square distances (denoised points to
-# the truth, surface to truth, truth to surface), share of the surface that faces as the truth does, counts, UV
-# quality, time.
+# the truth, surface to truth, truth to surface), share of the surface that faces as the truth does, counts,
+# UV quality, time.
 FIGURES = ["points", "acc", "com", "facing", "charts", "faces", "uv_charts", "stretch", "coverage", "seconds"]
 FIGURES_OF = {"scans": FIGURES, "meshes": UV_FIGURES}
 
@@ -101,8 +101,8 @@ def cube(n, size, onto_sphere=False):
 
 
 def facade(sigma, seed):
-    """A wall of longest side 1 whose middle third stands out, with windows set back: the truth, and points of it
-    in clumps as photographs give them."""
+    """A wall of longest side 1 whose middle third stands out, with windows set back: the truth, and points of
+    it in clumps as photographs give them."""
     import numpy as np
 
     rng = np.random.default_rng(seed)
@@ -123,8 +123,8 @@ def facade(sigma, seed):
 
 
 def facing(surface, truth, places=2000):
-    """The share of a surface's area that faces as the truth does, at places spread by area; both are binary STL
-    files."""
+    """The share of a surface's area that faces as the truth does, at places spread by area; both are binary
+    STL files."""
     import numpy as np
 
     def spread(file, n):

@@ -1,9 +1,10 @@
 """The benchmark's true surfaces and noisy samples. Needs numpy only.
 
-Shapes: ring, spiral, mobius, bumps, knot, room are made here; any other name is a binary PLY mesh NAME.ply in
-the data folder (../shared/data/denoise beside the repository, or --data). Every shape is centred and scaled
-to a bounding box whose longest side is 1. Samples are uniform by area, plus isotropic Gaussian noise. The
-random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are the same.
+Shapes: ring, spiral, mobius, bumps, knot, room, box are made here; any other name is a binary PLY mesh
+NAME.ply in the data folder (../shared/data/denoise beside the repository, or --data). Every shape is
+centred and scaled to a bounding box whose longest side is 1. Samples are uniform by area, plus isotropic
+Gaussian noise. The random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are
+the same.
 
 usage: shapes.py SHAPE SIGMA TRUTH.ply NOISY.ply [--count N] [--seed N] [--data DIR]
 """
@@ -193,7 +194,15 @@ def fitted(V, F):
 
 def clean(name, data=DATA):
     """The true surface: vertices and triangles."""
-    made = {"ring": ring, "spiral": spiral, "mobius": mobius, "bumps": bumps, "knot": knot, "room": room}
+    made = {
+        "ring": ring,
+        "spiral": spiral,
+        "mobius": mobius,
+        "bumps": bumps,
+        "knot": knot,
+        "room": room,
+        "box": lambda: box((-0.5, -0.3, -0.2), (0.5, 0.3, 0.2)),
+    }
     if name in made:
         return fitted(*made[name]())
     path = pathlib.Path(data) / (name + ".ply")

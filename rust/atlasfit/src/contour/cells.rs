@@ -5,11 +5,12 @@
 //! records ([`super::quads`]).
 
 use super::constants::CONTOUR;
-use super::sharp::{Tangent, meeting_place};
 use super::surface::ContourVertices;
 use crate::blend::blocks::{BlockChart, CORNERS, CornerId, CornerValue, Grid, corner_offset};
 use crate::blend::constants::BLEND;
 use crate::numeric::vec3::Vec3;
+use crate::spatial::quadric::Quadric;
+use std::ops::Add;
 
 /// The 12 edges of a voxel as corner pairs (low, high); edges 0-3 along x, 4-7 along y, 8-11 along z.
 const EDGES: [(usize, usize); 12] =
@@ -168,7 +169,8 @@ pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut Cel
 }
 
 /// One piece of surface in a voxel: follows its crossed edges round from `start`, marks them as done, and
-/// puts a vertex in their middle, or where their tangent planes meet if the charts bend. Nothing where all of them lie between two sheets.
+/// puts a vertex in their middle, or where their tangent planes meet if the charts bend (dual contouring: Ju
+/// et al. 2002). Nothing where all of the edges lie between two sheets.
 fn piece(
     grid: &Grid<'_>,
     voxel: &Voxel,
@@ -210,21 +212,19 @@ fn piece(
     let mut middle = crossed.mean();
     let mut charts = Charts::at(grid, voxel.block, middle);
     if charts.bends() {
-        let tangents: Vec<Tangent> = crossed
-            .iter()
-            .map(|position| Tangent {
-                position,
-                normal: Charts::at(grid, voxel.block, position).normal_of_side(),
-            })
-            .collect();
-        let place = meeting_place(&tangents, middle);
+        let plane = |p: Vec3| {
+            let normal = Charts::normal_of_side(grid, voxel.block, p);
+            Quadric::of_plane(p - middle, normal.0, normal.norm2())
+        };
+        let planes = crossed.iter().map(plane).fold(Quadric::default(), Add::add);
+        let place = middle + planes.least(Vec3::ZERO, CONTOUR.undecided);
         let off = (place - position(0)) * (1.0 / h);
         if off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(x)) {
             middle = place;
             charts = Charts::at(grid, voxel.block, middle);
         }
     }
-    let (normal, chart) = (charts.normal(), charts.heaviest());
+    let (normal, chart) = (charts.sum.normalized(), charts.heaviest.index);
     let support =
         if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, middle) };
     let out = &mut out.vertices;
@@ -256,47 +256,55 @@ impl Places {
     }
 }
 
-/// The charts of a block as they look at a place, in the block's gauge. Those that pass nearest weigh most.
+/// A chart as it looks at a place, in the gauge of a block.
+#[derive(Clone, Copy)]
+struct Seen {
+    weight: f64,
+    normal: Vec3,
+    index: u32,
+}
+
+/// The charts of a block at a place. Those that pass nearest weigh most.
 struct Charts {
-    /// Weight, normal, index.
-    seen: Vec<(f64, Vec3, u32)>,
+    /// Of the weighted normals.
+    sum: Vec3,
+    /// Of the weights.
+    weight: f64,
+    heaviest: Seen,
 }
 
 impl Charts {
+    fn seen(grid: &Grid<'_>, block: usize, p: Vec3) -> impl Iterator<Item = Seen> {
+        let near2 = CONTOUR.near2 * grid.h * grid.h;
+        grid.charts_of(block).filter_map(move |BlockChart { index, chart, sign }| {
+            let v = chart.view(p)?;
+            let weight = v.weight * v.mask / (v.distance * v.distance + near2);
+            Some(Seen { weight, normal: v.normal * sign, index })
+        })
+    }
     fn at(grid: &Grid<'_>, block: usize, p: Vec3) -> Self {
-        let seen = |c: BlockChart<'_>| {
-            let v = c.chart.view(p)?;
-            let w = v.weight * v.mask / (v.distance * v.distance + CONTOUR.near2 * grid.h * grid.h);
-            Some((w, v.normal * c.sign, c.index))
-        };
-        Self { seen: grid.charts_of(block).filter_map(seen).collect() }
-    }
-    fn sum(&self) -> Vec3 {
-        self.seen.iter().fold(Vec3::ZERO, |sum, s| sum + s.1 * s.0)
-    }
-    /// Unit normal; none without charts.
-    fn normal(&self) -> Vec3 {
-        unit_or_none(self.sum())
-    }
-    /// The chart that weighs most.
-    fn heaviest(&self) -> u32 {
-        let heavier = |best: (f64, u32), s: &(f64, Vec3, u32)| if s.0 > best.0 { (s.0, s.2) } else { best };
-        self.seen.iter().fold((0.0, u32::MAX), heavier).1
+        let none = Seen { weight: 0.0, normal: Vec3::ZERO, index: u32::MAX };
+        let mut all = Self { sum: Vec3::ZERO, weight: 0.0, heaviest: none };
+        for seen in Self::seen(grid, block, p) {
+            all.sum += seen.normal * seen.weight;
+            all.weight += seen.weight;
+            if seen.weight > all.heaviest.weight {
+                all.heaviest = seen;
+            }
+        }
+        all
     }
     /// Whether their normals differ.
     fn bends(&self) -> bool {
-        self.sum().norm() < CONTOUR.bends * self.seen.iter().map(|s| s.0).sum::<f64>()
+        self.sum.norm() < CONTOUR.bends * self.weight
     }
-    /// The unit normal of those that look like the heaviest.
-    fn normal_of_side(&self) -> Vec3 {
-        let lead = self.seen.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(Vec3::ZERO, |s| s.1);
+    /// The unit normal of those that look like the heaviest; zero without charts.
+    fn normal_of_side(grid: &Grid<'_>, block: usize, p: Vec3) -> Vec3 {
+        let lead = Self::at(grid, block, p).heaviest.normal;
         let share = |n: Vec3| ((n.dot(lead) - CONTOUR.one_side) / (1.0 - CONTOUR.one_side)).max(0.0).powi(2);
-        unit_or_none(self.seen.iter().fold(Vec3::ZERO, |sum, s| sum + s.1 * (s.0 * share(s.1))))
+        let side = Self::seen(grid, block, p).map(|s| s.normal * (s.weight * share(s.normal)));
+        side.fold(Vec3::ZERO, |sum, n| sum + n).normalized()
     }
-}
-
-fn unit_or_none(v: Vec3) -> Vec3 {
-    if v.norm() > 0.0 { v.normalized() } else { Vec3::ZERO }
 }
 
 #[cfg(test)]

@@ -6,8 +6,9 @@
 //!
 //! After "halved" and "doubled" stand ratios of figures to those of the unchanged program: root mean square
 //! distances of points to truth (points), surface to truth (acc), truth to surface (com); the geometric mean
-//! of six scans, in brackets the scan that changes most. Measured by `tests/constants.py --count 3000
-//! --no-uv`. The two sides of its plate are hard to tell apart at this size: small changes decide.
+//! of its scans (six, and later four facades), in brackets the scan that changes most. Measured by
+//! `tests/constants.py --count 3000 --no-uv`. The two sides of its plate are hard to tell apart at this size:
+//! small changes decide.
 
 /// The numbers, see [`CONTOUR`].
 pub(crate) struct ContourConstants {
@@ -94,7 +95,7 @@ pub(crate) struct ContourConstants {
     /// Doubled: com 1.01 (box 1.07).
     pub spread: usize,
     /// The charts about a place bend within a voxel if the mean of their unit normals is shorter than this.
-    /// Source: derived, normals 28 degrees apart; a vertex in the middle is then a sixteenth of a voxel off.
+    /// Source: derived, normals 28 degrees apart; a vertex in the middle is then an eighth of a voxel off.
     pub bends: f64,
     /// Such a vertex lies at most so many voxels beyond its own. Source: measured by `tests/constants.py`:
     /// vertices that stay within theirs fold less, but cut off more of the edges.
@@ -102,9 +103,9 @@ pub(crate) struct ContourConstants {
     /// How alike the normals of two charts of one side of a crease are: the cosine at which a chart of the
     /// other side loses all weight. Source: chosen, 37 degrees.
     pub one_side: f64,
-    /// Tangent planes determine a place along a direction if its eigenvalue is more than this share of the
-    /// largest. Source: chosen, planes 25 degrees apart.
-    pub determined: f64,
+    /// How strongly such a vertex is drawn to the middle, as a share of the planes' pull: along an edge the
+    /// planes do not decide. In (0, 1).
+    pub undecided: f64,
     /// Neighbouring triangles whose normals' cosine is below this (65 degrees) make a spike at the scale of a
     /// voxel: no data carries it. Source: chosen.
     /// Halved: no figure changes by 1 %; doubled: acc 1.11 (spiral 1.39), com 1.09 (box 1.24).
@@ -151,7 +152,7 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     bends: 0.97,
     beyond: 0.5,
     one_side: 0.8,
-    determined: 0.05,
+    undecided: 0.01,
     spike: 0.42,
     check: 1 << 15,
     end_of_data: 0.5,

@@ -19,7 +19,6 @@ mod loops;
 pub(crate) mod parts;
 mod patch;
 pub(crate) mod quads;
-mod sharp;
 mod slits;
 pub(crate) mod smooth;
 pub(crate) mod surface;

@@ -5,8 +5,9 @@
 //!
 //! After "halved" and "doubled" stand ratios of figures to those of the unchanged program: root mean square
 //! distances of points to truth (points), surface to truth (acc), truth to surface (com); the geometric mean
-//! of six scans, in brackets the scan that changes most. Measured by `tests/constants.py --count 3000
-//! --no-uv`. The two sides of its plate are hard to tell apart at this size: small changes decide.
+//! of its scans (six, and later four facades), in brackets the scan that changes most. Measured by
+//! `tests/constants.py --count 3000 --no-uv`. The two sides of its plate are hard to tell apart at this size:
+//! small changes decide.
 
 /// The numbers, see [`NOISE`].
 pub(crate) struct NoiseConstants {

@@ -6,6 +6,7 @@
 //! way.
 
 mod beside;
+mod centers;
 mod connected;
 pub(crate) mod constants;
 mod enclose;
@@ -16,10 +17,11 @@ mod signs;
 mod votes;
 
 pub(crate) use beside::{beside, goes_on};
+pub(crate) use centers::Centers;
 pub(crate) use connected::connected;
 pub(crate) use enclose::{Sheets, dipole};
 pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
-pub(crate) use signs::{Facing, agree, face, orient};
+pub(crate) use signs::{Relations, agree, face, orient};
 pub(crate) use votes::votes;

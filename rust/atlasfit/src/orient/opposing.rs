@@ -2,13 +2,12 @@
 //!
 //! In: charts. Out: relations of charts that oppose each other without sharing points.
 
+use super::centers::{About, Center, Centers};
 use super::constants::ORIENT;
-use crate::atlas::{FittedChart, Foot, Map, Monge, Relation};
+use crate::atlas::{FittedChart, Foot, Monge, Relation};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::neighbours::{Neighbour, Neighbours};
-use rayon::prelude::*;
 
 /// An opposing chart.
 struct Opposing {
@@ -38,66 +37,39 @@ pub(crate) fn opposing_sheets(
     points: &[Vec3],
     fitted: &[FittedChart],
     spacing: f64,
+    centers: &Centers<'_>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Relation>> {
-    let patches: Vec<(u32, &Monge)> = fitted
-        .iter()
-        .zip(0..)
-        .filter_map(|(f, c)| match &f.chart.map {
-            Map::Monge(m) => Some((c, m)),
-            Map::Tube(_) => None,
-        })
-        .collect();
-    if patches.is_empty() {
-        return Ok(Vec::new());
-    }
-    let centers: Vec<Foot> = patches.iter().map(|(_, m)| m.at([0.0; 2])).collect();
-    let at: Vec<Vec3> = centers.iter().map(|c| c.position).collect();
-    let tree = Neighbours::build(&at, ctx)?;
-    let views = |k: usize, found: &mut Vec<Neighbour>, out: &mut Vec<Relation>| {
-        let ((a, map), center) = (patches[k], &centers[k]);
-        let sigma = fitted[a as usize].chart.sigma;
-        let reach = map.radii[0].min(map.radii[1]);
-        tree.within(center.position, 3.0 * reach, found);
-        let opposing: Vec<Opposing> = found
-            .iter()
-            .filter_map(|f| {
-                let b = patches[f.index as usize].0;
-                let v = fitted[b as usize].chart.view(center.position)?;
-                let turn = v.normal.dot(center.normal);
-                let far = ((ORIENT.apart * sigma).max(spacing)..reach).contains(&v.distance.abs());
-                if !far || turn.abs() <= ORIENT.parallel || v.weight <= 0.0 || v.mask < 0.5 {
-                    return None;
-                }
-                let foot = center.position - v.normal * v.distance;
-                let there = points_there(points, &fitted[b as usize], patches[f.index as usize].1, foot);
-                Some(Opposing {
-                    chart: b,
-                    distance: -v.distance * turn.signum(),
-                    agreement: -ORIENT.counts * turn * v.weight * there,
-                })
+    let look = |a: &Center<'_>, about: &mut About<'_>, out: &mut Vec<Relation>| {
+        let Foot { position, normal, .. } = a.foot;
+        let sigma = fitted[a.chart as usize].chart.sigma;
+        let reach = a.map.radii[0].min(a.map.radii[1]);
+        let opposes = |b: &Center<'_>| {
+            let other = &fitted[b.chart as usize];
+            let v = other.chart.view(position)?;
+            let turn = v.normal.dot(normal);
+            let far = ((ORIENT.apart * sigma).max(spacing)..reach).contains(&v.distance.abs());
+            if !far || turn.abs() <= ORIENT.parallel || v.weight <= 0.0 || v.mask < 0.5 {
+                return None;
+            }
+            let there = points_there(points, other, b.map, position - v.normal * v.distance);
+            Some(Opposing {
+                chart: b.chart,
+                distance: -v.distance * turn.signum(),
+                agreement: -ORIENT.counts * turn * v.weight * there,
             })
-            .collect();
+        };
+        let opposing: Vec<Opposing> = about.within(a, 3.0 * reach).filter_map(opposes).collect();
         for side in [1.0, -1.0] {
             let distances = opposing.iter().map(|x| x.distance * side);
             let next = distances.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
             let sheet = |d: f64| d > 0.0 && d < next + ORIENT.same_sheet * sigma;
             out.extend(opposing.iter().filter(|x| sheet(x.distance * side)).map(|x| Relation {
-                a: a.min(x.chart),
-                b: a.max(x.chart),
+                a: a.chart.min(x.chart),
+                b: a.chart.max(x.chart),
                 agreement: x.agreement,
             }));
         }
     };
-    let order: Vec<usize> = (0..patches.len()).collect();
-    let chunks = order
-        .par_chunks(64)
-        .map(|chunk| {
-            ctx.check()?;
-            let (mut found, mut out) = (Vec::new(), Vec::new());
-            chunk.iter().for_each(|&k| views(k, &mut found, &mut out));
-            Ok(out)
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(chunks.concat())
+    centers.relations(look, ctx)
 }

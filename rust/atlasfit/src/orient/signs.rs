@@ -38,12 +38,12 @@ pub(crate) struct Signs {
 }
 
 /// What is known of how charts face each other.
-pub(crate) struct Facing<'a> {
-    /// Charts that share points.
-    pub relations: &'a [Relation],
-    /// Opposing sheets.
+pub(crate) struct Relations<'a> {
+    /// Of charts that share points.
+    pub shared: &'a [Relation],
+    /// Of opposing sheets.
     pub opposing: &'a [Relation],
-    /// Charts beside each other.
+    /// Of charts beside each other.
     pub beside: &'a [Relation],
 }
 
@@ -54,14 +54,14 @@ pub(crate) struct Facing<'a> {
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn orient(
-    facing: &Facing<'_>,
+    relations: &Relations<'_>,
     votes: &[Vote],
     sheets: &Sheets<'_>,
     ctx: &Context<'_>,
 ) -> Result<Signs> {
     let charts = sheets.fitted.len();
-    let Facing { relations, opposing, beside } = *facing;
-    let touching = [relations, opposing].concat();
+    let Relations { shared, opposing, beside } = *relations;
+    let touching = [shared, opposing].concat();
     let all = [&touching, beside].concat();
     let of_scan: Vec<(u32, f64)> = (0..).zip(votes.iter().map(|v| v.sum)).collect();
     let mut found = contract(charts, &all, &of_scan, ctx)?;
@@ -72,7 +72,7 @@ pub(crate) fn orient(
         }
     }
     let signs = found.signs;
-    let conflicts: Vec<Pair> = relations
+    let conflicts: Vec<Pair> = shared
         .iter()
         .filter(|r| {
             !two_sided[r.a as usize]
@@ -82,8 +82,8 @@ pub(crate) fn orient(
         .map(|r| (r.a, r.b))
         .collect();
     let sum = |it: &mut dyn Iterator<Item = &Relation>| it.map(|r| r.agreement.abs()).sum::<f64>();
-    let against = sum(&mut relations.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
-    let one_sided = against > ORIENT.one_sided * sum(&mut relations.iter());
+    let against = sum(&mut shared.iter().filter(|r| conflicts.binary_search(&(r.a, r.b)).is_ok()));
+    let one_sided = against > ORIENT.one_sided * sum(&mut shared.iter());
     ctx.check()?;
     Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
 }

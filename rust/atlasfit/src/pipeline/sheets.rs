@@ -64,16 +64,17 @@ fn oriented(
     let (points, spacing) = (&scan.points, scan.sampling.median);
     let members = membership::of_points(points.len(), &fitted, ctx)?;
     let relations = orient::relations(points, &fitted, &members, spacing, ctx)?;
-    let opposing = orient::opposing_sheets(points, &fitted, spacing, ctx)?;
+    let centers = orient::Centers::of(&fitted, ctx)?;
+    let opposing = orient::opposing_sheets(points, &fitted, spacing, &centers, ctx)?;
+    let beside = orient::beside(&centers, ctx)?;
     let mut votes = match toward {
         Some(toward) => orient::votes(points, &fitted, &members, toward, ctx)?,
         None => Vec::new(),
     };
     let sheets =
         orient::Sheets { points, spacing: &scan.sampling.spacing, fitted: &fitted, members: &members };
-    let beside = orient::beside(&fitted, ctx)?;
-    let facing = orient::Facing { relations: &relations, opposing: &opposing, beside: &beside };
-    let signs = orient::orient(&facing, &votes, &sheets, ctx)?;
+    let known = orient::Relations { shared: &relations, opposing: &opposing, beside: &beside };
+    let signs = orient::orient(&known, &votes, &sheets, ctx)?;
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
         f.chart.sign = *sign;
     }

@@ -5,11 +5,11 @@
 
 use super::constants::SIMPLIFY;
 use super::data::{First, Level, Piece, Whole, Work};
-use super::quadric::Quadric;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::lists::Lists;
+use crate::spatial::quadric::Quadric;
 use crate::spatial::triangle::area_vector;
 
 /// The end of a list of points.

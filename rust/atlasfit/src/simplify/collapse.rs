@@ -87,7 +87,9 @@ impl Block<'_> {
             [true, false] => p,
             [false, true] => q,
             // Along the surface the planes hardly decide: no vertex leaves its edge's neighbourhood.
-            _ => Some(quadric.least(middle)).filter(|x| x.dist2(middle) <= length2).unwrap_or(middle),
+            _ => Some(quadric.least(middle, SIMPLIFY.middle))
+                .filter(|x| x.dist2(middle) <= length2)
+                .unwrap_or(middle),
         };
         let most = level.error * self.error(a).min(self.error(b));
         if quadric.mean(to) > most * most {

@@ -18,7 +18,6 @@ pub(crate) mod constants;
 mod cut;
 mod data;
 mod hand_over;
-mod quadric;
 mod shape;
 #[cfg(test)]
 mod tests;
