@@ -5,8 +5,9 @@
 //! records ([`super::quads`]).
 
 use super::constants::CONTOUR;
+use super::normals::{Charts, heaviest, normal, normal_of_side};
 use super::surface::ContourVertices;
-use crate::blend::blocks::{BlockChart, CORNERS, CornerId, CornerValue, Grid, corner_offset};
+use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, corner_offset};
 use crate::blend::constants::BLEND;
 use crate::numeric::vec3::Vec3;
 use crate::spatial::quadric::Quadric;
@@ -156,27 +157,28 @@ fn slot(e: usize) -> u8 {
     }
 }
 
-/// Contours the voxel of `block` with lowest corner `at`, counted from the block's.
-pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], out: &mut Cells) {
+/// Contours the voxel of `block` with lowest corner `at`, counted from the block's. `charts` is working memory.
+pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], charts: &mut Charts, out: &mut Cells) {
     let Some(voxel) = Voxel::read(grid, block, at) else { return };
     let next = voxel.links();
     let mut done = [false; 12];
     for start in 0..12 {
         if !done[start] && !next[start].contains(&NONE) {
-            piece(grid, &voxel, &next, start, &mut done, out);
+            piece(grid, &voxel, &next, start, &mut done, charts, out);
         }
     }
 }
 
 /// One piece of surface in a voxel: follows its crossed edges round from `start`, marks them as done, and
-/// puts a vertex in their middle, or where their tangent planes meet if the charts bend (dual contouring: Ju
-/// et al. 2002). Nothing where all of the edges lie between two sheets.
+/// puts a vertex where the tangent planes there meet (dual contouring: Ju et al. 2002), or in their middle if
+/// that is too far off. Nothing where all of the edges lie between two sheets.
 fn piece(
     grid: &Grid<'_>,
     voxel: &Voxel,
     next: &[[usize; 2]; 12],
     start: usize,
     done: &mut [bool; 12],
+    charts: &mut Charts,
     out: &mut Cells,
 ) {
     let (h, f) = (grid.h, &voxel.field);
@@ -209,26 +211,22 @@ fn piece(
     if out.crossings.len() == before {
         return;
     }
-    let mut middle = crossed.mean();
-    let mut charts = Charts::at(grid, voxel.block, middle);
-    if charts.bends() {
-        let plane = |p: Vec3| {
-            let normal = Charts::normal_of_side(grid, voxel.block, p);
-            Quadric::of_plane(p - middle, normal.0, normal.norm2())
-        };
-        let planes = crossed.iter().map(plane).fold(Quadric::default(), Add::add);
-        let place = middle + planes.least(Vec3::ZERO, CONTOUR.undecided);
-        let off = (place - position(0)) * (1.0 / h);
-        if off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(x)) {
-            middle = place;
-            charts = Charts::at(grid, voxel.block, middle);
-        }
-    }
-    let (normal, chart) = (charts.sum.normalized(), charts.heaviest.index);
+    let middle = crossed.mean();
+    let mut plane = |p: Vec3| {
+        let normal = normal_of_side(charts.at(grid, voxel.block, p));
+        Quadric::of_plane(p - middle, normal.0, normal.norm2())
+    };
+    let planes = crossed.iter().map(&mut plane).fold(Quadric::default(), Add::add);
+    let meet = middle + planes.least(Vec3::ZERO, CONTOUR.undecided);
+    let off = (meet - position(0)) * (1.0 / h);
+    let near = off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(x));
+    let place = if near { meet } else { middle };
+    let charts = charts.at(grid, voxel.block, place);
+    let (normal, chart) = (normal(charts), heaviest(charts).map_or(u32::MAX, |c| c.index));
     let support =
-        if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, middle) };
+        if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, place) };
     let out = &mut out.vertices;
-    out.positions.push(middle);
+    out.positions.push(place);
     out.normals.push(normal);
     out.chart.push(chart);
     out.filled.push(voxel.filled);
@@ -253,57 +251,6 @@ impl Places {
     }
     fn mean(&self) -> Vec3 {
         self.iter().fold(Vec3::ZERO, |sum, p| sum + p) * (1.0 / self.count as f64)
-    }
-}
-
-/// A chart as it looks at a place, in the gauge of a block.
-#[derive(Clone, Copy)]
-struct Seen {
-    weight: f64,
-    normal: Vec3,
-    index: u32,
-}
-
-/// The charts of a block at a place. Those that pass nearest weigh most.
-struct Charts {
-    /// Of the weighted normals.
-    sum: Vec3,
-    /// Of the weights.
-    weight: f64,
-    heaviest: Seen,
-}
-
-impl Charts {
-    fn seen(grid: &Grid<'_>, block: usize, p: Vec3) -> impl Iterator<Item = Seen> {
-        let near2 = CONTOUR.near2 * grid.h * grid.h;
-        grid.charts_of(block).filter_map(move |BlockChart { index, chart, sign }| {
-            let v = chart.view(p)?;
-            let weight = v.weight * v.mask / (v.distance * v.distance + near2);
-            Some(Seen { weight, normal: v.normal * sign, index })
-        })
-    }
-    fn at(grid: &Grid<'_>, block: usize, p: Vec3) -> Self {
-        let none = Seen { weight: 0.0, normal: Vec3::ZERO, index: u32::MAX };
-        let mut all = Self { sum: Vec3::ZERO, weight: 0.0, heaviest: none };
-        for seen in Self::seen(grid, block, p) {
-            all.sum += seen.normal * seen.weight;
-            all.weight += seen.weight;
-            if seen.weight > all.heaviest.weight {
-                all.heaviest = seen;
-            }
-        }
-        all
-    }
-    /// Whether their normals differ.
-    fn bends(&self) -> bool {
-        self.sum.norm() < CONTOUR.bends * self.weight
-    }
-    /// The unit normal of those that look like the heaviest; zero without charts.
-    fn normal_of_side(grid: &Grid<'_>, block: usize, p: Vec3) -> Vec3 {
-        let lead = Self::at(grid, block, p).heaviest.normal;
-        let share = |n: Vec3| ((n.dot(lead) - CONTOUR.one_side) / (1.0 - CONTOUR.one_side)).max(0.0).powi(2);
-        let side = Self::seen(grid, block, p).map(|s| s.normal * (s.weight * share(s.normal)));
-        side.fold(Vec3::ZERO, |sum, n| sum + n).normalized()
     }
 }
 

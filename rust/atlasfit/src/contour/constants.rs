@@ -94,17 +94,15 @@ pub(crate) struct ContourConstants {
     /// Rings about free vertices that are smoothed too. Source: chosen.
     /// Doubled: com 1.01 (box 1.07).
     pub spread: usize,
-    /// The charts about a place bend within a voxel if the mean of their unit normals is shorter than this.
-    /// Source: derived, normals 28 degrees apart; a vertex in the middle is then an eighth of a voxel off.
-    pub bends: f64,
-    /// Such a vertex lies at most so many voxels beyond its own. Source: measured by `tests/constants.py`:
-    /// vertices that stay within theirs fold less, but cut off more of the edges.
+    /// A vertex lies at most so many voxels beyond its own. Source: chosen: none beyond rounds the edges, all
+    /// that planes ask for folds.
     pub beyond: f64,
     /// How alike the normals of two charts of one side of a crease are: the cosine at which a chart of the
     /// other side loses all weight. Source: chosen, 37 degrees.
     pub one_side: f64,
-    /// How strongly such a vertex is drawn to the middle, as a share of the planes' pull: along an edge the
-    /// planes do not decide. In (0, 1).
+    /// How strongly a vertex is drawn to the middle of where the surface crosses its voxel, as a share of the
+    /// planes' pull: along the surface they do not decide. In (0, 1). Source: derived, as strongly as planes
+    /// that are 28 degrees apart pull it to their line; in the middle it would be an eighth of a voxel off.
     pub undecided: f64,
     /// Neighbouring triangles whose normals' cosine is below this (65 degrees) make a spike at the scale of a
     /// voxel: no data carries it. Source: chosen.
@@ -149,10 +147,9 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     taubin: [0.5, -0.43],
     astray: 0.5,
     spread: 1,
-    bends: 0.97,
     beyond: 0.5,
     one_side: 0.8,
-    undecided: 0.01,
+    undecided: 0.06,
     spike: 0.42,
     check: 1 << 15,
     end_of_data: 0.5,

@@ -16,6 +16,7 @@ pub(crate) mod constants;
 mod facing;
 pub(crate) mod holes;
 mod loops;
+mod normals;
 pub(crate) mod parts;
 mod patch;
 pub(crate) mod quads;

@@ -6,6 +6,7 @@
 
 use super::cells::{self, Cells, Crossing};
 use super::constants::CONTOUR;
+use super::normals::Charts;
 use super::surface::{Contour, ContourVertices};
 use crate::blend::blocks::{CORNERS, Grid, corner_at};
 use crate::error::Result;
@@ -23,12 +24,12 @@ pub(crate) fn contour(grid: Grid<'_>, ctx: &Context<'_>) -> Result<Contour> {
         .into_par_iter()
         .map(|chunk| {
             ctx.check()?;
-            let mut out = Cells::default();
+            let (mut charts, mut out) = (Charts::default(), Cells::default());
             let range = chunk * CONTOUR.chunk..((chunk + 1) * CONTOUR.chunk).min(blocks);
             ctx.advance(grid.pairs / blocks * range.len());
             for b in range {
                 for k in 0..CORNERS {
-                    cells::contour(&grid, b, corner_at(k), &mut out);
+                    cells::contour(&grid, b, corner_at(k), &mut charts, &mut out);
                 }
             }
             Ok(out)

@@ -22,9 +22,13 @@ pub(crate) struct OrientConstants {
     /// What one chart beside another counts, in shared points. Source: measured: of the 24 facades of
     /// tests/sides.rs none faces two ways with 0.01 to 0.1, two with none; with 0.1 the two sides of a thin
     /// wedge (fandisk, simulated scan) face alike.
+    /// Halved: com 1.03 (facade0 1.14), facing 0.96 (spiral 0.67); doubled: points 1.01 (plate 1.17), acc 1.02
+    /// (plate 1.18), com 1.01 (plate 1.15), facing 0.96 (spiral 0.70).
     pub beside: f64,
     /// Charts whose centres are nearest to a chart's lie beside it, itself among them. Source: chosen, two
     /// rings.
+    /// Halved: com 1.03 (facade1 1.14), facing 0.98 (plate 0.78); doubled: acc 1.04 (plate 1.20), com 1.01
+    /// (plate 1.29), facing 0.96 (spiral 0.64).
     pub beside_charts: usize,
     /// Points about a place by which a chart's density there is known. Source: derived, none is there by
     /// chance once in e^12 times.
