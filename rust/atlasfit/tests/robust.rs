@@ -176,9 +176,15 @@ fn results_that_cannot_be_right_are_warned_of() {
 
     let mut rng = Rng::new(9);
     let cube: Vec<Vec3> = (0..3000).map(|_| [0; 3].map(|_| rng.uniform())).collect();
-    match run(&cube) {
-        Ok(out) => assert!(warned(&out, "fill a volume"), "{:?}", out.report.warnings),
-        Err(e) => assert!(matches!(e, Error::Degenerate { .. }), "{e}"),
+    let blob: Vec<Vec3> = (0..8000).map(|_| [0; 3].map(|_| rng.normal())).collect();
+    for volume in [cube, blob] {
+        match run(&volume) {
+            Ok(out) => assert!(warned(&out, "fill a volume"), "{:?}", out.report.warnings),
+            Err(e) => assert!(
+                matches!(e, Error::Degenerate { .. }) && e.to_string().contains("fill a volume"),
+                "{e}"
+            ),
+        }
     }
 
     let grid = |i: i32| [f64::from(i % 50) * 0.5, f64::from(i / 50) * 0.5, 1.0];

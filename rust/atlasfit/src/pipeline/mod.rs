@@ -125,7 +125,19 @@ fn denoise_in(
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let sampled = prepare::sampled(distinct, options.noise, ctx)?;
     memory::reserve_sampled(&sampled, columns, options, ctx)?;
-    let mut scan = prepare::with_noise(sampled, options.noise, ctx)?;
+    let scan = prepare::with_noise(sampled, options.noise, ctx)?;
+    let told = scan.input.warnings.clone();
+    charted(cloud, scan, options, guide, ctx).map_err(|error| warnings::explained(error, &told))
+}
+
+/// The stages once the scan is prepared.
+fn charted(
+    cloud: &PointCloud,
+    mut scan: prepare::Scan,
+    options: &DenoiseOptions,
+    guide: Option<&dyn Guide>,
+    ctx: &Context<'_>,
+) -> Result<Denoised> {
     let scan_noise = scan.noise;
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;

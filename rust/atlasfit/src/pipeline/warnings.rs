@@ -4,6 +4,7 @@
 
 use super::constants::PIPELINE;
 use crate::contour::holes::Left;
+use crate::error::Error;
 use crate::noise::estimate::LocalNoise;
 use crate::numeric::vec3::Vec3;
 use crate::numeric::wording::counted;
@@ -25,6 +26,23 @@ pub(super) fn volume(local: &LocalNoise) -> Option<String> {
          or the noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
             .into()
     })
+}
+
+/// An error that says what was `told` of the scan before: where points have no surface, that is the reason and
+/// the advice.
+pub(super) fn explained(error: Error, told: &[String]) -> Error {
+    match error {
+        Error::Degenerate { what, .. } if !told.is_empty() => {
+            Error::degenerate(what, capitalised(&told.join(". ")))
+        }
+        other => other,
+    }
+}
+
+/// A text that begins a sentence.
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// What to tell a user whose `given` noise is far below what the scan shows. In the normalised frame, whose
