@@ -14,6 +14,7 @@ use crate::atlas::{Chart, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
 use crate::contour::{cavities, clean, components, quads, smooth, surface::Surface};
+use crate::crease;
 use crate::error::{Error, Result};
 use crate::numeric::vec3::Vec3;
 use crate::orient;
@@ -99,6 +100,14 @@ pub(super) fn build(
     not_empty(&surface)?;
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
+    let scan = crease::Known {
+        points: &points,
+        spacing: &sampling.spacing,
+        noise: noise.for_charts(),
+        relative_noise: &relative_noise,
+        charts: &charts,
+    };
+    crease::sharpen(&mut surface, &mut projected, &scan, ctx)?;
     let known = Known {
         projected: &projected,
         sampling: &sampling,

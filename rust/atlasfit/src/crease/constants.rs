@@ -1,0 +1,106 @@
+//! The numbers of creases: one place, each with its unit and where it is from.
+
+/// The numbers, see [`CREASE`].
+pub(crate) struct CreaseConstants {
+    /// A crease is looked for where neighbouring triangles meet at more than this angle (cosine). Source:
+    /// chosen, about 25 degrees: what bends less is within the noise of the points whichever way it is drawn.
+    pub bend: f64,
+    /// Distance between places that are looked at, in spacings. Source: chosen.
+    pub apart: f64,
+    /// Radii of the windows across and along the bend, in spacings, the widest first. Source: chosen: about
+    /// 50 to 250 points.
+    pub radii: [[f64; 2]; 4],
+    /// A window of fewer points says nothing. Source: derived, twice the unknowns of the model.
+    pub least_points: usize,
+    /// Points of a window that are looked at: more make the decision no surer. Source: chosen.
+    pub most_points: usize,
+    /// Least cosine between a side's normal and the direction that the heights are over. Source: chosen, 84
+    /// degrees.
+    pub steep: f64,
+    /// And the share of the points that it holds for. Source: chosen.
+    pub on_sides: f64,
+    /// A bend wider than this, in spacings, is a rounding that the points show. Source: derived, points a
+    /// spacing apart show nothing narrower than two.
+    pub rounding: f64,
+    /// How much wider the next rounding is that is tried. Source: chosen.
+    pub wider: f64,
+    /// How many are tried. Source: chosen, up to more than the widest window.
+    pub roundings: i32,
+    /// Evidence, in nats, that a crease must have beyond that of a smooth surface: one place in a hundred is
+    /// taken for one by chance. Source: derived, ln 100.
+    pub margin: f64,
+    /// Least weight of a point in a fit. Source: chosen, so that no point is lost for good.
+    pub least_weight: f64,
+    /// Added to each unknown's equation for each point. Source: chosen, the square root of the rounding.
+    pub ridge: f64,
+    /// Where the line is tried first, in spacings from the seed. Source: chosen.
+    pub starts: [f64; 3],
+    /// Steps of a fit. Source: chosen.
+    pub steps: usize,
+    /// Most that the line moves in a step, in spacings. Source: chosen.
+    pub most_shift: f64,
+    /// Most that it turns. Source: chosen.
+    pub most_skew: f64,
+    /// And most that it bends, in one over spacings. Source: chosen.
+    pub most_arc: f64,
+    /// A piece is believed within this share of its window. Source: chosen.
+    pub reach: f64,
+    /// Length of the strips by which a piece is found to go on, in spacings. Source: chosen.
+    pub strip: f64,
+    /// Most strips at either end. Source: chosen.
+    pub strips: usize,
+    /// Charts round a crease off by no more than this, in spacings: what lies farther off is another sheet.
+    /// Source: chosen.
+    pub deepest: f64,
+    /// What lies on a side of a crease has a normal with at least this cosine. Source: chosen, 60 degrees.
+    pub same_side: f64,
+    /// Pieces of one crease have directions with at least this cosine. Source: chosen, 18 degrees.
+    pub parallel: f64,
+    /// And lie within this of each other's line, in spacings. Source: chosen.
+    pub aligned: f64,
+    /// A crease is at least this long, in radii of its windows. Source: derived, a shorter one is seen by no
+    /// window but those that hold all of it.
+    pub longest_alone: f64,
+    /// A triangle is folded whose normal has a smaller cosine with its side's. Source: chosen, 72 degrees.
+    pub folded: f64,
+    /// Times that folded triangles are spread out. Source: chosen.
+    pub unfoldings: usize,
+    /// A vertex this near to the crease goes onto it, as a share of its edge that crosses. Source: chosen.
+    pub snap: f64,
+    /// Vertices between two looks at the run.
+    pub check: usize,
+}
+
+/// Their values.
+pub(crate) const CREASE: CreaseConstants = CreaseConstants {
+    bend: 0.9,
+    apart: 1.0,
+    radii: [[9.0, 9.0], [6.0, 6.0], [3.0, 8.0], [4.0, 4.0]],
+    least_points: 20,
+    most_points: 300,
+    steep: 0.1,
+    on_sides: 0.95,
+    rounding: 2.0,
+    wider: 2.0,
+    roundings: 3,
+    margin: 4.6,
+    least_weight: 0.05,
+    ridge: 1e-9,
+    starts: [-1.0, 0.0, 1.0],
+    steps: 6,
+    most_shift: 0.5,
+    most_skew: 0.3,
+    most_arc: 0.05,
+    reach: 0.5,
+    strip: 1.0,
+    strips: 6,
+    deepest: 1.0,
+    same_side: 0.5,
+    parallel: 0.95,
+    aligned: 0.5,
+    longest_alone: 1.0,
+    folded: 0.3,
+    unfoldings: 8,
+    snap: 0.2,
+    check: 64,
+};

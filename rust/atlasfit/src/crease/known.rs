@@ -1,0 +1,25 @@
+//! The scan as the charts know it, as data.
+
+use crate::atlas::Chart;
+use crate::numeric::vec3::Vec3;
+
+/// The scan as the charts know it. Lengths are in the frame of the surface.
+pub(crate) struct Known<'a> {
+    /// Its points.
+    pub(crate) points: &'a [Vec3],
+    /// Their spacing.
+    pub(crate) spacing: &'a [f32],
+    /// Standard deviation of their noise, as usual. Above 0.
+    pub(crate) noise: f64,
+    /// The noise at each, as a multiple of the usual; empty where it is the same everywhere.
+    pub(crate) relative_noise: &'a [f32],
+    /// The charts.
+    pub(crate) charts: &'a [Chart],
+}
+
+impl Known<'_> {
+    /// Standard deviation of a point's noise.
+    pub(super) fn noise_at(&self, point: u32) -> f64 {
+        self.noise * f64::from(self.relative_noise.get(point as usize).copied().unwrap_or(1.0))
+    }
+}

@@ -1,0 +1,51 @@
+//! Creases: edges of the scanned part that the charts, smooth as they are, round off.
+//!
+//! In: the surface, the scan's points and where the charts put them. Out: the same with vertices and edges of
+//! the mesh on each crease that the points ask for, and points and surface beside it on the two sides.
+//!
+//! About places where the surface bends, two explanations of the same points are compared by their evidence:
+//! one smooth piece, or two that meet along a line ([`evidence`]). Lines that go on from each other are a
+//! crease ([`chains`]), and the mesh is cut along it ([`sharpen`]). Cutting a mesh where its two sides meet
+//! is Attene, Falcidieno, Rossignac and Spagnuolo (2003); here the points say where and whether.
+
+mod bends;
+mod chains;
+pub(crate) mod constants;
+mod evidence;
+mod known;
+mod model;
+mod piece;
+mod pull;
+mod sharpen;
+mod unfold;
+mod window;
+
+pub(crate) use known::Known;
+
+use crate::atlas::ProjectedPoint;
+use crate::contour::surface::Surface;
+use crate::error::Result;
+use crate::run::Context;
+
+/// Finds the creases, and puts the surface and the points on them.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn sharpen(
+    s: &mut Surface,
+    projected: &mut [ProjectedPoint],
+    known: &Known<'_>,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let bent = bends::find(s, ctx)?;
+    if bent.is_empty() {
+        return Ok(());
+    }
+    let windows = window::Windows::new(s, projected, known, ctx)?;
+    let seeds = bends::spread(&bent, s, &windows, ctx)?;
+    let pieces = evidence::pieces(&windows, &seeds, ctx)?;
+    drop(windows);
+    let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(()) };
+    sharpen::surface(s, &creases, ctx)?;
+    sharpen::points(projected, &creases, ctx)
+}

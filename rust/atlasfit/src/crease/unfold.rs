@@ -1,0 +1,68 @@
+//! Vertices beside creases spread out where the mesh is folded over them.
+//!
+//! In: a surface, creases, what they ask of each vertex. Out: the same with vertices of folded triangles
+//! moved among their neighbours, so that the two sides, each a height over the other vertices' places, have
+//! no folds.
+
+use super::chains::Creases;
+use super::constants::CREASE;
+use super::pull::{Pull, pull};
+use crate::contour::surface::Surface;
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::edges::Edges;
+use crate::spatial::triangle::area_vector;
+
+/// Moves the vertices of folded triangles to the middle of their neighbours, a few times.
+pub(super) fn unfold(
+    s: &mut Surface,
+    creases: &Creases,
+    pulls: &mut [Option<Pull>],
+    edges: &Edges,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let mut near = Vec::new();
+    for _ in 0..CREASE.unfoldings {
+        let mut folded = folded(s, pulls, ctx)?;
+        if !folded.contains(&true) {
+            break;
+        }
+        let mut sum = ctx.filled((Vec3::ZERO, 0.0), s.positions.len())?;
+        for (i, edge) in edges.iter().enumerate() {
+            ctx.check_at(i)?;
+            let [a, b] = edge[0].ends().map(|v| v as usize);
+            if let [_] = edge {
+                (folded[a], folded[b]) = (false, false);
+            }
+            for (v, w) in [(a, b), (b, a)].into_iter().filter(|x| folded[x.0]) {
+                sum[v].0 += s.positions[w];
+                sum[v].1 += 1.0;
+            }
+        }
+        for v in (0..folded.len()).filter(|&v| folded[v] && sum[v].1 > 0.0) {
+            let normal = pulls[v].map_or(s.normals[v], |p| p.ridge);
+            s.positions[v] = sum[v].0 * (1.0 / sum[v].1);
+            pulls[v] = pull(creases, s.positions[v], normal, &mut near);
+        }
+    }
+    Ok(())
+}
+
+/// Which vertices belong to triangles that face away from the sides that they lie on.
+fn folded(s: &Surface, pulls: &[Option<Pull>], ctx: &Context<'_>) -> Result<Vec<bool>> {
+    let mut folded = ctx.filled(false, s.positions.len())?;
+    for (i, t) in s.triangles.iter().enumerate() {
+        ctx.check_at(i)?;
+        let [Some(a), Some(b), Some(c)] = t.map(|v| pulls[v as usize].as_ref()) else { continue };
+        let mut corners = t.map(|v| s.positions[v as usize]);
+        for (p, pull) in corners.iter_mut().zip([a, b, c]) {
+            *p = *p * (1.0 - pull.weight) + pull.to * pull.weight;
+        }
+        let mean = a.normal + b.normal + c.normal;
+        if area_vector(corners).normalized().dot(mean.normalized()) < CREASE.folded {
+            t.iter().for_each(|&v| folded[v as usize] = true);
+        }
+    }
+    Ok(folded)
+}

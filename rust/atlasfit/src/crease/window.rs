@@ -1,0 +1,203 @@
+//! The points about a place of the surface, in a frame of their own.
+//!
+//! In: the surface, the scan, a vertex. Out: the points of that sheet about it.
+
+use super::constants::CREASE;
+use super::known::Known;
+use super::model;
+use super::piece::Piece;
+use crate::atlas::ProjectedPoint;
+use crate::contour::surface::Surface;
+use crate::error::Result;
+use crate::numeric::dense::eigen3;
+use crate::numeric::vec3::{Frame, Vec3};
+use crate::run::Context;
+use crate::spatial::Neighbours;
+use crate::spatial::lists::Lists;
+use crate::spatial::neighbours::Neighbour;
+use rayon::prelude::*;
+
+/// What windows are cut from.
+pub(super) struct Windows<'a> {
+    surface: &'a Surface,
+    projected: &'a [ProjectedPoint],
+    known: &'a Known<'a>,
+    /// The places of the points that lie on charts, and which they are.
+    tree: Neighbours,
+    on_charts: Vec<u32>,
+    /// The vertex of the surface that is nearest to each.
+    vertex: Vec<u32>,
+    /// The triangles about each vertex.
+    around: Lists,
+}
+
+/// The points of one sheet about a place.
+pub(super) struct Window {
+    /// Origin of its frame.
+    pub at: Vec3,
+    /// Directions: across the bend, along it, and the mean normal.
+    pub frame: Frame,
+    /// Length of the frame's unit: the spacing of the points.
+    pub unit: f64,
+    /// Standard deviation of the noise, in the unit.
+    pub sigma: f64,
+    /// The points.
+    pub points: Vec<[f64; 3]>,
+    /// What the charts leave of them unexplained, in nats: by the noise that each found, which allows for how
+    /// closely it follows its points.
+    pub misfit: f64,
+}
+
+/// Points along a crease.
+pub(super) struct Strip {
+    /// Standard deviation of the noise, in the unit of the piece.
+    pub sigma: f64,
+    /// The points in its frame, each with what its chart leaves of it unexplained, in nats.
+    pub points: Vec<([f64; 3], f64)>,
+}
+
+/// What finding points reuses.
+pub(super) struct Scratch {
+    near: Vec<Neighbour>,
+    queue: Vec<u32>,
+    /// For each vertex the last sheet that it was found on.
+    sheet: Vec<u32>,
+    /// The name of the sheet.
+    name: u32,
+    /// The points of the sheet.
+    own: Vec<u32>,
+}
+
+impl<'a> Windows<'a> {
+    /// Prepares to cut windows.
+    pub fn new(
+        surface: &'a Surface,
+        projected: &'a [ProjectedPoint],
+        known: &'a Known<'a>,
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
+        let on_charts: Vec<u32> =
+            (0..projected.len() as u32).filter(|&i| projected[i as usize].chart != u32::MAX).collect();
+        let places: Vec<Vec3> = on_charts.iter().map(|&i| projected[i as usize].position).collect();
+        let tree = Neighbours::build(&places, ctx)?;
+        let vertices = Neighbours::build(&surface.positions, ctx)?;
+        let vertex = nearest(&vertices, &places, ctx)?;
+        let around = Lists::new(surface.positions.len(), &surface.triangles, ctx)?;
+        Ok(Self { surface, projected, known, tree, on_charts, vertex, around })
+    }
+    /// What finding points reuses, one for each thread.
+    pub fn scratch(&self, ctx: &Context<'_>) -> Result<Scratch> {
+        let sheet = ctx.filled(0, self.surface.positions.len())?;
+        Ok(Scratch { near: Vec::new(), queue: Vec::new(), sheet, name: 0, own: Vec::new() })
+    }
+    /// The spacing of the points at a vertex; none where there are no points.
+    pub fn unit(&self, vertex: u32) -> Option<f64> {
+        let point = self.nearest(vertex)?;
+        Some(f64::from(self.known.spacing[point as usize]).max(f64::MIN_POSITIVE))
+    }
+    /// The point that lies nearest to a vertex.
+    fn nearest(&self, vertex: u32) -> Option<u32> {
+        let found = self.tree.nearest_one(self.surface.positions[vertex as usize]);
+        self.on_charts.get(found.index as usize).copied()
+    }
+    /// The window about a vertex with radii across and along the bend, in spacings; none where the sheet is
+    /// no height over a plane there, or has too few points.
+    pub fn about(&self, vertex: u32, [across, along]: [f64; 2], scratch: &mut Scratch) -> Option<Window> {
+        let at = self.surface.positions[vertex as usize];
+        let point = self.nearest(vertex)?;
+        let unit = self.unit(vertex)?;
+        let sigma = self.known.noise_at(point) / unit;
+        self.own(vertex, along * unit, scratch);
+        let own = &mut scratch.own;
+        let places = |i: u32| self.projected[i as usize].position;
+        let normals = |i: u32| self.projected[i as usize].normal;
+        let inner = own.iter().copied().filter(|&i| places(i).dist2(at) <= (across * unit).powi(2));
+        let frame = frame(inner.map(normals))?;
+        own.retain(|&i| {
+            let d = (places(i) - at) * (1.0 / unit);
+            (frame[0].dot(d) / across).powi(2) + (frame[1].dot(d) / along).powi(2) <= 1.0
+        });
+        let steep = own.iter().filter(|&&i| normals(i).dot(frame[2]) < CREASE.steep).count();
+        let few = own.len() < CREASE.least_points;
+        if few || steep as f64 > (1.0 - CREASE.on_sides) * own.len() as f64 {
+            return None;
+        }
+        let step = own.len().div_ceil(CREASE.most_points).max(1);
+        let own: Vec<u32> = own.iter().copied().step_by(step).collect();
+        let points = own.iter().map(|&i| {
+            let d = (self.known.points[i as usize] - at) * (1.0 / unit);
+            frame.map(|axis| axis.dot(d))
+        });
+        let misfit = own.iter().map(|&i| self.misfit(i, sigma * unit)).sum();
+        Some(Window { at, frame, unit, sigma, points: points.collect(), misfit })
+    }
+    /// What a point's chart leaves of it unexplained, in nats, by the noise that the chart found.
+    fn misfit(&self, point: u32, sigma: f64) -> f64 {
+        let chart = self.known.charts.get(self.projected[point as usize].chart as usize);
+        chart.map_or(0.0, |chart| model::cost(chart.sigma / sigma))
+    }
+    /// The points of the sheet about a vertex that lie beside a piece's crease, up to so far along it.
+    pub fn strip(&self, vertex: u32, piece: &Piece, longest: f64, scratch: &mut Scratch) -> Strip {
+        let sigma = self.nearest(vertex).map_or(1.0, |i| self.known.noise_at(i)) / piece.unit;
+        self.own(vertex, longest * piece.unit, scratch);
+        let local = |i: u32| piece.local(self.known.points[i as usize]);
+        let beside = |p: &[f64; 3]| (p[0] - piece.model.line(p[1])).abs() <= piece.across;
+        let points = scratch.own.iter().map(|&i| (local(i), self.misfit(i, sigma * piece.unit)));
+        Strip { sigma, points: points.filter(|(p, _)| beside(p)).collect() }
+    }
+    /// Finds the points of the sheet about a vertex: those next to vertices that hang together with it.
+    fn own(&self, vertex: u32, radius: f64, scratch: &mut Scratch) {
+        let Scratch { near, queue, sheet, name, own } = scratch;
+        let Surface { positions, triangles, .. } = self.surface;
+        let at = positions[vertex as usize];
+        *name += 1;
+        sheet[vertex as usize] = *name;
+        queue.clear();
+        queue.push(vertex);
+        while let Some(v) = queue.pop() {
+            for &w in self.around.of(v).iter().flat_map(|&f| &triangles[f as usize]) {
+                let seen = &mut sheet[w as usize];
+                if *seen != *name && positions[w as usize].dist2(at) < radius * radius {
+                    *seen = *name;
+                    queue.push(w);
+                }
+            }
+        }
+        self.tree.within(at, radius, near);
+        let on_sheet = |n: &&Neighbour| sheet[self.vertex[n.index as usize] as usize] == *name;
+        own.clear();
+        own.extend(near.iter().filter(on_sheet).map(|n| self.on_charts[n.index as usize]));
+    }
+}
+
+/// What lies nearest to each place.
+fn nearest(tree: &Neighbours, places: &[Vec3], ctx: &Context<'_>) -> Result<Vec<u32>> {
+    let found = places
+        .par_chunks(CREASE.check)
+        .map(|chunk| {
+            ctx.check()?;
+            Ok(chunk.iter().map(|&p| tree.nearest_one(p).index).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(found.concat())
+}
+
+/// The frame of normals: across the direction in which they vary least, along it, and their mean.
+fn frame(normals: impl Iterator<Item = Vec3> + Clone) -> Option<Frame> {
+    let mut m = [0.0; 6];
+    let mut mean = Vec3::ZERO;
+    for n in normals {
+        mean += n;
+        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            m[k] += n[i] * n[j];
+        }
+    }
+    let up = mean.normalized();
+    let (_, axes) = eigen3(m);
+    let along = axes[0] - up * up.dot(axes[0]);
+    if !(mean.norm() > 0.0 && along.norm() > 0.1) {
+        return None;
+    }
+    let along = along.normalized();
+    Some([along.cross(up), along, up])
+}
