@@ -218,7 +218,8 @@
 
 /**
  * atlasfit_denoise_options.outliers: outliers stay among the denoised points, where
- * they were: there are as many points as were given, in the same order.
+ * they were (those of a mesh between their neighbours: see triangles of atlasfit_points). There are as many
+ * points as were given, in the same order.
  */
 #define ATLASFIT_OUTLIERS_KEEP 0
 
@@ -420,6 +421,17 @@ typedef struct {
    * Other attributes, carried over to the surface.
    */
   const atlasfit_attribute *attributes;
+  /**
+   * Where the points are the vertices of a mesh: its triangles, three indices of points each. Outliers
+   * that are kept then follow the surface between their neighbours in the mesh, so that no spike stays;
+   * those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
+   * atlasfit_denoise().
+   */
+  const uint32_t *triangles;
+  /**
+   * Number of triangles, below 2^32 / 3. Default 0.
+   */
+  size_t triangle_count;
 } atlasfit_points;
 
 /**
@@ -734,6 +746,11 @@ typedef struct {
    * Points given that lie on those parts. They are denoised all the same, and no outliers.
    */
   size_t dropped_points;
+  /**
+   * Outliers that follow the surface between their neighbours in the mesh, as triangles of atlasfit_points
+   * says; the other outliers stay where they are.
+   */
+  size_t followed_outliers;
 } atlasfit_report;
 
 /**
@@ -1325,9 +1342,10 @@ atlasfit_status atlasfit_denoise_memory_needed(size_t points,
  * @param options How to denoise; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
- * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
- *         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
- *         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+ *         triangle names no point), #ATLASFIT_EMPTY_INPUT (no finite point), #ATLASFIT_DEGENERATE (the
+ *         points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+ *         #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
  */
 ATLASFIT_API
 atlasfit_status atlasfit_denoise(const atlasfit_points *points,
@@ -1362,8 +1380,8 @@ atlasfit_status atlasfit_result_warnings(const atlasfit_result *result,
                                          size_t *length);
 
 /**
- * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, and points that
- * are not finite, are where they were.
+ * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, unless they
+ * follow their neighbours in a mesh, and points that are not finite, are where they were.
  *
  * @param xyz      Room for `capacity` numbers.
  * @param capacity At least 3 * report.points.
@@ -1375,7 +1393,7 @@ atlasfit_status atlasfit_result_point_positions(const atlasfit_result *result,
 
 /**
  * Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal
- * that was given, or zeros.
+ * that was given, or zeros; outliers that follow their neighbours in a mesh a mean of theirs.
  *
  * @param normals  Room for `capacity` numbers.
  * @param capacity At least 3 * report.points.

@@ -168,6 +168,13 @@ class Points {
     attributes_.push_back(a);
     return *this;
   }
+  /// Where the points are a mesh's vertices: its triangles, three indices each. Outliers that are kept then
+  /// follow the surface between their neighbours.
+  Points &triangles(const std::uint32_t *triangles, std::size_t count) {
+    c_.triangles = triangles;
+    c_.triangle_count = count;
+    return *this;
+  }
   /// The C struct; it points into this object.
   atlasfit_points c() const noexcept {
     atlasfit_points all = c_;

@@ -104,6 +104,8 @@ class atlasfit_points(Sized):
         ("color_scalar", c_uint32),
         ("attribute_count", c_uint32),
         ("attributes", POINTER(atlasfit_attribute)),
+        ("triangles", c_void_p),
+        ("triangle_count", c_size_t),
     ]
 
 
@@ -176,6 +178,7 @@ class atlasfit_report(Sized):
         ("stage_seconds", c_double * STAGE_LIMIT),
         ("dropped_parts", c_size_t),
         ("dropped_points", c_size_t),
+        ("followed_outliers", c_size_t),
     ]
 
 

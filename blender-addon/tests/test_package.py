@@ -42,6 +42,30 @@ def test_the_surface_is_closed_and_has_uvs(denoised):
     assert quality.face_stretch.shape == (len(s.triangles),)
 
 
+def spiky_torus():
+    """Vertices of a torus with noise and five spikes, its triangles, and the vertices with spikes."""
+    vertices, quads = torus(96, 48)
+    spikes = np.array([100, 1500, 2222, 3000, 4000])
+    vertices += np.random.default_rng(3).normal(0, 0.003, vertices.shape)
+    vertices[spikes] *= 2.5
+    return vertices, triangles(quads)[0], spikes
+
+
+def test_outliers_of_a_mesh_follow_their_neighbours_and_those_of_a_cloud_stay():
+    vertices, faces, spikes = spiky_torus()
+    off = lambda p: np.abs(np.hypot(np.hypot(p[:, 0], p[:, 1]) - 1, p[:, 2]) - 0.4)
+    cloud = atlasfit.denoise(vertices, uv=False)
+    assert (cloud.points[spikes] == vertices[spikes]).all() and cloud.report.followed_outliers == 0
+    mesh = atlasfit.denoise(vertices, triangles=faces, uv=False)
+    assert 5 <= mesh.report.followed_outliers == mesh.report.outliers and off(mesh.points).max() < 0.02
+    assert (mesh.charts[spikes] == atlasfit.NO_CHART).all(), "they can still be selected"
+    assert (np.delete(mesh.points, spikes, 0) == np.delete(cloud.points, spikes, 0)).all()
+    with pytest.raises(atlasfit.Error, match="triangle 0 holds 9999 but there are only 4608 points"):
+        atlasfit.denoise(vertices, triangles=[[0, 9999, 1]])
+    with pytest.raises(ValueError, match="triangles has shape"):
+        atlasfit.denoise(vertices, triangles=[0, 1, 2])
+
+
 def test_parts_below_a_share_of_the_area_are_left_out_and_their_points_stay_unless_outliers_are_dropped(
     sphere,
 ):

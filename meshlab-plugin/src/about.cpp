@@ -86,8 +86,8 @@ std::vector<Parameter> denoise_parameters(bool surface)
 		list.push_back(texture_parameter());
 	} else {
 		list.push_back({Parameter::BOOL, "selectOutliers", 0, "Select outliers",
-			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. They are "
-			"not moved in any case.",
+			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. In a mesh "
+			"they were put between their neighbours, in a point cloud they stay where they are.",
 			{}, false});
 	}
 	return list;
@@ -142,7 +142,8 @@ const About& about(int filter)
 			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of "
 					"smooth charts that is fitted to them. Order, faces, attributes and "
 					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices "
-					"that belong to no surface stay where they are.<br>Use it where "
+					"that belong to no surface follow their neighbours in a mesh, so that no spike stays, and stay where "
+					"they are in a point cloud.<br>Use it where "
 					"the points themselves matter: for registration, measuring, or before a reconstruction "
 					"of your choice.") +
 				FRAME + PAPER,

@@ -99,9 +99,10 @@ pub fn denoise_guided(
 /// many do not. `point_chart` names them all as before.
 ///
 /// ```
-/// use atlasfit::{DenoiseOptions, Run, Vec3, pipeline::denoise_vertices, geometry::PointCloud};
+/// use atlasfit::{DenoiseOptions, Run, geometry::PointCloud, pipeline::denoise_vertices};
 /// // A bumpy sheet of 40 x 40 vertices with steps of 1, and a spike.
-/// let at = |i: u32| [f64::from(i % 40), f64::from(i / 40), f64::from(i * i % 7) * 0.03];
+/// let mut rng = atlasfit::numeric::Rng::new(1);
+/// let at = |i: u32| [f64::from(i % 40), f64::from(i / 40), 0.05 * rng.normal()];
 /// let mut mesh = PointCloud::from_positions((0..1600).map(at).collect());
 /// mesh.positions[820][2] = 12.0;
 /// let corners = (0..39 * 39).map(|i| i / 39 * 40 + i % 39);
