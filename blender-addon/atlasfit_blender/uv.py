@@ -206,8 +206,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     me = bpy.data.objects[part.object].data
                     torn, moved = self._write(me, part, mine)
                     folded, pins = folded + torn, pins + moved
-                if image is not None:
-                    notes += bake.write(image, [bpy.data.objects[part.object] for part in given.parts])
+                written = [bpy.data.objects[part.object] for part in given.parts]
+                notes += bake.outdated(written) if image is None else bake.write(image, written)
                 if folded:
                     notes.append(
                         f"{folded} faces are too bent to lie flat in one piece and overlap in the UV map:"
@@ -285,8 +285,6 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
         "Measure the active UV map, and color each face by its stretch: blue is none, green a little, red is "
         "Full Scale or more"
     )
-    ATTRIBUTE = "UV Stretch"
-
     full_scale: FloatProperty(
         name="Full Scale", description="The stretch that is shown in red", default=1.5, min=1.01, soft_max=8.0
     )
@@ -324,10 +322,13 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
                 colors[part.loops.ravel()] = np.repeat(
                     _heat(quality.face_stretch, self.full_scale), 3, axis=0
                 )
-                attribute = me.color_attributes.get(self.ATTRIBUTE)
+                own = mesh.own_colors(me)
+                if own is not None:
+                    me[mesh.COLOR] = own.name
+                attribute = next((a for a in me.color_attributes if mesh.shows_stretch(a)), None)
                 if attribute is None:
                     attribute = me.color_attributes.new(
-                        name=self.ATTRIBUTE, type="BYTE_COLOR", domain="CORNER"
+                        name=mesh.STRETCH, type="BYTE_COLOR", domain="CORNER"
                     )
                 name = attribute.name
                 mesh.put(me.color_attributes[name].data, "color", colors)

@@ -22,6 +22,7 @@ from scenes import (
     link, mesh, middle, monkey, quality, refused, report, right, scan, select, uvs,
 )
 from made import torus, triangles
+from color_cases import *  # noqa: F403
 
 
 # ---- Atlas Unwrap
@@ -256,28 +257,6 @@ def test_half_a_million_faces():
     print(f"   500,000 faces: {whole:.2f} s, {q.charts} charts")
 
 
-# ---- UV Stretch
-
-
-def test_stretch_is_a_color_attribute():
-    ob = grid()
-    uv = uvs(ob)
-    uv[right(ob)[1], 0] *= 3
-    mesh.uv_put(ob.data.uv_layers.active, uv)
-    assert bpy.ops.uv.atlasfit_stretch() == {"FINISHED"}
-    attribute = ob.data.color_attributes.active_color
-    assert attribute.name == "UV Stretch" and attribute.domain == "CORNER"
-    assert len({tuple(c) for c in np.round(mesh.get(attribute.data, "color", 4, np.float32), 2)}) == 2
-    assert "stretch of 95 percent" in report(ob)
-    bpy.ops.uv.atlasfit_stretch()
-    assert len(ob.data.color_attributes) == 1
-
-
-def test_stretch_without_uvs_is_refused():
-    monkey()
-    refused(lambda: bpy.ops.uv.atlasfit_stretch(), "no UV map")
-
-
 # ---- Denoise Scan
 
 
@@ -347,6 +326,45 @@ def test_a_scanned_mesh_keeps_its_faces_and_shapes_move_along():
     assert [tuple(p.vertices) for p in ob.data.polygons] == faces and radius_error(ob) < 0.5 * before
     basis, up = (mesh.get(k.data, "co", 3, np.float32) for k in ob.data.shape_keys.key_blocks)
     assert np.allclose(up - basis, [0, 0, 1], atol=1e-5) and np.allclose(basis, mesh.positions(ob.data))
+
+
+def test_spikes_of_a_mesh_go_between_their_neighbours_and_those_of_a_cloud_stay():
+    spikes = [50, 700, 1500]
+    for ball, stay in ((noisy_ball(), False), (scan(), True)):
+        co = mesh.positions(ball.data)
+        co[spikes] *= 3
+        mesh.put(ball.data.vertices, "co", co)
+        ball.data.update()
+        for result in ("OBJECT", "PLACE"):
+            select(ball)
+            assert bpy.ops.object.atlasfit_denoise(result=result) == {"FINISHED"}
+            new = bpy.context.object
+            radius = np.linalg.norm(mesh.positions(new.data), axis=1)
+            told = report(new)
+            if stay:
+                assert (mesh.positions(new.data)[spikes] == co[spikes]).all()
+                assert "followed outliers" not in told and "between" not in told["notes"]
+            else:
+                assert np.abs(radius - 1).max() < 0.05
+                assert int(told["followed outliers"]) == int(told["outliers"]) >= 3
+                assert "put between their neighbours" in told["notes"]
+
+
+def test_spikes_among_the_selected_vertices_go_between_their_selected_neighbours():
+    ob = noisy_ball()
+    co = mesh.positions(ob.data)
+    top = co[:, 2] > 0
+    spikes = [np.flatnonzero(co[:, 2] > 0.5)[k] for k in (10, 200)] + [np.flatnonzero(co[:, 2] < -0.5)[10]]
+    co[spikes] *= 3
+    mesh.put(ob.data.vertices, "co", co)
+    for part in (ob.data.edges, ob.data.polygons):
+        part.foreach_set("select", np.zeros(len(part), bool))
+    ob.data.vertices.foreach_set("select", top)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.object.atlasfit_denoise()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    after = mesh.positions(ob.data)
+    assert (after[~top] == co[~top]).all() and np.abs(np.linalg.norm(after[top], axis=1) - 1).max() < 0.1
 
 
 def test_a_scaled_and_mirrored_scan_is_denoised_as_one_sees_it():
@@ -440,26 +458,6 @@ def test_modifiers_of_a_scan_count_and_it_stays_where_it_is():
     assert np.allclose(new.matrix_world, ob.matrix_world)
     assert np.allclose(mesh.positions(new.data).mean(0), [5, 0, 0], atol=0.05)
     assert not new.data.materials
-
-
-# ---- Bake
-
-
-def test_vertex_colors_are_baked_and_materials_stay():
-    ob = everything()
-    attribute = ob.data.color_attributes.new(name="c", type="FLOAT_COLOR", domain="CORNER")
-    mesh.put(attribute.data, "color", np.tile(np.float32([0.2, 0.4, 0.6, 1]), (len(ob.data.loops), 1)))
-    ob.data.color_attributes.active_color = ob.data.color_attributes["c"]
-    bpy.ops.uv.atlasfit_unwrap(bake=True, texture_size=128)
-    assert (
-        [m.name[:4] for m in ob.data.materials] == ["red", "blue"]
-        and "in no material" in report(ob)["notes"]
-    )
-    image = next(i for i in bpy.data.images if i.name.startswith("everything"))
-    pixels = np.array(image.pixels[:]).reshape(-1, 4)
-    want = 1.055 * np.array([0.2, 0.4, 0.6]) ** (1 / 2.4) - 0.055
-    assert np.abs(pixels[pixels[:, 3] > 0.5][:, :3] - want).max() < 0.01
-    refused(lambda: (monkey(), bpy.ops.uv.atlasfit_unwrap(bake=True)), "no color attribute")
 
 
 # ---- around the operators
