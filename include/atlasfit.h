@@ -240,6 +240,22 @@
 #define ATLASFIT_PACK_BOXES 1
 
 /**
+ * atlasfit_unwrap_options_set_preset(): "few-seams": few charts and short seams, also for meshes of few
+ * faces, which bend much at each edge.
+ */
+#define ATLASFIT_PRESET_FEW_SEAMS 0
+
+/**
+ * atlasfit_unwrap_options_set_preset(): "balanced": what atlasfit_unwrap_options_init() gives.
+ */
+#define ATLASFIT_PRESET_BALANCED 1
+
+/**
+ * atlasfit_unwrap_options_set_preset(): "low-stretch": lengths are kept best; most charts.
+ */
+#define ATLASFIT_PRESET_LOW_STRETCH 2
+
+/**
  * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space.
  * Most charts are sheets over the unit disk; charts of thin tubes have u along the tube and v = angle / pi
  * around it. Immutable: any number of threads may use one at once.
@@ -423,8 +439,8 @@ typedef struct {
   const atlasfit_attribute *attributes;
   /**
    * Where the points are the vertices of a mesh: its triangles, three indices of points each. Outliers
-   * that are kept then follow the surface between their neighbours in the mesh, so that no spike stays;
-   * those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
+   * that are kept then follow the surface between their neighbours in the mesh, so that no spike stays.
+   * Those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
    * atlasfit_denoise().
    */
   const uint32_t *triangles;
@@ -822,7 +838,7 @@ typedef struct {
   /**
    * Bound on the stretch of 95% of the area, more than 1. Stretch is max(s1, 1/s2), with s1 >= s2 the
    * singular values of the map from surface to texture, at one texel density for all charts. A smaller
-   * bound gives more charts. Default 1.1.
+   * bound gives more charts. Default 1.1; atlasfit_unwrap_options_set_preset() sets others by name.
    */
   double max_stretch;
   /**
@@ -1611,6 +1627,17 @@ ATLASFIT_API atlasfit_status atlasfit_atlas_load(const uint8_t *bytes, size_t si
 ATLASFIT_API
 atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
                                              size_t struct_size);
+
+/**
+ * Sets the numbers of options that a preset stands for, which is max_stretch. What is set after it counts.
+ *
+ * @param options The struct, filled by its _init.
+ * @param preset  #ATLASFIT_PRESET_FEW_SEAMS (a stretch of 1.3), #ATLASFIT_PRESET_BALANCED (1.1) or
+ *                #ATLASFIT_PRESET_LOW_STRETCH (1.05).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_unwrap_options_set_preset(atlasfit_unwrap_options *options,
+                                                   uint32_t preset);
 
 /**
  * Tells how many bytes atlasfit_unwrap() needs at its peak, the mesh included: an upper bound that is up to

@@ -368,6 +368,11 @@ struct DenoiseOptions : atlasfit_denoise_options {
 /// atlasfit_unwrap_options with its defaults.
 struct UnwrapOptions : atlasfit_unwrap_options {
   UnwrapOptions() { detail::check(atlasfit_unwrap_options_init(this, sizeof(atlasfit_unwrap_options))); }
+  /// Sets the numbers of ATLASFIT_PRESET_FEW_SEAMS, _BALANCED or _LOW_STRETCH; what is set after it counts.
+  UnwrapOptions &preset(std::uint32_t preset) {
+    detail::check(atlasfit_unwrap_options_set_preset(this, preset));
+    return *this;
+  }
 };
 
 /// atlasfit_bake_options with its defaults.

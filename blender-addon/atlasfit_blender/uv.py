@@ -23,13 +23,24 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     bl_idname = "uv.atlasfit_unwrap"
     bl_label = "Atlas Unwrap"
 
+    preset: EnumProperty(
+        name="Preset",
+        description="What matters most. It stands for a bound on the stretch",
+        items=(
+            ("few-seams", "Few Seams", "Few charts and short seams, also for meshes of few faces"),
+            ("balanced", "Balanced", "Between both"),
+            ("low-stretch", "Low Stretch", "Lengths are kept best; most charts"),
+        ),
+        default="balanced",
+    )
     max_stretch: FloatProperty(
         name="Max Stretch",
         description=(
-            "Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts"
+            "Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts. 0 is"
+            " that of the preset"
         ),
-        default=1.1,
-        min=1.001,
+        default=0.0,
+        min=0.0,
         soft_max=3.0,
         max=8.0,
     )
@@ -96,7 +107,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("max_stretch", "max_charts", "margin", "texture_size", "density", "pages"):
+        for name in ("preset", "max_stretch", "max_charts", "margin", "texture_size", "density", "pages"):
             layout.prop(self, name)
         column = layout.column(heading="Cut")
         for name in ("seams", "sharp", "materials", "keep_uv_seams"):
@@ -115,7 +126,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         with mesh.object_mode(context, obs):
             jobs = [self._read(group, only_selected) for group in groups]
         options = {
-            "max_stretch": self.max_stretch,
+            "preset": self.preset,
+            "max_stretch": self.max_stretch or None,
             "max_charts": self.max_charts,
             "page_size": self.texture_size,
             "padding": self.margin,

@@ -42,6 +42,18 @@ def test_the_surface_is_closed_and_has_uvs(denoised):
     assert quality.face_stretch.shape == (len(s.triangles),)
 
 
+def test_presets_stand_for_bounds_on_the_stretch_and_a_bound_of_ones_own_wins():
+    vertices, quads = torus()
+    faces = triangles(quads)[0]
+    of = lambda **how: atlasfit.unwrap(vertices, faces, **how).info
+    few, balanced, low = (of(preset=name) for name in ("few-seams", "balanced", "low-stretch"))
+    assert few.stretch_bound > balanced.stretch_bound == of().stretch_bound > low.stretch_bound > 1
+    assert few.charts < balanced.charts < low.charts
+    assert of(preset="few-seams", max_stretch=1.07).stretch_bound == 1.07
+    with pytest.raises(ValueError, match="preset is 'best'. Give one of few-seams, balanced, low-stretch"):
+        of(preset="best")
+
+
 def spiky_torus():
     """Vertices of a torus with noise and five spikes, its triangles, and the vertices with spikes."""
     vertices, quads = torus(96, 48)

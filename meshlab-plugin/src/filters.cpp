@@ -165,46 +165,6 @@ void tell(const Denoised& fit, Outcome& outcome)
 		outcome.values.push_back(v);
 }
 
-/// Refuses, before any work, a page that the host's pictures (below 2 GiB) cannot hold.
-void check_page(const RichParameterList& par)
-{
-	const double size = count(par, "textureSize");
-	if (par.getEnum("texture") != TEXTURE_NONE && size * size * 4 > 2147483647.0)
-		throw std::runtime_error("atlasfit: a texture page of " + std::to_string(int(size)) +
-			" texels is more than MeshLab can hold. Make it smaller, or choose no page");
-}
-
-/// Share of the host's bar that is full when the pages are baked, where they are.
-static const double LAID_OUT = 0.9;
-
-/// The pages that the user asked for: with the colours of `scan`, or of the mesh's own vertices. Made before
-/// the document is touched: they may need more memory than there is.
-std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages, const atlasfit_mesh& mesh,
-	const atlasfit_points* scan, Bar& bar, Outcome& outcome)
-{
-	const int texture = par.getEnum("texture"), size = int(count(par, "textureSize"));
-	if (texture == TEXTURE_NONE)
-		return {};
-	if (texture == TEXTURE_CHECKER)
-		return std::vector<QImage>(pages, checker(size));
-	if ((scan ? scan->colors : mesh.colors) == nullptr)
-		return std::vector<QImage>(pages, plain(size));
-	atlasfit_bake_options options = defaults(atlasfit_bake_options_init);
-	options.width = options.height = uint32_t(size);
-	const atlasfit_run how = run(par, &bar);
-	std::vector<QImage> images;
-	for (; options.page < pages; ++options.page) {
-		const double share = (1 - LAID_OUT) / double(pages), from = LAID_OUT + share * options.page;
-		bar.part(from, from + share);
-		QImage image(size, size, QImage::Format_RGBA8888);
-		timed(outcome, [&] {
-			return atlasfit_bake(&mesh, scan, &options, &how, image.bits(), std::size_t(image.sizeInBytes()));
-		});
-		images.push_back(image.convertToFormat(QImage::Format_RGB32));
-	}
-	return images;
-}
-
 /// Gives the layer its pages and says where they are.
 void keep_pages(
 	MeshModel& layer, const MeshModel& beside, const std::vector<QImage>& images, Outcome& outcome)
@@ -334,8 +294,8 @@ void denoise_vertices(
 			xyz[3 * i + 2] - from.xyz[3 * i + 2]};
 		const double way = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 		double length = 0;
-		// Outliers that follow their neighbours have another place; the others stay to the last bit, and what is
-		// not finite has no way.
+		// Outliers that follow their neighbours have another place; the others stay to the last bit, and what
+		// is not finite has no way.
 		if ((on_surface || way > 0) && (!selection || v.IsS())) {
 			length = std::sqrt(way);
 			v.P() = frame.position_back(&xyz[3 * i]);
@@ -395,7 +355,9 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	const Points from = points(layer.cm, frame, false);
 	const Triangles faces = triangles(layer.cm, from);
 	atlasfit_unwrap_options options = defaults(atlasfit_unwrap_options_init);
-	options.max_stretch = number(par, "maxStretch");
+	check(atlasfit_unwrap_options_set_preset(&options, uint32_t(par.getEnum("preset"))));
+	if (const double own = number(par, "maxStretch"); own != 0)
+		options.max_stretch = own;
 	options.max_charts = count(par, "maxCharts");
 	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
 	options.hard_edge_angle = number(par, "hardEdges");

@@ -5,7 +5,7 @@ Part of cases.py, which runs them.
 import bpy
 import numpy as np
 
-from scenes import everything, grid, mesh, monkey, refused, report, right, scan, select, uvs
+from scenes import everything, grid, mesh, monkey, refused, report, right, select, uvs
 
 
 # ---- UV Stretch

@@ -24,8 +24,8 @@ PARAMETERS = {
     },
     "Denoise points/vertices (deep manifold prior)": {**FIT, "selectOutliers": ("Bool", "false")},
     "Parametrization: stretch-regularized atlas": {
-        "maxStretch": ("Float", 1.1), "maxCharts": ("Int", 0), "keepSeams": ("Bool", "false"),
-        "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
+        "preset": ("Enum", 1), "maxStretch": ("Float", 0), "maxCharts": ("Int", 0),
+        "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
         "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
     },
     "UV distortion": {},

@@ -293,7 +293,7 @@ def test_defaults_are_the_programs(program):
     for (of, option), parameter in {
         (0, "noise"): "noise", (0, "strength"): "strength", (0, "detail"): "detail", (0, "charts"): "charts",
         (0, "fill-holes"): "fillholes", (0, "min-part"): "minpart", (0, "texture-size"): "texturesize",
-        (0, "seed"): "seed", (0, "threads"): "threads", (1, "max-stretch"): "maxstretch",
+        (0, "seed"): "seed", (0, "threads"): "threads",
         (1, "texture-size"): "texturesize", (1, "padding"): "padding",
     }.items():
         assert float(auto.get(said[of][option], said[of][option])) == float(lists[of][parameter]), parameter
@@ -354,6 +354,17 @@ def test_simplified_with_texture_and_exported_the_uvs_stay_valid(reconstructed, 
 def opened_copy(ms, folder):
     ms.save_current_mesh(str(folder / "copy.obj"))
     return opened(folder / "copy.obj")
+
+
+def test_presets_stand_for_bounds_and_a_bound_of_ones_own_wins(torus, program):
+    def charts(**how):
+        return holding(*torus).apply_filter(UNWRAP, texture="None", **how)["charts"]
+
+    few, balanced, low = (charts(preset=name) for name in ("Few seams", "Balanced", "Low stretch"))
+    assert few < balanced == charts() < low
+    assert charts(preset="Low stretch", maxstretch=1.3) == few
+    with pytest.raises(ml.PyMeshLabException, match="max_stretch is 0.5"):
+        charts(maxstretch=0.5)
 
 
 def test_many_runs_in_one_process_do_not_grow_it(torus):

@@ -79,8 +79,8 @@ pub struct atlasfit_points {
     /// Other attributes, carried over to the surface.
     pub attributes: *const atlasfit_attribute,
     /// Where the points are the vertices of a mesh: its triangles, three indices of points each. Outliers
-    /// that are kept then follow the surface between their neighbours in the mesh, so that no spike stays;
-    /// those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
+    /// that are kept then follow the surface between their neighbours in the mesh, so that no spike stays.
+    /// Those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
     /// atlasfit_denoise().
     pub triangles: *const u32,
     /// Number of triangles, below 2^32 / 3. Default 0.
