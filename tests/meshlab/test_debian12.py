@@ -19,8 +19,10 @@ FIT = {
 }
 PARAMETERS = {
     "Atlas reconstruction (deep manifold prior)": {
-        **FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "uv": ("Bool", "true"),
-        "textureSize": ("Int", 1024), "texture": ("Enum", 0),
+        **FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "minPart": ("Float", 0),
+        "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("Float", -1),
+        "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
+        "texture": ("Enum", 0),
     },
     "Denoise points/vertices (deep manifold prior)": {**FIT, "selectOutliers": ("Bool", "false")},
     "Parametrization: stretch-regularized atlas": {

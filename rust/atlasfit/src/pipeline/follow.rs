@@ -159,6 +159,10 @@ impl Membrane {
                 q[i] = near.fold(d[i] * degree(i), |sum, near| sum - *near);
                 dq += d[i].dot(q[i]);
             }
+            // Numbers so small that their squares are none.
+            if dq <= 0.0 {
+                break;
+            }
             let alpha = rho / dq;
             for i in 0..m {
                 x[i] += d[i] * alpha;
@@ -230,7 +234,10 @@ fn reached(edges: &[[u32; 2]], role: &[Role], n: usize, ctx: &Context<'_>) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Run;
+    use crate::run::watch::Watch;
+    use crate::{Error, Run};
+    use std::sync::Arc;
+    use std::sync::atomic::Ordering;
 
     /// A grid of n x n vertices with steps of 1 in the plane z = 0.
     fn grid(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
@@ -240,7 +247,12 @@ mod tests {
     }
 
     /// The vertices with outliers moved to where they follow; the others as they are.
-    fn follow(at: &[Vec3], triangles: &[[u32; 3]], outliers: &[usize]) -> Vec<Vec3> {
+    fn follow_in(
+        at: &[Vec3],
+        triangles: &[[u32; 3]],
+        outliers: &[usize],
+        run: &mut Run<'_>,
+    ) -> Result<Vec<Vec3>> {
         let role: Vec<Role> = (0..at.len())
             .map(|v| match outliers.contains(&v) {
                 _ if !at[v].iter().all(|x| x.is_finite()) => Role::Neither,
@@ -248,12 +260,15 @@ mod tests {
                 false => Role::Holds,
             })
             .collect();
-        let run = |ctx: &Context<'_>| {
+        run.execute(|ctx| {
             let membrane = Membrane::new(at, triangles, &role, ctx)?;
             let new = membrane.solve(|v| at[v as usize], ctx)?;
             Ok((0..at.len()).map(|v| membrane.place(v).map_or(at[v], |p| new[p])).collect())
-        };
-        Run::default().execute(run).expect("nothing stops it")
+        })
+    }
+
+    fn follow(at: &[Vec3], triangles: &[[u32; 3]], outliers: &[usize]) -> Vec<Vec3> {
+        follow_in(at, triangles, outliers, &mut Run::default()).expect("nothing stops it")
     }
 
     #[test]
@@ -307,5 +322,23 @@ mod tests {
         // Of the six neighbours of the middle one, two opposite ones are left out.
         (at[0], at[8]) = (Vec3([f64::NAN; 3]), Vec3([f64::INFINITY; 3]));
         assert_eq!(follow(&at, &triangles, &[4])[4], Vec3([1.0, 1.0, 0.0]));
+    }
+
+    #[test]
+    fn a_run_that_is_stopped_at_any_check_ends_as_cancelled() {
+        let (mut at, triangles) = grid(9);
+        let hill: Vec<usize> = (20..60).collect();
+        hill.iter().for_each(|&v| at[v] += Vec3([0.0, 0.0, (v % 5) as f64]));
+        let run = |stop_at: Option<usize>| {
+            let watch = Arc::new(Watch { stop_at, ..Watch::default() });
+            let mut run = Run { watch: Some(watch.clone()), ..Run::default() };
+            let error = follow_in(&at, &triangles, &hill, &mut run).err();
+            (error, watch.checks.load(Ordering::Relaxed))
+        };
+        let (error, checks) = run(None);
+        assert!(error.is_none() && checks > 10, "{error:?} {checks}");
+        for k in 0..checks {
+            assert_eq!(run(Some(k)).0, Some(Error::Cancelled), "stopped at check {k} of {checks}");
+        }
     }
 }
