@@ -114,7 +114,7 @@ def _stretch_of(preset: str | None) -> float | None:
         return None
     of_preset = options_with(_abi.atlasfit_unwrap_options())
     check(lib().atlasfit_unwrap_options_set_preset(byref(of_preset), number))
-    return of_preset.max_stretch
+    return float(of_preset.max_stretch)
 
 
 def unwrap(
