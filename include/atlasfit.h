@@ -218,7 +218,8 @@
 
 /**
  * atlasfit_denoise_options.outliers: outliers stay among the denoised points, where
- * they were: there are as many points as were given, in the same order.
+ * they were (those of a mesh between their neighbours: see triangles of atlasfit_points). There are as many
+ * points as were given, in the same order.
  */
 #define ATLASFIT_OUTLIERS_KEEP 0
 
@@ -237,6 +238,22 @@
  * atlasfit_unwrap_options.packer: packs charts by their bounding boxes, in rows: fastest, and wastes most.
  */
 #define ATLASFIT_PACK_BOXES 1
+
+/**
+ * atlasfit_unwrap_options_set_preset(): "few-seams": few charts and short seams, also for meshes of few
+ * faces, which bend much at each edge.
+ */
+#define ATLASFIT_PRESET_FEW_SEAMS 0
+
+/**
+ * atlasfit_unwrap_options_set_preset(): "balanced": what atlasfit_unwrap_options_init() gives.
+ */
+#define ATLASFIT_PRESET_BALANCED 1
+
+/**
+ * atlasfit_unwrap_options_set_preset(): "low-stretch": lengths are kept best; most charts.
+ */
+#define ATLASFIT_PRESET_LOW_STRETCH 2
 
 /**
  * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space.
@@ -420,6 +437,17 @@ typedef struct {
    * Other attributes, carried over to the surface.
    */
   const atlasfit_attribute *attributes;
+  /**
+   * Where the points are the vertices of a mesh: its triangles, three indices of points each. Outliers
+   * that are kept then follow the surface between their neighbours in the mesh, so that no spike stays.
+   * Those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
+   * atlasfit_denoise().
+   */
+  const uint32_t *triangles;
+  /**
+   * Number of triangles, below 2^32 / 3. Default 0.
+   */
+  size_t triangle_count;
 } atlasfit_points;
 
 /**
@@ -734,6 +762,11 @@ typedef struct {
    * Points given that lie on those parts. They are denoised all the same, and no outliers.
    */
   size_t dropped_points;
+  /**
+   * Outliers that follow the surface between their neighbours in the mesh, as triangles of atlasfit_points
+   * says; the other outliers stay where they are.
+   */
+  size_t followed_outliers;
 } atlasfit_report;
 
 /**
@@ -805,7 +838,7 @@ typedef struct {
   /**
    * Bound on the stretch of 95% of the area, more than 1. Stretch is max(s1, 1/s2), with s1 >= s2 the
    * singular values of the map from surface to texture, at one texel density for all charts. A smaller
-   * bound gives more charts. Default 1.1.
+   * bound gives more charts. Default 1.1; atlasfit_unwrap_options_set_preset() sets others by name.
    */
   double max_stretch;
   /**
@@ -1325,9 +1358,10 @@ atlasfit_status atlasfit_denoise_memory_needed(size_t points,
  * @param options How to denoise; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
- * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
- *         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
- *         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+ *         triangle names no point), #ATLASFIT_EMPTY_INPUT (no finite point), #ATLASFIT_DEGENERATE (the
+ *         points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+ *         #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
  */
 ATLASFIT_API
 atlasfit_status atlasfit_denoise(const atlasfit_points *points,
@@ -1362,8 +1396,8 @@ atlasfit_status atlasfit_result_warnings(const atlasfit_result *result,
                                          size_t *length);
 
 /**
- * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, and points that
- * are not finite, are where they were.
+ * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, unless they
+ * follow their neighbours in a mesh, and points that are not finite, are where they were.
  *
  * @param xyz      Room for `capacity` numbers.
  * @param capacity At least 3 * report.points.
@@ -1375,7 +1409,7 @@ atlasfit_status atlasfit_result_point_positions(const atlasfit_result *result,
 
 /**
  * Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal
- * that was given, or zeros.
+ * that was given, or zeros; outliers that follow their neighbours in a mesh a mean of theirs.
  *
  * @param normals  Room for `capacity` numbers.
  * @param capacity At least 3 * report.points.
@@ -1593,6 +1627,17 @@ ATLASFIT_API atlasfit_status atlasfit_atlas_load(const uint8_t *bytes, size_t si
 ATLASFIT_API
 atlasfit_status atlasfit_unwrap_options_init(atlasfit_unwrap_options *options,
                                              size_t struct_size);
+
+/**
+ * Sets the numbers of options that a preset stands for, which is max_stretch. What is set after it counts.
+ *
+ * @param options The struct, filled by its _init.
+ * @param preset  #ATLASFIT_PRESET_FEW_SEAMS (a stretch of 1.3), #ATLASFIT_PRESET_BALANCED (1.1) or
+ *                #ATLASFIT_PRESET_LOW_STRETCH (1.05).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_unwrap_options_set_preset(atlasfit_unwrap_options *options,
+                                                   uint32_t preset);
 
 /**
  * Tells how many bytes atlasfit_unwrap() needs at its peak, the mesh included: an upper bound that is up to

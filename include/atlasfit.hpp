@@ -168,6 +168,13 @@ class Points {
     attributes_.push_back(a);
     return *this;
   }
+  /// Where the points are a mesh's vertices: its triangles, three indices each. Outliers that are kept then
+  /// follow the surface between their neighbours.
+  Points &triangles(const std::uint32_t *triangles, std::size_t count) {
+    c_.triangles = triangles;
+    c_.triangle_count = count;
+    return *this;
+  }
   /// The C struct; it points into this object.
   atlasfit_points c() const noexcept {
     atlasfit_points all = c_;
@@ -361,6 +368,11 @@ struct DenoiseOptions : atlasfit_denoise_options {
 /// atlasfit_unwrap_options with its defaults.
 struct UnwrapOptions : atlasfit_unwrap_options {
   UnwrapOptions() { detail::check(atlasfit_unwrap_options_init(this, sizeof(atlasfit_unwrap_options))); }
+  /// Sets the numbers of ATLASFIT_PRESET_FEW_SEAMS, _BALANCED or _LOW_STRETCH; what is set after it counts.
+  UnwrapOptions &preset(std::uint32_t preset) {
+    detail::check(atlasfit_unwrap_options_set_preset(this, preset));
+    return *this;
+  }
 };
 
 /// atlasfit_bake_options with its defaults.

@@ -33,6 +33,7 @@ OUTLIERS_KEEP, OUTLIERS_DROP = 0, 1
 F32, F64, U8, I8, U16, I16, U32, I32 = range(8)
 STAGE_LIMIT = 16
 PACK_SHAPES, PACK_BOXES = 0, 1
+PRESET_FEW_SEAMS, PRESET_BALANCED, PRESET_LOW_STRETCH = range(3)
 
 OK = 0
 INVALID_ARGUMENT = 1
@@ -104,6 +105,8 @@ class atlasfit_points(Sized):
         ("color_scalar", c_uint32),
         ("attribute_count", c_uint32),
         ("attributes", POINTER(atlasfit_attribute)),
+        ("triangles", c_void_p),
+        ("triangle_count", c_size_t),
     ]
 
 
@@ -176,6 +179,7 @@ class atlasfit_report(Sized):
         ("stage_seconds", c_double * STAGE_LIMIT),
         ("dropped_parts", c_size_t),
         ("dropped_points", c_size_t),
+        ("followed_outliers", c_size_t),
     ]
 
 
@@ -399,6 +403,7 @@ FUNCTIONS = {
     "atlasfit_status_name": (c_char_p, [status]),
     "atlasfit_last_error": (c_size_t, [c_void_p, c_size_t]),
     "atlasfit_unwrap_options_init": (status, [POINTER(atlasfit_unwrap_options), c_size_t]),
+    "atlasfit_unwrap_options_set_preset": (status, [POINTER(atlasfit_unwrap_options), c_uint32]),
     "atlasfit_unwrap_memory_needed": (
         status, [c_size_t, c_size_t, POINTER(atlasfit_unwrap_options), _run, _array],
     ),

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import Attributes, check_rows, points_struct, positions, rows, set_colors
+from ._arrays import Attributes, check_rows, indices, points_struct, positions, rows, set_colors
 from ._atlas import Atlas
 from ._call import Handle, RunOptions, check, choice, options_with, run, values
 
@@ -39,6 +39,9 @@ class Report:
     """
     outliers: int
     """Points that no chart claims: they belong to no surface."""
+    followed_outliers: int
+    """Outliers that follow the surface between their neighbours in the mesh; the others stay where they are.
+    """
     points: int
     vertices: int
     triangles: int
@@ -94,9 +97,10 @@ class Surface:
 class Denoised:
     """What denoise() made.
 
-    points   (n, 3) float64, in input order; outliers (where kept) and points that are not finite are where
-             they were
-    normals  (n, 3) float32, unit length; those of points on no chart are as given, or zeros
+    points   (n, 3) float64, in input order; outliers (where kept, and unless they follow their neighbours in
+             a mesh) and points that are not finite are where they were
+    normals  (n, 3) float32, unit length; those of points on no chart are as given, or zeros, or where they
+             follow their neighbours a mean of theirs
     sources  (n,) uint32, the given point that each was: 0, 1, 2, ... unless outliers are dropped
     charts   (n,) uint32, the chart that weighs most there; NO_CHART for outliers and points that are not
              finite
@@ -129,6 +133,7 @@ def denoise(
     normals: ArrayLike | None = None,
     colors: ArrayLike | None = None,
     attributes: Mapping[str, ArrayLike] | None = None,
+    triangles: ArrayLike | None = None,
     noise: float | None = None,
     detail: float | None = None,
     fill_holes: float | None = None,
@@ -158,13 +163,16 @@ def denoise(
     colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
     attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the
                   nearest point; floats are averaged
+    triangles     (m, 3) where the points are the vertices of a mesh: outliers that are kept follow the
+                  surface between their neighbours in it, so that no spike stays; result.points are its new
+                  vertices
     noise         standard deviation along the normal; 0 = estimate it, for each chart anew (default)
     detail        fineness of the surface, 0.1 to 10: 1 = what the data supports (default), 0.5 = voxels twice
                   as large
     fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling (default)
     charts        number of charts to aim for; 0 = as many as the shape needs (default)
-    outliers      points on no surface: "keep" where they were (default), or "drop", also those of parts that
-                  are left out, which else are denoised and kept
+    outliers      points on no surface: "keep" where they were, of a mesh between their neighbours (default),
+                  or "drop", also those of parts that are left out, which else are denoised and kept
     uv            whether the surface gets UVs (default True)
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
     prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks
@@ -204,6 +212,9 @@ def denoise(
         colors = set_colors(given, colors, len(points))
     columns = Attributes(attributes or {}, len(points))
     given.attributes, given.attribute_count = columns.structs, len(columns.names)
+    if triangles is not None:
+        triangles = indices(triangles, (-1, 3), "triangles")
+        given.triangles, given.triangle_count = triangles.ctypes.data, len(triangles)
     chosen = options_with(
         _abi.atlasfit_denoise_options(),
         noise=noise,

@@ -18,6 +18,13 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+PRESETS = {
+    "few-seams": _abi.PRESET_FEW_SEAMS,
+    "balanced": _abi.PRESET_BALANCED,
+    "low-stretch": _abi.PRESET_LOW_STRETCH,
+}
+
+
 @dataclass(frozen=True)
 class UvInfo:
     """What UVs hold, and what had to be done for them."""
@@ -100,6 +107,16 @@ def unwrap_memory_needed(vertices: int, faces: int, **options: Unpack[RunOptions
     return bytes_needed.value
 
 
+def _stretch_of(preset: str | None) -> float | None:
+    """The bound that a preset stands for; None stays None."""
+    number = choice(preset, PRESETS, "preset")
+    if number is None:
+        return None
+    of_preset = options_with(_abi.atlasfit_unwrap_options())
+    check(lib().atlasfit_unwrap_options_set_preset(byref(of_preset), number))
+    return float(of_preset.max_stretch)
+
+
 def unwrap(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -108,6 +125,7 @@ def unwrap(
     face_polygons: ArrayLike | None = None,
     seam_edges: ArrayLike | None = None,
     corner_uv: ArrayLike | None = None,
+    preset: Literal["few-seams", "balanced", "low-stretch"] | None = None,
     max_stretch: float | None = None,
     max_charts: int | None = None,
     page_size: int | tuple[int, int] | None = None,
@@ -128,8 +146,10 @@ def unwrap(
                      one chart
     seam_edges       (k, 2) edges that must be seams, as pairs of vertices
     corner_uv        (m, 3, 2) UVs that the mesh already has: their seams stay seams
+    preset           what matters most, a name for a bound on the stretch: "few-seams" (1.3), also for meshes
+                     of few faces; "balanced" (1.1, default); "low-stretch" (1.05)
     max_stretch      bound on the stretch max(s1, 1/s2) at the 95th percentile by area; more than 1. Smaller
-                     gives more charts (default 1.1)
+                     gives more charts (default: that of the preset)
     max_charts       most charts: max_stretch is raised as far as that needs; 0 = any number (default)
     page_size        side of a page in texels, or width and height (default 1024)
     padding          free texels between charts and at the page's border (default 2)
@@ -154,7 +174,7 @@ def unwrap(
     width, height = size_of_page(page_size)
     chosen = options_with(
         _abi.atlasfit_unwrap_options(),
-        max_stretch=max_stretch,
+        max_stretch=_stretch_of(preset) if max_stretch is None else max_stretch,
         max_charts=max_charts,
         page_width=width,
         page_height=height,

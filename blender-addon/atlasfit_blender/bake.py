@@ -9,6 +9,7 @@ from . import mesh
 from .long import Refused
 from .native import atlasfit
 
+TEXTURE = "Atlas Color"  # the node that shows a baked image: materials that have it are ours
 # Of the operators that bake, or pack for a texture.
 TEXTURE_SIZE = IntProperty(
     name="Texture Size", description="Side of the texture in pixels", default=1024, min=16, max=65536
@@ -16,8 +17,8 @@ TEXTURE_SIZE = IntProperty(
 
 
 def corner_colors(me, loops):
-    """The active colour attribute at triangle corners, (m, 3, 4) as an image holds them."""
-    attribute = me.color_attributes.active_color if len(me.color_attributes) else None
+    """The mesh's own colours at triangle corners, (m, 3, 4) as an image holds them."""
+    attribute = mesh.own_colors(me)
     if attribute is None:
         raise Refused(f"{me.name} has no color attribute to bake")
     colors = srgb(mesh.get(attribute.data, "color", 4, np.float32))
@@ -44,28 +45,94 @@ def image(colors, corner_uv, **options):
 
 
 def write(texels, obs):
-    """The texels as an image packed into the file, and a material with it for the objects that have none.
-    Returns what to tell.
+    """The texels as an image packed into the file. Objects without a material get one that shows it; one that
+    a bake before made shows the new image instead of the old. The UV map that was baked is then the one that
+    is rendered. Objects with materials of their own keep them. Returns what to tell.
     """
-    name = f"{obs[0].name} Color"
+    name, notes = f"{obs[0].name} Color", []
     picture = bpy.data.images.new(name, texels.shape[1], texels.shape[0], alpha=True)
     picture.pixels.foreach_set((texels[::-1] / np.float32(255)).ravel())  # Blender's bottom row comes first
     picture.update()
     picture.pack()
-    bare = [ob for ob in obs if not any(slot.material for slot in ob.material_slots)]
-    if bare:
-        material = bpy.data.materials.new(name)
-        material.use_nodes = True
-        nodes = material.node_tree.nodes
-        texture = nodes.new("ShaderNodeTexImage")
-        texture.image = picture
-        texture.location = (-300, 300)
-        surface = next(n for n in nodes if n.type == "BSDF_PRINCIPLED")
-        material.node_tree.links.new(texture.outputs["Color"], surface.inputs["Base Color"])
-        for ob in bare:
-            if ob.material_slots:
-                ob.material_slots[0].material = material
-            else:
-                ob.data.materials.append(material)
-    kept = len(obs) - len(bare)
-    return [f"the image {picture.name} is in no material: {kept} objects keep their own"] if kept else []
+    before = {slot.material: None for ob in obs for slot in ob.material_slots if _texture(slot.material)}
+    showing = [ob for ob in obs if all(s.material in before for s in ob.material_slots if s.material)]
+    if showing:
+        images = {_texture(material).image: None for material in before}
+        material = next((m for m in before if _only_of(m, obs)), None) or _material(name)
+        material.node_tree.nodes[TEXTURE].image = picture
+        for ob in showing:
+            _assign(ob, material)
+            ob.data.uv_layers.active.active_render = True
+        notes += _forget(before, images)
+    kept = len(obs) - len(showing)
+    if kept:
+        notes.append(f"the image {picture.name} is in no material: {kept} objects keep their own")
+    return notes
+
+
+def outdated(obs):
+    """What to tell of images that were baked for the UVs that have just been laid out anew: they no longer
+    fit. A map that is not rendered is none that an image was baked for.
+    """
+    names = {
+        _texture(slot.material).image.name: None
+        for ob in obs
+        for slot in ob.material_slots
+        if _texture(slot.material) and ob.data.uv_layers.active.active_render
+    }
+    return [f"the image {name} was baked for the UVs before: bake it again" for name in names]
+
+
+def _texture(material):
+    """The node of a material of ours that shows a baked image; None in other materials."""
+    nodes = material.node_tree.nodes if material is not None and material.node_tree is not None else {}
+    node = nodes.get(TEXTURE)
+    return node if node is not None and node.type == "TEX_IMAGE" and node.image is not None else None
+
+
+def _only_of(material, obs):
+    """Whether no other mesh shows the material: another one's UVs are not those of the new image."""
+    meshes = {ob.data for ob in obs}
+    return all(
+        ob.data in meshes
+        for ob in bpy.data.objects
+        if any(slot.material == material for slot in ob.material_slots)
+    )
+
+
+def _material(name):
+    """A new material with a node for the image."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.name, texture.location = TEXTURE, (-300, 300)
+    surface = next(n for n in nodes if n.type == "BSDF_PRINCIPLED")
+    material.node_tree.links.new(texture.outputs["Color"], surface.inputs["Base Color"])
+    return material
+
+
+def _assign(ob, material):
+    """Puts the material where there is one, or in the first slot."""
+    filled = [slot for slot in ob.material_slots if slot.material]
+    for slot in filled or list(ob.material_slots)[:1]:
+        slot.material = material
+    if not ob.material_slots:
+        ob.data.materials.append(material)
+
+
+def _forget(materials, images):
+    """Removes the materials and images that nothing shows any more, but no image that was painted on.
+    Returns what to tell.
+    """
+    notes = []
+    for material in materials:
+        if material.users == 0:
+            bpy.data.materials.remove(material)
+    for old in images:
+        if old.users == 0 and not old.is_dirty:
+            bpy.data.images.remove(old)
+        elif old.users == 0:
+            old.use_fake_user = True
+            notes.append(f"the image {old.name} was painted on: it is kept, but in no material")
+    return notes

@@ -21,6 +21,8 @@ KINDS = {
     "BYTE_COLOR": ("color", 4, np.float32),
 }
 REPORT = "atlasfit_report"
+STRETCH = "UV Stretch"  # the colours that show stretch: they are never taken for the mesh's own
+COLOR = "atlasfit_color"  # the mesh's own active colours while those of stretch are active
 # Blender 5 has all of a mesh's columns as attributes, which are copied ten times faster than properties of
 # elements.
 PLAIN = bpy.app.version >= (5, 0, 0)
@@ -132,13 +134,11 @@ def triangles(obs, only_selected):
         me = ob.data
         if not me.polygons:
             continue
-        me.calc_loop_triangles()
+        verts = triangle_vertices(me)
         corners = get(me.loop_triangles, "loops", 3, np.int32)
         if PLAIN:
-            verts = get(me.attributes[".corner_vert"].data, "value", 1, np.int32)[corners]
             polygon = get(me.loop_triangle_polygons, "value", 1, np.int32)
         else:
-            verts = get(me.loop_triangles, "vertices", 3, np.int32)
             polygon = get(me.loop_triangles, "polygon_index", 1, np.int32)
         if only_selected:
             wanted = get(me.polygons, "select", 1, np.bool_) & ~get(me.polygons, "hide", 1, np.bool_)
@@ -156,6 +156,15 @@ def triangles(obs, only_selected):
         raise Refused(f"{what}. Select faces, or use Reconstruct to make a surface from points")
     join = lambda arrays: arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
     return Triangles(join(vertices), join(faces), join(polygons), parts)
+
+
+def triangle_vertices(me):
+    """The vertices of the triangles that polygons are cut into, (m, 3)."""
+    me.calc_loop_triangles()
+    if PLAIN and len(me.loop_triangles):
+        corners = get(me.loop_triangles, "loops", 3, np.int32)
+        return get(me.attributes[".corner_vert"].data, "value", 1, np.int32)[corners]
+    return get(me.loop_triangles, "vertices", 3, np.int32)
 
 
 def positions(me):
@@ -249,9 +258,28 @@ def add_attribute(me, name, kind, values):
     put(me.attributes[attribute.name].data, prop, values.astype(dtype))
 
 
+def shows_stretch(attribute):
+    """Whether a colour attribute is one that UV Stretch made; Blender may have put a number to its name."""
+    return attribute.name.split(".")[0] == STRETCH
+
+
+def own_colors(me):
+    """The mesh's active colour attribute. Where UV Stretch shows its own: the one that was active before it,
+    else the one that is rendered, else any other. None without.
+    """
+    found = [a for a in me.color_attributes if not shows_stretch(a)]
+    if not found:
+        return None
+    active, rendered = me.color_attributes.active_color, me.color_attributes.render_color_index
+    wanted = [active.name if active is not None else None, me.get(COLOR)]
+    if 0 <= rendered < len(me.color_attributes):
+        wanted.append(me.color_attributes[rendered].name)
+    return next((a for name in wanted for a in found if a.name == name), found[0])
+
+
 def point_colors(me):
     """The active colours per vertex, (n, 4) linear, averaged where they belong to corners; None without."""
-    attribute = me.color_attributes.active_color if len(me.color_attributes) else None
+    attribute = own_colors(me)
     if attribute is None:
         return None, None
     colors = get(attribute.data, "color", 4, np.float32)

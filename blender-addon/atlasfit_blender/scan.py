@@ -39,6 +39,7 @@ def _report(me, title, report, seconds, notes):
     found = {
         "points": report.points,
         "outliers": report.outliers,
+        "followed_outliers": report.followed_outliers,
         "noise": f"{report.noise:.4g}",
         "spacing": f"{report.spacing:.4g}",
         "fitted_charts": report.charts,
@@ -59,7 +60,9 @@ def _notes(report):
     if report.not_finite:
         out.append(f"{report.not_finite} points have no finite position")
     if report.outliers:
-        out.append(f"{report.outliers} outliers")
+        follow = report.followed_outliers
+        between = f", {follow} put between their neighbours" if follow else ""
+        out.append(f"{report.outliers} outliers{between}")
     if report.dropped_parts:
         parts = "1 part" if report.dropped_parts == 1 else f"{report.dropped_parts} parts"
         out.append(f"{parts} left out with {report.dropped_points} points")
@@ -143,7 +146,10 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     )
     drop: BoolProperty(
         name="Delete Outliers",
-        description="Points that lie on no surface are deleted, else they stay where they are",
+        description=(
+            "Points that lie on no surface are deleted, else they stay where they are, or with faces follow"
+            " the surface between their neighbours"
+        ),
         default=False,
     )
 
@@ -158,10 +164,16 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         ob = _active(context)
         self._edit = context.mode == "EDIT_MESH"
         with mesh.object_mode(context, [ob]):
-            points, normals = self._read(ob)
+            points, normals, triangles = self._read(ob)
         options = self.fit_options()
         return lambda progress, cancel: atlasfit.denoise(
-            points, normals=normals, uv=False, **options, progress=progress, cancel=cancel
+            points,
+            normals=normals,
+            triangles=triangles,
+            uv=False,
+            **options,
+            progress=progress,
+            cancel=cancel,
         )
 
     def _read(self, ob):
@@ -180,7 +192,17 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         normals = _normals(me, matrix)
         normals = None if normals is None else normals[chosen]
         self._source = (ob.name, len(me.vertices), chosen, matrix)
-        return points, normals
+        # Outliers that are deleted follow nothing.
+        triangles = None if self.drop else self._triangles(me, chosen)
+        return points, normals, triangles
+
+    @staticmethod
+    def _triangles(me, chosen):
+        """The triangles between the chosen vertices, by their places among them."""
+        place = np.full(len(me.vertices), -1, np.int32)
+        place[chosen] = np.arange(len(chosen), dtype=np.int32)
+        all_three = place[mesh.triangle_vertices(me)]
+        return all_three[(all_three >= 0).all(axis=1)]
 
     def finish(self, context, result):
         """Moves the vertices of the object or of a copy."""

@@ -23,13 +23,24 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     bl_idname = "uv.atlasfit_unwrap"
     bl_label = "Atlas Unwrap"
 
+    preset: EnumProperty(
+        name="Preset",
+        description="What matters most. It stands for a bound on the stretch",
+        items=(
+            ("few-seams", "Few Seams", "Few charts and short seams, also for meshes of few faces"),
+            ("balanced", "Balanced", "Between both"),
+            ("low-stretch", "Low Stretch", "Lengths are kept best; most charts"),
+        ),
+        default="balanced",
+    )
     max_stretch: FloatProperty(
         name="Max Stretch",
         description=(
-            "Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts"
+            "Bound on the stretch of 95% of the surface: 1.1 is ten percent. Smaller gives more charts. 0 is"
+            " that of the preset"
         ),
-        default=1.1,
-        min=1.001,
+        default=0.0,
+        min=0.0,
         soft_max=3.0,
         max=8.0,
     )
@@ -96,7 +107,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("max_stretch", "max_charts", "margin", "texture_size", "density", "pages"):
+        for name in ("preset", "max_stretch", "max_charts", "margin", "texture_size", "density", "pages"):
             layout.prop(self, name)
         column = layout.column(heading="Cut")
         for name in ("seams", "sharp", "materials", "keep_uv_seams"):
@@ -115,7 +126,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         with mesh.object_mode(context, obs):
             jobs = [self._read(group, only_selected) for group in groups]
         options = {
-            "max_stretch": self.max_stretch,
+            "preset": self.preset,
+            "max_stretch": self.max_stretch or None,
             "max_charts": self.max_charts,
             "page_size": self.texture_size,
             "padding": self.margin,
@@ -206,8 +218,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     me = bpy.data.objects[part.object].data
                     torn, moved = self._write(me, part, mine)
                     folded, pins = folded + torn, pins + moved
-                if image is not None:
-                    notes += bake.write(image, [bpy.data.objects[part.object] for part in given.parts])
+                written = [bpy.data.objects[part.object] for part in given.parts]
+                notes += bake.outdated(written) if image is None else bake.write(image, written)
                 if folded:
                     notes.append(
                         f"{folded} faces are too bent to lie flat in one piece and overlap in the UV map:"
@@ -285,8 +297,6 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
         "Measure the active UV map, and color each face by its stretch: blue is none, green a little, red is "
         "Full Scale or more"
     )
-    ATTRIBUTE = "UV Stretch"
-
     full_scale: FloatProperty(
         name="Full Scale", description="The stretch that is shown in red", default=1.5, min=1.01, soft_max=8.0
     )
@@ -324,10 +334,13 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
                 colors[part.loops.ravel()] = np.repeat(
                     _heat(quality.face_stretch, self.full_scale), 3, axis=0
                 )
-                attribute = me.color_attributes.get(self.ATTRIBUTE)
+                own = mesh.own_colors(me)
+                if own is not None:
+                    me[mesh.COLOR] = own.name
+                attribute = next((a for a in me.color_attributes if mesh.shows_stretch(a)), None)
                 if attribute is None:
                     attribute = me.color_attributes.new(
-                        name=self.ATTRIBUTE, type="BYTE_COLOR", domain="CORNER"
+                        name=mesh.STRETCH, type="BYTE_COLOR", domain="CORNER"
                     )
                 name = attribute.name
                 mesh.put(me.color_attributes[name].data, "color", colors)

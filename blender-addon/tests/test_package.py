@@ -42,6 +42,42 @@ def test_the_surface_is_closed_and_has_uvs(denoised):
     assert quality.face_stretch.shape == (len(s.triangles),)
 
 
+def test_presets_stand_for_bounds_on_the_stretch_and_a_bound_of_ones_own_wins():
+    vertices, quads = torus()
+    faces = triangles(quads)[0]
+    of = lambda **how: atlasfit.unwrap(vertices, faces, **how).info
+    few, balanced, low = (of(preset=name) for name in ("few-seams", "balanced", "low-stretch"))
+    assert few.stretch_bound > balanced.stretch_bound == of().stretch_bound > low.stretch_bound > 1
+    assert few.charts < balanced.charts < low.charts
+    assert of(preset="few-seams", max_stretch=1.07).stretch_bound == 1.07
+    with pytest.raises(ValueError, match="preset is 'best'. Give one of few-seams, balanced, low-stretch"):
+        of(preset="best")
+
+
+def spiky_torus():
+    """Vertices of a torus with noise and five spikes, its triangles, and the vertices with spikes."""
+    vertices, quads = torus(96, 48)
+    spikes = np.array([100, 1500, 2222, 3000, 4000])
+    vertices += np.random.default_rng(3).normal(0, 0.003, vertices.shape)
+    vertices[spikes] *= 2.5
+    return vertices, triangles(quads)[0], spikes
+
+
+def test_outliers_of_a_mesh_follow_their_neighbours_and_those_of_a_cloud_stay():
+    vertices, faces, spikes = spiky_torus()
+    off = lambda p: np.abs(np.hypot(np.hypot(p[:, 0], p[:, 1]) - 1, p[:, 2]) - 0.4)
+    cloud = atlasfit.denoise(vertices, uv=False)
+    assert (cloud.points[spikes] == vertices[spikes]).all() and cloud.report.followed_outliers == 0
+    mesh = atlasfit.denoise(vertices, triangles=faces, uv=False)
+    assert 5 <= mesh.report.followed_outliers == mesh.report.outliers and off(mesh.points).max() < 0.02
+    assert (mesh.charts[spikes] == atlasfit.NO_CHART).all(), "they can still be selected"
+    assert (np.delete(mesh.points, spikes, 0) == np.delete(cloud.points, spikes, 0)).all()
+    with pytest.raises(atlasfit.Error, match="triangle 0 holds 9999 but there are only 4608 points"):
+        atlasfit.denoise(vertices, triangles=[[0, 9999, 1]])
+    with pytest.raises(ValueError, match="triangles has shape"):
+        atlasfit.denoise(vertices, triangles=[0, 1, 2])
+
+
 def test_parts_below_a_share_of_the_area_are_left_out_and_their_points_stay_unless_outliers_are_dropped(
     sphere,
 ):

@@ -64,6 +64,8 @@ int main() {
   const std::vector<double> surface = clean.surface_positions();
   const std::vector<std::uint32_t> triangles = clean.surface_triangles();
   atlasfit::UnwrapOptions options;
+  const double balanced = options.max_stretch, few = options.preset(ATLASFIT_PRESET_FEW_SEAMS).max_stretch;
+  want(few > balanced && options.preset(ATLASFIT_PRESET_BALANCED).max_stretch == balanced, "presets");
   options.max_stretch = 1.5;
   const atlasfit::UvLayout layout = atlasfit::unwrap(atlasfit::Mesh(surface, triangles), options);
   const std::vector<float> corners = layout.corners();

@@ -310,14 +310,15 @@ atlasfit_distance measure_surface(const G &mesh, const H &truth,
   return measure_surface(one.mesh(), other.mesh(), options, run);
 }
 
-/// Denoises the vertices of a mesh as a scan and writes them back to its vertex points. Faces, and vertices
-/// on no chart (outliers), stay as they are. The side out is that of the faces.
+/// Denoises the vertices of a mesh as a scan and writes them back to its vertex points. Faces stay; vertices
+/// on no chart (outliers) follow their neighbours, or where they are to be dropped stay as they are. The side
+/// out is that of the faces.
 template <class G, class T, class Tag, class Base, class = detail::IfGraph<G>>
 Denoised denoise(G &mesh, const CGAL::Named_function_parameters<T, Tag, Base> &np,
                  const DenoiseOptions &options = DenoiseOptions(), const Run &run = Run()) {
   const detail::Polygons polygons = detail::polygons_of(mesh, np);
   const std::vector<float> normals = polygons.normals();
-  Denoised clean = denoise(Points(polygons.xyz).normals(normals.data()), options, run);
+  Denoised clean = denoise(polygons.vertices().normals(normals.data()), options, run);
   const detail::Moved moved(clean, polygons.xyz.size() / 3);
   auto points =
       CGAL::parameters::choose_parameter(CGAL::parameters::get_parameter(np, CGAL::internal_np::vertex_point),
@@ -326,7 +327,7 @@ Denoised denoise(G &mesh, const CGAL::Named_function_parameters<T, Tag, Base> &n
   std::size_t n = 0;
   const auto v = vertices(mesh);
   for (auto i = v.first; i != v.second; ++i, ++n)
-    if (moved.known[n]) put(points, *i, detail::point_at<Point>(&moved.xyz[3 * n]));
+    if (moved.placed(n, polygons.xyz)) put(points, *i, detail::point_at<Point>(&moved.xyz[3 * n]));
   return clean;
 }
 template <class G, class = detail::IfGraph<G>>

@@ -166,11 +166,11 @@ Denoised open_denoise(M &mesh, const DenoiseOptions &options, const Run &run) {
     for (auto v = mesh.vertices_sbegin(); v != mesh.vertices_end(); ++v)
       for (std::size_t k = 0; k < 3; k++) normals[n++] = static_cast<float>(mesh.normal(*v)[k]);
   }
-  Denoised clean = denoise(Points(polygons.xyz).normals(normals.data()), options, run);
+  Denoised clean = denoise(polygons.vertices().normals(normals.data()), options, run);
   const Moved moved(clean, polygons.xyz.size() / 3);
   std::size_t n = 0;
   for (auto v = mesh.vertices_sbegin(); v != mesh.vertices_end(); ++v, ++n) {
-    if (!moved.known[n]) continue;
+    if (!moved.placed(n, polygons.xyz)) continue;
     mesh.set_point(*v, open_vector<typename M::Point>(&moved.xyz[3 * n]));
     if (mesh.has_vertex_normals())
       mesh.set_normal(*v, open_vector<typename M::Normal>(&moved.normals[3 * n]));
@@ -242,9 +242,9 @@ atlasfit_uv_quality measure_uv(const OpenMesh::TriMesh_ArrayKernelT<T> &mesh, co
   return detail::open_measure_uv(mesh, run);
 }
 
-/// Denoises the vertices as a scan and moves them, and turns their normals if there are any. Faces, and
-/// vertices on no chart (outliers), stay as they are. The side out is that of the faces; of a mesh without
-/// faces, that of its normals.
+/// Denoises the vertices as a scan and moves them, and turns their normals if there are any. Faces stay;
+/// vertices on no chart (outliers) follow their neighbours, or where they are to be dropped stay as they are.
+/// The side out is that of the faces; of a mesh without faces, that of its normals.
 template <class T>
 Denoised denoise(OpenMesh::PolyMesh_ArrayKernelT<T> &mesh, const DenoiseOptions &options = DenoiseOptions(),
                  const Run &run = Run()) {

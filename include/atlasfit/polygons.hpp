@@ -9,6 +9,7 @@
 #include "../atlasfit.hpp"
 
 #include <cmath>
+#include <cstring>
 
 namespace atlasfit {
 
@@ -170,6 +171,12 @@ class Polygons {
     if (!seams.empty()) view.seam_edges(seams.data(), seams.size() / 2);
     return view;
   }
+  /// The vertices as points that know their triangles; a view of this object.
+  Points vertices() const {
+    Points view(xyz);
+    view.triangles(triangles_.data(), triangles_.size() / 3);
+    return view;
+  }
   std::size_t size() const noexcept { return count_; }
   std::size_t corners() const noexcept { return corners_; }
   std::size_t triangles() const noexcept { return triangles_.size() / 3; }
@@ -299,6 +306,12 @@ struct Moved {
         normals[3 * to + k] = sides[3 * i + k];
       }
     }
+  }
+  /// Whether a vertex of a mesh has a new place: on a chart, or, as an outlier, between its neighbours. The
+  /// others stay as they are to the last bit, whatever the mesh's number type.
+  bool placed(std::size_t vertex, const std::vector<double> &given) const {
+    return kept[vertex] &&
+           (known[vertex] || std::memcmp(&xyz[3 * vertex], &given[3 * vertex], 3 * sizeof(double)) != 0);
   }
 };
 

@@ -86,8 +86,8 @@ std::vector<Parameter> denoise_parameters(bool surface)
 		list.push_back(texture_parameter());
 	} else {
 		list.push_back({Parameter::BOOL, "selectOutliers", 0, "Select outliers",
-			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. They are "
-			"not moved in any case.",
+			"Replaces the selection by the vertices that belong to no surface, ready to be deleted. In a mesh "
+			"they were put between their neighbours, in a point cloud they stay where they are.",
 			{}, false});
 	}
 	return list;
@@ -97,9 +97,14 @@ std::vector<Parameter> unwrap_parameters()
 {
 	const atlasfit_unwrap_options o = defaults(atlasfit_unwrap_options_init);
 	return {
-		{Parameter::FLOAT, "maxStretch", o.max_stretch, "Largest stretch",
+		{Parameter::ENUM, "preset", double(ATLASFIT_PRESET_BALANCED), "Preset",
+			"What matters most; it stands for a bound on the stretch. <b>Few seams</b>: few charts and short "
+			"seams, also for meshes of few faces. <b>Low stretch</b>: lengths are kept best, with most "
+			"charts.",
+			{"Few seams", "Balanced", "Low stretch"}, false}, // in the order of ATLASFIT_PRESET_...
+		{Parameter::FLOAT, "maxStretch", 0, "Largest stretch",
 			"Bound on the stretch of 95% of the area: 1.1 = lengths are kept within about 10%. Larger gives "
-			"fewer charts.",
+			"fewer charts. 0 = that of the preset.",
 			{}, false},
 		{Parameter::INT, "maxCharts", double(o.max_charts), "Most charts",
 			"The stretch bound is raised as far as that needs. 0 = any number.", {}, false},
@@ -142,7 +147,8 @@ const About& about(int filter)
 			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of "
 					"smooth charts that is fitted to them. Order, faces, attributes and "
 					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices "
-					"that belong to no surface stay where they are.<br>Use it where "
+					"that belong to no surface follow their neighbours in a mesh, so that no spike stays, and "
+					"stay where they are in a point cloud.<br>Use it where "
 					"the points themselves matter: for registration, measuring, or before a reconstruction "
 					"of your choice.") +
 				FRAME + PAPER,

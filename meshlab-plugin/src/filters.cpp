@@ -76,7 +76,8 @@ struct Denoised {
 	std::vector<uint8_t> rgba;
 };
 
-/// The library's denoising of a layer's points, with what they carry.
+/// The library's denoising of a layer's points, with what they carry. Without a `surface` the points are all
+/// of the layer's, and outliers follow its faces.
 Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par,
 	Bar& bar, bool surface, Outcome& outcome)
 {
@@ -87,6 +88,12 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 	options.prior = uint32_t(par.getEnum("prior")); // the choices are in the order of ATLASFIT_PRIOR_...
 	options.uv = 0;
 	atlasfit_points in = cloud(from.xyz);
+	Triangles faces;
+	if (!surface) {
+		faces = triangles(layer.cm, from);
+		in.triangles = faces.corners.data();
+		in.triangle_count = faces.face.size();
+	}
 	Denoised out{nullptr, ::out<atlasfit_report>(), {}};
 	std::vector<double> quality;
 	atlasfit_attribute attribute = defaults(atlasfit_attribute_init);
@@ -141,57 +148,21 @@ void tell(const Denoised& fit, Outcome& outcome)
 {
 	const atlasfit_report& r = fit.report;
 	warn(static_cast<const atlasfit_result*>(fit.result.get()), atlasfit_result_warnings, outcome);
+	const std::string followed = r.followed_outliers > 0
+		? " (" + grouped(r.followed_outliers) + " put between their neighbours)"
+		: "";
 	outcome.lines.push_back("scan: " + grouped(r.points_given) + " points, spacing " + brief(r.spacing) +
-		", noise " + brief(r.noise) + ", " + grouped(r.outliers) + " on no surface, " + grouped(r.charts) +
-		" charts");
+		", noise " + brief(r.noise) + ", " + grouped(r.outliers) + " on no surface" + followed + ", " +
+		grouped(r.charts) + " charts");
 	if (r.not_finite + r.duplicates > 0)
 		outcome.lines.push_back("repairs: " + grouped(r.not_finite) + " points not finite and left out, " +
 			grouped(r.duplicates) + " duplicates");
 	for (const auto& v : std::vector<std::pair<const char*, double>>{{"points", double(r.points)},
-			 {"outliers", double(r.outliers)}, {"not_finite", double(r.not_finite)},
+			 {"outliers", double(r.outliers)}, {"followed_outliers", double(r.followed_outliers)},
+			 {"not_finite", double(r.not_finite)},
 			 {"duplicates", double(r.duplicates)}, {"charts", double(r.charts)}, {"spacing", r.spacing},
 			 {"noise", r.noise}})
 		outcome.values.push_back(v);
-}
-
-/// Refuses, before any work, a page that the host's pictures (below 2 GiB) cannot hold.
-void check_page(const RichParameterList& par)
-{
-	const double size = count(par, "textureSize");
-	if (par.getEnum("texture") != TEXTURE_NONE && size * size * 4 > 2147483647.0)
-		throw std::runtime_error("atlasfit: a texture page of " + std::to_string(int(size)) +
-			" texels is more than MeshLab can hold. Make it smaller, or choose no page");
-}
-
-/// Share of the host's bar that is full when the pages are baked, where they are.
-static const double LAID_OUT = 0.9;
-
-/// The pages that the user asked for: with the colours of `scan`, or of the mesh's own vertices. Made before
-/// the document is touched: they may need more memory than there is.
-std::vector<QImage> page_images(const RichParameterList& par, std::size_t pages, const atlasfit_mesh& mesh,
-	const atlasfit_points* scan, Bar& bar, Outcome& outcome)
-{
-	const int texture = par.getEnum("texture"), size = int(count(par, "textureSize"));
-	if (texture == TEXTURE_NONE)
-		return {};
-	if (texture == TEXTURE_CHECKER)
-		return std::vector<QImage>(pages, checker(size));
-	if ((scan ? scan->colors : mesh.colors) == nullptr)
-		return std::vector<QImage>(pages, plain(size));
-	atlasfit_bake_options options = defaults(atlasfit_bake_options_init);
-	options.width = options.height = uint32_t(size);
-	const atlasfit_run how = run(par, &bar);
-	std::vector<QImage> images;
-	for (; options.page < pages; ++options.page) {
-		const double share = (1 - LAID_OUT) / double(pages), from = LAID_OUT + share * options.page;
-		bar.part(from, from + share);
-		QImage image(size, size, QImage::Format_RGBA8888);
-		timed(outcome, [&] {
-			return atlasfit_bake(&mesh, scan, &options, &how, image.bits(), std::size_t(image.sizeInBytes()));
-		});
-		images.push_back(image.convertToFormat(QImage::Format_RGB32));
-	}
-	return images;
 }
 
 /// Gives the layer its pages and says where they are.
@@ -319,11 +290,14 @@ void denoise_vertices(
 	for (std::size_t i = 0; i < from.vertex.size(); ++i) {
 		CVertexO& v = layer.cm.vert[from.vertex[i]];
 		const bool on_surface = chart[i] != UINT32_MAX;
+		const double d[3] = {xyz[3 * i] - from.xyz[3 * i], xyz[3 * i + 1] - from.xyz[3 * i + 1],
+			xyz[3 * i + 2] - from.xyz[3 * i + 2]};
+		const double way = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 		double length = 0;
-		if (on_surface && (!selection || v.IsS())) {
-			const double d[3] = {xyz[3 * i] - from.xyz[3 * i], xyz[3 * i + 1] - from.xyz[3 * i + 1],
-				xyz[3 * i + 2] - from.xyz[3 * i + 2]};
-			length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+		// Outliers that follow their neighbours have another place; the others stay to the last bit, and what
+		// is not finite has no way.
+		if ((on_surface || way > 0) && (!selection || v.IsS())) {
+			length = std::sqrt(way);
 			v.P() = frame.position_back(&xyz[3 * i]);
 			if (cloud)
 				v.N() = frame.normal_back(&normals[3 * i]);
@@ -381,7 +355,9 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	const Points from = points(layer.cm, frame, false);
 	const Triangles faces = triangles(layer.cm, from);
 	atlasfit_unwrap_options options = defaults(atlasfit_unwrap_options_init);
-	options.max_stretch = number(par, "maxStretch");
+	check(atlasfit_unwrap_options_set_preset(&options, uint32_t(par.getEnum("preset"))));
+	if (const double own = number(par, "maxStretch"); own != 0)
+		options.max_stretch = own;
 	options.max_charts = count(par, "maxCharts");
 	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
 	options.hard_edge_angle = number(par, "hardEdges");

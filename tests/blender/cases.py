@@ -22,6 +22,8 @@ from scenes import (
     link, mesh, middle, monkey, quality, refused, report, right, scan, select, uvs,
 )
 from made import torus, triangles
+from color_cases import *  # noqa: F403
+from denoise_cases import *  # noqa: F403
 
 
 # ---- Atlas Unwrap
@@ -33,6 +35,22 @@ def test_suzanne():
     assert len(ob.data.polygons) == 500 and [layer.name for layer in ob.data.uv_layers] == ["UVMap"]
     assert_good(ob)
     assert int(report(ob)["charts"]) == quality(ob).charts
+
+
+def test_presets_stand_for_bounds_and_a_bound_of_ones_own_wins():
+    ob = monkey()
+    found = []
+    for preset in ("few-seams", "balanced", "low-stretch"):
+        bpy.ops.uv.atlasfit_unwrap(preset=preset)
+        assert_good(ob, stretch=1.5)
+        found.append((int(report(ob)["charts"]), float(report(ob)["stretch bound"])))
+    charts, bounds = zip(*found)
+    assert charts[0] <= 20 < charts[1] < charts[2] and bounds[0] > bounds[1] > bounds[2]
+    bpy.ops.uv.atlasfit_unwrap()
+    assert (int(report(ob)["charts"]), float(report(ob)["stretch bound"])) == found[1]
+    bpy.ops.uv.atlasfit_unwrap(preset="low-stretch", max_stretch=1.5)
+    assert float(report(ob)["stretch bound"]) == 1.5
+    refused(lambda: bpy.ops.uv.atlasfit_unwrap(max_stretch=0.5), "max_stretch is 0.5")
 
 
 def test_everything_else_is_kept():
@@ -256,132 +274,6 @@ def test_half_a_million_faces():
     print(f"   500,000 faces: {whole:.2f} s, {q.charts} charts")
 
 
-# ---- UV Stretch
-
-
-def test_stretch_is_a_color_attribute():
-    ob = grid()
-    uv = uvs(ob)
-    uv[right(ob)[1], 0] *= 3
-    mesh.uv_put(ob.data.uv_layers.active, uv)
-    assert bpy.ops.uv.atlasfit_stretch() == {"FINISHED"}
-    attribute = ob.data.color_attributes.active_color
-    assert attribute.name == "UV Stretch" and attribute.domain == "CORNER"
-    assert len({tuple(c) for c in np.round(mesh.get(attribute.data, "color", 4, np.float32), 2)}) == 2
-    assert "stretch of 95 percent" in report(ob)
-    bpy.ops.uv.atlasfit_stretch()
-    assert len(ob.data.color_attributes) == 1
-
-
-def test_stretch_without_uvs_is_refused():
-    monkey()
-    refused(lambda: bpy.ops.uv.atlasfit_stretch(), "no UV map")
-
-
-# ---- Denoise Scan
-
-
-def radius_error(ob):
-    return np.sqrt(np.mean((np.linalg.norm(mesh.positions(ob.data), axis=1) - 1) ** 2))
-
-
-def test_a_scan_without_faces_becomes_a_new_object_with_its_attributes():
-    ob = scan()
-    before = radius_error(ob)
-    mesh.add_attribute(ob.data, "intensity", "FLOAT", np.arange(3000.0))
-    assert bpy.ops.object.atlasfit_denoise() == {"FINISHED"}
-    new = bpy.context.object
-    assert new != ob and radius_error(ob) == before and radius_error(new) < 0.5 * before
-    assert (mesh.get(new.data.attributes["intensity"].data, "value", 1, np.float32) == np.arange(3000)).all()
-    normals = mesh.get(new.data.attributes["point_normal"].data, "vector", 3, np.float32)
-    chart = mesh.get(new.data.attributes["point_chart"].data, "value", 1, np.int32)
-    assert (
-        (chart >= 0).sum() > 2990
-        and np.abs(np.sum(normals * mesh.positions(new.data), 1))[chart >= 0].min() > 0.95
-    )
-    assert float(report(new)["noise"]) > 0.005
-
-
-def test_outliers_are_deleted_if_asked():
-    ob = scan()
-    me = ob.data
-    co = mesh.positions(me)
-    co[:5] *= 3
-    mesh.put(me.vertices, "co", co)
-    me.update()
-    bpy.ops.object.atlasfit_denoise(drop=True, result="PLACE")
-    assert 2900 < len(ob.data.vertices) <= 2995 and radius_error(ob) < 0.02
-
-
-def test_a_shape_key_blends_between_scan_and_result():
-    ob = scan()
-    before = mesh.positions(ob.data)
-    bpy.ops.object.atlasfit_denoise(result="SHAPE")
-    keys = ob.data.shape_keys.key_blocks
-    assert [k.name for k in keys] == ["Basis", "Denoised"] and keys["Denoised"].value == 1
-    assert (mesh.get(keys["Basis"].data, "co", 3, np.float32) == before).all()
-    moved = mesh.get(keys["Denoised"].data, "co", 3, np.float32)
-    assert np.std(np.linalg.norm(moved, axis=1)) < 0.5 * np.std(np.linalg.norm(before, axis=1))
-    refused(lambda: bpy.ops.object.atlasfit_denoise(result="SHAPE", drop=True), "Delete Outliers")
-
-
-def noisy_ball():
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=5)
-    ob = bpy.context.object
-    co = mesh.positions(ob.data).astype(np.float64)
-    co *= 1 + 0.01 * np.random.default_rng(2).normal(size=(len(co), 1))
-    mesh.put(ob.data.vertices, "co", co.astype(np.float32))
-    ob.data.update()
-    return ob
-
-
-def test_a_scanned_mesh_keeps_its_faces_and_shapes_move_along():
-    ob = noisy_ball()
-    ob.shape_key_add(name="Basis")
-    key = ob.shape_key_add(name="Up", from_mix=False)
-    up = mesh.get(key.data, "co", 3, np.float32) + np.float32([0, 0, 1])
-    mesh.put(key.data, "co", up)
-    faces = [tuple(p.vertices) for p in ob.data.polygons]
-    before = radius_error(ob)
-    bpy.ops.object.atlasfit_denoise(result="PLACE")
-    assert [tuple(p.vertices) for p in ob.data.polygons] == faces and radius_error(ob) < 0.5 * before
-    basis, up = (mesh.get(k.data, "co", 3, np.float32) for k in ob.data.shape_keys.key_blocks)
-    assert np.allclose(up - basis, [0, 0, 1], atol=1e-5) and np.allclose(basis, mesh.positions(ob.data))
-
-
-def test_a_scaled_and_mirrored_scan_is_denoised_as_one_sees_it():
-    ob = noisy_ball()
-    co = mesh.positions(ob.data) / [-4, 1, 0.5]
-    mesh.put(ob.data.vertices, "co", co)
-    ob.scale, ob.location = (-4, 1, 0.5), (100, 0, 0)
-    ob.data.update()
-    bpy.context.view_layer.update()
-    bpy.ops.object.atlasfit_denoise(result="PLACE")
-    seen = mesh.positions(ob.data) * [-4, 1, 0.5]
-    assert np.sqrt(np.mean((np.linalg.norm(seen, axis=1) - 1) ** 2)) < 0.005
-
-
-def test_edit_mode_denoises_the_selected_points_only():
-    ob = scan()
-    before = mesh.positions(ob.data)
-    upper = before[:, 2] > 0
-    ob.data.vertices.foreach_set("select", upper)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.object.atlasfit_denoise()
-    assert bpy.context.mode == "EDIT_MESH" and bpy.context.object == ob
-    bpy.ops.object.mode_set(mode="OBJECT")
-    after = mesh.positions(ob.data)
-    assert (after[~upper] == before[~upper]).all() and (after[upper] != before[upper]).any(1).mean() > 0.9
-
-
-def test_scans_that_are_none_are_refused():
-    from_lists([], [])
-    refused(lambda: bpy.ops.object.atlasfit_denoise(), "no vertices")
-    refused(lambda: bpy.ops.object.atlasfit_reconstruct(), "no vertices")
-    from_lists([(0, 0, 0), (1, 0, 0)], [])
-    refused(lambda: bpy.ops.object.atlasfit_denoise(), "Denoise Scan: ")
-
-
 # ---- Reconstruct
 
 
@@ -440,26 +332,6 @@ def test_modifiers_of_a_scan_count_and_it_stays_where_it_is():
     assert np.allclose(new.matrix_world, ob.matrix_world)
     assert np.allclose(mesh.positions(new.data).mean(0), [5, 0, 0], atol=0.05)
     assert not new.data.materials
-
-
-# ---- Bake
-
-
-def test_vertex_colors_are_baked_and_materials_stay():
-    ob = everything()
-    attribute = ob.data.color_attributes.new(name="c", type="FLOAT_COLOR", domain="CORNER")
-    mesh.put(attribute.data, "color", np.tile(np.float32([0.2, 0.4, 0.6, 1]), (len(ob.data.loops), 1)))
-    ob.data.color_attributes.active_color = ob.data.color_attributes["c"]
-    bpy.ops.uv.atlasfit_unwrap(bake=True, texture_size=128)
-    assert (
-        [m.name[:4] for m in ob.data.materials] == ["red", "blue"]
-        and "in no material" in report(ob)["notes"]
-    )
-    image = next(i for i in bpy.data.images if i.name.startswith("everything"))
-    pixels = np.array(image.pixels[:]).reshape(-1, 4)
-    want = 1.055 * np.array([0.2, 0.4, 0.6]) ** (1 / 2.4) - 0.055
-    assert np.abs(pixels[pixels[:, 3] > 0.5][:, :3] - want).max() < 0.01
-    refused(lambda: (monkey(), bpy.ops.uv.atlasfit_unwrap(bake=True)), "no color attribute")
 
 
 # ---- around the operators

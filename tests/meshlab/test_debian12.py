@@ -19,13 +19,15 @@ FIT = {
 }
 PARAMETERS = {
     "Atlas reconstruction (deep manifold prior)": {
-        **FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "uv": ("Bool", "true"),
-        "textureSize": ("Int", 1024), "texture": ("Enum", 0),
+        **FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "minPart": ("Float", 0),
+        "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("Float", -1),
+        "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
+        "texture": ("Enum", 0),
     },
     "Denoise points/vertices (deep manifold prior)": {**FIT, "selectOutliers": ("Bool", "false")},
     "Parametrization: stretch-regularized atlas": {
-        "maxStretch": ("Float", 1.1), "maxCharts": ("Int", 0), "keepSeams": ("Bool", "false"),
-        "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
+        "preset": ("Enum", 1), "maxStretch": ("Float", 0), "maxCharts": ("Int", 0),
+        "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
         "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
     },
     "UV distortion": {},

@@ -156,6 +156,26 @@ def test_denoising_a_mesh_keeps_its_faces(torus):
     assert distance(m.vertex_matrix()) < 0.6 * 0.01
 
 
+def test_spikes_of_a_mesh_go_between_their_neighbours_and_can_be_selected(torus):
+    vertices, faces = torus
+    spikes = [100, 500, 900]
+    spiky = vertices + np.random.default_rng(1).normal(0, 0.003, vertices.shape)
+    spiky[spikes] *= 2.5
+    ms = holding(spiky, faces)
+    values = ms.apply_filter(DENOISE, selectoutliers=True)
+    m = ms.current_mesh()
+    chosen = np.flatnonzero(m.vertex_selection_array())
+    assert set(spikes) <= set(chosen) and values["followed_outliers"] == values["outliers"] == len(chosen)
+    p = m.vertex_matrix()
+    assert np.abs(np.hypot(np.hypot(p[:, 0], p[:, 1]) - 2, p[:, 2]) - 0.7).max() < 0.05
+    assert np.allclose(m.vertex_scalar_array()[spikes], np.linalg.norm(p - spiky, axis=1)[spikes], rtol=1e-3)
+    assert values["moved"] == len(p)
+    # Without faces they stay.
+    cloud = holding(spiky, np.empty((0, 3)))
+    assert cloud.apply_filter(DENOISE)["followed_outliers"] == 0
+    assert np.allclose(cloud.current_mesh().vertex_matrix()[spikes], spiky[spikes])
+
+
 def test_deleted_vertices_take_no_part(scan, folder):
     # MeshLab leaves deleted vertices in the layer until it is compacted.
     deleted = opened(scan)
@@ -273,7 +293,7 @@ def test_defaults_are_the_programs(program):
     for (of, option), parameter in {
         (0, "noise"): "noise", (0, "strength"): "strength", (0, "detail"): "detail", (0, "charts"): "charts",
         (0, "fill-holes"): "fillholes", (0, "min-part"): "minpart", (0, "texture-size"): "texturesize",
-        (0, "seed"): "seed", (0, "threads"): "threads", (1, "max-stretch"): "maxstretch",
+        (0, "seed"): "seed", (0, "threads"): "threads",
         (1, "texture-size"): "texturesize", (1, "padding"): "padding",
     }.items():
         assert float(auto.get(said[of][option], said[of][option])) == float(lists[of][parameter]), parameter
@@ -334,6 +354,17 @@ def test_simplified_with_texture_and_exported_the_uvs_stay_valid(reconstructed, 
 def opened_copy(ms, folder):
     ms.save_current_mesh(str(folder / "copy.obj"))
     return opened(folder / "copy.obj")
+
+
+def test_presets_stand_for_bounds_and_a_bound_of_ones_own_wins(torus, program):
+    def charts(**how):
+        return holding(*torus).apply_filter(UNWRAP, texture="None", **how)["charts"]
+
+    few, balanced, low = (charts(preset=name) for name in ("Few seams", "Balanced", "Low stretch"))
+    assert few < balanced == charts() < low
+    assert charts(preset="Low stretch", maxstretch=1.3) == few
+    with pytest.raises(ml.PyMeshLabException, match="max_stretch is 0.5"):
+        charts(maxstretch=0.5)
 
 
 def test_many_runs_in_one_process_do_not_grow_it(torus):

@@ -196,6 +196,22 @@ void denoised_in_place() {
   want(atlasfit::measure_topology(mesh).closed == 1, "still closed");
 }
 
+template <class G>
+void spikes_follow_their_neighbours() {
+  G mesh;
+  build(noisy_torus(), mesh);
+  const auto points = CGAL::get_property_map(CGAL::vertex_point, mesh);
+  using Point = typename boost::property_traits<decltype(points)>::value_type;
+  const auto spike = *vertices(mesh).first;
+  const Point p = get(points, spike);
+  put(points, spike, Point(4 * p[0], 4 * p[1], 4 * p[2]));
+  const auto clean = atlasfit::denoise(mesh);
+  const Point q = get(points, spike);
+  want(clean.report().outliers == 1 && clean.report().followed_outliers == 1, "the spike is an outlier");
+  want(off_torus(CGAL::to_double(q[0]), CGAL::to_double(q[1]), CGAL::to_double(q[2])) < 0.1,
+       "it goes between its neighbours");
+}
+
 static void failures() {
   Surface none;
   want(status_of([&] { atlasfit::unwrap(none); }) == ATLASFIT_DEGENERATE, "a mesh without faces");
@@ -236,6 +252,7 @@ int main() {
   denoised_in_place<Surface>();
   denoised_in_place<FloatSurface>();
   denoised_in_place<Polyhedron>();
+  spikes_follow_their_neighbours<Surface>();
   failures();
   want(atlasfit_live_handles() == 0, "no handle is left");
   return verdict();

@@ -167,6 +167,19 @@ static void bent_polygons_are_told() {
 }
 
 template <class M>
+void spikes_follow_their_neighbours() {
+  M mesh;
+  build(noisy_torus(), mesh);
+  const OpenMesh::VertexHandle spike(77);
+  mesh.set_point(spike, mesh.point(spike) * 4);
+  const auto clean = atlasfit::denoise(mesh);
+  const auto p = mesh.point(spike);
+  want(clean.report().outliers == 1 && clean.report().followed_outliers == 1, "the spike is an outlier");
+  want(off_torus(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])) < 0.1,
+       "it goes between its neighbours");
+}
+
+template <class M>
 void denoised_in_place() {
   M mesh;
   build(noisy_torus(), mesh);
@@ -233,6 +246,8 @@ int main() {
   garbage_is_passed_over();
   bent_polygons_are_told();
   denoised_in_place<Poly>();
+  spikes_follow_their_neighbours<Poly>();
+  spikes_follow_their_neighbours<Tri>();
   denoised_in_place<DoublePoly>();
   denoised_in_place<Tri>();
   refused_faces_are_counted();

@@ -6,7 +6,7 @@ use crate::result::{DenoiseResult, atlasfit_result};
 use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
-use atlasfit::pipeline::{DenoiseOptions, Outliers, denoise_guided, memory_needed};
+use atlasfit::pipeline::{DenoiseOptions, Outliers, denoise_vertices, memory_needed};
 use atlasfit_net::Prior;
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
@@ -26,7 +26,8 @@ pub const ATLASFIT_RECIPE_FAST: u32 = 0;
 /// atlasfit_denoise_options.recipe: training as in the paper, with all samples at every step.
 pub const ATLASFIT_RECIPE_PAPER: u32 = 1;
 /// atlasfit_denoise_options.outliers: outliers stay among the denoised points, where
-/// they were: there are as many points as were given, in the same order.
+/// they were (those of a mesh between their neighbours: see triangles of atlasfit_points). There are as many
+/// points as were given, in the same order.
 pub const ATLASFIT_OUTLIERS_KEEP: u32 = 0;
 /// atlasfit_denoise_options.outliers: outliers are left out of the denoised points, and so are the points of
 /// parts of the surface that were left out (min_part, largest).
@@ -241,9 +242,10 @@ pub unsafe extern "C" fn atlasfit_denoise_memory_needed(
 /// @param options How to denoise; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the result is put; NULL on failure. Free it with atlasfit_result_free().
-/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_EMPTY_INPUT (no finite
-///         point), #ATLASFIT_DEGENERATE (the points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED,
-///         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+///         triangle names no point), #ATLASFIT_EMPTY_INPUT (no finite point), #ATLASFIT_DEGENERATE (the
+///         points are no surface), #ATLASFIT_DIVERGED, #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+///         #ATLASFIT_OUT_OF_MEMORY, #ATLASFIT_RESOURCE_EXHAUSTED (no more threads).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_denoise(
     points: *const atlasfit_points,
@@ -256,8 +258,9 @@ pub unsafe extern "C" fn atlasfit_denoise(
         let (options, prior) = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
         let cloud = points::cloud(points)?;
-        let denoised = denoise_guided(&cloud, &options, prior.guide(), &mut run)?;
-        drop(cloud);
+        let triangles = points::triangles(points)?;
+        let denoised = denoise_vertices(&cloud, &triangles, &options, prior.guide(), &mut run)?;
+        drop((cloud, triangles));
         handle::give(Arc::new(DenoiseResult::new(denoised)?), out);
         Ok(())
     })

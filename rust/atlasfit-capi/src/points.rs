@@ -2,7 +2,7 @@
 
 use crate::arrays::{
     ATLASFIT_F32, ATLASFIT_F64, ATLASFIT_I8, ATLASFIT_I16, ATLASFIT_I32, ATLASFIT_U8, ATLASFIT_U16,
-    ATLASFIT_U32, Colors, MOST, checked_count, colors, positions, room, strided,
+    ATLASFIT_U32, Colors, MOST, checked_count, colors, packed, positions, room, strided,
 };
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
@@ -78,12 +78,19 @@ pub struct atlasfit_points {
     pub attribute_count: u32,
     /// Other attributes, carried over to the surface.
     pub attributes: *const atlasfit_attribute,
+    /// Where the points are the vertices of a mesh: its triangles, three indices of points each. Outliers
+    /// that are kept then follow the surface between their neighbours in the mesh, so that no spike stays.
+    /// Those that no vertex on the surface holds stay where they are. NULL = none. Default NULL. Read by
+    /// atlasfit_denoise().
+    pub triangles: *const u32,
+    /// Number of triangles, below 2^32 / 3. Default 0.
+    pub triangle_count: usize,
 }
 
 // SAFETY: numbers and pointers, size first.
 unsafe impl Sized for atlasfit_points {
     const NAME: &str = "atlasfit_points";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, triangles);
     fn defaults() -> Self {
         Self {
             struct_size: size_of::<Self>(),
@@ -99,6 +106,8 @@ unsafe impl Sized for atlasfit_points {
             color_scalar: ATLASFIT_F32,
             attribute_count: 0,
             attributes: std::ptr::null(),
+            triangles: std::ptr::null(),
+            triangle_count: 0,
         }
     }
 }
@@ -234,6 +243,13 @@ pub(crate) unsafe fn cloud_positions(points: *const atlasfit_points) -> Outcome<
     let p = unsafe { sized::read(points) }?;
     checked_count(p.count, MOST, "points")?;
     unsafe { positions(p.positions, p.count, p.stride, p.scalar) }
+}
+
+/// The triangles between the caller's points; indices are checked by the core.
+pub(crate) unsafe fn triangles(points: *const atlasfit_points) -> Outcome<Vec<[u32; 3]>> {
+    let p = unsafe { sized::read(points) }?;
+    checked_count(p.triangle_count, MOST / 3, "triangles")?;
+    unsafe { packed(p.triangles.cast::<[u32; 3]>(), p.triangle_count, "triangles") }
 }
 
 unsafe fn attributes(p: &atlasfit_points) -> Outcome<Vec<Attribute>> {

@@ -97,6 +97,9 @@ pub struct atlasfit_report {
     pub dropped_parts: usize,
     /// Points given that lie on those parts. They are denoised all the same, and no outliers.
     pub dropped_points: usize,
+    /// Outliers that follow the surface between their neighbours in the mesh, as triangles of atlasfit_points
+    /// says; the other outliers stay where they are.
+    pub followed_outliers: usize,
 }
 
 // SAFETY: numbers, size first.
@@ -152,6 +155,7 @@ pub unsafe extern "C" fn atlasfit_result_report(
             stage_seconds,
             dropped_parts: r.dropped_parts,
             dropped_points: r.dropped_points,
+            followed_outliers: r.followed_outliers,
         };
         sized::write(report, value)
     })
@@ -175,8 +179,8 @@ pub unsafe extern "C" fn atlasfit_result_warnings(
     })
 }
 
-/// Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, and points that
-/// are not finite, are where they were.
+/// Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, unless they
+/// follow their neighbours in a mesh, and points that are not finite, are where they were.
 ///
 /// @param xyz      Room for `capacity` numbers.
 /// @param capacity At least 3 * report.points.
@@ -193,7 +197,7 @@ pub unsafe extern "C" fn atlasfit_result_point_positions(
 }
 
 /// Copies the denoised points' unit normals: 3 numbers per point. Points that are on no chart have the normal
-/// that was given, or zeros.
+/// that was given, or zeros; outliers that follow their neighbours in a mesh a mean of theirs.
 ///
 /// @param normals  Room for `capacity` numbers.
 /// @param capacity At least 3 * report.points.

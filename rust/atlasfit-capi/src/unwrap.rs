@@ -7,7 +7,7 @@ use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
 use atlasfit::measure;
-use atlasfit::unwrap::{Packer, SplitMesh, UnwrapOptions, UvLayout, memory_needed, unwrap};
+use atlasfit::unwrap::{Packer, Preset, SplitMesh, UnwrapOptions, UvLayout, memory_needed, unwrap};
 use std::ffi::c_char;
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,6 +17,14 @@ pub const ATLASFIT_PACK_SHAPES: u32 = 0;
 /// atlasfit_unwrap_options.packer: packs charts by their bounding boxes, in rows: fastest, and wastes most.
 pub const ATLASFIT_PACK_BOXES: u32 = 1;
 
+/// atlasfit_unwrap_options_set_preset(): "few-seams": few charts and short seams, also for meshes of few
+/// faces, which bend much at each edge.
+pub const ATLASFIT_PRESET_FEW_SEAMS: u32 = 0;
+/// atlasfit_unwrap_options_set_preset(): "balanced": what atlasfit_unwrap_options_init() gives.
+pub const ATLASFIT_PRESET_BALANCED: u32 = 1;
+/// atlasfit_unwrap_options_set_preset(): "low-stretch": lengths are kept best; most charts.
+pub const ATLASFIT_PRESET_LOW_STRETCH: u32 = 2;
+
 /// How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -25,7 +33,7 @@ pub struct atlasfit_unwrap_options {
     pub struct_size: usize,
     /// Bound on the stretch of 95% of the area, more than 1. Stretch is max(s1, 1/s2), with s1 >= s2 the
     /// singular values of the map from surface to texture, at one texel density for all charts. A smaller
-    /// bound gives more charts. Default 1.1.
+    /// bound gives more charts. Default 1.1; atlasfit_unwrap_options_set_preset() sets others by name.
     pub max_stretch: f64,
     /// Most charts: max_stretch is raised until they are enough. More are still made where the topology or
     /// the constraints need them. 0 = any number. Default 0.
@@ -119,6 +127,32 @@ pub unsafe extern "C" fn atlasfit_unwrap_options_init(
     struct_size: usize,
 ) -> atlasfit_status {
     guard("atlasfit_unwrap_options_init", || unsafe { sized::init(options, struct_size) })
+}
+
+/// Sets the numbers of options that a preset stands for, which is max_stretch. What is set after it counts.
+///
+/// @param options The struct, filled by its _init.
+/// @param preset  #ATLASFIT_PRESET_FEW_SEAMS (a stretch of 1.3), #ATLASFIT_PRESET_BALANCED (1.1) or
+///                #ATLASFIT_PRESET_LOW_STRETCH (1.05).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_unwrap_options_set_preset(
+    options: *mut atlasfit_unwrap_options,
+    preset: u32,
+) -> atlasfit_status {
+    guard("atlasfit_unwrap_options_set_preset", || unsafe {
+        let set = sized::read(options)?;
+        let preset = match preset {
+            ATLASFIT_PRESET_FEW_SEAMS => Preset::FewSeams,
+            ATLASFIT_PRESET_BALANCED => Preset::Balanced,
+            ATLASFIT_PRESET_LOW_STRETCH => Preset::LowStretch,
+            other => {
+                return Err(Failure::invalid(format!(
+                    "preset is {other}. Give ATLASFIT_PRESET_FEW_SEAMS to ATLASFIT_PRESET_LOW_STRETCH"
+                )));
+            }
+        };
+        sized::write(options, atlasfit_unwrap_options { max_stretch: preset.max_stretch(), ..set })
+    })
 }
 
 /// Tells how many bytes atlasfit_unwrap() needs at its peak, the mesh included: an upper bound that is up to

@@ -41,7 +41,7 @@ fn structs() -> Vec<Struct> {
         atlasfit_attribute { struct_size name values stride width scalar }
         atlasfit_points {
             struct_size positions count stride scalar color_width normals normal_stride colors color_stride
-            color_scalar attribute_count attributes
+            color_scalar attribute_count attributes triangles triangle_count
         }
         atlasfit_mesh {
             struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv
@@ -57,6 +57,7 @@ fn structs() -> Vec<Struct> {
             struct_size points_given not_finite duplicates outliers points vertices triangles charts
             uv_charts parts boundary_loops boundary_edges filled_holes attributes one_sided has_uv
             has_colors reserved spacing noise voxel stage_seconds dropped_parts dropped_points
+            followed_outliers
         }
         atlasfit_atlas_info { struct_size charts origin unit }
         atlasfit_projection { struct_size capacity positions normals charts chart_uv distances }

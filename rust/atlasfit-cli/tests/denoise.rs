@@ -31,6 +31,46 @@ fn example() -> PathBuf {
 }
 
 #[test]
+fn spikes_of_a_mesh_are_put_between_their_neighbours_and_counted() {
+    let folder = Folder::new("spikes");
+    let (mesh, points) = (folder.0.join("sheet.obj"), folder.0.join("points.xyz"));
+    let mut text: String = (0..1600u32)
+        .map(|i| {
+            let noise = 0.1 * ((f64::from(i) * 12.9898).sin() * 43758.5453).fract();
+            let z = if i == 820 { 12.0 } else { noise };
+            format!("v {} {} {z}\n", i % 40, i / 40)
+        })
+        .collect();
+    for a in (0..39 * 39).map(|i| i / 39 * 40 + i % 39 + 1) {
+        text += &format!("f {} {} {} {}\n", a, a + 1, a + 41, a + 40);
+    }
+    std::fs::write(&mesh, text).unwrap();
+    let arguments: [&dyn AsRef<std::ffi::OsStr>; 5] = [&"denoise", &mesh, &"--points", &points, &"--force"];
+    let said = run(&arguments);
+    assert!(
+        out(&said).contains("1 point set aside, 1 put between their neighbours in the mesh"),
+        "{}",
+        out(&said)
+    );
+    let rows = std::fs::read_to_string(&points).unwrap();
+    let spike: Vec<f64> = rows
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .nth(820)
+        .unwrap()
+        .split_whitespace()
+        .map(|x| x.parse().unwrap())
+        .collect();
+    assert!(
+        (spike[0] - 20.0).abs() < 0.1 && (spike[1] - 20.0).abs() < 0.1 && spike[2].abs() < 0.1,
+        "{spike:?}"
+    );
+    let json = run(&[&"denoise", &mesh, &"--points", &points, &"--force", &"--json"]);
+    let report: Value = serde_json::from_str(&out(&json)).unwrap();
+    assert_eq!((&report["outliers"], &report["followed_outliers"]), (&1.into(), &1.into()));
+}
+
+#[test]
 fn denoise_turns_the_example_scan_into_points_and_one_surface_whatever_the_threads() {
     let folder = Folder::new("denoise");
     let made = |threads: &str| {

@@ -132,6 +132,28 @@ fn measure_reports_topology_uvs_and_distances_as_text_and_as_json() {
 }
 
 #[test]
+fn presets_of_unwrap_are_names_for_bounds_and_a_bound_of_ones_own_wins() {
+    let folder = Folder::new("presets");
+    let cube = folder.file("box.obj", BOX);
+    let made = folder.0.join("out.obj");
+    let bound = |more: &[&str]| {
+        let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =
+            vec![&"unwrap", &cube, &"-o", &made, &"--json", &"--force"];
+        more.iter().for_each(|m| arguments.push(m));
+        let output = run(&arguments);
+        assert!(output.status.success(), "{}", err(&output));
+        serde_json::from_str::<Value>(&out(&output)).unwrap()["stretch_bound"].as_f64().unwrap()
+    };
+    let [few, balanced, low] =
+        ["few-seams", "balanced", "low-stretch"].map(|name| bound(&["--preset", name]));
+    assert!(few > balanced && balanced == bound(&[]) && balanced > low, "{few} {balanced} {low}");
+    assert_eq!(bound(&["--preset", "few-seams", "--max-stretch", "1.07"]), 1.07);
+    let wrong = run(&[&"unwrap", &cube, &"-o", &made, &"--preset", &"best"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(err(&wrong).contains("[possible values: few-seams, balanced, low-stretch]"), "{}", err(&wrong));
+}
+
+#[test]
 fn the_same_seed_gives_the_same_report_for_any_number_of_threads() {
     let folder = Folder::new("seed");
     let mesh = folder.file("box.obj", BOX);

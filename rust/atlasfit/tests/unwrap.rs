@@ -1,7 +1,7 @@
 //! What every UV layout must satisfy, on small meshes made here.
 
 use atlasfit::geometry::TriMesh;
-use atlasfit::unwrap::{Packer, UnwrapOptions, UvLayout, unwrap};
+use atlasfit::unwrap::{Packer, Preset, UnwrapOptions, UvLayout, unwrap};
 use atlasfit::{CancelToken, Error, Run};
 use proptest::prelude::*;
 
@@ -116,6 +116,18 @@ fn a_looser_bound_never_needs_many_more_charts() {
     let mesh = torus(48);
     let charts = |s: f64| run(&mesh, &UnwrapOptions::default().with_max_stretch(s), 0).unwrap().charts;
     assert!(charts(1.5) <= charts(1.05));
+}
+
+#[test]
+fn presets_are_ordered_from_few_charts_to_little_stretch_and_the_default_is_the_middle_one() {
+    let mesh = torus(48);
+    let of = |p: Preset| run(&mesh, &UnwrapOptions::default().with_preset(p), 0).unwrap();
+    let [few, balanced, low] = Preset::ALL.map(of);
+    assert!(few.charts < balanced.charts && balanced.charts < low.charts);
+    assert!(few.stretch_bound > balanced.stretch_bound && balanced.stretch_bound > low.stretch_bound);
+    assert_eq!(UnwrapOptions::default().with_preset(Preset::default()), UnwrapOptions::default());
+    assert!(Preset::ALL.into_iter().all(|p| Preset::from_name(p.name()) == Some(p)));
+    assert_eq!(Preset::from_name("Balanced"), None);
 }
 
 #[test]

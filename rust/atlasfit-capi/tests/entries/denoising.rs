@@ -91,6 +91,12 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             denoise(&points(&[f64::NAN; 300]), null(), null()),
         );
         t.want(name, "one place", ATLASFIT_DEGENERATE, denoise(&points(&[1.0; 300]), null(), null()));
+        let corners = [0, 1, u32::MAX];
+        let mesh = |triangles, triangle_count| atlasfit_points { triangles, triangle_count, ..pts };
+        let call = |p: atlasfit_points| denoise(&p, null(), null());
+        t.want(name, "triangles NULL", INVALID, call(mesh(null(), 1)));
+        t.want(name, "absurd triangle count", INVALID, call(mesh(corners.as_ptr(), usize::MAX)));
+        t.want(name, "no such point", ATLASFIT_INDEX_OUT_OF_RANGE, call(mesh(corners.as_ptr(), 1)));
         let huge: Vec<f64> = s.xyz.iter().map(|x| x * 1e300).collect();
         let status = denoise(&points(&huge), null(), null());
         t.want(name, "huge coordinates", status, status);

@@ -49,7 +49,7 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         // Structs.
         t.init_grown("atlasfit_run_init", offset_of!(atlasfit_run, overall), atlasfit_run_init);
         t.init("atlasfit_attribute_init", atlasfit_attribute_init);
-        t.init("atlasfit_points_init", atlasfit_points_init);
+        t.init_grown("atlasfit_points_init", offset_of!(atlasfit_points, triangles), atlasfit_points_init);
         t.init("atlasfit_mesh_init", atlasfit_mesh_init);
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.init_grown("atlasfit_denoise_options_init", first, atlasfit_denoise_options_init);

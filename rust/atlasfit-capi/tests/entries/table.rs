@@ -233,7 +233,8 @@ impl Table {
         empty: i32,
         call: impl Fn(*const atlasfit_points) -> i32,
     ) {
-        self.sized(function, "points", good, ABI, |p| call(p));
+        let first = std::mem::offset_of!(atlasfit_points, triangles);
+        self.sized_grown(function, "points", (good, first), ABI, |p| call(p));
         let all: [(&str, i32, &dyn Fn(&mut atlasfit_points)); 9] = [
             ("none", empty, &|p| p.count = 0),
             ("NULL positions", INVALID, &|p| p.positions = null()),

@@ -33,6 +33,12 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         t.run(name, |r| unwrap(&cube, null(), r));
         let good = init(atlasfit_unwrap_options_init);
         t.sized(name, "options", &good, ABI, |o| unwrap(&cube, o, null()));
+        let preset = "atlasfit_unwrap_options_set_preset";
+        t.want(preset, "NULL", INVALID, atlasfit_unwrap_options_set_preset(null_mut(), 0));
+        t.sized(preset, "options", &good, ABI, |o| atlasfit_unwrap_options_set_preset(o, 0));
+        let mut chosen = good;
+        t.want(preset, "preset", INVALID, atlasfit_unwrap_options_set_preset(&mut chosen, 3));
+        assert_eq!(chosen.max_stretch, good.max_stretch, "{preset} wrote on failure");
         let all: [(&str, &dyn Fn(&mut atlasfit_unwrap_options)); 12] = [
             ("stretch", &|o| o.max_stretch = 1.0),
             ("stretch no number", &|o| o.max_stretch = f64::NAN),

@@ -84,6 +84,41 @@ fn small_parts_are_left_out_and_their_points_stay_or_go_with_the_outliers() {
 }
 
 #[test]
+fn outliers_follow_their_neighbours_where_the_points_come_with_triangles() {
+    let (xyz, triangles) = spiky_sheet();
+    let spike = |p: &atlasfit_points| unsafe {
+        let options = atlasfit_denoise_options { uv: 0, ..init(atlasfit_denoise_options_init) };
+        let (mut result, mut report) = (null_mut(), output::<atlasfit_report>());
+        ok(atlasfit_denoise(p, &options, null(), &mut result));
+        ok(atlasfit_result_report(result, &mut report));
+        let (mut p, mut chart) = (vec![0f64; 3 * report.points], vec![0u32; report.points]);
+        ok(atlasfit_result_point_positions(result, p.as_mut_ptr(), p.len()));
+        ok(atlasfit_result_point_charts(result, chart.as_mut_ptr(), chart.len()));
+        ok(atlasfit_result_free(result));
+        assert_eq!((report.outliers, chart[SPIKE]), (1, u32::MAX));
+        (report.followed_outliers, p[3 * SPIKE + 2])
+    };
+    let bare = points(&xyz);
+    let (triangles, triangle_count) = (triangles.as_ptr(), triangles.len() / 3);
+    let mesh = atlasfit_points { triangles, triangle_count, ..bare };
+    let (followed, height) = spike(&mesh);
+    assert!(followed == 1 && height.abs() < 0.1, "{followed} {height}");
+    assert_eq!(spike(&bare), (0, 12.0));
+    // A caller that was built before there were triangles has a smaller struct.
+    let older = atlasfit_points { struct_size: std::mem::offset_of!(atlasfit_points, triangles), ..mesh };
+    assert_eq!(spike(&older), (0, 12.0));
+    let mut result = null_mut();
+    let wrong = atlasfit_points { count: 800, ..mesh };
+    let status = unsafe { atlasfit_denoise(&wrong, null(), null(), &mut result) };
+    assert_eq!(status, ATLASFIT_INDEX_OUT_OF_RANGE);
+    assert!(
+        last_error().contains("triangle 1482 holds 801 but there are only 800 points"),
+        "{}",
+        last_error()
+    );
+}
+
+#[test]
 fn a_surface_has_as_many_triangles_as_points_or_as_asked_for() {
     let xyz = scan(2000);
     let points = atlasfit_points {

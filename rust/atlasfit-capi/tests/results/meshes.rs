@@ -5,6 +5,7 @@ use crate::{ok, triples};
 use atlasfit::Run;
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::{PointCloud, TriMesh};
+use atlasfit::unwrap::Preset;
 use atlasfit_capi::arrays::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::measure::*;
@@ -119,6 +120,20 @@ fn baked_texels_are_the_core_s_and_each_page_has_its_triangles() {
     core.triangles.drain(..6);
     core.corner_uv = Some(corners[6..].to_vec());
     assert_eq!(baked(&paged, null(), 1), expected(&core, Colors::Vertices));
+}
+
+#[test]
+fn presets_are_the_core_s() {
+    for (number, preset) in Preset::ALL.into_iter().enumerate() {
+        let mut options = init(atlasfit_unwrap_options_init);
+        options.max_charts = 7;
+        ok(unsafe { atlasfit_unwrap_options_set_preset(&mut options, number as u32) });
+        assert_eq!((options.max_stretch, options.max_charts), (preset.max_stretch(), 7));
+    }
+    assert_eq!(
+        [ATLASFIT_PRESET_FEW_SEAMS, ATLASFIT_PRESET_BALANCED, ATLASFIT_PRESET_LOW_STRETCH],
+        [Preset::FewSeams, Preset::Balanced, Preset::LowStretch].map(|p| p as u32)
+    );
 }
 
 #[test]

@@ -39,6 +39,18 @@ pub fn scan(count: usize) -> Vec<f64> {
     xyz
 }
 
+/// A noisy sheet of 40 x 40 vertices with steps of 1, with one spike, and its triangles.
+pub fn spiky_sheet() -> (Vec<f64>, Vec<u32>) {
+    let noise = |i: u32| 0.1 * ((f64::from(i) * 12.9898).sin() * 43758.5453).fract();
+    let at = |i: u32| [f64::from(i % 40), f64::from(i / 40), noise(i)];
+    let mut xyz: Vec<f64> = (0..1600).flat_map(at).collect();
+    xyz[3 * SPIKE + 2] = 12.0;
+    let corners = (0..39 * 39).map(|i| i / 39 * 40 + i % 39);
+    (xyz, corners.flat_map(|a| [a, a + 1, a + 41, a, a + 41, a + 40]).collect())
+}
+/// The vertex of the sheet that has the spike.
+pub const SPIKE: usize = 820;
+
 /// The corners of a box and its twelve triangles.
 pub fn cube() -> (Vec<f32>, Vec<u32>) {
     let xyz = (0..8).flat_map(|i| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|x| x as f32)).collect();

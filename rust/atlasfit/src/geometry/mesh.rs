@@ -27,6 +27,24 @@ pub struct TriMesh {
     pub face_chart: Option<Vec<u32>>,
 }
 
+/// Checks that every index of the triangles refers to one of `count` things, which `of` names.
+///
+/// # Errors
+/// [`Error::IndexOutOfRange`] naming the first triangle that does not.
+pub(crate) fn check_indices(triangles: &[[u32; 3]], count: usize, of: &'static str) -> Result<()> {
+    for (i, t) in triangles.iter().enumerate() {
+        if let Some(&bad) = t.iter().find(|&&v| v as usize >= count) {
+            return Err(Error::IndexOutOfRange {
+                what: format!("triangle {i}"),
+                value: u64::from(bad),
+                limit: count as u64,
+                of,
+            });
+        }
+    }
+    Ok(())
+}
+
 impl TriMesh {
     /// A mesh of bare positions and triangles.
     #[must_use]
@@ -39,18 +57,7 @@ impl TriMesh {
     /// # Errors
     /// [`Error::IndexOutOfRange`] naming the first triangle that does not.
     pub fn validate(&self) -> Result<()> {
-        let n = self.positions.len();
-        for (i, t) in self.triangles.iter().enumerate() {
-            if let Some(&bad) = t.iter().find(|&&v| v as usize >= n) {
-                return Err(Error::IndexOutOfRange {
-                    what: format!("triangle {i}"),
-                    value: u64::from(bad),
-                    limit: n as u64,
-                    of: "vertices",
-                });
-            }
-        }
-        Ok(())
+        check_indices(&self.triangles, self.positions.len(), "vertices")
     }
 
     /// Bytes that its arrays hold.

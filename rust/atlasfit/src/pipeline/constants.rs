@@ -97,6 +97,12 @@ pub(crate) struct PipelineConstants {
     /// UV charts of the denoised surface may stretch this much at the 95th percentile. Above 1. Source:
     /// chosen, below the project's target of 1.3.
     pub uv_stretch: f64,
+    /// Outliers of a mesh follow their neighbours up to this share of the mesh's size. Source: chosen, far
+    /// below any noise. Changes the outliers of meshes only.
+    pub follow_residual: f64,
+    /// Steps of conjugate gradients for that, at the most: outliers that need more are many more edges away
+    /// from the surface than a spike is. Source: chosen. Changes the outliers of meshes only.
+    pub follow_steps: usize,
 }
 
 /// Their values.
@@ -124,6 +130,8 @@ pub(crate) const PIPELINE: PipelineConstants = PipelineConstants {
     light_spacing: 0.05,
     light_edge: 2.5,
     uv_stretch: 1.25,
+    follow_residual: 1e-12,
+    follow_steps: 1000,
 };
 
 // Sizes of arrays.

@@ -3,6 +3,7 @@
 //! In: what was built, the mesh with the scan's attributes. Out: [`Denoised`].
 
 use super::constants::PIPELINE;
+use super::follow::{Membrane, Role};
 use super::options::{DenoiseOptions, Outliers};
 use super::prepare::InputMap;
 use super::report::{Denoised, Report};
@@ -13,7 +14,7 @@ use crate::error::Result;
 use crate::geometry::{Attribute, PointCloud, Scanners, TriMesh};
 use crate::measure;
 use crate::noise::NoiseModel;
-use crate::numeric::vec3::Vec3;
+use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
 use crate::unwrap::{self, UnwrapOptions};
 
@@ -28,15 +29,24 @@ pub(super) fn reported_noise(scan: NoiseModel, charts: NoiseModel, guided: bool)
     }
 }
 
+/// What the user gave.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a> {
+    pub cloud: &'a PointCloud,
+    /// Triangles between the points where these are a mesh's vertices; else none.
+    pub triangles: &'a [[u32; 3]],
+}
+
 /// Lays out UVs if they are wanted, and gives everything back in the user's frame.
 pub(super) fn finish(
-    cloud: &PointCloud,
+    given: Given<'_>,
     built: Built,
     mut mesh: TriMesh,
     noise: f64,
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
+    let Given { cloud, triangles } = given;
     let Built { charts, projected, frame, input, .. } = built;
     let uv_charts = if options.uv { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
@@ -46,6 +56,10 @@ pub(super) fn finish(
     }
     let to_user = |from: [f64; 3], p: Vec3| share_of_way(from, frame.to_user(p).0, options.strength);
     let mut moved = move_points(cloud, &input, &projected, to_user, ctx)?;
+    let followed_outliers = match options.outliers {
+        Outliers::Keep => moved.follow(cloud, triangles, options.strength, ctx)?,
+        Outliers::Drop => 0,
+    };
     let outliers = moved.outlier.iter().filter(|o| **o).count();
     let left_out: Vec<bool> = (input.of_input.iter())
         .map(|&p| built.left_out.points.get(p as usize).is_some_and(|on| *on))
@@ -62,6 +76,7 @@ pub(super) fn finish(
         not_finite: input.not_finite,
         duplicates: input.duplicates,
         outliers,
+        followed_outliers,
         spacing: built.median_spacing * frame.scale,
         noise: noise * frame.scale,
         charts: charts.len(),
@@ -127,7 +142,7 @@ fn share_of_way(from: [f64; 3], to: [f64; 3], strength: f64) -> [f64; 3] {
 
 /// Moves the points of `cloud` to where the charts say the surface is; `to_user` says where that is, from the
 /// point as given and its place in the normalised frame.
-/// Outliers and points that are not finite stay where they are.
+/// Outliers and points that are not finite stay where they are, for now.
 fn move_points(
     cloud: &PointCloud,
     input: &InputMap,
@@ -163,6 +178,44 @@ fn move_points(
 }
 
 impl Moved {
+    /// Moves the outliers of a mesh to between their neighbours, as far as the strength says; returns how
+    /// many.
+    fn follow(
+        &mut self,
+        cloud: &PointCloud,
+        triangles: &[[u32; 3]],
+        strength: f64,
+        ctx: &Context<'_>,
+    ) -> Result<usize> {
+        let role: Vec<Role> = (self.outlier.iter().zip(&self.chart))
+            .map(|(&outlier, &chart)| match chart {
+                _ if outlier => Role::Follows,
+                u32::MAX => Role::Neither,
+                _ => Role::Holds,
+            })
+            .collect();
+        let membrane = Membrane::new(vec3::of(&cloud.positions), triangles, &role, ctx)?;
+        let at = membrane.solve(|v| Vec3(self.points.positions[v as usize]), ctx)?;
+        let mut count = 0;
+        for (v, p) in self.points.positions.iter_mut().enumerate() {
+            ctx.check_at(v)?;
+            if let Some(place) = membrane.place(v) {
+                *p = share_of_way(*p, at[place].0, strength);
+                count += 1;
+            }
+        }
+        if let Some(normals) = &mut self.points.normals {
+            let facing = membrane.solve(|v| Vec3(normals[v as usize].map(f64::from)), ctx)?;
+            for (v, n) in normals.iter_mut().enumerate() {
+                ctx.check_at(v)?;
+                if let Some(place) = membrane.place(v) {
+                    *n = facing[place].normalized().to_f32();
+                }
+            }
+        }
+        Ok(count)
+    }
+
     /// Drops the outliers, and the points that were `left_out` with their part of the surface.
     fn drop(&mut self, left_out: &[bool]) {
         self.source.retain(|&i| !self.outlier[i as usize] && !left_out[i as usize]);

@@ -4,7 +4,7 @@
 //! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
 //! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) →
 //! `surface` (charts blended, contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back
-//! to the user's frame, report).
+//! to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
 
 mod attributes;
 #[cfg(feature = "benchmarks")]
@@ -15,6 +15,7 @@ mod copies;
 mod facing;
 mod finish;
 mod fit_atlas;
+mod follow;
 pub mod guide;
 mod lighten;
 mod memory;
@@ -35,6 +36,7 @@ pub use report::{Denoised, Report};
 
 use crate::error::Result;
 use crate::geometry::PointCloud;
+use crate::geometry::mesh::check_indices;
 use crate::numeric::vec3;
 use crate::run::{Context, Run, Stage};
 
@@ -87,12 +89,47 @@ pub fn denoise_guided(
     guide: Option<&dyn Guide>,
     run: &mut Run<'_>,
 ) -> Result<Denoised> {
+    denoise_vertices(cloud, &[], options, guide, run)
+}
+
+/// [`denoise_guided`] for the vertices of a mesh, which keeps its faces: outliers that are kept follow the
+/// surface between their neighbours, so that no spike stays. Each goes to the mean of its neighbours in the
+/// mesh; where these are outliers too, all of them go to where a membrane between the vertices on the surface
+/// has them. Outliers that no such vertex holds stay where they are; [`Report::followed_outliers`] says how
+/// many do not. `point_chart` names them all as before.
+///
+/// ```
+/// use atlasfit::{DenoiseOptions, Run, geometry::PointCloud, pipeline::denoise_vertices};
+/// // A bumpy sheet of 40 x 40 vertices with steps of 1, and a spike.
+/// let mut rng = atlasfit::numeric::Rng::new(1);
+/// let at = |i: u32| [f64::from(i % 40), f64::from(i / 40), 0.05 * rng.normal()];
+/// let mut mesh = PointCloud::from_positions((0..1600).map(at).collect());
+/// mesh.positions[820][2] = 12.0;
+/// let corners = (0..39 * 39).map(|i| i / 39 * 40 + i % 39);
+/// let triangles: Vec<_> = corners.flat_map(|a| [[a, a + 1, a + 41], [a, a + 41, a + 40]]).collect();
+/// let options = DenoiseOptions::default().with_uv(false);
+/// let result = denoise_vertices(&mesh, &triangles, &options, None, &mut Run::default())?;
+/// assert_eq!((result.report.outliers, result.report.followed_outliers), (1, 1));
+/// assert!(result.points.positions[820][2] < 0.5);
+/// # Ok::<(), atlasfit::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`denoise_guided`], and [`crate::Error::IndexOutOfRange`] for a triangle that names no point.
+pub fn denoise_vertices(
+    cloud: &PointCloud,
+    triangles: &[[u32; 3]],
+    options: &DenoiseOptions,
+    guide: Option<&dyn Guide>,
+    run: &mut Run<'_>,
+) -> Result<Denoised> {
     options::validate(options)?;
     options::check_columns(cloud)?;
+    check_indices(triangles, cloud.len(), "points")?;
     if let Some(guide) = guide {
         guide.validate()?;
     }
-    let mut denoised = run.execute(|ctx| denoise_in(cloud, options, guide, ctx))?;
+    let mut denoised = run.execute(|ctx| denoise_in(cloud, triangles, options, guide, ctx))?;
     denoised.report.warnings.extend(run.threads_warning());
     Ok(denoised)
 }
@@ -114,30 +151,33 @@ fn plan(guided: bool, uv: bool) -> Vec<(Stage, f64)> {
 
 fn denoise_in(
     cloud: &PointCloud,
+    triangles: &[[u32; 3]],
     options: &DenoiseOptions,
     guide: Option<&dyn Guide>,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     ctx.plan(&plan(guide.is_some(), options.uv));
     // What the scan holds beside its positions is held all the time.
-    let columns = cloud.bytes() - 24 * cloud.len() as u64;
+    let columns = cloud.bytes() - 24 * cloud.len() as u64 + size_of_val(triangles) as u64;
     memory::reserve(cloud.len(), columns, options, ctx)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let sampled = prepare::sampled(distinct, options.noise, ctx)?;
     memory::reserve_sampled(&sampled, columns, options, ctx)?;
     let scan = prepare::with_noise(sampled, options.noise, ctx)?;
     let told = scan.input.warnings.clone();
-    charted(cloud, scan, options, guide, ctx).map_err(|error| warnings::explained(error, &told))
+    let given = finish::Given { cloud, triangles };
+    charted(given, scan, options, guide, ctx).map_err(|error| warnings::explained(error, &told))
 }
 
 /// The stages once the scan is prepared.
 fn charted(
-    cloud: &PointCloud,
+    given: finish::Given<'_>,
     mut scan: prepare::Scan,
     options: &DenoiseOptions,
     guide: Option<&dyn Guide>,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
+    let cloud = given.cloud;
     let scan_noise = scan.noise;
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;
@@ -149,7 +189,7 @@ fn charted(
     let noise = finish::reported_noise(scan_noise, scan.noise, guide.is_some());
     let mut built = surface::build(scan, atlas, options, ctx)?;
     let mesh = attributes::mesh(cloud, &mut built, ctx)?;
-    finish::finish(cloud, built, mesh, noise, options, ctx)
+    finish::finish(given, built, mesh, noise, options, ctx)
 }
 
 #[cfg(test)]

@@ -18,6 +18,9 @@ pub struct Report {
     pub duplicates: usize,
     /// Points set aside because no chart claims them.
     pub outliers: usize,
+    /// Outliers of a mesh that follow the surface between their neighbours, as
+    /// [`denoise_vertices`](super::denoise_vertices) says; the other outliers stay where they are.
+    pub followed_outliers: usize,
     /// Median distance between neighbouring points, in the scan's unit.
     pub spacing: f64,
     /// Noise (standard deviation along the normal), in the scan's unit; estimated or as given.
@@ -53,7 +56,7 @@ pub struct Report {
 #[non_exhaustive]
 pub struct Denoised {
     /// Denoised points with normals and the scan's own attributes, in input order (points that are not finite
-    /// stay as they were; outliers too unless they are dropped).
+    /// stay as they were; outliers too unless they are dropped or follow their neighbours in a mesh).
     pub points: PointCloud,
     /// For each denoised point, the input point it came from.
     pub point_source: Vec<u32>,

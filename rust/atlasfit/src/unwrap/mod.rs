@@ -27,6 +27,7 @@ mod merge;
 mod options;
 mod pack;
 mod planar;
+mod preset;
 mod segment;
 mod shorten;
 mod split;
@@ -37,6 +38,7 @@ pub use layout::UvLayout;
 pub use memory::memory_needed;
 pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
+pub use preset::Preset;
 pub use split::SplitMesh;
 
 use crate::error::Result;

@@ -1,5 +1,6 @@
 //! What can be asked of the unwrapper, and the checks of it.
 
+use super::preset::Preset;
 use crate::error::{Error, Result};
 use crate::geometry::{MOST_PAGES, TriMesh};
 use crate::setters::setters;
@@ -25,7 +26,7 @@ pub enum Packer {
 #[non_exhaustive]
 pub struct UnwrapOptions {
     /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1.
-    /// Smaller gives more charts. Default 1.10.
+    /// Smaller gives more charts. Default that of [`Preset::Balanced`], 1.1.
     pub max_stretch: f64,
     /// Most charts; `max_stretch` is raised as far as that needs (up to [`STRETCH_LIMIT`]). `None` = any
     /// number. More are still made where the topology or the constraints ask for them.
@@ -76,7 +77,7 @@ setters! {
 impl Default for UnwrapOptions {
     fn default() -> Self {
         Self {
-            max_stretch: 1.10,
+            max_stretch: Preset::default().max_stretch(),
             max_charts: None,
             page_size: [1024; 2],
             padding_px: 2,
@@ -93,6 +94,12 @@ impl Default for UnwrapOptions {
 }
 
 impl UnwrapOptions {
+    /// Sets the numbers that the preset stands for; set after it, a number of one's own counts.
+    #[must_use]
+    pub fn with_preset(self, preset: Preset) -> Self {
+        self.with_max_stretch(preset.max_stretch())
+    }
+
     /// Most pages that the charts may go on.
     pub(crate) fn most_pages(&self) -> u32 {
         self.pages.unwrap_or(if self.texels_per_unit.is_some() { MOST_PAGES } else { 1 })

@@ -195,8 +195,8 @@ impl Args {
 /// Points that belong to no surface.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Outliers {
-    /// Leave them where they are (those of parts that are left out are denoised), so that points stay in
-    /// input order
+    /// Leave them where they are, or where the scan has faces put them between their neighbours (those of
+    /// parts that are left out are denoised): points stay in input order
     Keep,
     /// Leave them out of the denoised points
     Drop,
@@ -280,7 +280,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     console.part_to(UNTIL[1]);
     let mut outcome = {
         let mut run = console.start(&args.run);
-        pipeline::denoise_guided(&loaded.cloud, &options, args.prior().guide(), &mut run)?
+        let guide = args.prior();
+        pipeline::denoise_vertices(&loaded.cloud, &loaded.faces, &options, guide.guide(), &mut run)?
     };
     console.check(&args.run, "denoising")?;
     for warning in &outcome.report.warnings {

@@ -69,7 +69,11 @@ impl Done<'_> {
         let given = if self.noise_given { " as given" } else { "" };
         let _ = writeln!(text, "spacing        {}", short(r.spacing));
         let _ = writeln!(text, "noise          {}{given}", short(r.noise));
-        let _ = writeln!(text, "outliers       {} set aside", counted(r.outliers, "point"));
+        let followed = match r.followed_outliers {
+            0 => String::new(),
+            n => format!(", {} put between their neighbours in the mesh", count(n)),
+        };
+        let _ = writeln!(text, "outliers       {} set aside{followed}", counted(r.outliers, "point"));
         let _ = writeln!(text, "charts         {}", count(r.charts));
         text
     }
@@ -79,7 +83,8 @@ impl Done<'_> {
         let (r, mesh) = (self.report, self.surface);
         json!({
             "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite,
-            "duplicates": r.duplicates, "outliers": r.outliers, "spacing": number(r.spacing),
+            "duplicates": r.duplicates, "outliers": r.outliers, "followed_outliers": r.followed_outliers,
+            "spacing": number(r.spacing),
             "noise": number(r.noise), "charts": r.charts, "voxel": number(r.voxel),
             "vertices": mesh.positions.len(), "faces": mesh.triangles.len(), "parts": r.parts,
             "dropped_parts": r.dropped_parts, "dropped_points": r.dropped_points, "one_sided": r.one_sided,

@@ -3,8 +3,22 @@
 use crate::console::RunArgs;
 use crate::files::InputArgs;
 use crate::output::{Holds, Output, OutputArgs};
-use atlasfit::unwrap::{PAGE_TEXELS, UnwrapOptions};
+use atlasfit::unwrap::{PAGE_TEXELS, Preset};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
+
+/// The names of presets, each with what it stands for.
+fn presets() -> impl TypedValueParser<Value = Preset> {
+    let values = Preset::ALL.map(|p| {
+        let what = match p {
+            Preset::FewSeams => "few charts and short seams, also for meshes of few faces",
+            Preset::Balanced => "between both",
+            Preset::LowStretch => "lengths are kept best; most charts",
+        };
+        PossibleValue::new(p.name()).help(format!("{what}: a stretch of {}", p.max_stretch()))
+    });
+    PossibleValuesParser::new(values).map(|name| Preset::from_name(&name).unwrap_or_default())
+}
 
 /// Options of `unwrap`.
 #[derive(Debug, clap::Args)]
@@ -14,14 +28,19 @@ pub struct Args {
     /// The mesh to write, with its UVs, or - for standard output; its extension decides the format
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Bound on the stretch of 95% of the area: 1.1 = lengths within about 10%. Larger gives fewer charts
+    /// What matters most: a name for a bound on the stretch
     #[arg(
         long,
-        default_value_t = UnwrapOptions::default().max_stretch,
-        value_name = "FACTOR",
+        default_value = Preset::default().name(),
+        value_name = "NAME",
+        value_parser = presets(),
         help_heading = "Charts"
     )]
-    pub max_stretch: f64,
+    pub preset: Preset,
+    /// Bound on the stretch of 95% of the area: 1.1 = lengths within about 10%. Larger gives fewer charts
+    /// [default: that of the preset]
+    #[arg(long, value_name = "FACTOR", help_heading = "Charts")]
+    pub max_stretch: Option<f64>,
     /// Most charts: the stretch bound is raised as far as that needs
     #[arg(long, value_name = "N", help_heading = "Charts")]
     pub max_charts: Option<usize>,

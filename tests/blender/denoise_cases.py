@@ -1,0 +1,146 @@
+"""Cases of Denoise Scan. Part of cases.py, which runs them."""
+
+import bpy
+import numpy as np
+
+from scenes import from_lists, mesh, refused, report, scan, select
+
+
+def radius_error(ob):
+    return np.sqrt(np.mean((np.linalg.norm(mesh.positions(ob.data), axis=1) - 1) ** 2))
+
+
+def test_a_scan_without_faces_becomes_a_new_object_with_its_attributes():
+    ob = scan()
+    before = radius_error(ob)
+    mesh.add_attribute(ob.data, "intensity", "FLOAT", np.arange(3000.0))
+    assert bpy.ops.object.atlasfit_denoise() == {"FINISHED"}
+    new = bpy.context.object
+    assert new != ob and radius_error(ob) == before and radius_error(new) < 0.5 * before
+    assert (mesh.get(new.data.attributes["intensity"].data, "value", 1, np.float32) == np.arange(3000)).all()
+    normals = mesh.get(new.data.attributes["point_normal"].data, "vector", 3, np.float32)
+    chart = mesh.get(new.data.attributes["point_chart"].data, "value", 1, np.int32)
+    assert (
+        (chart >= 0).sum() > 2990
+        and np.abs(np.sum(normals * mesh.positions(new.data), 1))[chart >= 0].min() > 0.95
+    )
+    assert float(report(new)["noise"]) > 0.005
+
+
+def test_outliers_are_deleted_if_asked():
+    ob = scan()
+    me = ob.data
+    co = mesh.positions(me)
+    co[:5] *= 3
+    mesh.put(me.vertices, "co", co)
+    me.update()
+    bpy.ops.object.atlasfit_denoise(drop=True, result="PLACE")
+    assert 2900 < len(ob.data.vertices) <= 2995 and radius_error(ob) < 0.02
+
+
+def test_a_shape_key_blends_between_scan_and_result():
+    ob = scan()
+    before = mesh.positions(ob.data)
+    bpy.ops.object.atlasfit_denoise(result="SHAPE")
+    keys = ob.data.shape_keys.key_blocks
+    assert [k.name for k in keys] == ["Basis", "Denoised"] and keys["Denoised"].value == 1
+    assert (mesh.get(keys["Basis"].data, "co", 3, np.float32) == before).all()
+    moved = mesh.get(keys["Denoised"].data, "co", 3, np.float32)
+    assert np.std(np.linalg.norm(moved, axis=1)) < 0.5 * np.std(np.linalg.norm(before, axis=1))
+    refused(lambda: bpy.ops.object.atlasfit_denoise(result="SHAPE", drop=True), "Delete Outliers")
+
+
+def noisy_ball():
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=5)
+    ob = bpy.context.object
+    co = mesh.positions(ob.data).astype(np.float64)
+    co *= 1 + 0.01 * np.random.default_rng(2).normal(size=(len(co), 1))
+    mesh.put(ob.data.vertices, "co", co.astype(np.float32))
+    ob.data.update()
+    return ob
+
+
+def test_a_scanned_mesh_keeps_its_faces_and_shapes_move_along():
+    ob = noisy_ball()
+    ob.shape_key_add(name="Basis")
+    key = ob.shape_key_add(name="Up", from_mix=False)
+    up = mesh.get(key.data, "co", 3, np.float32) + np.float32([0, 0, 1])
+    mesh.put(key.data, "co", up)
+    faces = [tuple(p.vertices) for p in ob.data.polygons]
+    before = radius_error(ob)
+    bpy.ops.object.atlasfit_denoise(result="PLACE")
+    assert [tuple(p.vertices) for p in ob.data.polygons] == faces and radius_error(ob) < 0.5 * before
+    basis, up = (mesh.get(k.data, "co", 3, np.float32) for k in ob.data.shape_keys.key_blocks)
+    assert np.allclose(up - basis, [0, 0, 1], atol=1e-5) and np.allclose(basis, mesh.positions(ob.data))
+
+
+def test_spikes_of_a_mesh_go_between_their_neighbours_and_those_of_a_cloud_stay():
+    spikes = [50, 700, 1500]
+    for ball, stay in ((noisy_ball(), False), (scan(), True)):
+        co = mesh.positions(ball.data)
+        co[spikes] *= 3
+        mesh.put(ball.data.vertices, "co", co)
+        ball.data.update()
+        for result in ("OBJECT", "PLACE"):
+            select(ball)
+            assert bpy.ops.object.atlasfit_denoise(result=result) == {"FINISHED"}
+            new = bpy.context.object
+            radius = np.linalg.norm(mesh.positions(new.data), axis=1)
+            told = report(new)
+            if stay:
+                assert (mesh.positions(new.data)[spikes] == co[spikes]).all()
+                assert "followed outliers" not in told and "between" not in told["notes"]
+            else:
+                assert np.abs(radius - 1).max() < 0.05
+                assert int(told["followed outliers"]) == int(told["outliers"]) >= 3
+                assert "put between their neighbours" in told["notes"]
+
+
+def test_spikes_among_the_selected_vertices_go_between_their_selected_neighbours():
+    ob = noisy_ball()
+    co = mesh.positions(ob.data)
+    top = co[:, 2] > 0
+    spikes = [np.flatnonzero(co[:, 2] > 0.5)[k] for k in (10, 200)] + [np.flatnonzero(co[:, 2] < -0.5)[10]]
+    co[spikes] *= 3
+    mesh.put(ob.data.vertices, "co", co)
+    for part in (ob.data.edges, ob.data.polygons):
+        part.foreach_set("select", np.zeros(len(part), bool))
+    ob.data.vertices.foreach_set("select", top)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.object.atlasfit_denoise()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    after = mesh.positions(ob.data)
+    assert (after[~top] == co[~top]).all() and np.abs(np.linalg.norm(after[top], axis=1) - 1).max() < 0.1
+
+
+def test_a_scaled_and_mirrored_scan_is_denoised_as_one_sees_it():
+    ob = noisy_ball()
+    co = mesh.positions(ob.data) / [-4, 1, 0.5]
+    mesh.put(ob.data.vertices, "co", co)
+    ob.scale, ob.location = (-4, 1, 0.5), (100, 0, 0)
+    ob.data.update()
+    bpy.context.view_layer.update()
+    bpy.ops.object.atlasfit_denoise(result="PLACE")
+    seen = mesh.positions(ob.data) * [-4, 1, 0.5]
+    assert np.sqrt(np.mean((np.linalg.norm(seen, axis=1) - 1) ** 2)) < 0.005
+
+
+def test_edit_mode_denoises_the_selected_points_only():
+    ob = scan()
+    before = mesh.positions(ob.data)
+    upper = before[:, 2] > 0
+    ob.data.vertices.foreach_set("select", upper)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.object.atlasfit_denoise()
+    assert bpy.context.mode == "EDIT_MESH" and bpy.context.object == ob
+    bpy.ops.object.mode_set(mode="OBJECT")
+    after = mesh.positions(ob.data)
+    assert (after[~upper] == before[~upper]).all() and (after[upper] != before[upper]).any(1).mean() > 0.9
+
+
+def test_scans_that_are_none_are_refused():
+    from_lists([], [])
+    refused(lambda: bpy.ops.object.atlasfit_denoise(), "no vertices")
+    refused(lambda: bpy.ops.object.atlasfit_reconstruct(), "no vertices")
+    from_lists([(0, 0, 0), (1, 0, 0)], [])
+    refused(lambda: bpy.ops.object.atlasfit_denoise(), "Denoise Scan: ")
