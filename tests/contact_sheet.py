@@ -1,5 +1,5 @@
-"""Surfaces of scans by one or several builds, each from two sides, on one picture: defects that no figure names
-are seen at once.
+"""Surfaces of scans by one or several builds, each from two sides, on one picture: defects that no figure
+names are seen at once.
 
 usage: contact_sheet.py OUT.png --program NAME=ATLASFIT... [--tile 240] [--z-up STEM,...] SCAN...
   A row a scan; for each program the surface of `denoise` with defaults (no UVs), seen from the front and from
@@ -25,7 +25,8 @@ COLOURS = 32
 
 def surface(program, scan, out):
     """Whether `program` wrote the surface of a scan."""
-    run = subprocess.run([program, "denoise", scan, "-o", out, "--no-uv", "--quiet"], capture_output=True, text=True)
+    command = [program, "denoise", scan, "-o", out, "--no-uv", "--quiet"]
+    run = subprocess.run(command, capture_output=True, text=True)
     if run.returncode:
         print(f"{scan.stem}: {run.stderr.strip()}", file=sys.stderr)
     return run.returncode == 0
@@ -33,14 +34,14 @@ def surface(program, scan, out):
 
 def picture(program, mesh, view, up, tile, out):
     """The mesh from one side."""
-    size = f"{tile}x{tile}"
-    command = [program, "render", mesh, "-o", out, "--view", view, "--up", up, "--size", size, "--plain", "--quiet"]
-    subprocess.run(command, check=True)
+    how = ["--view", view, "--up", up, "--size", f"{tile}x{tile}", "--plain", "--quiet"]
+    subprocess.run([program, "render", mesh, "-o", out, *how], check=True)
     return Image.open(out).convert("RGB")
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--program", action="append", required=True, metavar="NAME=ATLASFIT")
     parser.add_argument("--tile", type=int, default=240)

@@ -44,7 +44,7 @@ impl Model {
     /// Across the line: its distance and the bend's height there, for a coefficient of 1.
     fn bend(&self, x: f64, y: f64) -> (f64, f64) {
         let q = x - self.line(y);
-        (q, q.hypot(self.width))
+        (q, (q * q + self.width * self.width).sqrt())
     }
     /// The height.
     pub fn height(&self, x: f64, y: f64) -> f64 {

@@ -84,18 +84,59 @@ pub(super) fn pull(creases: &Creases, p: Vec3, normal: Vec3, near: &mut Vec<Neig
     })
 }
 
-/// What creases ask of many places.
-pub(super) fn pulls<'a>(
-    creases: &Creases,
-    places: impl IndexedParallelIterator<Item = (Vec3, Vec3)> + 'a,
-    ctx: &Context<'_>,
-) -> Result<Vec<Option<Pull>>> {
-    let found = places
-        .chunks(CREASE.check)
-        .map_init(Vec::new, |near, chunk| {
-            ctx.check()?;
-            Ok(chunk.into_iter().map(|(p, n)| pull(creases, p, n, near)).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(found.concat())
+/// What creases ask of many places, most of which lie beside none.
+pub(super) struct Pulls {
+    /// Where a place's is in `all`; `u32::MAX` where no crease is near.
+    index: Vec<u32>,
+    all: Vec<Pull>,
+}
+
+impl Pulls {
+    /// Asks for every place, which has a normal.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn new(
+        creases: &Creases,
+        places: impl IndexedParallelIterator<Item = (Vec3, Vec3)>,
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
+        let mut index = ctx.filled(u32::MAX, places.len())?;
+        let found = places
+            .chunks(CREASE.check)
+            .enumerate()
+            .map_init(Vec::new, |near, (k, chunk)| {
+                ctx.check()?;
+                let own = chunk.into_iter().enumerate().filter_map(|(i, (p, n))| {
+                    pull(creases, p, n, near).map(|pull| (k * CREASE.check + i, pull))
+                });
+                Ok(own.collect::<Vec<_>>())
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let mut all = Vec::new();
+        for (i, pull) in found.into_iter().flatten() {
+            index[i] = all.len() as u32;
+            all.push(pull);
+        }
+        Ok(Self { index, all })
+    }
+    /// What is asked of a place.
+    pub fn of(&self, place: u32) -> Option<&Pull> {
+        self.all.get(self.index[place as usize] as usize)
+    }
+    /// The same, to be changed.
+    pub fn of_mut(&mut self, place: u32) -> Option<&mut Pull> {
+        self.all.get_mut(self.index[place as usize] as usize)
+    }
+    /// Says anew what is asked of a place that was asked something before.
+    pub fn set(&mut self, place: u32, pull: Option<Pull>) {
+        match (pull, self.of_mut(place)) {
+            (Some(new), Some(old)) => *old = new,
+            _ => self.index[place as usize] = u32::MAX,
+        }
+    }
+    /// The places of which something is asked, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, &Pull)> {
+        self.index.iter().enumerate().filter_map(|(i, &k)| self.all.get(k as usize).map(|p| (i, p)))
+    }
 }

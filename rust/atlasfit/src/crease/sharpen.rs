@@ -5,7 +5,7 @@
 
 use super::chains::Creases;
 use super::constants::CREASE;
-use super::pull::{Pull, pull, pulls};
+use super::pull::{Pulls, pull};
 use super::unfold::unfold;
 use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
@@ -18,9 +18,11 @@ use rayon::prelude::*;
 /// Moves the points beside creases onto the sides that meet there.
 pub(super) fn points(projected: &mut [ProjectedPoint], creases: &Creases, ctx: &Context<'_>) -> Result<()> {
     let places = projected.par_iter().map(|p| (p.position, p.normal));
-    let pulls = pulls(creases, places, ctx)?;
-    for (p, pull) in projected.iter_mut().zip(pulls) {
-        let Some(pull) = pull.filter(|_| p.chart != u32::MAX) else { continue };
+    for (i, pull) in Pulls::new(creases, places, ctx)?.iter() {
+        let p = &mut projected[i];
+        if p.chart == u32::MAX {
+            continue;
+        }
         p.position = p.position * (1.0 - pull.weight) + pull.to * pull.weight;
         p.normal = (p.normal * (1.0 - pull.weight) + pull.normal * pull.weight).normalized();
     }
@@ -30,13 +32,12 @@ pub(super) fn points(projected: &mut [ProjectedPoint], creases: &Creases, ctx: &
 /// Cuts the surface along creases and moves its vertices onto the sides.
 pub(super) fn surface(s: &mut Surface, creases: &Creases, ctx: &Context<'_>) -> Result<()> {
     let places = s.positions.par_iter().zip(&s.normals).map(|(p, n)| (*p, *n));
-    let mut pulls = pulls(creases, places, ctx)?;
+    let mut pulls = Pulls::new(creases, places, ctx)?;
     let edges = Edges::new(&s.triangles, ctx)?;
     unfold(s, creases, &mut pulls, &edges, ctx)?;
     snap(s, &mut pulls, &edges, ctx)?;
-    for (v, pull) in pulls.iter().enumerate() {
+    for (v, pull) in pulls.iter() {
         ctx.check_at(v)?;
-        let Some(pull) = pull else { continue };
         let (to, normal) =
             if pull.across == 0.0 { (pull.on_line, pull.ridge) } else { (pull.to, pull.normal) };
         s.positions[v] = s.positions[v] * (1.0 - pull.weight) + to * pull.weight;
@@ -46,15 +47,15 @@ pub(super) fn surface(s: &mut Surface, creases: &Creases, ctx: &Context<'_>) -> 
 }
 
 /// Where an edge crosses a crease, as a share of the way from its first end.
-fn crossing(pulls: &[Option<Pull>], [a, b]: [u32; 2]) -> Option<f64> {
-    let (a, b) = (pulls[a as usize].as_ref()?, pulls[b as usize].as_ref()?);
+fn crossing(pulls: &Pulls, [a, b]: [u32; 2]) -> Option<f64> {
+    let (a, b) = (pulls.of(a)?, pulls.of(b)?);
     let believed = a.weight.min(b.weight) > 0.5;
     let crosses = a.chain == b.chain && believed && a.across * b.across < 0.0;
     crosses.then(|| a.across / (a.across - b.across))
 }
 
 /// Says of vertices next to a crease that they are on it.
-fn snap(s: &Surface, pulls: &mut [Option<Pull>], edges: &Edges, ctx: &Context<'_>) -> Result<()> {
+fn snap(s: &Surface, pulls: &mut Pulls, edges: &Edges, ctx: &Context<'_>) -> Result<()> {
     let mut near: Vec<(f64, u32)> = Vec::new();
     for (i, edge) in edges.iter().enumerate() {
         ctx.check_at(i)?;
@@ -70,9 +71,9 @@ fn snap(s: &Surface, pulls: &mut [Option<Pull>], edges: &Edges, ctx: &Context<'_
     // Two neighbours on the crease are an edge of it; a third beside both would flatten a triangle.
     let around = Lists::new(s.positions.len(), &s.triangles, ctx)?;
     for (_, v) in near {
-        let on = |w: &&u32| pulls[**w as usize].as_ref().is_some_and(|p| p.across == 0.0);
+        let on = |w: &&u32| pulls.of(**w).is_some_and(|p| p.across == 0.0);
         let full = around.of(v).iter().any(|&f| s.triangles[f as usize].iter().filter(on).count() > 1);
-        if let Some(pull) = pulls[v as usize].as_mut().filter(|_| !full) {
+        if let Some(pull) = pulls.of_mut(v).filter(|_| !full) {
             pull.across = 0.0;
         }
     }
@@ -83,7 +84,7 @@ fn snap(s: &Surface, pulls: &mut [Option<Pull>], edges: &Edges, ctx: &Context<'_
 fn cut(
     s: &mut Surface,
     creases: &Creases,
-    pulls: &[Option<Pull>],
+    pulls: &Pulls,
     edges: &Edges,
     ctx: &Context<'_>,
 ) -> Result<()> {

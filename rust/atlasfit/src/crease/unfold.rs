@@ -6,7 +6,7 @@
 
 use super::chains::Creases;
 use super::constants::CREASE;
-use super::pull::{Pull, pull};
+use super::pull::{Pulls, pull};
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -18,7 +18,7 @@ use crate::spatial::triangle::area_vector;
 pub(super) fn unfold(
     s: &mut Surface,
     creases: &Creases,
-    pulls: &mut [Option<Pull>],
+    pulls: &mut Pulls,
     edges: &Edges,
     ctx: &Context<'_>,
 ) -> Result<()> {
@@ -41,20 +41,20 @@ pub(super) fn unfold(
             }
         }
         for v in (0..folded.len()).filter(|&v| folded[v] && sum[v].1 > 0.0) {
-            let normal = pulls[v].map_or(s.normals[v], |p| p.ridge);
+            let normal = pulls.of(v as u32).map_or(s.normals[v], |p| p.ridge);
             s.positions[v] = sum[v].0 * (1.0 / sum[v].1);
-            pulls[v] = pull(creases, s.positions[v], normal, &mut near);
+            pulls.set(v as u32, pull(creases, s.positions[v], normal, &mut near));
         }
     }
     Ok(())
 }
 
 /// Which vertices belong to triangles that face away from the sides that they lie on.
-fn folded(s: &Surface, pulls: &[Option<Pull>], ctx: &Context<'_>) -> Result<Vec<bool>> {
+fn folded(s: &Surface, pulls: &Pulls, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut folded = ctx.filled(false, s.positions.len())?;
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;
-        let [Some(a), Some(b), Some(c)] = t.map(|v| pulls[v as usize].as_ref()) else { continue };
+        let [Some(a), Some(b), Some(c)] = t.map(|v| pulls.of(v)) else { continue };
         let mut corners = t.map(|v| s.positions[v as usize]);
         for (p, pull) in corners.iter_mut().zip([a, b, c]) {
             *p = *p * (1.0 - pull.weight) + pull.to * pull.weight;
