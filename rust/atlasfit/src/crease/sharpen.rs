@@ -81,13 +81,7 @@ fn snap(s: &Surface, pulls: &mut Pulls, edges: &Edges, ctx: &Context<'_>) -> Res
 }
 
 /// Cuts the triangles that creases cross.
-fn cut(
-    s: &mut Surface,
-    creases: &Creases,
-    pulls: &Pulls,
-    edges: &Edges,
-    ctx: &Context<'_>,
-) -> Result<()> {
+fn cut(s: &mut Surface, creases: &Creases, pulls: &Pulls, edges: &Edges, ctx: &Context<'_>) -> Result<()> {
     let mut middle = ctx.filled([u32::MAX; 3], s.triangles.len())?;
     let mut near = Vec::new();
     for (i, edge) in edges.iter().enumerate() {
