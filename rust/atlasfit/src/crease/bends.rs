@@ -13,10 +13,10 @@ use crate::spatial::edges::Edges;
 use crate::spatial::triangle::area_vector;
 
 /// The vertices, ascending.
-pub(super) fn find(s: &Surface, ctx: &Context<'_>) -> Result<Vec<u32>> {
+pub(super) fn find(s: &Surface, edges: &Edges, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let normal = |f: usize| area_vector(s.triangles[f].map(|v| s.positions[v as usize])).normalized();
     let mut bent = ctx.filled(false, s.positions.len())?;
-    for (i, edge) in Edges::new(&s.triangles, ctx)?.iter().enumerate() {
+    for (i, edge) in edges.iter().enumerate() {
         ctx.check_at(i)?;
         if let [a, b] = edge
             && !a.runs_as(*b, &s.triangles)

@@ -24,9 +24,9 @@ pub(crate) struct CreaseConstants {
     pub rounding: f64,
     /// How much wider the next rounding is that is tried. Source: chosen.
     pub wider: f64,
-    /// How many are tried. Source: chosen, up to more than the widest window.
+    /// How many are tried. Source: chosen, up to about the widest window.
     pub roundings: i32,
-    /// Evidence, in nats, that a crease must have beyond that of a smooth surface: one place in a hundred is
+    /// Evidence, in nats, that a crease must have beyond that of a smooth surface: one window in a hundred is
     /// taken for one by chance. Source: derived, ln 100.
     pub margin: f64,
     /// Least weight of a point in a fit. Source: chosen, so that no point is lost for good.
@@ -52,14 +52,17 @@ pub(crate) struct CreaseConstants {
     /// Charts round a crease off by no more than this, in spacings: what lies farther off is another sheet.
     /// Source: chosen.
     pub deepest: f64,
+    /// The sides are looked at this far from the crease, in spacings. Source: chosen, much less than a
+    /// window.
+    pub beside: f64,
     /// What lies on a side of a crease has a normal with at least this cosine. Source: chosen, 60 degrees.
     pub same_side: f64,
     /// Pieces of one crease have directions with at least this cosine. Source: chosen, 18 degrees.
     pub parallel: f64,
     /// And lie within this of each other's line, in spacings. Source: chosen.
     pub aligned: f64,
-    /// A crease is at least this long, in radii of its windows. Source: derived, a shorter one is seen by no
-    /// window but those that hold all of it.
+    /// A crease is at least this long, in the length that its first piece is believed for. Source: derived, a
+    /// shorter one is seen by no window but those that hold all of it.
     pub longest_alone: f64,
     /// A triangle is folded whose normal has a smaller cosine with its side's. Source: chosen, 72 degrees.
     pub folded: f64,
@@ -67,7 +70,10 @@ pub(crate) struct CreaseConstants {
     pub unfoldings: usize,
     /// A vertex this near to the crease goes onto it, as a share of its edge that crosses. Source: chosen.
     pub snap: f64,
-    /// Vertices between two looks at the run.
+    /// Shares of the seeds for each thread: each needs an array for all vertices. Source: chosen, so that no
+    /// thread waits long for the last.
+    pub shares: usize,
+    /// Places or seeds between two looks at the run.
     pub check: usize,
 }
 
@@ -95,6 +101,7 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     strip: 1.0,
     strips: 6,
     deepest: 1.0,
+    beside: 0.1,
     same_side: 0.5,
     parallel: 0.95,
     aligned: 0.5,
@@ -102,5 +109,6 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     folded: 0.3,
     unfoldings: 8,
     snap: 0.2,
+    shares: 4,
     check: 64,
 };

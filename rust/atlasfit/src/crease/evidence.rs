@@ -1,8 +1,7 @@
 //! Whether the points about a place ask for a crease.
 //!
-//! In: windows. Out: pieces of creases, each with its evidence: how much likelier the points are with two
-//! sides that meet along a line than with a smooth surface, be it a polynomial, a rounded edge, or what the
-//! charts say.
+//! In: windows. Out: pieces of creases, where the points are much likelier with two sides that meet along a
+//! line than with a smooth surface, be it a polynomial, a rounded edge, or what the charts say.
 
 use super::constants::CREASE;
 use super::model::{self, UNKNOWNS};
@@ -15,7 +14,7 @@ use rayon::prelude::*;
 /// The pieces that are found about the seeds, in their order.
 pub(super) fn pieces(windows: &Windows<'_>, seeds: &[u32], ctx: &Context<'_>) -> Result<Vec<Piece>> {
     let found: Vec<Vec<Piece>> = seeds
-        .par_chunks(CREASE.check)
+        .par_chunks(seeds.len().div_ceil(CREASE.shares * ctx.threads()).max(1))
         .map(|seeds| {
             let mut scratch = windows.scratch(ctx)?;
             let mut found = Vec::new();

@@ -26,6 +26,7 @@ use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::edges::Edges;
 
 /// Finds the creases, and puts the surface and the points on them.
 ///
@@ -37,15 +38,16 @@ pub(crate) fn sharpen(
     known: &Known<'_>,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let bent = bends::find(s, ctx)?;
+    let edges = Edges::new(&s.triangles, ctx)?;
+    let bent = bends::find(s, &edges, ctx)?;
     if bent.is_empty() {
         return Ok(());
     }
-    let windows = window::Windows::new(s, projected, known, ctx)?;
+    let Some(windows) = window::Windows::new(s, projected, known, ctx)? else { return Ok(()) };
     let seeds = bends::spread(&bent, s, &windows, ctx)?;
     let pieces = evidence::pieces(&windows, &seeds, ctx)?;
     drop(windows);
     let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(()) };
-    sharpen::surface(s, &creases, ctx)?;
+    sharpen::surface(s, &creases, &edges, ctx)?;
     sharpen::points(projected, &creases, ctx)
 }

@@ -70,7 +70,7 @@ impl Model {
         self
     }
     /// Distance of a point from the surface, about.
-    fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
+    pub fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
         let [hx, hy] = self.slopes(x, y);
         (z - self.height(x, y)) / (1.0 + hx * hx + hy * hy).sqrt()
     }
@@ -82,8 +82,7 @@ impl Model {
     /// One step towards the likeliest model (Gauss and Newton, with Tukey's weights); none where the points
     /// do not determine it.
     fn step(&mut self, points: &[[f64; 3]], sigma: f64, first: bool) -> Option<()> {
-        const N: usize = UNKNOWNS;
-        let (mut a, mut b) = ([0.0; N * N], [0.0; N]);
+        let mut equations = Equations::default();
         for &[x, y, z] in points {
             let (q, bend) = self.bend(x, y);
             let side = if bend > 0.0 { self.coefficients[6] * q / bend } else { 0.0 };
@@ -92,23 +91,50 @@ impl Model {
             let cos2 = 1.0 / (1.0 + hx * hx + hy * hy);
             let off = z - self.height(x, y);
             let weight = if first { 1.0 } else { cos2 * trust(off * cos2.sqrt() / sigma) };
-            for i in 0..N {
-                let f = weight * row[i];
-                (i..N).for_each(|j| a[i * N + j] += f * row[j]);
-                b[i] += f * off;
-            }
+            equations.add(&row, weight, off);
         }
-        let n = points.len() as f64;
-        (0..N).for_each(|i| a[i * (N + 1)] += CREASE.ridge * n);
-        if !cholesky(&mut a, N) {
+        let mut step = equations.solved(points.len())?;
+        // Where the line would go too far, the whole step is shorter: its numbers belong together.
+        let most = [CREASE.most_shift, CREASE.most_skew, CREASE.most_arc];
+        let share = step[LINEAR..].iter().zip(most).fold(1.0, |s: f64, (d, most)| s.min(most / d.abs()));
+        step.iter_mut().for_each(|d| *d *= share);
+        self.coefficients.iter_mut().zip(step).for_each(|(c, d)| *c += d);
+        self.offset += step[LINEAR];
+        self.skew += step[LINEAR + 1];
+        self.arc += step[LINEAR + 2];
+        self.coefficients.iter().all(|c| c.is_finite()).then_some(())
+    }
+}
+
+/// The normal equations of a weighted fit.
+struct Equations {
+    a: [f64; UNKNOWNS * UNKNOWNS],
+    b: [f64; UNKNOWNS],
+}
+
+impl Default for Equations {
+    fn default() -> Self {
+        Self { a: [0.0; UNKNOWNS * UNKNOWNS], b: [0.0; UNKNOWNS] }
+    }
+}
+
+impl Equations {
+    /// Adds a point whose `value` is to be the product of the unknowns with `row`.
+    fn add(&mut self, row: &[f64; UNKNOWNS], weight: f64, value: f64) {
+        for i in 0..UNKNOWNS {
+            let f = weight * row[i];
+            (i..UNKNOWNS).for_each(|j| self.a[i * UNKNOWNS + j] += f * row[j]);
+            self.b[i] += f * value;
+        }
+    }
+    /// The unknowns; none where that many points do not determine them. Those that no row has are 0.
+    fn solved(mut self, points: usize) -> Option<[f64; UNKNOWNS]> {
+        (0..UNKNOWNS).for_each(|i| self.a[i * (UNKNOWNS + 1)] += CREASE.ridge * points as f64);
+        if !cholesky(&mut self.a, UNKNOWNS) {
             return None;
         }
-        cholesky_solve(&a, N, &mut b);
-        self.coefficients.iter_mut().zip(b).for_each(|(c, d)| *c += d);
-        self.offset += b[LINEAR].clamp(-CREASE.most_shift, CREASE.most_shift);
-        self.skew += b[LINEAR + 1].clamp(-CREASE.most_skew, CREASE.most_skew);
-        self.arc += b[LINEAR + 2].clamp(-CREASE.most_arc, CREASE.most_arc);
-        self.coefficients.iter().all(|c| c.is_finite()).then_some(())
+        cholesky_solve(&self.a, UNKNOWNS, &mut self.b);
+        Some(self.b)
     }
 }
 
@@ -144,48 +170,38 @@ pub(super) fn fit(points: &[[f64; 3]], sigma: f64, start: Model) -> Option<(Mode
 
 /// The misfit of the likeliest polynomial of the second or third degree, and how many coefficients it has.
 pub(super) fn polynomial(points: &[[f64; 3]], sigma: f64, cubic: bool) -> Option<(f64, usize)> {
-    const N: usize = 10;
-    let n = if cubic { N } else { 6 };
-    let terms = |x: f64, y: f64| [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
-    let slopes = |c: &[f64; N], x: f64, y: f64| {
-        let of = |d: [f64; N]| -> f64 { c.iter().zip(d).map(|(c, d)| c * d).sum() };
-        let along_x = [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0];
-        let along_y = [0.0, 0.0, 1.0, 0.0, x, 2.0 * y, 0.0, x * x, 2.0 * x * y, 3.0 * y * y];
-        [of(along_x), of(along_y)]
+    let (third, unknowns) = if cubic { (1.0, UNKNOWNS) } else { (0.0, 6) };
+    let terms = |x: f64, y: f64| {
+        let cubes = [x * x * x, x * x * y, x * y * y, y * y * y].map(|t| third * t);
+        [1.0, x, y, x * x, x * y, y * y, cubes[0], cubes[1], cubes[2], cubes[3]]
     };
-    let off = |c: &[f64; N], [x, y, z]: [f64; 3]| {
-        let [hx, hy] = slopes(c, x, y);
-        let height: f64 = c.iter().zip(terms(x, y)).map(|(c, t)| c * t).sum();
-        (z - height, 1.0 / (1.0 + hx * hx + hy * hy))
+    let of = |c: &[f64; UNKNOWNS], d: [f64; UNKNOWNS]| -> f64 { c.iter().zip(d).map(|(c, d)| c * d).sum() };
+    // How far a point is off along the third axis, and the cosine of the slope there.
+    let off = |c: &[f64; UNKNOWNS], [x, y, z]: [f64; 3]| {
+        let hx = of(c, [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0]);
+        let hy = of(c, [0.0, 0.0, 1.0, 0.0, x, 2.0 * y, 0.0, x * x, 2.0 * x * y, 3.0 * y * y]);
+        (z - of(c, terms(x, y)), 1.0 / (1.0 + hx * hx + hy * hy).sqrt())
     };
-    let mut c = [0.0; N];
+    let mut c = [0.0; UNKNOWNS];
     for step in 0..CREASE.steps {
-        let (mut a, mut b) = ([0.0; N * N], [0.0; N]);
+        let mut equations = Equations::default();
         for &p in points {
-            let row = terms(p[0], p[1]);
-            let (d, cos2) = off(&c, p);
-            let weight = if step == 0 { 1.0 } else { cos2 * trust(d * cos2.sqrt() / sigma) };
-            for i in 0..n {
-                let f = weight * row[i];
-                (i..n).for_each(|j| a[i * n + j] += f * row[j]);
-                b[i] += f * p[2];
-            }
+            let (d, cos) = off(&c, p);
+            let weight = if step == 0 { 1.0 } else { cos * cos * trust(d * cos / sigma) };
+            equations.add(&terms(p[0], p[1]), weight, p[2]);
         }
-        (0..n).for_each(|i| a[i * (n + 1)] += CREASE.ridge * points.len() as f64);
-        if !cholesky(&mut a[..n * n], n) {
-            return None;
-        }
-        cholesky_solve(&a[..n * n], n, &mut b[..n]);
-        c = b;
+        c = equations.solved(points.len())?;
     }
-    let misfit = points
-        .iter()
-        .map(|&p| {
-            let (d, cos2) = off(&c, p);
-            cost(d * cos2.sqrt() / sigma)
-        })
-        .sum();
-    Some((misfit, n))
+    let distances = points.iter().map(|&p| off(&c, p)).map(|(d, cos)| cost(d * cos / sigma));
+    Some((distances.sum(), unknowns))
+}
+
+#[cfg(test)]
+impl Model {
+    /// The ridge of two planes that fall at 45 degrees on both sides of the second axis.
+    pub(super) fn roof() -> Self {
+        Self { coefficients: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0], ..Self::flat(0.0, 0.0) }
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
-//! A short straight piece of a crease with the two sides that meet there, as data.
+//! A short piece of a crease with the two sides that meet there, as data.
 
 use super::constants::CREASE;
 use super::model::Model;
 use crate::numeric::vec3::{Frame, Vec3};
+use crate::spatial::bvh::Aabb;
 
 /// A piece of a crease.
 #[derive(Debug, Clone)]
@@ -35,9 +36,16 @@ impl Piece {
     pub fn far2(&self, x: f64, y: f64) -> f64 {
         ((x - self.model.line(y)) / self.across).powi(2) + (y / self.along[usize::from(y > 0.0)]).powi(2)
     }
-    /// Greatest distance from the middle that it is believed at, in the user's unit.
-    pub fn radius(&self) -> f64 {
-        self.across.hypot(self.longest()) * self.unit
+    /// Where it is believed.
+    pub fn bounds(&self) -> Aabb {
+        let [back, forth] = self.along;
+        let ys = [-back, -0.5 * back, 0.0, 0.5 * forth, forth];
+        let xs = [-self.across, 0.0, self.across];
+        let places = ys.into_iter().flat_map(|y| xs.map(|x| [self.model.line(y) + x, y]));
+        let corners: Vec<Vec3> = places.map(|[x, y]| self.place([x, y, self.model.height(x, y)])).collect();
+        let Aabb { min, max } = Aabb::of(&corners);
+        let margin = Vec3([CREASE.deepest * self.unit; 3]);
+        Aabb { min: min - margin, max: max + margin }
     }
     /// The greater of its reaches along the crease.
     pub fn longest(&self) -> f64 {
@@ -57,11 +65,10 @@ impl Piece {
         let [hx, hy] = self.model.slopes(x, y);
         (self.frame[2] - self.frame[0] * hx - self.frame[1] * hy).normalized()
     }
-    /// Whether one of its sides, or what lies between them, faces about as a normal does.
-    pub fn has_side(&self, normal: Vec3, y: f64) -> bool {
+    /// Unit normals of the two sides where they meet.
+    pub fn sides(&self, y: f64) -> [Vec3; 2] {
         let line = self.model.line(y);
-        let sides = [line - 1.0, line + 1.0].map(|x| self.normal(x, y));
-        sides.iter().chain([&self.frame[2]]).any(|n| n.dot(normal) > CREASE.same_side)
+        [line - CREASE.beside, line + CREASE.beside].map(|x| self.normal(x, y))
     }
     /// Direction of the crease at its middle.
     pub fn direction(&self) -> Vec3 {

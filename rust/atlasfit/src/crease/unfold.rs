@@ -22,7 +22,6 @@ pub(super) fn unfold(
     edges: &Edges,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let mut near = Vec::new();
     for _ in 0..CREASE.unfoldings {
         let mut folded = folded(s, pulls, ctx)?;
         if !folded.contains(&true) {
@@ -40,10 +39,14 @@ pub(super) fn unfold(
                 sum[v].1 += 1.0;
             }
         }
-        for v in (0..folded.len()).filter(|&v| folded[v] && sum[v].1 > 0.0) {
+        for (v, (sum, count)) in sum.into_iter().enumerate() {
+            ctx.check_at(v)?;
+            if count == 0.0 || !folded[v] {
+                continue;
+            }
             let normal = pulls.of(v as u32).map_or(s.normals[v], |p| p.ridge);
-            s.positions[v] = sum[v].0 * (1.0 / sum[v].1);
-            pulls.set(v as u32, pull(creases, s.positions[v], normal, &mut near));
+            s.positions[v] = sum * (1.0 / count);
+            pulls.set(v as u32, pull(creases, s.positions[v], normal, None));
         }
     }
     Ok(())
@@ -54,15 +57,20 @@ fn folded(s: &Surface, pulls: &Pulls, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut folded = ctx.filled(false, s.positions.len())?;
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;
-        let [Some(a), Some(b), Some(c)] = t.map(|v| pulls.of(v)) else { continue };
-        let mut corners = t.map(|v| s.positions[v as usize]);
-        for (p, pull) in corners.iter_mut().zip([a, b, c]) {
-            *p = *p * (1.0 - pull.weight) + pull.to * pull.weight;
-        }
-        let mean = a.normal + b.normal + c.normal;
-        if area_vector(corners).normalized().dot(mean.normalized()) < CREASE.folded {
+        if is_folded(s, pulls, t) {
             t.iter().for_each(|&v| folded[v as usize] = true);
         }
     }
     Ok(folded)
+}
+
+/// Whether a triangle beside a crease will face away from the sides that its corners lie on.
+pub(super) fn is_folded(s: &Surface, pulls: &Pulls, t: &[u32; 3]) -> bool {
+    let [Some(a), Some(b), Some(c)] = t.map(|v| pulls.of(v)) else { return false };
+    let mut corners = t.map(|v| s.positions[v as usize]);
+    for (p, pull) in corners.iter_mut().zip([a, b, c]) {
+        *p = pull.moved(*p, pull.normal).0;
+    }
+    let mean = a.normal + b.normal + c.normal;
+    area_vector(corners).normalized().dot(mean.normalized()) < CREASE.folded
 }

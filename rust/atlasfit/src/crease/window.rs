@@ -9,7 +9,7 @@ use super::piece::Piece;
 use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
 use crate::error::Result;
-use crate::numeric::dense::eigen3;
+use crate::numeric::dense::{eigen3, second_moments};
 use crate::numeric::vec3::{Frame, Vec3};
 use crate::run::Context;
 use crate::spatial::Neighbours;
@@ -69,23 +69,26 @@ pub(super) struct Scratch {
 }
 
 impl<'a> Windows<'a> {
-    /// Prepares to cut windows.
+    /// Prepares to cut windows; none where no point lies on a chart.
     pub fn new(
         surface: &'a Surface,
         projected: &'a [ProjectedPoint],
         known: &'a Known<'a>,
         ctx: &Context<'_>,
-    ) -> Result<Self> {
+    ) -> Result<Option<Self>> {
         let on_charts: Vec<u32> =
             (0..projected.len() as u32).filter(|&i| projected[i as usize].chart != u32::MAX).collect();
+        if on_charts.is_empty() {
+            return Ok(None);
+        }
         let places: Vec<Vec3> = on_charts.iter().map(|&i| projected[i as usize].position).collect();
         let tree = Neighbours::build(&places, ctx)?;
         let vertices = Neighbours::build(&surface.positions, ctx)?;
         let vertex = nearest(&vertices, &places, ctx)?;
         let around = Lists::new(surface.positions.len(), &surface.triangles, ctx)?;
-        Ok(Self { surface, projected, known, tree, on_charts, vertex, around })
+        Ok(Some(Self { surface, projected, known, tree, on_charts, vertex, around }))
     }
-    /// What finding points reuses, one for each thread.
+    /// What finding points reuses.
     pub fn scratch(&self, ctx: &Context<'_>) -> Result<Scratch> {
         let sheet = ctx.filled(0, self.surface.positions.len())?;
         Ok(Scratch { near: Vec::new(), queue: Vec::new(), sheet, name: 0, own: Vec::new() })
@@ -139,7 +142,7 @@ impl<'a> Windows<'a> {
     /// The points of the sheet about a vertex that lie beside a piece's crease, up to so far along it.
     pub fn strip(&self, vertex: u32, piece: &Piece, longest: f64, scratch: &mut Scratch) -> Strip {
         let sigma = self.nearest(vertex).map_or(1.0, |i| self.known.noise_at(i)) / piece.unit;
-        self.own(vertex, longest * piece.unit, scratch);
+        self.own(vertex, longest.hypot(piece.across) * piece.unit, scratch);
         let local = |i: u32| piece.local(self.known.points[i as usize]);
         let beside = |p: &[f64; 3]| (p[0] - piece.model.line(p[1])).abs() <= piece.across;
         let points = scratch.own.iter().map(|&i| (local(i), self.misfit(i, sigma * piece.unit)));
@@ -184,16 +187,9 @@ fn nearest(tree: &Neighbours, places: &[Vec3], ctx: &Context<'_>) -> Result<Vec<
 
 /// The frame of normals: across the direction in which they vary least, along it, and their mean.
 fn frame(normals: impl Iterator<Item = Vec3> + Clone) -> Option<Frame> {
-    let mut m = [0.0; 6];
-    let mut mean = Vec3::ZERO;
-    for n in normals {
-        mean += n;
-        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-            m[k] += n[i] * n[j];
-        }
-    }
+    let mean = normals.clone().fold(Vec3::ZERO, |sum, n| sum + n);
     let up = mean.normalized();
-    let (_, axes) = eigen3(m);
+    let (_, axes) = eigen3(second_moments(normals.map(|n| (n, 1.0))));
     let along = axes[0] - up * up.dot(axes[0]);
     if !(mean.norm() > 0.0 && along.norm() > 0.1) {
         return None;

@@ -244,13 +244,18 @@ pub fn principal(points: impl Iterator<Item = (Vec3, f64)> + Clone) -> Option<Pr
         return None;
     }
     let mean = mean * (1.0 / total);
+    let m = second_moments(points.map(|(p, w)| (p - mean, w)));
+    let (variances, axes) = eigen3(m.map(|x| x / total));
+    Some(Principal { mean, variances, axes })
+}
+
+/// Weighted sums of the products of coordinates: xx, xy, xz, yy, yz, zz.
+pub(crate) fn second_moments(vectors: impl Iterator<Item = (Vec3, f64)>) -> [f64; 6] {
     let mut m = [0.0; 6];
-    for (p, w) in points {
-        let d = p - mean;
+    for (d, w) in vectors {
         for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
             m[k] += w * d[i] * d[j];
         }
     }
-    let (variances, axes) = eigen3(m.map(|x| x / total));
-    Some(Principal { mean, variances, axes })
+    m
 }

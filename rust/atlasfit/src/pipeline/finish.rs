@@ -57,8 +57,8 @@ pub(super) fn finish(
     let to_user = |from: [f64; 3], p: Vec3| share_of_way(from, frame.to_user(p).0, options.strength);
     let mut moved = move_points(cloud, &input, &projected, to_user, ctx)?;
     let followed_outliers = match options.outliers {
-        Outliers::Keep => moved.follow(cloud, triangles, options.strength, ctx)?,
-        Outliers::Drop => 0,
+        Outliers::Keep if options.strength > 0.0 => moved.follow(cloud, triangles, options.strength, ctx)?,
+        _ => 0,
     };
     let outliers = moved.outlier.iter().filter(|o| **o).count();
     let left_out: Vec<bool> = (input.of_input.iter())

@@ -94,9 +94,13 @@ impl Membrane {
         // Differences are small numbers also where coordinates are large.
         let Some(origin) = self.held.first().map(|&v| at(v)) else { return Ok(Vec::new()) };
         let held: Vec<Vec3> = self.held.iter().map(|&v| at(v) - origin).collect();
+        // Of unit size, so that squares are numbers whatever the unit is; a power of two keeps all digits.
+        let largest = held.iter().flat_map(|p| p.0).fold(0.0f64, |most, x| most.max(x.abs()));
+        let unit = if largest > 0.0 { largest.log2().floor().exp2() } else { 1.0 };
+        let held: Vec<Vec3> = held.into_iter().map(|p| p.map(|x| x / unit)).collect();
         let mut x = self.start_values(&held, ctx)?;
         self.relax(&mut x, &held, ctx)?;
-        Ok(x.into_iter().map(|p| p + origin).collect())
+        Ok(x.into_iter().map(|p| p * unit + origin).collect())
     }
 
     /// For a vertex its place in what [`Membrane::solve`] gives; none for those that stay.
@@ -134,8 +138,7 @@ impl Membrane {
     /// gives the same bytes.
     fn relax(&self, x: &mut [Vec3], held: &[Vec3], ctx: &Context<'_>) -> Result<()> {
         let m = x.len();
-        let size = held.iter().fold(0.0f64, |most, p| most.max(p.norm()));
-        let enough = (PIPELINE.follow_residual * size).powi(2);
+        let enough = PIPELINE.follow_residual.powi(2);
         let degree = |i: usize| self.neighbours(i).len() as f64;
         let mut r: Vec<Vec3> = (0..m)
             .map(|i| {
@@ -293,6 +296,13 @@ mod tests {
         }
         for (is, was) in follow(&spiky, &triangles, &hill).iter().zip(&flat) {
             assert!((*is - *was).norm() < 1e-7, "{is:?} {was:?}");
+        }
+        // And in units whose squares are no numbers.
+        for unit in [2f64.powi(-700), 2f64.powi(700)] {
+            let scaled: Vec<Vec3> = spiky.iter().map(|p| *p * unit).collect();
+            for (is, was) in follow(&scaled, &triangles, &hill).iter().zip(&flat) {
+                assert!((*is * (1.0 / unit) - *was).norm() < 1e-7, "{unit}: {is:?} {was:?}");
+            }
         }
     }
 

@@ -8,21 +8,19 @@ use super::options::DenoiseOptions;
 use super::warnings;
 use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
+use crate::crease;
 use crate::error::Result;
 use crate::run::Context;
 use crate::simplify::{Dense, Goal, bound, simplify};
-use crate::spatial::spacing::Sampling;
 
 /// What the scan says of its surface. Lengths are in the normalised frame.
 pub(super) struct Known<'a> {
-    /// The scan's points on the charts.
-    pub(super) projected: &'a [ProjectedPoint],
-    /// How dense they are.
-    pub(super) sampling: &'a Sampling,
+    /// The scan as the charts know it.
+    pub(super) scan: crease::Known<'a>,
+    /// Median spacing of its points.
+    pub(super) median_spacing: f64,
     /// Standard deviation of their noise, as usual.
     pub(super) noise: f64,
-    /// The noise at each, as a multiple of the usual; empty where it is the same everywhere.
-    pub(super) relative_noise: &'a [f32],
     /// Length of the frame's unit in the scan's.
     pub(super) scale: f64,
 }
@@ -33,6 +31,7 @@ pub(super) struct Known<'a> {
 /// Cancelled or out of time.
 pub(super) fn lighten(
     s: &mut Surface,
+    projected: &[ProjectedPoint],
     options: &DenoiseOptions,
     known: &Known<'_>,
     ctx: &Context<'_>,
@@ -46,8 +45,8 @@ pub(super) fn lighten(
     }
     let n = s.positions.len();
     let goal = if options.faces.is_none() && options.max_error.is_none() {
-        let bounds = bounds(known);
-        let usual = Bounds::new(known.sampling.median, known.noise);
+        let bounds = bounds(projected, known);
+        let usual = Bounds::new(known.median_spacing, known.noise);
         let at = |c: &u32| bounds.get(*c as usize).unwrap_or(&usual);
         let finer = |length: f64| bound(length / options.detail);
         Goal {
@@ -84,19 +83,19 @@ impl Bounds {
 }
 
 /// The bounds about each chart, by the mean spacing and noise of its points.
-fn bounds(known: &Known<'_>) -> Vec<Bounds> {
-    let named = known.projected.iter().map(|p| p.chart).filter(|&c| c != u32::MAX);
+fn bounds(projected: &[ProjectedPoint], known: &Known<'_>) -> Vec<Bounds> {
+    let named = projected.iter().map(|p| p.chart).filter(|&c| c != u32::MAX);
     let charts = named.max().map_or(0, |c| c as usize + 1);
     let mut sum = vec![[0.0; 3]; charts];
-    for (i, p) in known.projected.iter().enumerate() {
+    for (i, p) in projected.iter().enumerate() {
         if let Some([count, spacing, noise]) = sum.get_mut(p.chart as usize) {
             *count += 1.0;
-            *spacing += f64::from(known.sampling.spacing[i]);
-            *noise += f64::from(known.relative_noise.get(i).copied().unwrap_or(1.0));
+            *spacing += f64::from(known.scan.spacing[i]);
+            *noise += f64::from(known.scan.relative_noise.get(i).copied().unwrap_or(1.0));
         }
     }
     let of = |[n, spacing, noise]: [f64; 3]| match n {
-        0.0 => Bounds::new(known.sampling.median, known.noise),
+        0.0 => Bounds::new(known.median_spacing, known.noise),
         _ => Bounds::new(spacing / n, known.noise * noise / n),
     };
     sum.into_iter().map(of).collect()

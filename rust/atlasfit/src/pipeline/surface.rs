@@ -83,13 +83,7 @@ pub(super) fn build(
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
     let mut surface = clean::clean(contour, &charts, !conflicts.is_empty(), speck, &votes, ctx)?;
-    let own = points_of_charts(&projected, charts.len());
-    components::remove_unsupported(&mut surface, &own, PIPELINE.unsupported, ctx)?;
-    let left_out = parts::leave_out(&mut surface, &projected, charts.len(), options, ctx)?;
-    if left_out.parts > 0 {
-        let on = parts::touched(&surface.chart, charts.len());
-        conflicts.retain(|&(a, b)| on[a as usize] && on[b as usize]);
-    }
+    let left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
@@ -100,22 +94,20 @@ pub(super) fn build(
     not_empty(&surface)?;
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
-    let scan = crease::Known {
-        points: &points,
-        spacing: &sampling.spacing,
-        noise: noise.for_charts(),
-        relative_noise: &relative_noise,
-        charts: &charts,
-    };
-    crease::sharpen(&mut surface, &mut projected, &scan, ctx)?;
     let known = Known {
-        projected: &projected,
-        sampling: &sampling,
+        scan: crease::Known {
+            points: &points,
+            spacing: &sampling.spacing,
+            noise: noise.for_charts(),
+            relative_noise: &relative_noise,
+            charts: &charts,
+        },
+        median_spacing: median,
         noise: noise.sigma,
-        relative_noise: &relative_noise,
         scale: frame.scale,
     };
-    input.warnings.extend(lighten(&mut surface, options, &known, ctx)?);
+    crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
+    input.warnings.extend(lighten(&mut surface, &projected, options, &known, ctx)?);
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
     let mut extrapolated = None;
@@ -137,6 +129,25 @@ pub(super) fn build(
         frame,
         input,
     })
+}
+
+/// Takes parts that hardly any point carries out of the surface, and those that are not wanted.
+fn leave_out(
+    surface: &mut Surface,
+    conflicts: &mut Vec<(u32, u32)>,
+    projected: &[ProjectedPoint],
+    charts: usize,
+    options: &DenoiseOptions,
+    ctx: &Context<'_>,
+) -> Result<LeftOut> {
+    let own = points_of_charts(projected, charts);
+    components::remove_unsupported(surface, &own, PIPELINE.unsupported, ctx)?;
+    let left_out = parts::leave_out(surface, projected, charts, options, ctx)?;
+    if left_out.parts > 0 {
+        let on = parts::touched(&surface.chart, charts);
+        conflicts.retain(|&(a, b)| on[a as usize] && on[b as usize]);
+    }
+    Ok(left_out)
 }
 
 /// Fails where there is no surface.

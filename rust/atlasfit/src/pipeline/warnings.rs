@@ -28,8 +28,8 @@ pub(super) fn volume(local: &LocalNoise) -> Option<String> {
     })
 }
 
-/// An error that says what was `told` of the scan before: where points have no surface, that is the reason and
-/// the advice.
+/// An error that says what was `told` of the scan before: where points have no surface, that is the reason
+/// and the advice.
 pub(super) fn explained(error: Error, told: &[String]) -> Error {
     match error {
         Error::Degenerate { what, .. } if !told.is_empty() => {

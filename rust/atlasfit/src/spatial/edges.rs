@@ -34,11 +34,17 @@ impl HalfEdge {
     pub fn face(self) -> usize {
         self.1 as usize / 3
     }
+    /// Which of the face's corners it starts at.
+    #[inline]
+    #[must_use]
+    pub fn side(self) -> usize {
+        self.1 as usize % 3
+    }
     /// The vertex that the half-edge starts at.
     #[inline]
     #[must_use]
     pub fn start(self, triangles: &[[u32; 3]]) -> u32 {
-        triangles[self.face()][self.1 as usize % 3]
+        triangles[self.face()][self.side()]
     }
     /// Whether two half-edges of one edge run along it in the same direction: their faces then face opposite
     /// ways.
