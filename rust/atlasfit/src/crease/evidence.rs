@@ -64,15 +64,10 @@ fn piece(window: &Window, radius: [f64; 2]) -> Option<Piece> {
     }
     let Window { at, frame, unit, .. } = *window;
     let reach = radius.map(|r| CREASE.reach * r);
+    let piece = Piece { at, frame, unit, across: reach[0], along: [reach[1]; 2], model: sharp };
     let inside = sharp.line(0.0).abs() < reach[0];
-    (inside && evidence >= CREASE.margin).then_some(Piece {
-        at,
-        frame,
-        unit,
-        across: reach[0],
-        along: [reach[1]; 2],
-        model: sharp,
-    })
+    let rises = piece.sides(0.0).iter().all(|n| n.dot(frame[2]) >= CREASE.steep);
+    (inside && rises && evidence >= CREASE.margin).then_some(piece)
 }
 
 /// The piece as far along the crease as it explains the points.

@@ -70,7 +70,7 @@ impl Model {
         self
     }
     /// Distance of a point from the surface, about.
-    pub fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
+    fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
         let [hx, hy] = self.slopes(x, y);
         (z - self.height(x, y)) / (1.0 + hx * hx + hy * hy).sqrt()
     }

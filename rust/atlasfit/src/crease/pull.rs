@@ -50,7 +50,8 @@ impl Pull {
 fn of_piece(piece: &Piece, chain: u32, p: Vec3, normal: Vec3) -> Option<Pull> {
     let [x, y, z] = piece.local(p);
     let far2 = piece.far2(x, y);
-    if far2 >= 1.0 || piece.model.distance([x, y, z]).abs() > CREASE.deepest {
+    let height = piece.model.height(x, y);
+    if far2 >= 1.0 || (z - height).abs() > CREASE.deepest {
         return None;
     }
     let sides = piece.sides(y);
@@ -62,7 +63,7 @@ fn of_piece(piece: &Piece, chain: u32, p: Vec3, normal: Vec3) -> Option<Pull> {
     Some(Pull {
         chain,
         weight,
-        to: piece.place([x, y, piece.model.height(x, y)]) * weight,
+        to: piece.place([x, y, height]) * weight,
         on_line: piece.on_line(y) * weight,
         across: (x - piece.model.line(y)) * piece.unit * weight,
         normal: piece.normal(x, y) * weight,
@@ -149,12 +150,16 @@ impl Pulls {
     pub fn of(&self, place: u32) -> Option<&Pull> {
         self.all.get(self.index[place as usize] as usize)
     }
-    /// Says anew what is asked of a place that was asked something before.
+    /// Says anew what is asked of a place.
     pub fn set(&mut self, place: u32, pull: Option<Pull>) {
         let index = &mut self.index[place as usize];
         match (pull, self.all.get_mut(*index as usize)) {
             (Some(new), Some(old)) => *old = new,
-            _ => *index = u32::MAX,
+            (Some(new), None) => {
+                *index = self.all.len() as u32;
+                self.all.push(new);
+            }
+            (None, _) => *index = u32::MAX,
         }
     }
     /// The places of which something is asked, ascending.

@@ -27,7 +27,8 @@ pub(super) fn unfold(
         if !folded.contains(&true) {
             break;
         }
-        let mut sum = ctx.filled((Vec3::ZERO, 0.0), s.positions.len())?;
+        // Positions of the neighbours, and the normals of the sides that they lie on.
+        let mut sum = ctx.filled((Vec3::ZERO, Vec3::ZERO, 0.0), s.positions.len())?;
         for (i, edge) in edges.iter().enumerate() {
             ctx.check_at(i)?;
             let [a, b] = edge[0].ends().map(|v| v as usize);
@@ -36,17 +37,17 @@ pub(super) fn unfold(
             }
             for (v, w) in [(a, b), (b, a)].into_iter().filter(|x| folded[x.0]) {
                 sum[v].0 += s.positions[w];
-                sum[v].1 += 1.0;
+                sum[v].1 += pulls.of(w as u32).map_or(Vec3::ZERO, |p| p.normal);
+                sum[v].2 += 1.0;
             }
         }
-        for (v, (sum, count)) in sum.into_iter().enumerate() {
+        for (v, (sum, normal, count)) in sum.into_iter().enumerate() {
             ctx.check_at(v)?;
             if count == 0.0 || !folded[v] {
                 continue;
             }
-            let normal = pulls.of(v as u32).map_or(s.normals[v], |p| p.ridge);
             s.positions[v] = sum * (1.0 / count);
-            pulls.set(v as u32, pull(creases, s.positions[v], normal, None));
+            pulls.set(v as u32, pull(creases, s.positions[v], normal.normalized(), None));
         }
     }
     Ok(())
@@ -66,11 +67,17 @@ fn folded(s: &Surface, pulls: &Pulls, ctx: &Context<'_>) -> Result<Vec<bool>> {
 
 /// Whether a triangle beside a crease will face away from the sides that its corners lie on.
 pub(super) fn is_folded(s: &Surface, pulls: &Pulls, t: &[u32; 3]) -> bool {
-    let [Some(a), Some(b), Some(c)] = t.map(|v| pulls.of(v)) else { return false };
-    let mut corners = t.map(|v| s.positions[v as usize]);
-    for (p, pull) in corners.iter_mut().zip([a, b, c]) {
-        *p = pull.moved(*p, pull.normal).0;
+    // A corner that no crease asks anything of may be the tip of a spike.
+    let own = t.map(|v| pulls.of(v));
+    if own.iter().flatten().count() < 2 {
+        return false;
     }
-    let mean = a.normal + b.normal + c.normal;
+    let mut corners = t.map(|v| s.positions[v as usize]);
+    let mut mean = Vec3::ZERO;
+    for (p, pull) in corners.iter_mut().zip(own) {
+        let Some(pull) = pull else { continue };
+        *p = pull.moved(*p, pull.normal).0;
+        mean += pull.normal;
+    }
     area_vector(corners).normalized().dot(mean.normalized()) < CREASE.folded
 }

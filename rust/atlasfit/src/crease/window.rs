@@ -10,6 +10,7 @@ use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::dense::{eigen3, second_moments};
+use crate::numeric::robust::TUKEY;
 use crate::numeric::vec3::{Frame, Vec3};
 use crate::run::Context;
 use crate::spatial::Neighbours;
@@ -43,8 +44,7 @@ pub(super) struct Window {
     pub sigma: f64,
     /// The points.
     pub points: Vec<[f64; 3]>,
-    /// What the charts leave of them unexplained, in nats: by the noise that each found, which allows for how
-    /// closely it follows its points.
+    /// What the charts leave of them unexplained, in nats.
     pub misfit: f64,
 }
 
@@ -131,22 +131,35 @@ impl<'a> Windows<'a> {
             let d = (self.known.points[i as usize] - at) * (1.0 / unit);
             frame.map(|axis| axis.dot(d))
         });
-        let misfit = own.iter().map(|&i| self.misfit(i, sigma * unit)).sum();
+        let misfit = self.misfits(&own, sigma * unit).iter().sum();
         Some(Window { at, frame, unit, sigma, points: points.collect(), misfit })
     }
-    /// What a point's chart leaves of it unexplained, in nats, by the noise that the chart found.
-    fn misfit(&self, point: u32, sigma: f64) -> f64 {
-        let chart = self.known.charts.get(self.projected[point as usize].chart as usize);
-        chart.map_or(0.0, |chart| model::cost(chart.sigma / sigma))
+    /// What the charts leave of each point unexplained, in nats. A chart follows the points that it is fitted
+    /// to: in the mean they are as far off as the noise that the charts found, which allows for that.
+    fn misfits(&self, own: &[u32], sigma: f64) -> Vec<f64> {
+        let off = |i: u32| {
+            let p = &self.projected[i as usize];
+            let found = self.known.charts.get(p.chart as usize).map_or(sigma, |chart| chart.sigma);
+            ((self.known.points[i as usize] - p.position).norm(), found)
+        };
+        let (mut followed, mut meant) = (0.0, 0.0);
+        for (off, found) in own.iter().map(|&i| off(i)).filter(|(off, found)| *off < TUKEY * found) {
+            followed += off * off;
+            meant += found * found;
+        }
+        let farther = if followed > 0.0 { (meant / followed).sqrt().max(1.0) } else { 1.0 };
+        own.iter().map(|&i| model::cost(farther * off(i).0 / sigma)).collect()
     }
     /// The points of the sheet about a vertex that lie beside a piece's crease, up to so far along it.
     pub fn strip(&self, vertex: u32, piece: &Piece, longest: f64, scratch: &mut Scratch) -> Strip {
         let sigma = self.nearest(vertex).map_or(1.0, |i| self.known.noise_at(i)) / piece.unit;
         self.own(vertex, longest.hypot(piece.across) * piece.unit, scratch);
         let local = |i: u32| piece.local(self.known.points[i as usize]);
-        let beside = |p: &[f64; 3]| (p[0] - piece.model.line(p[1])).abs() <= piece.across;
-        let points = scratch.own.iter().map(|&i| (local(i), self.misfit(i, sigma * piece.unit)));
-        Strip { sigma, points: points.filter(|(p, _)| beside(p)).collect() }
+        let beside = |p: [f64; 3]| (p[0] - piece.model.line(p[1])).abs() <= piece.across;
+        scratch.own.retain(|&i| beside(local(i)));
+        let misfits = self.misfits(&scratch.own, sigma * piece.unit);
+        let points = scratch.own.iter().map(|&i| local(i)).zip(misfits);
+        Strip { sigma, points: points.collect() }
     }
     /// Finds the points of the sheet about a vertex: those next to vertices that hang together with it.
     fn own(&self, vertex: u32, radius: f64, scratch: &mut Scratch) {
