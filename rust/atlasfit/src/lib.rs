@@ -40,6 +40,8 @@ pub(crate) mod blend;
 
 pub(crate) mod contour;
 
+pub(crate) mod rim;
+
 pub(crate) mod crease;
 
 pub(crate) mod simplify;

@@ -8,6 +8,7 @@
 pub mod chart;
 pub mod file;
 pub mod fitted;
+pub(crate) mod known;
 pub mod mask;
 pub mod membership;
 pub mod monge;
@@ -22,6 +23,7 @@ pub mod vote;
 
 pub use chart::{Chart, Map};
 pub use fitted::FittedChart;
+pub(crate) use known::KnownScan;
 pub use membership::Membership;
 pub use monge::Monge;
 pub use patch::Patch;

@@ -15,7 +15,7 @@ use crate::spatial::sets::Sets;
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn split(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
+pub(crate) fn split(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let stars = Lists::new(s.positions.len(), &s.triangles, ctx)?;
     let mut sets = Sets::new(0);
     let mut fan = Vec::new();

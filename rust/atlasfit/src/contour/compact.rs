@@ -14,7 +14,7 @@ use crate::spatial::triangle::area_vector;
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
+pub(crate) fn compact(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let mut sum = vec![Vec3::ZERO; s.positions.len()];
     let mut used = vec![false; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {

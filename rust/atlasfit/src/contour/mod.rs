@@ -6,16 +6,16 @@
 
 mod adjacency;
 mod boundary;
-mod bowties;
+pub(crate) mod bowties;
 pub(crate) mod cavities;
 mod cells;
 pub(crate) mod clean;
-mod compact;
+pub(crate) mod compact;
 pub(crate) mod components;
 pub(crate) mod constants;
 mod facing;
 pub(crate) mod holes;
-mod loops;
+pub(crate) mod loops;
 mod normals;
 pub(crate) mod parts;
 mod patch;

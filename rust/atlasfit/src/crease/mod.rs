@@ -12,7 +12,6 @@ mod bends;
 mod chains;
 pub(crate) mod constants;
 mod evidence;
-mod known;
 mod model;
 mod piece;
 mod pull;
@@ -20,9 +19,7 @@ mod sharpen;
 mod unfold;
 mod window;
 
-pub(crate) use known::Known;
-
-use crate::atlas::ProjectedPoint;
+use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
@@ -35,7 +32,7 @@ use crate::spatial::edges::Edges;
 pub(crate) fn sharpen(
     s: &mut Surface,
     projected: &mut [ProjectedPoint],
-    known: &Known<'_>,
+    known: &KnownScan<'_>,
     ctx: &Context<'_>,
 ) -> Result<()> {
     let edges = Edges::new(&s.triangles, ctx)?;

@@ -3,10 +3,9 @@
 //! In: the surface, the scan, a vertex. Out: the points of that sheet about it.
 
 use super::constants::CREASE;
-use super::known::Known;
 use super::model;
 use super::piece::Piece;
-use crate::atlas::ProjectedPoint;
+use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::dense::{eigen3, second_moments};
@@ -22,7 +21,7 @@ use rayon::prelude::*;
 pub(super) struct Windows<'a> {
     surface: &'a Surface,
     projected: &'a [ProjectedPoint],
-    known: &'a Known<'a>,
+    known: &'a KnownScan<'a>,
     /// The places of the points that lie on charts, and which they are.
     tree: Neighbours,
     on_charts: Vec<u32>,
@@ -73,7 +72,7 @@ impl<'a> Windows<'a> {
     pub fn new(
         surface: &'a Surface,
         projected: &'a [ProjectedPoint],
-        known: &'a Known<'a>,
+        known: &'a KnownScan<'a>,
         ctx: &Context<'_>,
     ) -> Result<Option<Self>> {
         let on_charts: Vec<u32> =

@@ -3,6 +3,7 @@
 
 pub mod dense;
 pub(crate) mod pairs;
+pub(crate) mod pentadiagonal;
 pub(crate) mod plane;
 pub mod rng;
 pub mod robust;

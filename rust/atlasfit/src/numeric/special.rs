@@ -81,6 +81,19 @@ pub fn bessel_scaled(k: f64) -> (f64, f64) {
     }
 }
 
+/// Density of the standard normal distribution.
+#[must_use]
+pub(crate) fn normal_density(x: f64) -> f64 {
+    const SCALE: f64 = std::f64::consts::FRAC_2_SQRT_PI * 0.5 * std::f64::consts::FRAC_1_SQRT_2;
+    SCALE * (-0.5 * x * x).exp()
+}
+
+/// Share of the standard normal distribution below `x`.
+#[must_use]
+pub(crate) fn normal_distribution(x: f64) -> f64 {
+    0.5 * libm::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,9 +6,8 @@
 use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::warnings;
-use crate::atlas::ProjectedPoint;
+use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
-use crate::crease;
 use crate::error::Result;
 use crate::run::Context;
 use crate::simplify::{Dense, Goal, bound, simplify};
@@ -16,7 +15,7 @@ use crate::simplify::{Dense, Goal, bound, simplify};
 /// What the scan says of its surface. Lengths are in the normalised frame.
 pub(super) struct Known<'a> {
     /// The scan as the charts know it.
-    pub(super) scan: crease::Known<'a>,
+    pub(super) scan: KnownScan<'a>,
     /// Median spacing of its points.
     pub(super) median_spacing: f64,
     /// Standard deviation of their noise, as usual.

@@ -20,6 +20,18 @@ pub(super) struct LeftOut {
     pub points: Vec<bool>,
 }
 
+impl LeftOut {
+    /// Adds what was left out later.
+    pub fn add(&mut self, later: Self) {
+        self.parts += later.parts;
+        if self.points.is_empty() {
+            self.points = later.points;
+        } else {
+            self.points.iter_mut().zip(later.points).for_each(|(on, later)| *on |= later);
+        }
+    }
+}
+
 /// Leaves out the parts that the options do not want.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
 use super::warnings;
-use crate::atlas::{Chart, ProjectedPoint, Relation, Vote};
+use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
 use crate::contour::{cavities, clean, components, quads, smooth, surface::Surface};
@@ -18,6 +18,7 @@ use crate::crease;
 use crate::error::{Error, Result};
 use crate::numeric::vec3::Vec3;
 use crate::orient;
+use crate::rim;
 use crate::run::{Context, Stage};
 use crate::solid::{self, Solid};
 use crate::spatial::constants::SPATIAL;
@@ -83,7 +84,7 @@ pub(super) fn build(
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
     let mut surface = clean::clean(contour, &charts, !conflicts.is_empty(), speck, &votes, ctx)?;
-    let left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
+    let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
@@ -95,7 +96,7 @@ pub(super) fn build(
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
     let known = Known {
-        scan: crease::Known {
+        scan: KnownScan {
             points: &points,
             spacing: &sampling.spacing,
             noise: noise.for_charts(),
@@ -106,6 +107,10 @@ pub(super) fn build(
         noise: noise.sigma,
         scale: frame.scale,
     };
+    rim::settle(&mut surface, &projected, &known.scan, ctx)?;
+    // Without what holds no data, what held together by it is apart.
+    left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
+    not_empty(&surface)?;
     crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
     input.warnings.extend(lighten(&mut surface, &projected, options, &known, ctx)?);
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));

@@ -1,10 +1,10 @@
 //! The scan as the charts know it, as data.
 
-use crate::atlas::Chart;
+use super::Chart;
 use crate::numeric::vec3::Vec3;
 
 /// The scan as the charts know it. Lengths are in the frame of the surface.
-pub(crate) struct Known<'a> {
+pub(crate) struct KnownScan<'a> {
     /// Its points.
     pub(crate) points: &'a [Vec3],
     /// Their spacing.
@@ -17,9 +17,9 @@ pub(crate) struct Known<'a> {
     pub(crate) charts: &'a [Chart],
 }
 
-impl Known<'_> {
+impl KnownScan<'_> {
     /// Standard deviation of a point's noise.
-    pub(super) fn noise_at(&self, point: u32) -> f64 {
+    pub(crate) fn noise_at(&self, point: u32) -> f64 {
         self.noise * f64::from(self.relative_noise.get(point as usize).copied().unwrap_or(1.0))
     }
 }
