@@ -78,7 +78,7 @@ fn corners_of_a_sheet_stay() {
     let (mut sum, mut count) = (0.0, 0.0);
     for seed in 0..4 {
         let mut rng = Rng::new(seed);
-        let point = |_| Vec3([rng.uniform(), rng.uniform(), 0.2 * spacing * rng.normal()]);
+        let point = |_| [rng.uniform(), rng.uniform(), 0.2 * spacing * rng.normal()];
         let points: Vec<_> = (0..n).map(point).collect();
         let boundary = boundary(&run(&points).expect("a sheet").surface);
         for corner in [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]] {
@@ -87,7 +87,7 @@ fn corners_of_a_sheet_stay() {
                 places.map(|p| (p - corner).norm()).fold(f64::INFINITY, f64::min)
             };
             // Farther off than the nearest point by chance alone is no fault.
-            let chance = nearest(&mut points.iter().copied());
+            let chance = nearest(&mut points.iter().map(|p| Vec3(*p)));
             sum += (nearest(&mut boundary.iter().flatten().copied()) - chance).max(0.0) / spacing;
             count += 1.0;
         }
