@@ -20,6 +20,7 @@ const PAPER: NetworkOptions = NetworkOptions {
     charts: 2,
     dim: Dim::Surface,
     flat: false,
+    start: Start::Torch,
     recipe: Recipe::Paper,
     iterations: 20,
     stretch_weight: 1.0,
