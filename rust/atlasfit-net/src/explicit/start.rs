@@ -189,3 +189,59 @@ fn far_apart(graph: &Graph, points: &[Vec3], count: usize, ctx: &Context<'_>) ->
     }
     Ok(centres)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use atlasfit::run::Run;
+
+    fn made(points: &[Vec3], charts: usize) -> Vec<Patch> {
+        Run::default().execute(|ctx| patches(points, charts, ctx)).unwrap()
+    }
+
+    /// Three turns of a thin helix, nearer to each other than an eighth of its length.
+    fn helix() -> Vec<Vec3> {
+        (0..3000)
+            .map(|i| {
+                let a = f64::from(i) / 3000.0 * 3.0 * std::f64::consts::TAU;
+                let across = 0.01 * f64::from(i % 7 - 3) / 3.0;
+                Vec3([(0.4 + across) * a.cos(), (0.4 + across) * a.sin(), 0.02 * a])
+            })
+            .collect()
+    }
+
+    #[test]
+    fn patches_lie_on_the_scan_apart_from_each_other_and_in_its_plane() {
+        let points = helix();
+        let found = made(&points, 8);
+        for (i, a) in found.iter().enumerate() {
+            let near = points.iter().map(|p| p.dist2(a.centre)).fold(f64::INFINITY, f64::min).sqrt();
+            assert!(near < 0.04, "patch {i} is {near} from the scan");
+            // Along the tube, and thin across it: a cell over several turns would be as wide as they are apart.
+            assert!(a.half[0].norm() > 0.06 && a.half[1].norm() < 0.04, "{a:?}");
+            for b in &found[..i] {
+                assert!(a.centre.dist2(b.centre).sqrt() > 0.1);
+            }
+        }
+    }
+
+    #[test]
+    fn samples_fill_the_patch_and_stay_where_networks_reach() {
+        let half = [Vec3([0.9, 0.0, 0.0]), Vec3([0.0, 0.1, 0.0])];
+        let patch = Patch { centre: Vec3([0.5, 0.0, 0.2]), half };
+        let samples = patch.samples(Dim::Surface, [2, 4]);
+        assert_eq!(samples.len(), 8);
+        assert!(samples.iter().flatten().all(|x| x.abs() <= REACH as f32));
+        assert!((samples[0][0] + 0.175).abs() < 1e-6 && (samples[0][1] + 0.05).abs() < 1e-6);
+        assert!(patch.samples(Dim::Contour, [1, 4]).iter().all(|s| s[1] == 0.0));
+    }
+
+    #[test]
+    fn few_points_and_many_charts_still_give_a_patch_each() {
+        let one = [Vec3([0.1, 0.2, 0.3])];
+        for patch in made(&one, 3) {
+            assert_eq!(patch.centre, one[0]);
+            assert!(patch.half.iter().all(|h| h.norm() >= LEAST));
+        }
+    }
+}

@@ -5,8 +5,8 @@ use super::patches::bridge;
 use super::plot::Figure;
 use super::prior::{level_sets, networks, prior};
 
-/// Makes a figure of its name, from a seed.
-pub type Make = fn(&'static str, u64) -> Figure;
+/// Makes a figure from a seed.
+pub type Make = fn(u64) -> Figure;
 
 /// All figures, by the name of their files.
 pub const ALL: [(&str, Make); 9] = [

@@ -1,7 +1,7 @@
 //! Figures of the laws: kernels and what batch norm does to them, pixels of convolutions, curvature,
 //! convergence with width, spectra.
 
-use super::plot::{Axis, Figure, Mark, Panel};
+use super::plot::{Axis, Figure, Legend, Mark, Panel};
 use atlasfit::numeric::rng::Rng;
 use atlasfit::prior::precisions;
 use atlasfit_gp::batch_norm;
@@ -28,7 +28,7 @@ pub const WIDTH: usize = 128;
 pub const PARAMETER: f64 = 0.4;
 
 /// Kernels of the untrained network, of its training, and with batch norm, on an interval.
-pub fn kernels(name: &'static str, seed: u64) -> Figure {
+pub fn kernels(seed: u64) -> Figure {
     const FROM: f64 = 0.25;
     let line = interval(161);
     let panel = |title: &str, of: &dyn Fn(&Kernel, &[f64], &[f64]) -> f64| {
@@ -43,7 +43,7 @@ pub fn kernels(name: &'static str, seed: u64) -> Figure {
             })
             .collect();
         let axes = [Axis::linear("t", [-1.0, 1.0]), Axis::linear("correlation", [-0.1, 1.05])];
-        Panel { title: title.into(), axes: Some(axes), marks }
+        Panel { title: title.into(), axes: Some(axes), legend: Legend::LowerRight, marks }
     };
     let untrained = panel("untrained, with f(0.25)", &|k, x, y| k.at(x, y));
     let tangent = panel("tangent kernel: training", &|k, x, y| k.tangent(products(x, y)));
@@ -66,13 +66,18 @@ pub fn kernels(name: &'static str, seed: u64) -> Figure {
         }
     }
     let axes = [Axis::linear("t", [-1.0, 1.0]), Axis::linear("correlation", [-1.05, 1.05])];
-    let normed = Panel { title: "batch norm: the samples decide".into(), axes: Some(axes), marks };
+    let normed = Panel {
+        title: "batch norm: the samples decide".into(),
+        axes: Some(axes),
+        legend: Legend::LowerRight,
+        marks,
+    };
     let title = "Covariance of wide ReLU networks from one input on an interval (biases of variance 0.1)";
-    Figure { name, title, rows: vec![vec![untrained, tangent, normed]], row: [1360, 430] }
+    Figure { title, rows: vec![vec![untrained, tangent, normed]], row: [1360, 430] }
 }
 
 /// Correlations of the pixels of convolutional networks.
-pub fn convolution(name: &'static str, _seed: u64) -> Figure {
+pub fn convolution(_seed: u64) -> Figure {
     let pictures: Vec<Pixels> = (1..=3).map(|blocks| limit(4, blocks)).collect();
     let line = |picture: &Pixels, from: usize| {
         let m = picture.side / 2;
@@ -90,18 +95,18 @@ pub fn convolution(name: &'static str, _seed: u64) -> Figure {
     let panel = |title: &str, reach: f64, marks| {
         let axes =
             [Axis::linear("columns apart", [-reach, reach]), Axis::linear("correlation", [-0.05, 1.05])];
-        Panel { title: title.into(), axes: Some(axes), marks }
+        Panel { title: title.into(), axes: Some(axes), legend: Legend::UpperRight, marks }
     };
     let rows = vec![vec![
         panel("from the middle, by blocks", 16.0, by_blocks),
         panel("three blocks, from several columns: nearly the same", 16.0, by_place),
     ]];
     let title = "Convolutional networks of many channels on white noise: correlation along the middle line";
-    Figure { name, title, rows, row: [1360, 430] }
+    Figure { title, rows, row: [1360, 430] }
 }
 
 /// Curvature by arc length and by coordinates.
-pub fn curvature(name: &'static str, seed: u64) -> Figure {
+pub fn curvature(seed: u64) -> Figure {
     let mut rng = Rng::stream(seed, 5);
     let kernel = Kernel::erf(2);
     let deviation = arc_length_deviation(&kernel, PARAMETER);
@@ -123,7 +128,8 @@ pub fn curvature(name: &'static str, seed: u64) -> Figure {
         Mark::dots(format!("{CURVES} networks of {WIDTH} units"), 1, histogram),
         Mark::line("limit: normal", 0, gauss),
     ];
-    let arc = Panel { title: "arc length: Gaussian".into(), axes: Some(axes), marks };
+    let arc =
+        Panel { title: "arc length: Gaussian".into(), axes: Some(axes), legend: Legend::UpperRight, marks };
     let mut marks = Vec::new();
     if let Some(plane) = Plane::new(&kernel, PARAMETER) {
         let exact = (0..=120).map(|i| -2.0 + f64::from(i) / 24.0).map(|x| {
@@ -145,13 +151,18 @@ pub fn curvature(name: &'static str, seed: u64) -> Figure {
         Axis::logarithmic("curvature k over its scale", [-2.0, 3.0]),
         Axis::logarithmic("chance of more than k", [-3.5, 0.1]),
     ];
-    let plane = Panel { title: "coordinates: a tail of 1 / k, no mean".into(), axes: Some(axes), marks };
+    let plane = Panel {
+        title: "coordinates: a tail of 1 / k, no mean".into(),
+        axes: Some(axes),
+        legend: Legend::UpperRight,
+        marks,
+    };
     let title = "Curvature of random curves (error function, two hidden layers)";
-    Figure { name, title, rows: vec![vec![arc, plane]], row: [1360, 450] }
+    Figure { title, rows: vec![vec![arc, plane]], row: [1360, 450] }
 }
 
 /// How fast finite networks' covariance nears the limit's.
-pub fn width(name: &'static str, seed: u64) -> Figure {
+pub fn width(seed: u64) -> Figure {
     let mut rng = Rng::stream(seed, 6);
     let mut marks = Vec::new();
     for (color, depth) in [1, 2, 4].into_iter().enumerate() {
@@ -165,13 +176,18 @@ pub fn width(name: &'static str, seed: u64) -> Figure {
         Axis::logarithmic("units per hidden layer", [0.8, 2.6]),
         Axis::logarithmic("relative error of the covariance", [-1.6, 0.4]),
     ];
-    let panel = Panel { title: "root mean square over random networks".into(), axes: Some(axes), marks };
+    let panel = Panel {
+        title: "root mean square over random networks".into(),
+        axes: Some(axes),
+        legend: Legend::UpperRight,
+        marks,
+    };
     let title = "Covariance of one network's outputs, hidden layers given";
-    Figure { name, title, rows: vec![vec![panel]], row: [760, 480] }
+    Figure { title, rows: vec![vec![panel]], row: [760, 480] }
 }
 
 /// Eigenvalues on the disk by depth, the tangent kernel's and the default prior's.
-pub fn spectrum(name: &'static str, _seed: u64) -> Figure {
+pub fn spectrum(_seed: u64) -> Figure {
     let mut marks = Vec::new();
     let curve = |values: &[f64]| {
         (1..=300)
@@ -198,8 +214,12 @@ pub fn spectrum(name: &'static str, _seed: u64) -> Figure {
         Axis::logarithmic("number of the eigenvalue", [0.0, 2.6]),
         Axis::logarithmic("over the first", [-8.0, 0.3]),
     ];
-    let panel =
-        Panel { title: "order 5/2 at every depth; 3/2 where trained".into(), axes: Some(axes), marks };
+    let panel = Panel {
+        title: "order 5/2 at every depth; 3/2 where trained".into(),
+        axes: Some(axes),
+        legend: Legend::UpperRight,
+        marks,
+    };
     let title = "Eigenvalues of ReLU kernels on the unit disk";
-    Figure { name, title, rows: vec![vec![panel]], row: [860, 560] }
+    Figure { title, rows: vec![vec![panel]], row: [860, 560] }
 }

@@ -30,6 +30,9 @@ pub struct Figures {
     /// Folder of the figures
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Figures; without it, all
+    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = figures::ALL.map(|f| f.0))]
+    pub only: Vec<String>,
     #[command(flatten)]
     pub run: RunArgs,
 }
@@ -41,6 +44,9 @@ pub struct Report {
     /// patches
     #[arg(long, value_name = "FILE")]
     pub scan: Option<PathBuf>,
+    /// Tables; without it, all
+    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = report::TABLES)]
+    pub only: Vec<String>,
     /// Patches of the scan
     #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub patches: u32,
@@ -65,11 +71,12 @@ fn figures(args: &Figures, console: &Console) -> Result<()> {
     let output = Output { option: "--output", path: &probe, holds: Holds::Picture };
     output::check(&[output], &[], OutputArgs { output_format: None, ascii: false, force: true }, console)?;
     let (mut text, mut files) = (String::new(), Vec::new());
-    for (name, make) in figures::ALL {
+    let wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|o| o == name);
+    for (name, make) in figures::ALL.into_iter().filter(|f| wanted(f.0)) {
         let seed = args.run.seed;
         let [png, svg] =
             console.apart(&args.run, "drawing the figures", move || -> Result<[Vec<u8>; 2]> {
-                let figure = make(name, seed);
+                let figure = make(seed);
                 Ok([crate::commands::render::png(&figure.picture()?)?, figure.svg()?.into_bytes()])
             })??;
         for (extension, bytes) in [("png", png), ("svg", svg)] {

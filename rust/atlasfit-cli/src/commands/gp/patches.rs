@@ -1,6 +1,6 @@
 //! The bridge between the exact process and the default prior: patches, and its figure.
 
-use super::plot::{Axis, Figure, Mark, Panel, Shape};
+use super::plot::{Axis, Figure, Legend, Mark, Panel, Shape};
 use anyhow::Result;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::spatial::neighbours::Neighbours;
@@ -51,7 +51,7 @@ pub fn of_scan(points: &[Vec3], count: usize, aspect: f64, ctx: &Context<'_>) ->
 }
 
 /// The figure of the bridge.
-pub fn bridge(name: &'static str, seed: u64) -> Figure {
+pub fn bridge(seed: u64) -> Figure {
     let mut panels = Vec::new();
     let mut marks = Vec::new();
     for (color, depth) in [1, 2, 3].into_iter().enumerate() {
@@ -68,6 +68,7 @@ pub fn bridge(name: &'static str, seed: u64) -> Figure {
     panels.push(Panel {
         title: "what 50 functions of the default prior hold".into(),
         axes: Some(axes),
+        legend: Legend::LowerRight,
         marks,
     });
 
@@ -90,7 +91,12 @@ pub fn bridge(name: &'static str, seed: u64) -> Figure {
     }
     marks.push(Mark::dots("points within 0.12 of the line", 6, dots));
     let axes = [Axis::linear("along the patch", [-1.0, 1.0]), Axis::linear("height", [-0.2, 0.25])];
-    panels.push(Panel { title: "a made-up patch of 120 points, cut".into(), axes: Some(axes), marks });
+    panels.push(Panel {
+        title: "a made-up patch of 120 points, cut".into(),
+        axes: Some(axes),
+        legend: Legend::UpperRight,
+        marks,
+    });
     let title = "The exact process of a wide ReLU network and the default prior, over the unit disk";
-    Figure { name, title, rows: vec![panels], row: [1360, 450] }
+    Figure { title, rows: vec![panels], row: [1360, 450] }
 }

@@ -11,8 +11,6 @@ use plotters::style::register_font;
 
 /// A picture of several rows of panels.
 pub struct Figure {
-    /// Of the files, without extension.
-    pub name: &'static str,
     /// Above all.
     pub title: &'static str,
     /// The panels, row by row.
@@ -26,7 +24,16 @@ pub struct Panel {
     pub title: String,
     /// `None` where places mean nothing: no axes are drawn, and both directions have one scale.
     pub axes: Option<[Axis; 2]>,
+    /// Where the legend is.
+    pub legend: Legend,
     pub marks: Vec<Mark>,
+}
+
+/// Where it hides least.
+#[derive(Clone, Copy)]
+pub enum Legend {
+    UpperRight,
+    LowerRight,
 }
 
 /// An axis. Logarithmic ones are given the decimal logarithm.
@@ -130,7 +137,7 @@ impl Figure {
 
     fn draw<B: DrawingBackend>(&self, area: DrawingArea<B, Shift>) -> Result<()> {
         area.fill(&WHITE).map_err(failed)?;
-        let area = area.titled(self.title, (FONT, 26)).map_err(failed)?;
+        let area = area.margin(8, 0, 0, 0).titled(self.title, (FONT, 26)).map_err(failed)?;
         for (row, panels) in area.split_evenly((self.rows.len(), 1)).iter().zip(&self.rows) {
             for (area, panel) in row.split_evenly((1, panels.len())).iter().zip(panels) {
                 panel.draw(area)?;
@@ -182,7 +189,10 @@ impl Panel {
         if self.marks.iter().any(|m| !m.label.is_empty()) {
             chart
                 .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
+                .position(match self.legend {
+                    Legend::UpperRight => SeriesLabelPosition::UpperRight,
+                    Legend::LowerRight => SeriesLabelPosition::LowerRight,
+                })
                 .background_style(WHITE.mix(0.85))
                 .border_style(BLACK.mix(0.3))
                 .label_font((FONT, 15))
@@ -251,13 +261,19 @@ impl Mark {
         };
         let drawn = drawn.map_err(failed)?;
         if !self.label.is_empty() {
-            let dots = matches!(self.shape, Shape::Dots(_));
-            let band = matches!(self.shape, Shape::Band(_));
-            drawn.label(&self.label).legend(move |(x, y)| {
-                let style = if band { color.mix(0.2).stroke_width(9) } else { style };
-                let ends = if dots { vec![(x + 9, y), (x + 12, y)] } else { vec![(x, y), (x + 20, y)] };
-                PathElement::new(ends, if dots { color.stroke_width(6) } else { style })
-            });
+            // Two pieces, which meet but where the line is dashed or a dot.
+            let (width, pieces) = match self.shape {
+                Shape::Dots(_) => (6, [[9, 12], [9, 12]]),
+                Shape::Dashed(_) => (2, [[0, 8], [12, 20]]),
+                Shape::Band(_) | Shape::Faces(_) => (9, [[0, 10], [10, 20]]),
+                Shape::Line(_) => (2, [[0, 10], [10, 20]]),
+            };
+            let opaque = if matches!(self.shape, Shape::Band(_)) { 0.2 } else { 1.0 };
+            let style = color.mix(opaque).stroke_width(width);
+            let piece = move |[from, to]: [i32; 2]| PathElement::new(vec![(from, 0), (to, 0)], style);
+            drawn
+                .label(&self.label)
+                .legend(move |at| EmptyElement::at(at) + piece(pieces[0]) + piece(pieces[1]));
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Figures of what the prior looks like: covariance, curves and surfaces by depth; the same from finite
 //! networks; level sets.
 
-use super::plot::{Axis, Figure, Mark, Panel, Shape};
+use super::plot::{Axis, Figure, Legend, Mark, Panel, Shape};
 use atlasfit::numeric::rng::Rng;
 use atlasfit_gp::kernel::Kernel;
 use atlasfit_gp::network::Network;
@@ -17,7 +17,7 @@ const BIAS: f64 = 0.1;
 const TURNS: f64 = 3.0;
 
 /// The paper's figure of the prior.
-pub fn prior(name: &'static str, seed: u64) -> Figure {
+pub fn prior(seed: u64) -> Figure {
     let mut rng = Rng::stream(seed, 1);
     let mut rows = vec![vec![correlation(0.01, true), correlation(0.01, false)]];
     let line = interval(PLACES[0]);
@@ -36,7 +36,7 @@ pub fn prior(name: &'static str, seed: u64) -> Figure {
     rows.extend([curves, lengths, surfaces]);
     let title =
         "The limit of ReLU networks without batch norm: covariance, random curves and surfaces by depth";
-    Figure { name, title, rows, row: [1360, 330] }
+    Figure { title, rows, row: [1360, 330] }
 }
 
 /// Correlation of f(0) and f(t) by depth; or, about each function's own mean, of f(0) and f(t).
@@ -60,7 +60,7 @@ fn correlation(bias: f64, plain: bool) -> Panel {
     };
     let least = if plain { -0.05 } else { -1.05 };
     let axes = Some([Axis::linear("t", [-1.0, 1.0]), Axis::linear(label, [least, 1.05])]);
-    Panel { title: title.into(), axes, marks }
+    Panel { title: title.into(), axes, legend: Legend::UpperRight, marks }
 }
 
 /// Correlation with the middle of draws less their mean.
@@ -85,7 +85,7 @@ fn bundle(title: String, mut draw: impl FnMut() -> Vec<[f64; 2]>) -> Panel {
             Mark::line("", color, moved)
         })
         .collect();
-    Panel { title, axes: None, marks }
+    Panel { title, axes: None, legend: Legend::UpperRight, marks }
 }
 
 /// A surface over a square grid, lit from the viewer, seen along its own least direction turned a little.
@@ -113,11 +113,16 @@ fn sheet(title: String, points: &[[f64; 3]]) -> Panel {
         .collect();
     faces.sort_by(|a, b| a.0.total_cmp(&b.0));
     let shape = Shape::Faces(faces.into_iter().map(|(_, corners, bright)| (corners, bright)).collect());
-    Panel { title, axes: None, marks: vec![Mark { label: String::new(), color: 5, shape }] }
+    Panel {
+        title,
+        axes: None,
+        legend: Legend::UpperRight,
+        marks: vec![Mark { label: String::new(), color: 5, shape }],
+    }
 }
 
 /// The same curves and surfaces by finite networks.
-pub fn networks(name: &'static str, seed: u64) -> Figure {
+pub fn networks(seed: u64) -> Figure {
     const DEPTH: usize = 3;
     let mut rng = Rng::stream(seed, 2);
     let kernel = Kernel::relu(DEPTH).with_bias(BIAS);
@@ -136,11 +141,11 @@ pub fn networks(name: &'static str, seed: u64) -> Figure {
     curves.push(bundle("curves, the limit".into(), || curve(&draws, &mut rng)));
     surfaces.push(sheet("surface, the limit".into(), &surface(&Draws::of(&kernel, &grid), &mut rng)));
     let title = "Random ReLU networks of three hidden layers beside their limit";
-    Figure { name, title, rows: vec![curves, surfaces], row: [1360, 340] }
+    Figure { title, rows: vec![curves, surfaces], row: [1360, 340] }
 }
 
 /// Zero sets of random fields on a plane through space, and how far their normals agree.
-pub fn level_sets(name: &'static str, seed: u64) -> Figure {
+pub fn level_sets(seed: u64) -> Figure {
     const SIDE: usize = 33;
     let mut rng = Rng::stream(seed, 3);
     let plane: Vec<Vec<f64>> = square(SIDE).into_iter().map(|p| vec![p[0], p[1], 0.0]).collect();
@@ -157,7 +162,12 @@ pub fn level_sets(name: &'static str, seed: u64) -> Figure {
                 }
             }
             let axes = Some([Axis::linear("x", [-1.0, 1.0]), Axis::linear("y", [-1.0, 1.0])]);
-            Panel { title: format!("levels about the mean, depth {depth}"), axes, marks }
+            Panel {
+                title: format!("levels about the mean, depth {depth}"),
+                axes,
+                legend: Legend::UpperRight,
+                marks,
+            }
         })
         .into();
     let marks = (DEPTHS.iter().enumerate())
@@ -171,9 +181,14 @@ pub fn level_sets(name: &'static str, seed: u64) -> Figure {
         .collect();
     let axes =
         Some([Axis::linear("distance", [0.0, 1.5]), Axis::linear("correlation of slopes", [0.0, 1.05])]);
-    panels.push(Panel { title: "the gradient field, beside the step".into(), axes, marks });
+    panels.push(Panel {
+        title: "the gradient field, beside the step".into(),
+        axes,
+        legend: Legend::UpperRight,
+        marks,
+    });
     let title = "Level sets f(x) = c of random ReLU networks in space, and their normals";
-    Figure { name, title, rows: vec![panels], row: [1360, 430] }
+    Figure { title, rows: vec![panels], row: [1360, 430] }
 }
 
 /// The pieces of a zero set between the places of a square grid (marching squares), in steps of the grid.

@@ -21,6 +21,9 @@ use atlasfit_gp::{batch_norm, kernel};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
+/// The tables, by the names that `--only` takes.
+pub const TABLES: [&str; 8] =
+    ["kernels", "depth", "width", "curvature", "batch-norm", "convolution", "spectra", "bridge"];
 /// Tests are failed below this p value.
 const LEVEL: f64 = 0.01;
 /// Draws of Monte Carlo in a layer: kernels within about 0.2 %.
@@ -28,9 +31,8 @@ const DRAWS: usize = 500_000;
 /// Eigenvalues that slopes are fitted to.
 const EIGENVALUES: std::ops::Range<usize> = 30..250;
 
-/// A table: its title, columns and rows, and a remark.
+/// A table.
 struct Table {
-    name: &'static str,
     title: &'static str,
     columns: Vec<&'static str>,
     rows: Vec<Vec<String>>,
@@ -40,21 +42,22 @@ struct Table {
 pub fn run(args: &Report, console: &Console) -> Result<()> {
     let patches = patches(args, console)?;
     let seed = args.run.seed;
-    let tables: [(&'static str, Box<dyn FnOnce() -> Table + Send>); 8] = [
-        ("kernels", Box::new(move || kernels(seed))),
-        ("depth", Box::new(depth)),
-        ("width", Box::new(move || width(seed))),
-        ("curvature", Box::new(move || curvature(seed))),
-        ("batch norm", Box::new(move || normed(seed))),
-        ("convolution", Box::new(convolution)),
-        ("spectra", Box::new(spectra)),
-        ("bridge", Box::new(move || bridge(&patches))),
+    let makers: [Box<dyn FnOnce() -> Table + Send>; TABLES.len()] = [
+        Box::new(move || kernels(seed)),
+        Box::new(depth),
+        Box::new(move || width(seed)),
+        Box::new(move || curvature(seed)),
+        Box::new(move || normed(seed)),
+        Box::new(convolution),
+        Box::new(spectra),
+        Box::new(move || bridge(&patches)),
     ];
     let (mut text, mut all) = (String::new(), serde_json::Map::new());
-    for (_, make) in tables {
+    let wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|o| o == name);
+    for (name, make) in TABLES.into_iter().zip(makers).filter(|t| wanted(t.0)) {
         let table = console.apart(&args.run, "computing the tables", make)?;
         table.print(&mut text);
-        all.insert(table.name.into(), table.json());
+        all.insert(name.into(), table.json());
     }
     console.report(&text, &Value::Object(all));
     Ok(())
@@ -143,7 +146,6 @@ fn kernels(seed: u64) -> Table {
         })
         .into();
     Table {
-        name: "kernels",
         title: "Kernels: largest difference from quadrature (200 pairs); difference from Monte Carlo, layer by layer",
         columns: vec!["activation", "quadrature", "Monte Carlo, depth 1", "depth 2", "depth 3"],
         rows,
@@ -165,7 +167,6 @@ fn depth() -> Table {
         })
         .into();
     Table {
-        name: "depth",
         title: "Depth: correlation of f(0) and f(t) on an interval (ReLU), roughness: mean squared slope over \
                 variance about each draw's mean, on [-1, 1]",
         columns: vec![
@@ -195,7 +196,6 @@ fn width(seed: u64) -> Table {
         })
         .into();
     Table {
-        name: "width",
         title: "Width: relative error of one ReLU network's covariance (root mean square), hidden layers given",
         columns: vec!["hidden layers", "width 8", "16", "32", "64", "128", "256", "slope (limit -0.5)"],
         rows,
@@ -226,7 +226,6 @@ fn curvature(seed: u64) -> Table {
         }
     }
     Table {
-        name: "curvature",
         title: "Curvature beside its limit: Kolmogorov-Smirnov at the level 0.01; index of the tail (1: no mean)",
         columns: vec!["curve", "draws of", "p", "limit", "index of the tail"],
         rows,
@@ -252,7 +251,6 @@ fn normed(seed: u64) -> Table {
         })
         .into();
     Table {
-        name: "batch_norm",
         title: "Batch norm: correlation of f(-1) and f(1) of ReLU networks, by the samples of the batch between",
         columns: vec!["samples", "depth 1", "depth 3"],
         rows,
@@ -271,7 +269,6 @@ fn convolution() -> Table {
         })
         .into();
     Table {
-        name: "convolution",
         title: "Convolutions: correlation of pixels of the limit; unevenness: how much that of neighbours \
                 differs from place to place inside",
         columns: vec!["blocks", "side", "neighbours", "two apart", "unevenness"],
@@ -291,7 +288,6 @@ fn spectra() -> Table {
         })
         .into();
     Table {
-        name: "spectra",
         title: "Spectra on the disk: power with which ReLU eigenvalues 30 to 250 fall (in the end -2.5 and -1.5)",
         columns: vec!["hidden layers", "untrained", "tangent kernel"],
         rows,
