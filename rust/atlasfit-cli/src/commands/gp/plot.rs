@@ -220,7 +220,7 @@ impl Panel {
 }
 
 /// A panel's coordinates.
-type Chart<'a, 'b, B> = ChartContext<
+type Chart<'a, B> = ChartContext<
     'a,
     B,
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
@@ -237,7 +237,7 @@ impl Shape {
 }
 
 impl Mark {
-    fn draw<B: DrawingBackend>(&self, chart: &mut Chart<'_, '_, B>) -> Result<()> {
+    fn draw<'a, B: DrawingBackend + 'a>(&self, chart: &mut Chart<'a, B>) -> Result<()> {
         let color = COLORS[self.color % COLORS.len()];
         let style = color.stroke_width(2);
         let pairs = |p: &[[f64; 2]]| p.iter().map(|p| (p[0], p[1])).collect::<Vec<_>>();

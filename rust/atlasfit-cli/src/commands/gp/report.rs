@@ -334,7 +334,7 @@ fn bridge(patches: &Patches) -> Table {
         "patches twice as long as wide: error with an elliptic domain, and a round one".into(),
         errors(found.errors),
     );
-    Table { name: "bridge", title: "The bridge to the default prior", columns: vec!["what", "value"], rows }
+    Table { title: "The bridge to the default prior", columns: vec!["what", "value"], rows }
 }
 
 fn errors([a, b]: [f64; 2]) -> String {
