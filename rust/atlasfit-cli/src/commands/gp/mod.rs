@@ -1,5 +1,6 @@
 //! `atlasfit gp`: the Gaussian processes that the paper's networks tend to, drawn and in numbers.
 
+mod args;
 mod figures;
 mod laws;
 mod patches;
@@ -7,13 +8,13 @@ mod plot;
 mod prior;
 mod report;
 
-use crate::console::{Console, RunArgs};
+use crate::console::Console;
 use crate::files;
 use crate::output::{self, Holds, Output, OutputArgs};
 use anyhow::{Context as _, Result};
+use args::{Figures, Report};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 /// What to do with the processes.
 #[derive(Debug, clap::Subcommand)]
@@ -22,36 +23,6 @@ pub enum Gp {
     Figures(Figures),
     /// Print the tables: kernels beside quadrature and random networks, laws, the bridge to the default prior
     Report(Report),
-}
-
-/// Options of `gp figures`.
-#[derive(Debug, clap::Args)]
-pub struct Figures {
-    /// Folder of the figures
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
-    /// Figures; without it, all
-    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = figures::ALL.map(|f| f.0))]
-    pub only: Vec<String>,
-    #[command(flatten)]
-    pub run: RunArgs,
-}
-
-/// Options of `gp report`.
-#[derive(Debug, clap::Args)]
-pub struct Report {
-    /// A scan whose patches are smoothed by the default prior and by the exact process; without it, made-up
-    /// patches
-    #[arg(long, value_name = "FILE")]
-    pub scan: Option<PathBuf>,
-    /// Tables; without it, all
-    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = report::TABLES)]
-    pub only: Vec<String>,
-    /// Patches of the scan
-    #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub patches: u32,
-    #[command(flatten)]
-    pub run: RunArgs,
 }
 
 /// Runs.

@@ -1,6 +1,6 @@
 //! `atlasfit gp report`: the processes in numbers.
 
-use super::Report;
+use super::args::{Report, TABLES};
 use super::laws::{CURVES, INPUTS, NETWORKS, PARAMETER, WIDTH, WIDTHS};
 use super::patches::{ASPECT, FUNCTIONS, elliptic, made, of_scan};
 use crate::console::Console;
@@ -21,9 +21,6 @@ use atlasfit_gp::{batch_norm, kernel};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// The tables, by the names that `--only` takes.
-pub const TABLES: [&str; 8] =
-    ["kernels", "depth", "width", "curvature", "batch-norm", "convolution", "spectra", "bridge"];
 /// Tests are failed below this p value.
 const LEVEL: f64 = 0.01;
 /// Draws of Monte Carlo in a layer: kernels within about 0.2 %.
