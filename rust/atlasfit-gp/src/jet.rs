@@ -154,11 +154,11 @@ mod tests {
             [1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0],
             [-1.0 / 12.0, 4.0 / 3.0, -2.5, 4.0 / 3.0, -1.0 / 12.0],
         ];
-        for i in 0..POWERS {
-            for j in 0..POWERS {
+        for (i, in_s) in stencil.iter().enumerate() {
+            for (j, in_t) in stencil.iter().enumerate() {
                 let mut sum = 0.0;
-                for (k, a) in stencil[i].iter().enumerate() {
-                    for (l, b) in stencil[j].iter().enumerate() {
+                for (k, a) in in_s.iter().enumerate() {
+                    for (l, b) in in_t.iter().enumerate() {
                         sum += a * b * function((k as f64 - 2.0) * h, (l as f64 - 2.0) * h);
                     }
                 }

@@ -54,9 +54,9 @@ impl Draws {
 #[must_use]
 pub fn matrix(kernel: &Kernel, inputs: &[Vec<f64>]) -> DMatrix<f64> {
     let mut k = DMatrix::zeros(inputs.len(), inputs.len());
-    for i in 0..inputs.len() {
-        for j in 0..=i {
-            k[(i, j)] = kernel.at(&inputs[i], &inputs[j]);
+    for (i, x) in inputs.iter().enumerate() {
+        for (j, y) in inputs[..=i].iter().enumerate() {
+            k[(i, j)] = kernel.at(x, y);
             k[(j, i)] = k[(i, j)];
         }
     }
