@@ -9,9 +9,9 @@ use crate::sample::Draws;
 use atlasfit::numeric::rng::Rng;
 use nalgebra::DMatrix;
 
-/// Covariances between the inputs of a batch, by `units` random units in each layer. An entry's error is about
-/// 1 / sqrt(units) of the variance, which is the share of the units that are on somewhere in the batch, plus
-/// that of the biases.
+/// Covariances between the inputs of a batch, by `units` random units in each layer. An entry's error is
+/// about 1 / sqrt(units) of the variance, which is the share of the units that are on somewhere in the batch,
+/// plus that of the biases.
 #[must_use]
 pub fn covariance(kernel: &Kernel, batch: &[Vec<f64>], units: usize, rng: &mut Rng) -> DMatrix<f64> {
     let n = batch.len();

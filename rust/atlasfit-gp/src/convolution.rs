@@ -1,8 +1,8 @@
 //! The covariance between pixels of the paper's convolutional networks as their channels grow many.
 //!
 //! In: blocks of upsampling and convolution over white noise. Out: the covariance of the last picture's
-//! pixels, over noise and weights. Sources: *Deep Manifold Prior*, supplement A; Cheng et al. 2019, "A Bayesian
-//! perspective on the deep image prior".
+//! pixels, over noise and weights. Sources: *Deep Manifold Prior*, supplement A; Cheng et al. 2019, "A
+//! Bayesian perspective on the deep image prior".
 //!
 //! Each block doubles the picture's side bilinearly (half-pixel centres, clamped at the border), sums 3 x 3
 //! pixels with independent weights of total variance 1 (zeros outside), and takes the leaky ReLU; the last

@@ -5,10 +5,10 @@
 //! "Limiting distribution for the curvature"; derived here where they end.
 //!
 //! - Arc length: the direction's angle is the process f, so the signed curvature is f', exactly Gaussian.
-//! - Coordinates: x and y are two draws. With a the variance of x' and s^2 that of x'' given x', the curvature
-//!   is s z / (a e) / 2, where z is standard normal and e standard exponential, independent. So it has a
-//!   distribution, symmetric and without parameters but its scale, whose tail falls as 1 / k: no mean. It needs
-//!   second derivatives: the ReLU limit has none.
+//! - Coordinates: x and y are two draws. With a the variance of x' and s^2 that of x'' given x', the
+//!   curvature is s z / (a e) / 2, where z is standard normal and e standard exponential, independent. So it
+//!   has a distribution, symmetric and without parameters but its scale, whose tail falls as 1 / k: no mean.
+//!   It needs second derivatives: the ReLU limit has none.
 
 use crate::kernel::{Activation, Kernel, erf, scaled_complement};
 use crate::network::Network;

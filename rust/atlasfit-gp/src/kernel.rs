@@ -1,9 +1,9 @@
 //! The covariance of a network's outputs as its layers grow wide, and the tangent kernel of its training.
 //!
 //! In: activation, depth, variances of weights and biases; two inputs. Out: covariance, derivatives, tangent
-//! kernel. Sources: *Deep Manifold Prior*, section 4; Williams 1997, "Computing with infinite networks" (erf);
-//! Cho and Saul 2009, "Kernel methods for deep learning" (ReLU); Jacot, Gabriel and Hongler 2018, "Neural
-//! tangent kernel".
+//! kernel. Sources: *Deep Manifold Prior*, section 4; Williams 1997, "Computing with infinite networks"
+//! (erf); Cho and Saul 2009, "Kernel methods for deep learning" (ReLU); Jacot, Gabriel and Hongler 2018,
+//! "Neural tangent kernel".
 //!
 //! Outputs of a vector-valued network are independent, each with the same covariance: a curve in the plane is
 //! two draws of one process, a surface in space three.

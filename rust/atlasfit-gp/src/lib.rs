@@ -3,7 +3,7 @@
 //! | File | What it gives |
 //! |---|---|
 //! | [`jet`] | numbers with exact derivatives |
-//! | [`kernel`] | covariances of wide networks of any depth, their derivatives, the gradient field, tangent kernels |
+//! | [`kernel`] | covariances of wide networks, their derivatives, gradient fields, tangent kernels |
 //! | [`quadrature`] | integration; the kernels' moments by it |
 //! | [`network`] | finite random networks |
 //! | [`sample`] | curves and surfaces drawn from a process |

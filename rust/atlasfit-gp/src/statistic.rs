@@ -40,8 +40,8 @@ pub fn kolmogorov(samples: &[f64], distribution: impl Fn(f64) -> f64) -> Test {
     Test { distance, p }
 }
 
-/// The index a of a tail P(X > x) ~ x^-a, from the largest `count` of the samples (Hill 1975). Means exist for
-/// a > 1 only.
+/// The index a of a tail P(X > x) ~ x^-a, from the largest `count` of the samples (Hill 1975). Means exist
+/// for a > 1 only.
 #[must_use]
 pub fn tail_index(samples: &[f64], count: usize) -> f64 {
     let mut sorted = samples.to_vec();

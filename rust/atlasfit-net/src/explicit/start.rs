@@ -2,8 +2,8 @@
 //!
 //! In: points in the normalised frame, the number of charts. Out: a rectangle for each. The points are cut
 //! into cells about centres far apart (Gonzalez 1985), moved to the middle of their cells in rounds (Lloyd
-//! 1982); distances go along the scan. A rectangle lies in the principal plane of the points about its centre.
-//! Our choice: the paper starts networks at random and does not say from which distribution.
+//! 1982); distances go along the scan. A rectangle lies in the principal plane of the points about its
+//! centre. Our choice: the paper starts networks at random and does not say from which distribution.
 
 use super::options::Dim;
 use crate::sample::Sample;
@@ -217,7 +217,8 @@ mod tests {
         for (i, a) in found.iter().enumerate() {
             let near = points.iter().map(|p| p.dist2(a.centre)).fold(f64::INFINITY, f64::min).sqrt();
             assert!(near < 0.04, "patch {i} is {near} from the scan");
-            // Along the tube, and thin across it: a cell over several turns would be as wide as they are apart.
+            // Along the tube, and thin across it: a cell over several turns would be as wide as they are
+            // apart.
             assert!(a.half[0].norm() > 0.06 && a.half[1].norm() < 0.04, "{a:?}");
             for b in &found[..i] {
                 assert!(a.centre.dist2(b.centre).sqrt() > 0.1);

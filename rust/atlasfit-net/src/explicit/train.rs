@@ -105,8 +105,8 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Networks at their start: random from `ctx.seed`, and as [`Start`] says. Points must be finite; the networks reach coordinates in
-    /// (-1, 1).
+    /// Networks at their start: random from `ctx.seed`, and as [`Start`] says. Points must be finite; the
+    /// networks reach coordinates in (-1, 1).
     ///
     /// # Errors
     /// [`atlasfit::Error::InvalidArgument`], [`atlasfit::Error::EmptyInput`] without points,

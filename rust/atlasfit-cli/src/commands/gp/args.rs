@@ -32,7 +32,8 @@ pub struct Report {
     #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = TABLES)]
     pub only: Vec<String>,
     /// Patches of the scan
-    #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, default_value_t = 24, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub patches: u32,
     #[command(flatten)]
     pub run: RunArgs,

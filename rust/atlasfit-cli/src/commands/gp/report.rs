@@ -143,7 +143,7 @@ fn kernels(seed: u64) -> Table {
         })
         .into();
     Table {
-        title: "Kernels: largest difference from quadrature (200 pairs); difference from Monte Carlo, layer by layer",
+        title: "Kernels: largest difference from quadrature (200 pairs), and from Monte Carlo layer by layer",
         columns: vec!["activation", "quadrature", "Monte Carlo, depth 1", "depth 2", "depth 3"],
         rows,
     }
@@ -164,8 +164,8 @@ fn depth() -> Table {
         })
         .into();
     Table {
-        title: "Depth: correlation of f(0) and f(t) on an interval (ReLU), roughness: mean squared slope over \
-                variance about each draw's mean, on [-1, 1]",
+        title: "Depth: correlation of f(0) and f(t) on an interval (ReLU); roughness: mean squared slope \
+                over variance about each draw's mean, on [-1, 1]",
         columns: vec![
             "hidden layers",
             "t = 0.1, biases 0.01",
@@ -193,7 +193,7 @@ fn width(seed: u64) -> Table {
         })
         .into();
     Table {
-        title: "Width: relative error of one ReLU network's covariance (root mean square), hidden layers given",
+        title: "Width: relative error of one ReLU network's covariance (rms), hidden layers given",
         columns: vec!["hidden layers", "width 8", "16", "32", "64", "128", "256", "slope (limit -0.5)"],
         rows,
     }
@@ -223,7 +223,7 @@ fn curvature(seed: u64) -> Table {
         }
     }
     Table {
-        title: "Curvature beside its limit: Kolmogorov-Smirnov at the level 0.01; index of the tail (1: no mean)",
+        title: "Curvature beside its limit: Kolmogorov-Smirnov at the level 0.01; the tail (1: no mean)",
         columns: vec!["curve", "draws of", "p", "limit", "index of the tail"],
         rows,
     }
@@ -248,7 +248,7 @@ fn normed(seed: u64) -> Table {
         })
         .into();
     Table {
-        title: "Batch norm: correlation of f(-1) and f(1) of ReLU networks, by the samples of the batch between",
+        title: "Batch norm: correlation of f(-1) and f(1) of ReLU networks, by the samples between",
         columns: vec!["samples", "depth 1", "depth 3"],
         rows,
     }
@@ -285,7 +285,7 @@ fn spectra() -> Table {
         })
         .into();
     Table {
-        title: "Spectra on the disk: power with which ReLU eigenvalues 30 to 250 fall (in the end -2.5 and -1.5)",
+        title: "Spectra on the disk: power with which eigenvalues 30 to 250 fall (in the end -2.5, -1.5)",
         columns: vec!["hidden layers", "untrained", "tangent kernel"],
         rows,
     }

@@ -28,7 +28,8 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "patches")]
     pub start: Beginning,
     /// Seeds of the experiment "starts": --seed and those after it
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=100))]
     pub seeds: u64,
     /// Shapes
     #[arg(long, value_delimiter = ',', default_value = "bunny,dragon,car,cup,mobius,chair,spiral,ring")]
