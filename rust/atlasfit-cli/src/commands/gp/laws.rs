@@ -27,11 +27,14 @@ pub const CURVES: usize = 3000;
 pub const WIDTH: usize = 128;
 pub const PARAMETER: f64 = 0.4;
 
+/// A covariance of a network's outputs at two inputs.
+type Covariance = dyn Fn(&Kernel, &[f64], &[f64]) -> f64;
+
 /// Kernels of the untrained network, of its training, and with batch norm, on an interval.
 pub fn kernels(seed: u64) -> Figure {
     const FROM: f64 = 0.25;
     let line = interval(161);
-    let panel = |title: &str, of: &dyn Fn(&Kernel, &[f64], &[f64]) -> f64| {
+    let panel = |title: &str, of: &Covariance| {
         let marks = (DEPTHS.iter().enumerate())
             .map(|(color, &depth)| {
                 let kernel = Kernel::relu(depth).with_bias(0.1);
