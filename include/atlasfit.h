@@ -186,7 +186,7 @@
 #define ATLASFIT_I32 7
 
 /**
- * atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
+ * atlasfit_denoise_options.prior: a Gaussian process as smooth as the limit of the paper's networks.
  */
 #define ATLASFIT_PRIOR_GP 0
 

@@ -175,7 +175,7 @@ def denoise(
                   or "drop", also those of parts that are left out, which else are denoised and kept
     uv            whether the surface gets UVs (default True)
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
-    prior         "gp", the Gaussian-process limit of the paper's networks (default), or the networks
+    prior         "gp", a Gaussian process as smooth as the limit of the paper's networks (default), or the networks
                   themselves, many times slower: "mlp", fully connected; "conv", convolutional; "level-set",
                   closed surfaces only
     recipe        how "mlp" and "conv" are trained: "fast", from coarse to fine (default), or "paper", all

@@ -103,7 +103,7 @@ class Fit(LongOperator):
         name="Prior",
         description="What smooth means",
         items=(
-            ("gp", "Gaussian Process", "The limit of the paper's networks"),
+            ("gp", "Gaussian Process", "As smooth as the limit of the paper's networks"),
             (
                 "mlp",
                 "Networks",

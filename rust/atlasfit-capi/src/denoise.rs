@@ -12,7 +12,7 @@ use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
 use std::sync::Arc;
 
-/// atlasfit_denoise_options.prior: the Gaussian-process limit of the paper's networks.
+/// atlasfit_denoise_options.prior: a Gaussian process as smooth as the limit of the paper's networks.
 pub const ATLASFIT_PRIOR_GP: u32 = 0;
 /// atlasfit_denoise_options.prior: the paper's fully connected networks, trained on the scan first; many
 /// times slower.

@@ -49,6 +49,9 @@ enum Command {
     /// Reproduce the project's figures beside its peers'
     #[command(subcommand)]
     Bench(commands::bench::Bench),
+    /// The Gaussian processes behind the paper's networks: figures and tables
+    #[command(subcommand)]
+    Gp(commands::gp::Gp),
 }
 
 fn main() -> ExitCode {
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Command::Denoise(args) => commands::denoise::run(args, &console),
         Command::Unwrap(args) => commands::unwrap::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
+        Command::Gp(what) => commands::gp::run(what, &console),
         Command::Info(args) => commands::info::run(args, &console),
         Command::Convert(args) => commands::convert::run(args, &console),
         Command::Measure(args) => commands::measure::run(args, &console),

@@ -6,7 +6,7 @@
 //!
 //! | Prior | What is trained | In the paper | File |
 //! |---|---|---|---|
-//! | [`Prior::Gp`] | nothing: the limit of the networks, the default | section 4 | the core |
+//! | [`Prior::Gp`] | nothing: as smooth as the limit of the networks, the default | section 4 | the core |
 //! | [`Prior::Network`] | a network per chart, from the unit square to space | sections 3, 5.1 | [`explicit`] |
 //! | the same, convolutional | a network per chart, from noise to a grid | supplement A | [`net::conv`] |
 //! | [`Prior::LevelSet`] | one network from space to a number | sections 3, 5.1 | [`level_set`] |
@@ -59,7 +59,7 @@ use atlasfit::pipeline::Guide;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Prior {
-    /// The Gaussian-process limit of the paper's networks: no guide.
+    /// A Gaussian process as smooth as the limit of the paper's networks: no guide.
     #[default]
     Gp,
     /// The paper's explicit networks, fully connected or convolutional.

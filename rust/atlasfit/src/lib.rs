@@ -2,8 +2,8 @@
 //!
 //! In: a [`geometry::PointCloud`] (or the vertices of a [`geometry::TriMesh`]). Out: denoised points in
 //! input order, one stitched surface, and chart UVs.
-//! Method: *Deep Manifold Prior* (Gadelha, Wang, Maji); the default prior is the
-//! Gaussian-process limit of the paper's networks.
+//! Method: *Deep Manifold Prior* (Gadelha, Wang, Maji); the default prior is a
+//! Gaussian process of the smoothness order of these networks' limit.
 //!
 //! Long work takes a [`Run`] (seed, threads, progress, cancel, time and memory limits). Nothing here
 //! prints, reads the environment or touches files.
@@ -24,7 +24,7 @@ pub mod geometry;
 
 pub mod atlas;
 
-pub(crate) mod prior;
+pub mod prior;
 
 pub(crate) mod partition;
 

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod convert;
 pub mod denoise;
+pub mod gp;
 pub mod info;
 pub mod measure;
 pub mod render;

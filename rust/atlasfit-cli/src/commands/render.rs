@@ -124,7 +124,7 @@ pub fn write_png(path: &Path, picture: &Picture) -> Result<()> {
 }
 
 /// The bytes of a PNG file.
-fn png(picture: &Picture) -> Result<Vec<u8>> {
+pub fn png(picture: &Picture) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.size[0] as u32, picture.size[1] as u32);
     encoder.set_color(png::ColorType::Rgb);

@@ -6,12 +6,13 @@
 
 mod atlas;
 mod options;
+mod start;
 #[cfg(test)]
 mod tests;
 mod train;
 
 pub use atlas::NetworkAtlas;
-pub use options::{Dim, Network, NetworkOptions, Recipe};
+pub use options::{Dim, Network, NetworkOptions, Recipe, Start};
 pub use train::{Loss, Trainer};
 
 use atlasfit::error::Result;

@@ -24,6 +24,18 @@ pub enum Network {
     Conv,
 }
 
+/// Where charts begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Start {
+    /// Each as a small flat patch of its own, at places of the scan that are spread out, in the plane of the
+    /// points there. Our choice: the paper does not say.
+    #[default]
+    Patches,
+    /// At random, as PyTorch starts linear layers and convolutions: uniform within 1/sqrt(inputs). Batch norm
+    /// makes such charts about twice as large as the scan, all around its middle.
+    Torch,
+}
+
 /// How training goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Recipe {
@@ -53,6 +65,8 @@ pub struct NetworkOptions {
     pub dim: Dim,
     /// Whether the charts lie in the plane z = 0, as drawings do. Default: no.
     pub flat: bool,
+    /// Where charts begin. Default: small patches on the scan.
+    pub start: Start,
     /// How training goes. Default: the fast recipe.
     pub recipe: Recipe,
     /// Steps of the paper's recipe, at most: training stops early where the loss no longer falls. Default
@@ -71,6 +85,7 @@ setters! {
         with_charts: charts: usize,
         with_dim: dim: Dim,
         with_flat: flat: bool,
+        with_start: start: Start,
         with_recipe: recipe: Recipe,
         with_iterations: iterations: usize,
         with_stretch_weight: stretch_weight: f64,
@@ -85,6 +100,7 @@ impl Default for NetworkOptions {
             charts: 8,
             dim: Dim::Surface,
             flat: false,
+            start: Start::Patches,
             recipe: Recipe::Fast,
             iterations: 1000,
             stretch_weight: 1.0,

@@ -20,6 +20,7 @@ const PAPER: NetworkOptions = NetworkOptions {
     charts: 2,
     dim: Dim::Surface,
     flat: false,
+    start: Start::Torch,
     recipe: Recipe::Paper,
     iterations: 20,
     stretch_weight: 1.0,
@@ -86,6 +87,44 @@ fn a_sphere_is_learned_and_points_are_drawn_to_it() {
         (points.iter().map(|p| ((*p).norm() - 0.5).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
     };
     assert!(off(&clean) < 0.6 * off(&noisy), "{} {}", off(&clean), off(&noisy));
+}
+
+#[test]
+fn charts_that_start_as_patches_begin_on_the_scan_and_those_of_torch_do_not() {
+    let points = sphere(1500);
+    for network in [Network::Dense, Network::Conv] {
+        let off = |start| {
+            let how = NetworkOptions { network, start, charts: 4, ..PAPER };
+            let grid = how.grid().map(|n| n.min(32));
+            let atlas = Run::default()
+                .execute(|ctx| Trainer::on_grid(&points, &how, grid, ctx)?.finish(ctx))
+                .unwrap();
+            let far = |p: &Vec3| ((*p).norm() - 0.5).powi(2);
+            (atlas.samples.iter().map(far).sum::<f64>() / atlas.samples.len() as f64).sqrt()
+        };
+        // A flat patch of a quarter of a cell is near the sphere, but not on it.
+        assert!(off(Start::Patches) < 0.08, "{network:?} {}", off(Start::Patches));
+        assert!(off(Start::Torch) > 0.15, "{network:?} {}", off(Start::Torch));
+    }
+}
+
+#[test]
+fn eight_charts_leave_the_hole_of_a_ring_open() {
+    let points: Vec<Vec3> = (0..3000)
+        .map(|i| {
+            let (a, b) = (f64::from(i) * 2.399_963, f64::from(i) * 0.7);
+            let r = 0.47 + 0.03 * b.cos();
+            Vec3([r * a.cos(), r * a.sin(), 0.03 * b.sin()])
+        })
+        .collect();
+    let how = NetworkOptions { charts: 8, iterations: 60, start: Start::Patches, ..PAPER };
+    let (atlas, _) = trained(&points, how, [16, 16], 0);
+    let mesh = atlas.surface();
+    let inside = mesh.triangles.iter().filter(|t| {
+        let [x, y] = [0, 1].map(|k| t.iter().map(|v| mesh.positions[*v as usize][k]).sum::<f64>() / 3.0);
+        x.hypot(y) < 0.3
+    });
+    assert_eq!(inside.count(), 0);
 }
 
 #[test]

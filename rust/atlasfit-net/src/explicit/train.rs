@@ -4,7 +4,8 @@
 //! Source: *Deep Manifold Prior*, equation 4 and section 5.1 ("Experimental setup").
 
 use super::atlas::NetworkAtlas;
-use super::options::{Dim, Network, NetworkOptions};
+use super::options::{Dim, Network, NetworkOptions, Start};
+use super::start::patches;
 use crate::finite::check_finite;
 use crate::loss::{Chamfer, stretch};
 use crate::net::{Conv, Dense, Grid};
@@ -58,6 +59,12 @@ impl Chart {
             Self::Conv(net) => net.backward(gradient, ctx),
         }
     }
+    fn aim(&mut self, wanted: &[Sample], ctx: &Context<'_>) -> Result<()> {
+        match self {
+            Self::Dense(net) => net.aim(wanted, ctx),
+            Self::Conv(net) => net.aim(wanted, ctx),
+        }
+    }
     fn step(&mut self, rate: f32, ctx: &Context<'_>) -> Result<()> {
         match self {
             Self::Dense(net) => net.step(rate, ctx),
@@ -98,8 +105,8 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Networks at a random start from `ctx.seed`. Points must be finite; the networks reach coordinates in
-    /// (-1, 1).
+    /// Networks at their start: random from `ctx.seed`, and as [`Start`] says. Points must be finite; the
+    /// networks reach coordinates in (-1, 1).
     ///
     /// # Errors
     /// [`atlasfit::Error::InvalidArgument`], [`atlasfit::Error::EmptyInput`] without points,
@@ -150,6 +157,11 @@ impl Trainer {
             gradient: Vec::new(),
         };
         trainer.set_grid(grid);
+        if options.start == Start::Patches {
+            let patches = patches(points, options.charts, ctx)?;
+            (trainer.charts.par_iter_mut().zip(patches))
+                .try_for_each(|(chart, patch)| chart.aim(&patch.samples(options.dim, grid), ctx))?;
+        }
         Ok(trainer)
     }
 

@@ -2,11 +2,11 @@
 //!
 //! In: points in the normalised frame. Out: a mesh. The network is trained to give +1 at the points moved by
 //! epsilon along their normals and -1 at those moved against them; the error is the mean square, since the
-//! paper names none.
+//! paper names none. Normals are those of the default prior's surface, turned to its outside: the paper takes
+//! planes through 20 neighbours and does not say how it turns them.
 //! Source: *Deep Manifold Prior*, section 3 ("Manifolds as deep level-sets") and section 5.1 ("Benchmark").
 //! The zero set is meshed by naive surface nets (crate fast-surface-nets).
 
-mod normals;
 #[cfg(test)]
 mod shapes;
 
@@ -17,12 +17,11 @@ use atlasfit::error::{Error, Result};
 use atlasfit::geometry::TriMesh;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::numeric::vec3::Vec3;
-use atlasfit::pipeline::Guide;
+use atlasfit::pipeline::{Guide, oriented_normals};
 use atlasfit::run::{Context, Stage};
 use atlasfit::setters;
 use fast_surface_nets::ndshape::{RuntimeShape, Shape};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
-use normals::oriented_normals;
 
 /// How the field is trained and meshed.
 ///
@@ -37,9 +36,6 @@ pub struct LevelSetOptions {
     /// Distance that points are moved along their normals, positive, in the normalised frame. `None`, the
     /// default: the standard deviation of the noise, but at least [`EPSILON`].
     pub epsilon: Option<f64>,
-    /// Neighbours that a normal is estimated from, 3 or more. Default 20 (*Deep Manifold Prior*, section
-    /// 5.1).
-    pub neighbours: usize,
     /// Steps of Adam. Default 300, not the paper's, which names no number.
     pub iterations: usize,
     /// Adam's learning rate at the start, positive; a tenth of it at the end. Default 3e-3: the paper's is
@@ -57,7 +53,6 @@ pub const EPSILON: f64 = 2e-3;
 setters! {
     LevelSetOptions {
         with_epsilon: epsilon: Option<f64>,
-        with_neighbours: neighbours: usize,
         with_iterations: iterations: usize,
         with_learning_rate: learning_rate: f64,
         with_resolution: resolution: usize,
@@ -76,7 +71,7 @@ const LAST_RATE: f64 = 0.1;
 
 impl Default for LevelSetOptions {
     fn default() -> Self {
-        Self { epsilon: None, neighbours: 20, iterations: 300, learning_rate: 3e-3, resolution: 112 }
+        Self { epsilon: None, iterations: 300, learning_rate: 3e-3, resolution: 112 }
     }
 }
 
@@ -90,9 +85,6 @@ impl LevelSetOptions {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         if !self.epsilon.is_none_or(positive) {
             return invalid(format!("epsilon is {:?}", self.epsilon), "Give a positive length");
-        }
-        if self.neighbours < 3 {
-            return invalid(format!("{} neighbours", self.neighbours), "Give at least 3 for a normal");
         }
         if !positive(self.learning_rate) {
             return invalid(format!("learning_rate is {}", self.learning_rate), "Give a positive number");
@@ -139,12 +131,14 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
         BYTES_PER_POINT * points.len() as u64 + BYTES_PER_VOXEL * (options.resolution as u64 + 3).pow(3),
         "Raise the limit, lower the resolution, or give fewer points",
     )?;
-    ctx.stage(Stage::Fit, options.iterations + 1);
     let epsilon = options.epsilon.unwrap_or(noise.max(EPSILON));
-    let normals = oriented_normals(points, options.neighbours, ctx)?;
+    let normals = oriented_normals(points, ctx)?;
+    ctx.stage(Stage::Fit, options.iterations + 1);
     let mut net = Dense::new(3, 1, &mut Rng::stream(ctx.seed, 0));
-    let moved =
-        |side: f64| points.iter().zip(&normals).map(move |(p, n)| (*p + *n * (side * epsilon)).to_f32());
+    // Outliers have no side.
+    let sided: Vec<(Vec3, Vec3)> =
+        points.iter().copied().zip(normals).filter(|(_, n)| *n != Vec3::ZERO).collect();
+    let moved = |side: f64| sided.iter().map(move |(p, n)| (*p + *n * (side * epsilon)).to_f32());
     ctx.check()?;
     let inputs: Vec<Sample> = moved(1.0).chain(moved(-1.0)).collect();
     ctx.check()?;
@@ -156,7 +150,7 @@ pub fn fit(points: &[Vec3], noise: f64, options: &LevelSetOptions, ctx: &Context
         check_finite(out.iter().map(|y| f64::from(y[0])), step)?;
         // The gradient of the mean squared error replaces the value it is taken at.
         for (i, y) in out.iter_mut().enumerate() {
-            let label = if i < points.len() { 1.0 } else { -1.0 };
+            let label = if i < sided.len() { 1.0 } else { -1.0 };
             *y = [share * (y[0] - label), 0.0, 0.0];
         }
         net.backward(&out, ctx)?;
@@ -244,7 +238,6 @@ mod tests {
         let ok = LevelSetOptions { iterations: 1, ..LevelSetOptions::default() };
         for bad in [
             LevelSetOptions { epsilon: Some(0.0), ..ok },
-            LevelSetOptions { neighbours: 2, ..ok },
             LevelSetOptions { learning_rate: f64::NAN, ..ok },
             LevelSetOptions { resolution: 1, ..ok },
         ] {

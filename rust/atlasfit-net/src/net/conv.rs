@@ -13,6 +13,7 @@
 use super::adam::Adam;
 use super::dense::EPS;
 use super::gemm::{PANEL, Packed, Store, TILE, add_outer_of, multiply_panels};
+use super::ridge::regress;
 use crate::sample::Sample;
 use atlasfit::error::Result;
 use atlasfit::numeric::rng::Rng;
@@ -204,6 +205,24 @@ impl Conv {
             }
             d = downsample(&dx, block.side / 2, block.channels);
         }
+        Ok(())
+    }
+
+    /// Sets the last block so that the network begins at about `wanted`, within (-1, 1): its middle tap alone
+    /// looks at the picture, the others begin at 0.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn aim(&mut self, wanted: &[Sample], ctx: &Context<'_>) -> Result<()> {
+        let mut out = vec![[0.0; 3]; wanted.len()];
+        self.forward(&mut out, ctx)?;
+        let last = &mut self.blocks[BLOCKS - 1];
+        let layer = regress(&last.x, last.channels, wanted, ctx)?;
+        last.weights.fill(0.0);
+        for (row, w) in last.weights.chunks_exact_mut(last.width).zip(&layer.weights) {
+            row[TAPS / 2 * OUT..][..OUT].copy_from_slice(w);
+        }
+        last.affine.copy_from_slice(&layer.bias);
         Ok(())
     }
 

@@ -6,6 +6,7 @@ pub mod conv;
 pub(crate) mod dense;
 pub(crate) mod gemm;
 pub(crate) mod hinge;
+mod ridge;
 
 pub use conv::Conv;
 pub(crate) use dense::Dense;

@@ -37,7 +37,7 @@ pub use report::{Denoised, Report};
 use crate::error::Result;
 use crate::geometry::PointCloud;
 use crate::geometry::mesh::check_indices;
-use crate::numeric::vec3;
+use crate::numeric::vec3::{self, Vec3};
 use crate::run::{Context, Run, Stage};
 
 /// Denoises a scan.
@@ -132,6 +132,18 @@ pub fn denoise_vertices(
     let mut denoised = run.execute(|ctx| denoise_in(cloud, triangles, options, guide, ctx))?;
     denoised.report.warnings.extend(run.threads_warning());
     Ok(denoised)
+}
+
+/// Unit normals of a scan's points as [`denoise`] finds and turns them: outward where there is an outside.
+/// Those of outliers are 0. For guides that must know a side. `points` are finite.
+///
+/// # Errors
+/// As [`denoise`].
+pub fn oriented_normals(points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<Vec3>> {
+    let cloud = PointCloud::from_positions(vec3::plain(points.to_vec()));
+    let options = DenoiseOptions::default().with_uv(false);
+    let normals = denoise_in(&cloud, &[], &options, None, ctx)?.points.normals;
+    Ok(normals.into_iter().flatten().map(|n| Vec3(n.map(f64::from))).collect())
 }
 
 /// The stages to come and their shares of the time, for the overall progress. In per cent, measured with

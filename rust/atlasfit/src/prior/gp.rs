@@ -1,11 +1,14 @@
-//! The Gaussian-process limit of the paper's networks, as a prior on one chart's height over its base plane.
+//! A Gaussian process as a prior on one chart's height over its base plane.
 //!
-//! A fully connected ReLU network tends to a Gaussian process with the order-1 arc-cosine kernel as it grows
-//! wide (paper, section 4; Cho and Saul 2009). In two dimensions that kernel is a Sobolev prior of order 5/2.
-//! Its Karhunen-Loève expansion on the chart's domain is used here: the eigenfunctions of the bending energy
-//! (its neighbour of order 2), with eigenvalues raised from order 2 to order 5/2. Smooth functions come
-//! first, so a few dozen of them carry every patch that a handful of points can show, and one fit is one
-//! small solve.
+//! It has the smoothness order of the limit of the paper's networks, and no more of it: a fully connected
+//! ReLU network, untrained and without batch norm, tends to a Gaussian process as it grows wide (paper,
+//! section 4; Cho and Saul 2009), whose spectrum in two dimensions falls as frequency^-5, at every depth: a
+//! Sobolev prior of order 5/2. The paper's networks are charts from the square to space; here it is heights
+//! over a plane. The Karhunen-Loève expansion on the chart's domain is used: the eigenfunctions of the
+//! bending energy (the neighbour of order 2), with eigenvalues raised from order 2 to order 5/2. Smooth
+//! functions come first, so a few dozen of them carry every patch that a handful of points can show, and one
+//! fit is one small solve. `atlasfit gp report` says how near the expansion and its posteriors are to the
+//! exact process.
 //!
 //! In: points over the unit disk with heights and weights. Out: spline coefficients of the height, the
 //! smoothness and the noise that the data supports.

@@ -1,8 +1,11 @@
 //! Priors over charts: what is believed about a surface patch before any data is seen.
 
-pub mod basis;
+pub(crate) mod basis;
 pub(crate) mod constants;
-pub mod evidence;
-pub mod gp;
-pub mod normal_equations;
+pub(crate) mod evidence;
+mod expansion;
+pub(crate) mod gp;
+pub(crate) mod normal_equations;
 pub(crate) mod smoothing;
+
+pub use expansion::{eigenfunctions, precisions};

@@ -155,7 +155,7 @@ pub struct Args {
 /// What smooth means.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Prior {
-    /// The Gaussian-process limit of the paper's networks
+    /// A Gaussian process as smooth as the limit of the paper's networks
     Gp,
     /// The paper's fully connected networks, trained on the scan first: many times slower
     Mlp,

@@ -31,6 +31,7 @@ pub use norm::EPS;
 use super::adam::Adam;
 use super::gemm::{Packed, Store, multiply};
 use super::hinge::{Grid, Hinges, Layer, SUMS};
+use super::ridge::regress;
 use crate::sample::Sample;
 use atlasfit::error::Result;
 use atlasfit::numeric::rng::Rng;
@@ -285,6 +286,27 @@ impl Dense {
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(blocks.concat())
+    }
+
+    /// Sets the output layer so that the network begins at about `wanted`, within (-1, 1), on the batch.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn aim(&mut self, wanted: &[Sample], ctx: &Context<'_>) -> Result<()> {
+        const FEATURES: usize = FAN[LAYERS - 1][0];
+        let mut out = vec![[0.0; 3]; wanted.len()];
+        self.forward(&mut out, ctx)?;
+        let norm = &self.norm[LAYERS - 2];
+        let mut features = Vec::with_capacity(wanted.len() * FEATURES);
+        for row in self.bands.iter().flat_map(|b| b.act[LAYERS - 2].chunks_exact(FEATURES)) {
+            features.extend(row.iter().zip(&norm.scale).zip(&norm.offset).map(|((r, a), t)| a * r + t));
+        }
+        let layer = regress(&features, FEATURES, wanted, ctx)?;
+        for (row, w) in self.params[weights(LAYERS - 1)].chunks_exact_mut(OUT).zip(&layer.weights) {
+            row[..self.outputs].copy_from_slice(&w[..self.outputs]);
+        }
+        self.params[bias(LAYERS - 1)][..self.outputs].copy_from_slice(&layer.bias[..self.outputs]);
+        Ok(())
     }
 
     fn fold(&mut self, l: usize) {

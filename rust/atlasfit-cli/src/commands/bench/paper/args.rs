@@ -1,7 +1,7 @@
 //! The command line of `bench paper`.
 
 use crate::console::RunArgs;
-use atlasfit_net::explicit::NetworkOptions;
+use atlasfit_net::explicit::{NetworkOptions, Start};
 use std::path::PathBuf;
 
 /// Options of `bench paper`.
@@ -24,11 +24,22 @@ pub struct Args {
     /// writes them. Where they are means, as in much code, a weight of 1 is one of about 30,000 here
     #[arg(long, default_value_t = NetworkOptions::default().stretch_weight, value_name = "LAMBDA")]
     pub stretch: f64,
+    /// Where the networks' charts begin
+    #[arg(long, value_enum, default_value = "patches")]
+    pub start: Beginning,
+    /// Seeds of the experiment "starts": --seed and those after it
+    #[arg(long, default_value_t = 3, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=100))]
+    pub seeds: u64,
     /// Shapes
     #[arg(long, value_delimiter = ',', default_value = "bunny,dragon,car,cup,mobius,chair,spiral,ring")]
     pub shapes: Vec<String>,
-    /// Experiments: any of table1, table2, conv, interpolation, lambda, dots
-    #[arg(long, value_delimiter = ',', default_value = "table1,conv,lambda,dots,interpolation,table2")]
+    /// Experiments: any of starts, table1, table2, conv, interpolation, lambda, dots
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "starts,table1,conv,lambda,dots,interpolation,table2"
+    )]
     pub only: Vec<String>,
     /// The Python that has numpy, and pymeshlab for RIMLS and screened Poisson
     #[arg(long, default_value = "python3", value_name = "PROGRAM")]
@@ -52,4 +63,31 @@ pub enum Training {
     Fast,
     /// As in the paper
     Paper,
+}
+
+/// Where charts begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Beginning {
+    /// As small patches on the scan
+    Patches,
+    /// At random, as PyTorch starts layers
+    Torch,
+}
+
+impl Beginning {
+    /// As the networks' option.
+    pub const fn start(self) -> Start {
+        match self {
+            Self::Patches => Start::Patches,
+            Self::Torch => Start::Torch,
+        }
+    }
+
+    /// As in the names of cells.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Patches => "patches",
+            Self::Torch => "torch",
+        }
+    }
 }

@@ -1,21 +1,32 @@
 //! The cells of the paper's tables: each is one fit, whose figures are kept in results.jsonl as soon as they
 //! are known.
 
-use super::args::{Args, Training};
+use super::args::{Args, Beginning, Training};
 use crate::commands::bench::shared::cancelled;
 use crate::console::Console;
 use anyhow::{Context as _, Result, bail};
-use atlasfit::Context;
+use atlasfit::{Context, Run};
 use atlasfit_net::explicit::NetworkOptions;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::time::Instant;
 
+/// What may change from fit to fit of the same cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Trial {
+    /// Where the networks' charts begin.
+    pub start: Beginning,
+    /// Seed of everything random but the scan.
+    pub seed: u64,
+}
+
 /// The bench at work.
 pub struct Bench<'a> {
     pub args: &'a Args,
     pub console: &'a Console,
+    /// What the fits are done with that are asked for next.
+    pub trial: Trial,
     /// Figures of each fit that is done, by the cell's full name.
     pub done: Map<String, Value>,
     /// Fits that failed, and why.
@@ -25,7 +36,8 @@ pub struct Bench<'a> {
 impl<'a> Bench<'a> {
     /// A bench that has done nothing yet.
     pub fn new(args: &'a Args, console: &'a Console) -> Self {
-        Self { args, console, done: Map::new(), failed: Vec::new() }
+        let trial = Trial { start: args.start, seed: args.run.seed };
+        Self { args, console, trial, done: Map::new(), failed: Vec::new() }
     }
 
     /// Reads the results of earlier runs.
@@ -43,8 +55,8 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// A cell's name in the results: those of another size or recipe are other cells.
-    fn full_key(&self, key: &str) -> String {
+    /// A cell's name in the results: those of another size, recipe or trial are other cells.
+    fn full_key(&self, key: &str, trial: Trial) -> String {
         let size = if self.args.quick { "quick" } else { "full" };
         let stretch = self.args.stretch;
         let weight = if stretch == NetworkOptions::default().stretch_weight {
@@ -52,20 +64,22 @@ impl<'a> Bench<'a> {
         } else {
             format!(" stretch {stretch}")
         };
+        let end = format!("{weight} {} seed {}", trial.start.name(), trial.seed);
         match self.args.recipe {
-            Training::Fast => format!("{key} {size} fast{weight}"),
-            Training::Paper => format!("{key} {size} paper {}{weight}", self.args.steps),
+            Training::Fast => format!("{key} {size} fast{end}"),
+            Training::Paper => format!("{key} {size} paper {}{end}", self.args.steps),
         }
     }
 
     /// Runs work that may fail in more ways than the core's.
     pub fn run<T: Send>(&self, work: impl FnOnce(&Context<'_>) -> Result<T> + Send) -> Result<T> {
-        self.console.start_silent(&self.args.run).execute(|ctx| Ok(work(ctx)))?
+        Run { seed: self.trial.seed, ..self.console.start_silent(&self.args.run) }
+            .execute(|ctx| Ok(work(ctx)))?
     }
 
     /// Does a fit unless its figures are known. One fit that fails must not cost the others.
     pub fn cell(&mut self, key: &str, work: impl FnOnce(&Context<'_>) -> Result<Value> + Send) -> Result<()> {
-        let key = self.full_key(key);
+        let key = self.full_key(key, self.trial);
         if self.done.contains_key(&key) {
             return Ok(());
         }
@@ -95,7 +109,12 @@ impl<'a> Bench<'a> {
 
     /// A figure of a cell, where it is known.
     pub fn figure(&self, key: &str, figure: &str) -> Option<f64> {
-        self.done.get(&self.full_key(key))?[figure].as_f64()
+        self.figure_of(key, figure, self.trial)
+    }
+
+    /// [`Self::figure`] of another trial.
+    pub fn figure_of(&self, key: &str, figure: &str, trial: Trial) -> Option<f64> {
+        self.done.get(&self.full_key(key, trial))?[figure].as_f64()
     }
 
     /// Mean of a figure over shapes, where all have it.

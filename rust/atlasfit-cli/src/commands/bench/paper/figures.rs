@@ -23,6 +23,7 @@ pub fn figures_of(atlas: &NetworkAtlas, dim: Dim, shape: &Shape, ctx: &Context<'
         return Ok(figures);
     }
     figures["cd"] = json!(surface_cd(&mesh, shape, ctx)?);
+    figures["by_parameter"] = json!(cd(&by_parameter(atlas, ctx), shape, ctx)?);
     figures["distortion"] = json!(distortion(atlas));
     let trimmed = trimmed(&mesh, &shape.scan, ctx)?;
     figures["trimmed"] = trimmed_cd(&trimmed, shape, ctx)?;
@@ -68,6 +69,23 @@ fn on_curves(atlas: &NetworkAtlas, ctx: &Context<'_>) -> Vec<Vec3> {
             let at = rng.uniform() * total;
             let (_, a, b) = pieces.get(pieces.partition_point(|p| p.0 <= at))?;
             Some(*a + (*b - *a) * rng.uniform())
+        })
+        .collect()
+}
+
+/// Samples of the charts, uniform in their parameters: a bridge of few grid cells then weighs little.
+fn by_parameter(atlas: &NetworkAtlas, ctx: &Context<'_>) -> Vec<Vec3> {
+    let [lines, side] = atlas.grid;
+    let mut rng = Rng::stream(ctx.seed, 13);
+    (0..COUNT)
+        .map(|_| {
+            let chart = &atlas.samples[rng.below(atlas.charts) * lines * side..][..lines * side];
+            let [(i, u), (j, v)] = [lines, side].map(|n| {
+                let at = rng.uniform() * (n - 1) as f64;
+                (at as usize, at.fract())
+            });
+            let along = |i: usize| chart[i * side + j] * (1.0 - v) + chart[i * side + j + 1] * v;
+            along(i) * (1.0 - u) + along(i + 1) * u
         })
         .collect()
 }

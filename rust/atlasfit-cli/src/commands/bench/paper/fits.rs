@@ -1,7 +1,7 @@
 //! The fits of the paper's tables, one cell each: the networks, the level set, the default prior, two peers.
 
-use super::args::{Args, Training};
-use super::cells::Bench;
+use super::args::{Args, Beginning, Training};
+use super::cells::{Bench, Trial};
 use super::figures::{figures_of, surface_cd, trimmed, trimmed_cd};
 use super::pictures::{draw, draw_mesh};
 use super::shapes::{SIGMA, Shape, made, shape};
@@ -39,6 +39,7 @@ impl Bench<'_> {
             } else {
                 0.0
             })
+            .with_start(self.trial.start.start())
             .with_recipe(if self.args.recipe == Training::Paper || self.args.quick {
                 Recipe::Paper
             } else {
@@ -50,8 +51,32 @@ impl Bench<'_> {
     /// Fits charts that are networks.
     pub fn explicit(&mut self, name: &str, shape: &Shape, variant: &str) -> Result<()> {
         let (how, args) = (self.options(variant), self.args);
-        let picture = format!("{name}-{variant}");
+        let Trial { start, seed } = self.trial;
+        let picture = format!("{name}-{variant}-{}-{seed}", start.name());
         self.cell(&format!("{variant} {name}"), |ctx| drawn_fit(args, &picture, shape, &how, ctx))
+    }
+
+    /// Fits S8R from each start with each seed.
+    pub fn starts(&mut self, shapes: &[String]) -> Result<()> {
+        let before = self.trial;
+        for trial in self.trials() {
+            self.trial = trial;
+            for name in shapes {
+                let shape = shape(name, self.args, self.console)?;
+                self.explicit(name, &shape, "S8R")?;
+            }
+        }
+        self.trial = before;
+        Ok(())
+    }
+
+    /// The trials of the experiment "starts": our start first.
+    pub fn trials(&self) -> Vec<Trial> {
+        let first = self.args.run.seed;
+        [Beginning::Patches, Beginning::Torch]
+            .into_iter()
+            .flat_map(|start| (0..self.args.seeds).map(move |k| Trial { start, seed: first + k }))
+            .collect()
     }
 
     /// Fits the level set.

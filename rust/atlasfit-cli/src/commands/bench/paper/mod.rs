@@ -26,7 +26,7 @@ use shapes::shape;
 
 /// Runs the experiments and writes report.md, report.csv and the pictures.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
-    const EXPERIMENTS: [&str; 6] = ["table1", "table2", "conv", "interpolation", "lambda", "dots"];
+    const EXPERIMENTS: [&str; 7] = ["starts", "table1", "table2", "conv", "interpolation", "lambda", "dots"];
     if let Some(unknown) = args.only.iter().find(|o| !EXPERIMENTS.contains(&o.as_str())) {
         return Err(crate::console::Usage(format!(
             "no experiment {unknown}. Give any of {}",
@@ -55,6 +55,9 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
                 bench.peers(name, &shape)?;
             }
         }
+    }
+    if has("starts") {
+        bench.starts(&shapes)?;
     }
     if has("lambda") {
         bench.lambda()?;

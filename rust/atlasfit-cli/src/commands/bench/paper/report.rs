@@ -1,7 +1,7 @@
 //! The report of `bench paper`, as Markdown: our figures, the paper's in brackets.
 
-use super::args::Training;
-use super::cells::Bench;
+use super::args::{Beginning, Training};
+use super::cells::{Bench, Trial};
 use super::fits::LAMBDAS;
 use super::published::{CONV, TABLE1, TABLE2};
 use std::fmt::Write as _;
@@ -47,6 +47,7 @@ fn both(ours: Option<f64>, paper: Option<f64>) -> String {
 /// The whole report.
 pub fn report(bench: &Bench<'_>, shapes: &[String]) -> String {
     let mut out = heading(bench);
+    starts(&mut out, bench, shapes);
     table_1(&mut out, bench, shapes);
     table_2(&mut out, bench, shapes);
     conclusions(&mut out, bench, shapes);
@@ -122,6 +123,62 @@ fn table_1(out: &mut String, bench: &Bench<'_>, shapes: &[String]) {
     out.push_str("\n## Seconds\n\n");
     let columns = METHODS.map(|m| Column { title: m.title, cell: m.cell, figure: m.seconds });
     table(out, bench, shapes, &columns, &|_, _| None);
+}
+
+/// S8R from each start: mean over the seeds and, in brackets, least and largest.
+fn starts(out: &mut String, bench: &Bench<'_>, shapes: &[String]) {
+    const FIGURES: [(&str, &str); 3] =
+        [("by area", "cd"), ("trimmed", "trimmed"), ("by parameter", "by_parameter")];
+    for start in [Beginning::Patches, Beginning::Torch] {
+        let trials: Vec<Trial> = bench.trials().into_iter().filter(|t| t.start == start).collect();
+        let of = |name: &str, figure: &str| -> Option<Vec<f64>> {
+            trials.iter().map(|t| bench.figure_of(&format!("S8R {name}"), figure, *t)).collect()
+        };
+        let _ = writeln!(
+            out,
+            "## S8R, charts that start {}, {} seeds\n\n| shape | by area | trimmed | by parameter | paper | \
+             all seeds at or below the paper's |\n|---|---|---|---|---|---|",
+            if start == Beginning::Patches { "as small patches" } else { "as torch starts" },
+            bench.args.seeds
+        );
+        let mut sums = FIGURES.map(|_| Some(vec![0.0; trials.len()]));
+        let mut below = 0;
+        for name in shapes {
+            let _ = write!(out, "| {name} |");
+            for ((_, figure), sum) in FIGURES.iter().zip(&mut sums) {
+                let values = of(name, figure);
+                let _ = write!(out, " {} |", spread(values.as_deref()));
+                *sum = sum.take().zip(values).map(|(s, v)| s.iter().zip(v).map(|(s, v)| s + v).collect());
+            }
+            let paper = TABLE1.iter().find(|t| t.0 == name).map(|t| t.1[0]);
+            let within = |figure| Some(of(name, figure)?.iter().all(|x| Some(*x) <= paper));
+            let both = within("cd").zip(within("trimmed")).filter(|_| paper.is_some());
+            below += usize::from(both == Some((true, true)));
+            let said = match both {
+                Some((true, true)) => "yes",
+                Some((false, true)) => "trimmed",
+                Some(_) => "no",
+                None => "-",
+            };
+            let _ = writeln!(out, " {} | {said} |", number(paper));
+        }
+        let _ = write!(out, "| mean |");
+        for sum in sums {
+            let means: Option<Vec<f64>> = sum.map(|s| s.iter().map(|x| x / shapes.len() as f64).collect());
+            let _ = write!(out, " {} |", spread(means.as_deref()));
+        }
+        let paper = TABLE1.iter().map(|t| t.1[0]).sum::<f64>() / TABLE1.len() as f64;
+        let _ = writeln!(out, " {} | {below} of {} |\n", number(Some(paper)), shapes.len());
+    }
+}
+
+/// Mean of some figures, and in brackets the least and the largest.
+fn spread(values: Option<&[f64]>) -> String {
+    let Some(values) = values.filter(|v| !v.is_empty()) else { return "-".into() };
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    format!("{mean:.2e} ({least:.2e} to {largest:.2e})")
 }
 
 fn table_2(out: &mut String, bench: &Bench<'_>, shapes: &[String]) {

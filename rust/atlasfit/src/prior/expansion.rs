@@ -1,0 +1,37 @@
+//! The default prior on a chart's height, as others may look at it.
+//!
+//! In: a place of the unit disk. Out: the prior's eigenfunctions there, and their precisions.
+
+use super::basis::{BASIS, WIDTH};
+use super::constants::MODES;
+use crate::numeric::spline::{SIDE, locate, spline};
+
+/// The values at (u, v) in [-1, 1]^2 of the functions whose weights the prior believes independent, the
+/// smoothest first.
+///
+/// ```
+/// use atlasfit::prior::{eigenfunctions, precisions};
+/// let values = eigenfunctions(0.3, -0.5);
+/// assert_eq!(values.len(), precisions().len());
+/// // Nothing is believed of a plane's height and slopes, and bending costs more the finer it is.
+/// assert!(precisions()[..3] == [0.0; 3] && precisions()[3..].is_sorted());
+/// ```
+#[must_use]
+pub fn eigenfunctions(u: f64, v: f64) -> Vec<f64> {
+    let ((i, s), (j, t)) = (locate(u), locate(v));
+    let (a, b) = (spline(s), spline(t));
+    let mut values = vec![0.0; MODES];
+    for (k, a) in a.iter().enumerate() {
+        for (l, b) in b.iter().enumerate() {
+            let row = &BASIS.modes[((i + k) * SIDE + j + l) * WIDTH..];
+            values.iter_mut().zip(row).for_each(|(x, m)| *x += a * b * m);
+        }
+    }
+    values
+}
+
+/// The precisions of the weights, all up to one factor; 0 where nothing is believed.
+#[must_use]
+pub fn precisions() -> &'static [f64] {
+    &BASIS.precision
+}
