@@ -50,6 +50,7 @@ DEGENERATE = 11
 BAD_FILE = 12
 NOT_AVAILABLE = 13
 RESOURCE_EXHAUSTED = 14
+IO = 15
 INTERNAL = 100
 
 status = c_int32
@@ -336,6 +337,35 @@ class atlasfit_uv_info(Sized):
     ]
 
 
+class atlasfit_file_info(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("points", c_size_t),
+        ("triangles", c_size_t),
+        ("attributes", c_size_t),
+        ("texture_bytes", c_size_t),
+        ("has_normals", c_uint32),
+        ("has_colors", c_uint32),
+        ("has_uv", c_uint32),
+        ("has_face_charts", c_uint32),
+        ("has_viewpoint", c_uint32),
+        ("reserved", c_uint32),
+        ("viewpoint", c_double * 3),
+    ]
+
+
+class atlasfit_save_options(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("corner_uv", c_void_p),
+        ("face_charts", c_void_p),
+        ("texture", c_void_p),
+        ("texture_bytes", c_size_t),
+        ("ascii", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 _array = _handle = c_void_p
 _new_handle = POINTER(c_void_p)
 _run = POINTER(atlasfit_run)
@@ -415,6 +445,25 @@ FUNCTIONS = {
     "atlasfit_uv_face_charts": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_face_pages": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_split": (status, [_handle, _array, c_size_t, _array, _array, c_size_t]),
+    "atlasfit_file_free": (status, [_handle]),
+    "atlasfit_file_load": (status, [_array, _run, _new_handle]),
+    "atlasfit_file_get_info": (status, [_handle, POINTER(atlasfit_file_info)]),
+    "atlasfit_file_notes": (status, [_handle, _array, c_size_t, _array]),
+    "atlasfit_file_positions": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_normals": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_colors": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_triangles": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_corner_uv": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_face_charts": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_texture": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_attribute_type": (
+        status, [_handle, c_size_t, _array, c_size_t, _array, _array, _array],
+    ),
+    "atlasfit_file_attribute": (status, [_handle, c_size_t, _array, c_size_t]),
+    "atlasfit_save_options_init": (status, [POINTER(atlasfit_save_options), c_size_t]),
+    "atlasfit_file_save": (
+        status, [_array, _points, POINTER(atlasfit_save_options), _run, _array, c_size_t],
+    ),
 }
 
 LIBRARY_NAME = {"win32": "atlasfit.dll", "darwin": "libatlasfit.dylib"}.get(sys.platform, "libatlasfit.so")

@@ -36,8 +36,8 @@ def bake(
     vertices    (n, 3)
     faces       (m, 3) vertex indices
     corner_uv   (m, 3, 2) UVs of each corner of each face; what lies outside [0, 1] is left out
-    colors      (n, 3) or (n, 4) of the vertices, or of the points where they are given: floats in [0, 1] or
-                uint8, averaged as the numbers that they are
+    colors      (n, 3) or (n, 4) of the vertices, or of the points where they are given: floats in [0, 1], or
+                whole numbers from 0 to 255, averaged as the numbers that they are
     points      (k, 3) points near the mesh, whose colours are drawn then: a scan, which is often finer than
                 its mesh
     face_pages  (m,) the page that each face's UVs are on; without it all are on page 0
@@ -45,6 +45,12 @@ def bake(
     page_size   side of the texture in texels, or width and height (default 1024)
     padding     texels that colours spread beyond the charts; what is left has the mean colour (default 16)
     options     see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
+
+    >>> vertices, faces = np.eye(3), [[0, 1, 2]]
+    >>> uv = atlasfit.unwrap(vertices, faces)
+    >>> colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255]]
+    >>> atlasfit.bake(vertices, faces, uv.corner_uv, colors, page_size=64).shape
+    (64, 64, 4)
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
     """

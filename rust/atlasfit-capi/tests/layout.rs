@@ -4,6 +4,7 @@
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
+use atlasfit_capi::files::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
@@ -79,6 +80,13 @@ fn structs() -> Vec<Struct> {
         atlasfit_uv_quality {
             struct_size faces charts flips degenerate overlapping_faces seam stretch_l2 stretch_linf
             stretch_median stretch_p95 conformal overlap coverage inside finite
+        }
+        atlasfit_file_info {
+            struct_size points triangles attributes texture_bytes has_normals has_colors has_uv
+            has_face_charts has_viewpoint reserved viewpoint
+        }
+        atlasfit_save_options {
+            struct_size corner_uv face_charts texture texture_bytes ascii reserved
         }
         atlasfit_distance_options { struct_size samples chamfer_samples threshold }
         atlasfit_distance_stats { rms mean median p95 p99 max }

@@ -7,6 +7,7 @@ mod scene;
 mod atlas;
 mod baking;
 mod denoising;
+mod files;
 mod general;
 mod measuring;
 mod table;
@@ -32,6 +33,8 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         measuring::meshes,
         baking::arguments,
         measuring::distances,
+        files::reading,
+        files::writing,
     ] {
         part(&mut t, &s);
     }
