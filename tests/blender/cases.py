@@ -24,6 +24,7 @@ from scenes import (
 from made import torus, triangles
 from color_cases import *  # noqa: F403
 from denoise_cases import *  # noqa: F403
+from import_cases import *  # noqa: F403
 
 
 # ---- Atlas Unwrap
@@ -331,7 +332,7 @@ def test_modifiers_of_a_scan_count_and_it_stays_where_it_is():
     new = bpy.context.object
     assert np.allclose(new.matrix_world, ob.matrix_world)
     assert np.allclose(mesh.positions(new.data).mean(0), [5, 0, 0], atol=0.05)
-    assert not new.data.materials
+    assert [m.name for m in new.data.materials] == ["Atlas Checker"], "nothing was baked"
 
 
 # ---- around the operators
