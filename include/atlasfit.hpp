@@ -375,6 +375,11 @@ struct UnwrapOptions : atlasfit_unwrap_options {
   }
 };
 
+/// atlasfit_textures with its defaults: none.
+struct Textures : atlasfit_textures {
+  Textures() { detail::check(atlasfit_textures_init(this, sizeof(atlasfit_textures))); }
+};
+
 /// atlasfit_bake_options with its defaults.
 struct BakeOptions : atlasfit_bake_options {
   BakeOptions() { detail::check(atlasfit_bake_options_init(this, sizeof(atlasfit_bake_options))); }

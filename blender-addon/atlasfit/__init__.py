@@ -14,7 +14,7 @@ float32 and float64 arrays with contiguous rows, and int32 and uint32 faces, go 
 
 from ._abi import VERSION
 from ._atlas import Atlas, Places, Projection
-from ._bake import bake
+from ._bake import TexturePage, bake, bake_textures, texture_page, texture_side
 from ._call import Cancel, Cancelled, Error, RunOptions, TimedOut
 from ._denoise import Denoised, Report, Surface, denoise, denoise_memory_needed
 from ._files import Loaded, load, save
@@ -35,10 +35,13 @@ __version__ = ".".join(map(str, VERSION))
 
 NO_CHART = 0xFFFFFFFF
 """The chart of a point that lies on none."""
+NO_IMAGE = 0xFFFFFFFF
+"""The image of a face that has none."""
 
 
 __all__ = [
     "NO_CHART",
+    "NO_IMAGE",
     "Atlas",
     "Cancel",
     "Cancelled",
@@ -53,12 +56,14 @@ __all__ = [
     "Report",
     "RunOptions",
     "Surface",
+    "TexturePage",
     "TimedOut",
     "Topology",
     "Uv",
     "UvInfo",
     "UvQuality",
     "bake",
+    "bake_textures",
     "denoise",
     "denoise_memory_needed",
     "load",
@@ -67,6 +72,8 @@ __all__ = [
     "measure_topology",
     "measure_uv",
     "save",
+    "texture_page",
+    "texture_side",
     "unwrap",
     "unwrap_memory_needed",
 ]

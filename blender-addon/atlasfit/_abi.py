@@ -209,6 +209,22 @@ class atlasfit_mesh(Sized):
     ]
 
 
+class atlasfit_image(Sized):
+    _fields_ = [("struct_size", c_size_t), ("rgba", c_void_p), ("width", c_uint32), ("height", c_uint32)]
+
+
+class atlasfit_textures(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("images", POINTER(atlasfit_image)),
+        ("image_count", c_size_t),
+        ("corner_uv", c_void_p),
+        ("face_image", c_void_p),
+        ("normals", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class atlasfit_bake_options(Sized):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -216,6 +232,7 @@ class atlasfit_bake_options(Sized):
         ("height", c_uint32),
         ("padding", c_uint32),
         ("page", c_uint32),
+        ("textures", POINTER(atlasfit_textures)),
     ]
 
 
@@ -383,6 +400,10 @@ FUNCTIONS = {
     "atlasfit_atlas_load": (status, [_array, c_size_t, _new_handle]),
     "atlasfit_bake_options_init": (status, [POINTER(atlasfit_bake_options), c_size_t]),
     "atlasfit_bake": (status, [_mesh, _points, POINTER(atlasfit_bake_options), _run, _array, c_size_t]),
+    "atlasfit_image_init": (status, [POINTER(atlasfit_image), c_size_t]),
+    "atlasfit_textures_init": (status, [POINTER(atlasfit_textures), c_size_t]),
+    "atlasfit_textures_page": (status, [_mesh, POINTER(atlasfit_textures), _run, _array, _array, _array]),
+    "atlasfit_texture_side": (c_uint32, [c_size_t]),
     "atlasfit_denoise_options_init": (status, [POINTER(atlasfit_denoise_options), c_size_t]),
     "atlasfit_denoise_memory_needed": (status, [c_size_t, POINTER(atlasfit_denoise_options), _run, _array]),
     "atlasfit_denoise": (status, [_points, POINTER(atlasfit_denoise_options), _run, _new_handle]),

@@ -71,7 +71,9 @@ fn structs() -> Vec<Struct> {
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
             over_stretched coverage seconds padding reserved
         }
-        atlasfit_bake_options { struct_size width height padding page }
+        atlasfit_image { struct_size rgba width height }
+        atlasfit_textures { struct_size images image_count corner_uv face_image normals reserved }
+        atlasfit_bake_options { struct_size width height padding page textures }
         atlasfit_topology {
             struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges
             boundary_loops non_manifold_edges non_manifold_vertices inconsistent_edges euler genus

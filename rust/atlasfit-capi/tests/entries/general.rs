@@ -55,7 +55,10 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.init_grown("atlasfit_denoise_options_init", first, atlasfit_denoise_options_init);
         t.init("atlasfit_unwrap_options_init", atlasfit_unwrap_options_init);
-        t.init("atlasfit_bake_options_init", atlasfit_bake_options_init);
+        let first = offset_of!(atlasfit_bake_options, textures);
+        t.init_grown("atlasfit_bake_options_init", first, atlasfit_bake_options_init);
+        t.init("atlasfit_image_init", atlasfit_image_init);
+        t.init("atlasfit_textures_init", atlasfit_textures_init);
         t.init("atlasfit_distance_options_init", atlasfit_distance_options_init);
         t.init("atlasfit_projection_init", atlasfit_projection_init);
         t.init("atlasfit_save_options_init", atlasfit_save_options_init);

@@ -32,6 +32,7 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         uvs::getters,
         measuring::meshes,
         baking::arguments,
+        baking::textures,
         measuring::distances,
         files::reading,
         files::writing,

@@ -9,6 +9,7 @@
 mod dilate;
 mod image;
 mod owners;
+mod page;
 mod resample;
 
 use crate::error::{Error, Result};
@@ -21,6 +22,7 @@ use dilate::dilate;
 use image::ColorAt;
 pub use image::Image;
 use owners::{NO_FACE, ROWS, owners};
+pub use page::{TexturePage, texture_padding, texture_page};
 use rayon::prelude::*;
 use resample::of_textures;
 pub use resample::{NO_IMAGE, Textures, density};
