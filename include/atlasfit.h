@@ -984,6 +984,63 @@ typedef struct {
 } atlasfit_uv_info;
 
 /**
+ * An image of a mesh's old textures, borrowed for the call.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_image), in bytes. All images of an array have the same: it is the distance between them.
+   */
+  size_t struct_size;
+  /**
+   * Red, green, blue, alpha of each pixel, 0 to 255; row after row, the top row (v = 1) first.
+   */
+  const uint8_t *rgba;
+  /**
+   * Width in pixels.
+   */
+  uint32_t width;
+  /**
+   * Height in pixels.
+   */
+  uint32_t height;
+} atlasfit_image;
+
+/**
+ * Old textures of one kind (colours, or roughness, ...) of a mesh, borrowed for the call. Fill it with
+ * atlasfit_textures_init(), then set what there is.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_textures).
+   */
+  size_t struct_size;
+  /**
+   * The images; outside of [0, 1] they repeat.
+   */
+  const atlasfit_image *images;
+  /**
+   * Number of images.
+   */
+  size_t image_count;
+  /**
+   * The UVs that the images are for: u, v of each corner of each triangle of the mesh, v up.
+   */
+  const float *corner_uv;
+  /**
+   * The image of each triangle; UINT32_MAX for one without. NULL = the first for all. Default NULL.
+   */
+  const uint32_t *face_image;
+  /**
+   * 1 where the images are normal maps, whose directions are turned to the new UVs; else 0. Default 0.
+   */
+  uint32_t normals;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+} atlasfit_textures;
+
+/**
  * How to bake. Fill it with atlasfit_bake_options_init(); a NULL pointer to one means the defaults.
  */
 typedef struct {
@@ -1008,6 +1065,11 @@ typedef struct {
    * The page to bake: triangles of other pages (atlasfit_mesh.face_page) are left out. Default 0.
    */
   uint32_t page;
+  /**
+   * Old textures of the mesh, which are drawn anew for its corner_uv, in place of colours of vertices or
+   * points. NULL = none. Default NULL.
+   */
+  const atlasfit_textures *textures;
 } atlasfit_bake_options;
 
 /**
@@ -1855,6 +1917,50 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
                                   size_t vertex_capacity);
 
 /**
+ * Fills an image with its defaults: none.
+ *
+ * @param image       The struct to fill.
+ * @param struct_size sizeof(atlasfit_image).
+ */
+ATLASFIT_API atlasfit_status atlasfit_image_init(atlasfit_image *image, size_t struct_size);
+
+/**
+ * Fills textures with their defaults: none.
+ *
+ * @param textures    The struct to fill.
+ * @param struct_size sizeof(atlasfit_textures).
+ */
+ATLASFIT_API atlasfit_status atlasfit_textures_init(atlasfit_textures *textures, size_t struct_size);
+
+/**
+ * Tells how large a page must be to keep the detail of a mesh's old textures when they are drawn anew for
+ * other UVs.
+ *
+ * @param mesh     The mesh; only its positions and triangles are read.
+ * @param textures Its old textures of one kind; of several the largest page counts.
+ * @param run      How long work is run; NULL = the defaults.
+ * @param side     Set to the side of a square page, 256 to 8192: page_width and page_height of
+ *                 atlasfit_unwrap_options.
+ * @param padding  Set to the free texels between charts that keep colours apart when the page is seen from
+ *                 far away: padding of atlasfit_unwrap_options.
+ * @param density  Set to the texels per unit of length that the old textures have. Where texels_per_unit of
+ *                 the new UVs is less, bake them twice as large, or four times; 0 where no face has a
+ *                 texture.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_textures_page(const atlasfit_mesh *mesh,
+                                       const atlasfit_textures *textures,
+                                       const atlasfit_run *run,
+                                       uint32_t *side,
+                                       uint32_t *padding,
+                                       double *density);
+
+/**
+ * Side in texels of a square texture that keeps the colours of so many points, 512 to 8192.
+ */
+ATLASFIT_API uint32_t atlasfit_texture_side(size_t points);
+
+/**
  * Fills options with their defaults.
  *
  * @param options     The struct to fill.
@@ -1863,8 +1969,8 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
 ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *options, size_t struct_size);
 
 /**
- * Draws colours into a texture for a mesh's UVs: the colours of its vertices, or those of points that lie
- * near it, for example a scan, which is often finer. Colours are averaged as plain numbers, without gamma
+ * Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near it,
+ * for example a scan, which is often finer, or the textures that it has with other UVs. Colours are averaged as plain numbers, without gamma
  * correction. Parts of the UVs outside [0, 1] are left out.
  *
  * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.

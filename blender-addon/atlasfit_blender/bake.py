@@ -67,9 +67,9 @@ def write(texels, obs):
     before = {slot.material: None for ob in obs for slot in ob.material_slots if _texture(slot.material)}
     showing = [ob for ob in obs if all(s.material in before for s in ob.material_slots if s.material)]
     images = {_texture(material).image: None for material in before} if showing else {}
-    notes += _save(picture, images)
+    notes += save(picture, images)
     if showing:
-        material = next((m for m in before if _only_of(m, obs)), None) or _material(name)
+        material = next((m for m in before if only_of(m, obs)), None) or _material(name)
         material.node_tree.nodes[TEXTURE].image = picture
         for ob in showing:
             _assign(ob, material)
@@ -81,7 +81,7 @@ def write(texels, obs):
     return notes
 
 
-def _save(picture, before):
+def save(picture, before):
     """Packs the image into the file, and saves it beside a .blend that is saved: what OBJ and other exports
     name. It takes the place of the one `before` it, else a name that is free. Returns what to tell.
     """
@@ -116,19 +116,6 @@ def checker(ob):
     _assign(ob, material)
 
 
-def outdated(obs):
-    """What to tell of images that were baked for the UVs that have just been laid out anew: they no longer
-    fit. A map that is not rendered is none that an image was baked for.
-    """
-    names = {
-        _texture(slot.material).image.name: None
-        for ob in obs
-        for slot in ob.material_slots
-        if _texture(slot.material) and ob.data.uv_layers.active.active_render
-    }
-    return [f"the image {name} was baked for the UVs before: bake it again" for name in names]
-
-
 def _texture(material):
     """The node of a material of ours that shows a baked image; None in other materials."""
     nodes = material.node_tree.nodes if material is not None and material.node_tree is not None else {}
@@ -136,7 +123,7 @@ def _texture(material):
     return node if node is not None and node.type == "TEX_IMAGE" and node.image is not None else None
 
 
-def _only_of(material, obs):
+def only_of(material, obs):
     """Whether no other mesh shows the material: another one's UVs are not those of the new image."""
     meshes = {ob.data for ob in obs}
     return all(

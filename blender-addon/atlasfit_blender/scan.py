@@ -10,7 +10,6 @@ from . import bake, mesh
 from .long import LongOperator, Refused, within
 from .native import atlasfit
 
-TEXELS = 4 / 0.6  # of a page for each point: two across the spacing, on what charts fill of a page
 FITTED = 0.9  # share of the progress that fitting takes where colours are baked after it
 
 
@@ -280,11 +279,6 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         editable.free()
 
 
-def page_size(points):
-    """Side of the page that the colours of so many points fill: a power of two from 1024 to 8192."""
-    return int(min(max(2 ** np.ceil(np.log2(np.sqrt(TEXELS * max(points, 1)))), 1024), 8192))
-
-
 class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
     """Makes a surface of a scan."""
 
@@ -391,7 +385,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, paint = self.texture_size or page_size(len(points)), bake.srgb(colors) if self.bake and colors is not None else None
+        size, paint = self.texture_size or atlasfit.texture_side(len(points)), bake.srgb(colors) if self.bake and colors is not None else None
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,

@@ -175,6 +175,11 @@ def test_images_lie_beside_a_saved_file_and_exports_name_them():
             assert "Suzanne_Color_1.png" in library.read()
 
 
+
 def test_the_page_grows_with_the_scan():
-    size = addon.scan.page_size
-    assert [size(n) for n in (0, 3000, 150_000, 209_000, 10**6, 10**8)] == [1024, 1024, 1024, 2048, 4096, 8192]
+    ob = scan(100_000)
+    mesh.add_attribute(ob.data, "Paint", "FLOAT_COLOR", np.full((100_000, 4), 0.5))
+    ob.data.color_attributes.active_color = ob.data.color_attributes["Paint"]
+    bpy.ops.object.atlasfit_reconstruct()
+    assert tuple(image_of(bpy.context.object).size) == (1024, 1024)
+    assert [atlasfit.texture_side(n) for n in (3000, 209_000, 10**7)] == [512, 2048, 8192]
