@@ -8,9 +8,15 @@
 #include <cmath>
 #include <cstdio>
 #include <sstream>
+#include <vcg/complex/algorithms/update/color.h>
 #include <vcg/complex/allocate.h>
 
 namespace {
+
+/// Side of a page that old textures are drawn on, in texels, at the most.
+constexpr int LARGEST_PAGE = 8192;
+/// The stretch that is shown in red.
+constexpr double FULL_SCALE = 1.5;
 
 /// "12,345": readable in a log.
 std::string grouped(std::size_t n)
@@ -72,34 +78,72 @@ atlasfit_points cloud(const std::vector<double>& xyz)
 struct Denoised {
 	Result result;
 	atlasfit_report report;
-	/// Colours of the points; empty where there are none or they were not asked for.
-	std::vector<uint8_t> rgba;
 };
 
-/// The library's denoising of a layer's points, with what they carry. Without a `surface` the points are all
-/// of the layer's, and outliers follow its faces.
-Denoised denoise(const MeshModel& layer, const Points& from, const RichParameterList& par,
-	Bar& bar, bool surface, Outcome& outcome)
+/// Points of one or several layers, as the user sees them, and the columns that all of these have.
+struct Scan {
+	std::vector<double> xyz;
+	std::vector<uint8_t> rgba;
+	std::vector<double> quality;
+};
+
+/// Adds a layer's points; `columns` of MeshModel::MeshElement says which columns are kept.
+void add(Scan& scan, const MeshModel& layer, const Points& from, int columns)
 {
+	scan.xyz.insert(scan.xyz.end(), from.xyz.begin(), from.xyz.end());
+	if (columns & MeshModel::MM_VERTCOLOR) {
+		const std::vector<uint8_t> rgba = colors(layer.cm, from);
+		scan.rgba.insert(scan.rgba.end(), rgba.begin(), rgba.end());
+	}
+	if (columns & MeshModel::MM_VERTQUALITY)
+		for (uint32_t vertex : from.vertex)
+			scan.quality.push_back(double(layer.cm.vert[vertex].cQ()));
+}
+
+/// What a reconstruction is fitted to: the current layer, or all that are visible.
+Scan scan_of(MeshDocument& md, const RichParameterList& par)
+{
+	std::vector<MeshModel*> layers{&current(md)};
+	if (par.getBool("visibleLayers")) {
+		layers.clear();
+		for (MeshModel* m = md.nextVisibleMesh(); m != nullptr; m = md.nextVisibleMesh(m))
+			layers.push_back(m);
+		if (layers.empty())
+			throw std::runtime_error("atlasfit: no layer is visible. Show some, or switch \"merge all visible "
+									 "layers\" off");
+	}
+	int columns = MeshModel::MM_VERTCOLOR | MeshModel::MM_VERTQUALITY;
+	for (int column : {int(MeshModel::MM_VERTCOLOR), int(MeshModel::MM_VERTQUALITY)})
+		for (const MeshModel* m : layers)
+			if (!m->hasDataMask(column))
+				columns &= ~column;
+	Scan scan;
+	for (const MeshModel* m : layers)
+		add(scan, *m, points(m->cm, Frame(m->cm), only_selected(*m, par)), columns);
+	return scan;
+}
+
+/// The library's denoising of a scan. Without a `surface` outliers follow the faces.
+Denoised denoise(const Scan& scan, const Triangles* faces, const RichParameterList& par, Bar& bar,
+	Outcome& outcome)
+{
+	const bool surface = faces == nullptr;
 	atlasfit_denoise_options options = defaults(atlasfit_denoise_options_init);
 	options.strength = number(par, "strength");
-	options.noise = number(par, "noise");
+	options.noise = length(par, "noise");
 	options.charts = count(par, "charts");
 	options.prior = uint32_t(par.getEnum("prior")); // the choices are in the order of ATLASFIT_PRIOR_...
 	options.uv = 0;
-	atlasfit_points in = cloud(from.xyz);
-	Triangles faces;
-	if (!surface) {
-		faces = triangles(layer.cm, from);
-		in.triangles = faces.corners.data();
-		in.triangle_count = faces.face.size();
+	atlasfit_points in = cloud(scan.xyz);
+	if (faces) {
+		in.triangles = faces->corners.data();
+		in.triangle_count = faces->face.size();
 	}
-	Denoised out{nullptr, ::out<atlasfit_report>(), {}};
-	std::vector<double> quality;
+	Denoised out{nullptr, ::out<atlasfit_report>()};
 	atlasfit_attribute attribute = defaults(atlasfit_attribute_init);
 	if (surface) {
 		options.detail = number(par, "detail");
-		options.fill_holes = number(par, "fillHoles");
+		options.fill_holes = length(par, "fillHoles");
 		options.min_part = number(par, "minPart");
 		options.largest = par.getBool("largest") ? 1 : 0;
 		options.faces = count(par, "faces");
@@ -107,17 +151,13 @@ Denoised denoise(const MeshModel& layer, const Points& from, const RichParameter
 		options.watertight = par.getBool("watertight") ? 1 : 0;
 		options.uv = par.getBool("uv") ? 1 : 0;
 		options.texture_size = count(par, "textureSize");
-		if (layer.hasDataMask(MeshModel::MM_VERTCOLOR)) {
-			out.rgba = colors(layer.cm, from);
-			in.colors = out.rgba.data();
+		if (!scan.rgba.empty()) {
+			in.colors = scan.rgba.data();
 			in.color_scalar = ATLASFIT_U8;
 		}
-		if (layer.hasDataMask(MeshModel::MM_VERTQUALITY)) {
-			quality.reserve(from.vertex.size());
-			for (uint32_t vertex : from.vertex)
-				quality.push_back(double(layer.cm.vert[vertex].cQ()));
+		if (!scan.quality.empty()) {
 			attribute.name = "quality";
-			attribute.values = quality.data();
+			attribute.values = scan.quality.data();
 			attribute.scalar = ATLASFIT_F64;
 			in.attributes = &attribute;
 			in.attribute_count = 1;
@@ -180,9 +220,9 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	MeshModel& source = current(md);
 	check_page(par);
 	const Frame frame(source.cm);
-	const Points from = points(source.cm, frame, only_selected(source, par));
+	const Scan scan = scan_of(md, par);
 	bar.part(0, LAID_OUT);
-	const Denoised fit = denoise(source, from, par, bar, true, outcome);
+	const Denoised fit = denoise(scan, nullptr, par, bar, outcome);
 	const atlasfit_report& r = fit.report;
 
 	std::vector<double> xyz(3 * r.vertices);
@@ -217,10 +257,11 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 		// The scan is finer than the surface's vertices.
 		std::vector<double> clean(3 * r.points);
 		check(atlasfit_result_point_positions(fit.result.get(), clean.data(), clean.size()));
-		atlasfit_points scan = cloud(clean);
-		scan.colors = fit.rgba.empty() ? nullptr : fit.rgba.data();
-		scan.color_scalar = ATLASFIT_U8;
-		images = page_images(par, 1, page, &scan, bar, outcome);
+		atlasfit_points painted = cloud(clean);
+		painted.colors = scan.rgba.empty() ? nullptr : scan.rgba.data();
+		painted.color_scalar = ATLASFIT_U8;
+		const Sources colours{nullptr, &painted};
+		images = page_images(par, int(count(par, "textureSize")), 1, page, colours, bar, outcome);
 	}
 
 	MeshModel& layer = *md.addNewMesh("", QFileInfo(source.label()).completeBaseName() + "_atlas", true);
@@ -275,7 +316,10 @@ void denoise_vertices(
 	const Frame frame(layer.cm);
 	const bool selection = only_selected(layer, par);
 	const Points from = points(layer.cm, frame, false);
-	const Denoised fit = denoise(layer, from, par, bar, false, outcome);
+	const Triangles faces = triangles(layer.cm, from);
+	Scan scan;
+	add(scan, layer, from, MeshModel::MM_NONE);
+	const Denoised fit = denoise(scan, &faces, par, bar, outcome);
 	std::vector<double> xyz(3 * fit.report.points);
 	std::vector<float> normals(3 * fit.report.points);
 	std::vector<uint32_t> chart(fit.report.points);
@@ -375,6 +419,19 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 		old = corner_uv(layer.cm, faces);
 		in.corner_uv = old.data();
 	}
+	// Colours that the layer's textures have go on a page that keeps their detail.
+	const OldTextures textures = par.getEnum("texture") == TEXTURE_COLORS ? OldTextures(layer, faces, outcome)
+																		  : OldTextures();
+	const atlasfit_textures before = textures.c();
+	double density = 0;
+	if (!textures.empty()) {
+		uint32_t side = 0, padding = 0;
+		const atlasfit_run how = run(par, nullptr);
+		timed(outcome,
+			[&] { return atlasfit_textures_page(&in, &before, &how, &side, &padding, &density); });
+		options.page_width = options.page_height = std::max(options.page_width, side);
+		options.padding = std::max(options.padding, padding);
+	}
 	const std::vector<uint32_t> polygon = polygons(layer.cm, faces);
 	if (!polygon.empty())
 		in.face_polygon = polygon.data();
@@ -400,7 +457,16 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 		laid.colors = rgba.data();
 		laid.color_scalar = ATLASFIT_U8;
 	}
-	const std::vector<QImage> images = page_images(par, info.pages, laid, nullptr, bar, outcome);
+	int size = int(info.width);
+	for (double texels = info.texels_per_unit; texels < density && size < LARGEST_PAGE; texels *= 2)
+		size *= 2;
+	const Sources colours{textures.empty() ? nullptr : &before, nullptr};
+	const std::vector<QImage> images = page_images(par, size, info.pages, laid, colours, bar, outcome);
+	if (!textures.empty())
+		outcome.lines.push_back("textures: " + grouped(textures.images.size()) + " drawn anew at " +
+			grouped(std::size_t(size)) + " x " + grouped(std::size_t(size)) + " texels");
+	else if (images.empty() && !layer.cm.textures.empty())
+		outcome.lines.push_back("warning: the textures that the layer has no longer fit its UVs");
 
 	set_corner_uv(layer, faces, uv, pages);
 	outcome.lines.push_back("charts: " + grouped(info.charts) + " on " + grouped(info.pages) +
@@ -445,6 +511,10 @@ void distortion(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcom
 	for (std::size_t i = 0; i < faces.face.size(); ++i)
 		layer.cm.face[faces.face[i]].Q() =
 			typename CFaceO::QualityType(std::isfinite(stretch[i]) ? stretch[i] : largest);
+	if (par.getBool("colorize")) {
+		layer.updateDataMask(MeshModel::MM_FACECOLOR);
+		vcg::tri::UpdateColor<CMeshO>::PerFaceQualityRamp(layer.cm, Coordinate(FULL_SCALE), 1);
+	}
 	outcome.values.push_back({"largest", double(largest)});
 }
 

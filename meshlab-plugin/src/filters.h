@@ -8,7 +8,8 @@
 /// The filters, by the number that the host knows them by.
 enum Filter { RECONSTRUCT, DENOISE, PARAMETRIZE, DISTORTION, FILTERS };
 
-/// Choices of the parameter "texture".
+/// Choices of the parameter "texture". Colours are those of the textures that a layer has, else of its vertices,
+/// else there is no page.
 enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
 
 /// What the host shows of a filter, and what it must know before and after it runs.
@@ -29,7 +30,8 @@ struct About {
 
 /// One parameter of a filter.
 struct Parameter {
-	enum Kind { BOOL, INT, FLOAT, ENUM };
+	/// LENGTH is a number that the host shows as a share of the layer's diagonal too.
+	enum Kind { BOOL, INT, FLOAT, LENGTH, ENUM };
 	Kind kind;
 	QString name;
 	double value;
@@ -38,6 +40,8 @@ struct Parameter {
 	QStringList choices;
 	/// Shown behind "advanced" where the host has that.
 	bool advanced;
+	/// Not shown where the host has no "advanced".
+	bool hidden = false;
 };
 
 /// What a filter has to say after it succeeded.

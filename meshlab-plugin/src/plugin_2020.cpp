@@ -9,13 +9,18 @@ AtlasfitPlugin::AtlasfitPlugin()
 	}
 }
 
-void AtlasfitPlugin::initParameterSet(QAction* a, MeshModel&, RichParameterList& list)
+void AtlasfitPlugin::initParameterSet(QAction* a, MeshModel& layer, RichParameterList& list)
 {
 	for (const Parameter& p : parameters(ID(a))) {
+		if (p.hidden)
+			continue;
 		switch (p.kind) {
 		case Parameter::BOOL: list.addParam(RichBool(p.name, p.value != 0, p.label, p.help)); break;
 		case Parameter::INT: list.addParam(RichInt(p.name, int(p.value), p.label, p.help)); break;
 		case Parameter::FLOAT: list.addParam(RichFloat(p.name, float(p.value), p.label, p.help)); break;
+		case Parameter::LENGTH:
+			list.addParam(RichLength(p.name, float(p.value), 0, float(diagonal(layer)), p.label, p.help));
+			break;
 		case Parameter::ENUM:
 			list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help));
 			break;

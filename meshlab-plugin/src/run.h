@@ -75,5 +75,8 @@ atlasfit_run run(const RichParameterList& par, Bar* bar);
 /// was meant.
 double number(const RichParameterList& par, const char* name);
 
+/// A length that the user gave, in the layer's unit or as a share of its diagonal.
+double length(const RichParameterList& par, const char* name);
+
 /// A whole number that the user gave, 0 or more.
 uint32_t count(const RichParameterList& par, const char* name);

@@ -91,7 +91,7 @@ impl Default for BakeOptions {
 #[must_use]
 pub fn side_for(points: usize) -> u32 {
     let side = (TEXELS_PER_POINT * points as f64 / COVERAGE).sqrt();
-    (side as u32).next_power_of_two().clamp(512, 8192)
+    (side.min(8192.0) as u32).next_power_of_two().clamp(512, 8192)
 }
 
 /// Bytes that [`bake`] needs at its peak with so many threads for a mesh of so many vertices and faces, which
