@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The filters as every MeshLab sees them: names, help, parameters (about.cpp), and applying one to the
-// current layer (filters.cpp). No algorithm: arrays out, one call into libatlasfit, arrays back.
+// current layer (filters.cpp, by scan_filters.cpp and uv_filters.cpp). No algorithm: arrays out, one call into libatlasfit, arrays back.
 #pragma once
 
 #include "host.h"
