@@ -8,12 +8,10 @@
 
 namespace {
 
-const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b>";
+const char* const PAPER = "<br>See: M. Gadelha, R. Wang, S. Maji, <b>Deep Manifold Prior</b>, 2020.";
 const char* const STRETCH_PAPER =
-	"<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive "
-	"Meshes\"</b><br>SIGGRAPH 2001.";
-const char* const FRAME =
-	"<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
+	"<br>See: P. Sander et al., <b>Texture Mapping Progressive Meshes</b>, SIGGRAPH 2001.";
+const char* const FRAME = "<br>Lengths are those that you see: the layer's matrix is applied.";
 
 Parameter texture_parameter()
 {
@@ -70,7 +68,7 @@ std::vector<Parameter> denoise_parameters(bool surface)
 		list.push_back({Parameter::FLOAT, "minPart", o.min_part, "Smallest part (share)",
 			"Connected parts of the surface that have less than this share of its area, 0 to 1, are left out. "
 			"0 = all stay.",
-			{}, false});
+			{}, true});
 		list.push_back({Parameter::BOOL, "largest", double(o.largest), "Largest part only",
 			"Whether only the largest connected part of the surface is kept, by area.", {}, false});
 		list.push_back({Parameter::INT, "faces", double(o.faces), "Triangles",
@@ -136,45 +134,35 @@ const About& about(int filter)
 {
 	static const std::array<About, FILTERS> all{{
 		{"Surface Reconstruction: Atlas", "generate_surface_reconstruction_atlas",
-			QString("Surface of a noisy scan or point cloud: fits an atlas of smooth overlapping charts to the "
-					"vertices of the current layer, or of all visible ones, and makes one clean connected surface of it in a new layer, with "
-					"normals, colours, per-wedge texture coordinates and a texture page. The layer may be a "
-					"point cloud or a mesh, whose faces are not looked at; "
-					"normals are not needed.<br>Use it for noisy scans with stray points, thin parts and "
-					"holes: noise, charts and smoothness are found from the data, holes "
-					"stay open unless you ask for them to be filled, one-sided surfaces are possible.") +
+			QString("Surface of a noisy scan or point cloud: one clean connected surface in a new layer, with "
+					"normals, colours and UVs. Noise, outliers, charts and smoothness are found from the data; "
+					"normals are not needed. Holes stay open unless you ask for them to be filled, one-sided "
+					"surfaces are possible.") +
 				FRAME + PAPER,
 			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE,
 			MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},
 		{"Denoise: Atlas", "apply_coord_denoising_atlas",
-			QString("Removes noise, finds outliers: moves the vertices of the current layer, a point cloud or a "
-					"scanned mesh, onto an atlas of smooth charts that is fitted to them. Order, faces, attributes and "
-					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices "
-					"that belong to no surface follow their neighbours in a mesh, so that no spike stays, and "
-					"stay where they are in a point cloud.<br>Use it where "
-					"the points themselves matter: for registration, measuring, or before a reconstruction "
-					"of your choice.") +
+			QString("Removes noise, finds outliers: moves the vertices of a point cloud or a scanned mesh onto an "
+					"atlas of smooth charts that is fitted to them. Order, faces, attributes and selection stay; "
+					"how far each vertex was moved becomes its quality. Outliers follow their neighbours in a "
+					"mesh, and stay where they are in a point cloud.") +
 				FRAME + PAPER,
 			Host::Smoothing | Host::PointSet, MeshModel::MM_NONE,
 			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL |
 				MeshModel::MM_VERTQUALITY | MeshModel::MM_VERTFLAGSELECT},
 		{"Parametrization: Atlas", "compute_texcoord_parametrization_atlas",
-			QString("UV unwrap: gives the current mesh per-wedge texture coordinates (UVs): few charts of low stretch "
-					"that neither flip nor overlap, packed on square pages. Textures that the layer has are "
-					"drawn anew for them at no lower density, else vertex colours are baked. Geometry and order stay as they are. Any mesh "
-					"will do: open, closed, of any genus, with non-manifold "
-					"edges or faces without area.<br>Use it before baking, painting or exporting with a "
-					"texture.") +
+			QString("UV unwrap: gives the current mesh per-wedge texture coordinates (UVs): few charts of low "
+					"stretch that neither flip nor overlap, packed on square pages. Textures that the layer has "
+					"are drawn anew at no lower density, else vertex colours are baked. Geometry and order stay. "
+					"Any mesh will do: open, closed, of any genus, with non-manifold edges.") +
 				FRAME + PAPER + STRETCH_PAPER,
 			Host::Texture, MeshModel::MM_FACENUMBER, MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
 		{"UV Distortion", "compute_scalar_by_uv_distortion_per_face",
-			QString("Quality of a parametrization: measures the per-wedge texture coordinates (UVs) of the current mesh, "
-					"whoever made them. Face "
-					"quality becomes the stretch: the largest factor by which a length on "
-					"the face is stretched or shrunk in the texture, after one global scale that makes the "
-					"areas equal; 1 = isometric. Collapsed faces get the "
-					"largest stretch of the others. The log says charts, seam length, stretch, flips and "
-					"overlaps, by exact predicates.<br>Pages count as square.") +
+			QString("Quality of a parametrization: measures the per-wedge texture coordinates (UVs) of the current "
+					"mesh, whoever made them. Face quality becomes the stretch: the largest factor by which a "
+					"length on the face is stretched or shrunk in the texture, after one global scale that makes "
+					"the areas equal; 1 = isometric. Collapsed faces get the largest stretch of the others. The "
+					"log says charts, seam length, stretch, flips and overlaps. Pages count as square.") +
 				FRAME + STRETCH_PAPER,
 			Host::Quality | Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD,
 			MeshModel::MM_FACEQUALITY | MeshModel::MM_FACECOLOR},

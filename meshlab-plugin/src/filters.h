@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The filters as every MeshLab sees them: names, help, parameters (about.cpp), and applying one to the
-// current layer (filters.cpp, by scan_filters.cpp and uv_filters.cpp). No algorithm: arrays out, one call into libatlasfit, arrays back.
+// current layer (filters.cpp, by scan_filters.cpp and uv_filters.cpp). No algorithm: arrays out, one call into
+// libatlasfit, arrays back.
 #pragma once
 
 #include "host.h"
@@ -38,10 +39,8 @@ struct Parameter {
 	QString label;
 	QString help;
 	QStringList choices;
-	/// Shown behind "advanced" where the host has that.
+	/// Shown behind "advanced"; not at all where the host has no such place.
 	bool advanced;
-	/// Not shown where the host has no "advanced".
-	bool hidden = false;
 };
 
 /// What a filter has to say after it succeeded.

@@ -36,27 +36,23 @@ std::vector<Parameter> run_parameters()
 		{Parameter::FLOAT, "timeLimit", TIME_LIMIT, "Time limit (s)",
 			"Seconds after which the filter gives up and changes nothing: MeshLab has no way to cancel a "
 			"filter. 0 = no limit.",
-			{}, true, true},
+			{}, true},
 		{Parameter::INT, "memoryLimit", double(run.memory_limit_bytes), "Memory limit (MiB)",
-			"The filter gives up at once where it expects to need more. 0 = no limit.", {}, true, true},
+			"The filter gives up at once where it expects to need more. 0 = no limit.", {}, true},
 		{Parameter::INT, "seed", double(run.seed), "Seed",
-			"Seed of everything random. Same input and seed give the same result.", {}, true, true},
+			"Seed of everything random. Same input and seed give the same result.", {}, true},
 		{Parameter::INT, "threads", double(run.threads), "Threads",
-			"Worker threads; 0 = all cores. The result does not depend on it.", {}, true, true},
+			"Worker threads; 0 = all cores. The result does not depend on it.", {}, true},
 	};
 }
 
 atlasfit_run run(const RichParameterList& par, Bar* bar)
 {
 	atlasfit_run run = defaults(atlasfit_run_init);
-	run.time_limit_s = TIME_LIMIT;
-	// Where the host has no place to hide them the user is not asked.
-	if (par.hasParameter("timeLimit")) {
-		run.time_limit_s = number(par, "timeLimit");
-		run.memory_limit_bytes = uint64_t(count(par, "memoryLimit")) << 20;
-		run.seed = count(par, "seed");
-		run.threads = count(par, "threads");
-	}
+	run.time_limit_s = number(par, "timeLimit");
+	run.memory_limit_bytes = uint64_t(count(par, "memoryLimit")) << 20;
+	run.seed = count(par, "seed");
+	run.threads = count(par, "threads");
 	if (bar && bar->host) {
 		run.progress = relay;
 		run.progress_user = bar;
