@@ -50,7 +50,7 @@ class _Panel:
         if Status.label:
             column = layout.column(align=True)
             column.label(text=f"{Status.label}: Esc cancels")
-            text = f"{Status.stage} {100 * Status.share:.0f} %"
+            text = f"{Status.stage} {100 * Status.share:.0f} %{Status.left}"
             if hasattr(column, "progress"):  # 4.0 and later
                 column.progress(factor=Status.share, text=text)
             else:

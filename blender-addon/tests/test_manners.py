@@ -10,6 +10,7 @@ import os
 import pickle
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import atlasfit
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 from atlasfit import _atlas, _bake, _call, _denoise, _files, _measure, _unwrap
 from made import torus, triangles
+from pages import code
 
 
 @pytest.fixture(scope="module")
@@ -188,6 +190,18 @@ def test_every_function_has_an_example_and_all_of_them_run(tmp_path, monkeypatch
     assert functions <= with_example, functions - with_example
 
 
+def test_the_page_for_python_works_to_the_letter(tmp_path, monkeypatch):
+    folder = Path(__file__).resolve().parents[2]
+    (tmp_path / "examples").mkdir()
+    vase = atlasfit.load(folder / "examples" / "vase.ply")
+    atlasfit.save(tmp_path / "examples" / "vase.ply", vase.points[::5], colors=vase.colors[::5])
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code("python.md"), "docs/python.md", "exec"), {})
+    made = {path.name for path in tmp_path.iterdir()}
+    assert made == {"examples", "clean.ply", "vase.glb", "unwrapped.obj", "textured.glb"}
+    assert atlasfit.load("textured.glb").texture is not None
+
+
 def test_charts_are_plotted(mesh):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
@@ -211,8 +225,6 @@ def test_an_editable_install_imports_the_package_where_it_lies(tmp_path):
     for left in (folder / "atlasfit").glob("test-*"):
         left.unlink()
     site = tmp_path / "site"
-    import zipfile
-
     zipfile.ZipFile(tmp_path / made).extractall(site)
     where = "import site, sys; site.addsitedir(sys.argv[1]); import atlasfit; print(atlasfit.__file__)"
     found = subprocess.run(

@@ -356,6 +356,22 @@ def test_a_cancelled_run_ends_at_once_and_leaves_everything():
     print(f"   cancelled after {1000 * waited:.0f} ms")
 
 
+def test_the_bar_never_falls_and_says_the_time_left():
+    shares = []
+
+    def work(progress, cancel):
+        for share in (0.1, 0.5, 0.3, 0.8):
+            progress("working", share)
+            shares.append(job.share)
+
+    job = addon.long.Job(lambda progress, cancel: (time.sleep(0.1), work(progress, cancel)))
+    job.thread.join(5)
+    assert shares == [0.1, 0.5, 0.5, 0.8]
+    left = addon.long.time_left
+    assert left(10, 0.25) == ", 30 s left" and left(60, 0.1) == ", 9 min left"
+    assert left(0.5, 0.5) == left(10, 0.01) == left(10, 1) == ""
+
+
 def test_it_can_be_turned_off_and_on():
     draws = lambda: [
         len(getattr(bpy.types, m).draw._draw_funcs)

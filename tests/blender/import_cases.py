@@ -2,12 +2,14 @@
 
 import os
 import struct
+import sys
 import tempfile
 
 import bpy
 import numpy as np
 
 from made import sphere_points
+from pages import DOCS, bold, code
 from scenes import addon, atlasfit, mesh, monkey, refused, scan, select
 
 PAINT = np.uint8([[255, 128, 0], [10, 200, 30]])
@@ -183,3 +185,20 @@ def test_the_page_grows_with_the_scan():
     bpy.ops.object.atlasfit_reconstruct()
     assert tuple(image_of(bpy.context.object).size) == (1024, 1024)
     assert [atlasfit.texture_side(n) for n in (3000, 209_000, 10**7)] == [512, 2048, 8192]
+
+
+def test_the_page_for_blender_works_to_the_letter():
+    folder, here, arguments = tempfile.mkdtemp(), os.getcwd(), sys.argv
+    vase = atlasfit.load(os.path.join(os.path.dirname(DOCS), "examples", "vase.ply"))
+    os.mkdir(f"{folder}/examples")
+    atlasfit.save(f"{folder}/examples/vase.ply", vase.points[::5], colors=vase.colors[::5])
+    os.chdir(folder)
+    sys.argv = ["blender", "--", "examples"]
+    try:
+        exec(compile(code("blender.md"), "docs/blender.md", "exec"), {})
+    finally:
+        os.chdir(here)
+        sys.argv = arguments
+    assert os.path.exists(f"{folder}/vase.blend") and bpy.context.object.name == "vase Surface"
+    labels = {getattr(bpy.types, name).bl_label for name in dir(bpy.types) if "atlasfit" in name and "_OT_" in name}
+    assert bold("blender.md") - {"Scan (.e57, .las, .laz, .pcd, .ply, .xyz)"} <= labels

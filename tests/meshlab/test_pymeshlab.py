@@ -12,6 +12,7 @@ import pymeshlab as ml
 import pytest
 
 from conftest import ROOT
+from pages import bold, code
 
 RECONSTRUCT = "generate_surface_reconstruction_atlas"
 DENOISE = "apply_coord_denoising_atlas"
@@ -460,6 +461,17 @@ def test_a_vertex_that_is_not_finite_does_not_spoil_the_distortion_of_the_others
     values = ms.apply_filter(DISTORTION)
     assert values["stretch_median"] == pytest.approx(before["stretch_median"], rel=0.01)
     assert np.isfinite(ms.current_mesh().face_scalar_array()).all()
+
+
+def test_the_page_for_meshlab_works_to_the_letter(scan, tmp_path):
+    (tmp_path / "examples").mkdir()
+    (tmp_path / "examples/vase.ply").write_bytes(scan.read_bytes())
+    script = "import os\n" + code("meshlab.md") + "\nimport sys\nsys.stdout.flush()\nos._exit(0)\n"
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.startswith("vase 0.0"), done.stderr
+    assert {"vase.obj", "vase.obj.mtl", "vase_atlas.png"} <= {p.name for p in tmp_path.iterdir()}
+    about = (ROOT / "meshlab-plugin/src/about.cpp").read_text()
+    assert bold("meshlab.md") and all(f'{{"{name}", ' in about for name in bold("meshlab.md"))
 
 
 def test_names_and_help_are_what_people_look_for():
