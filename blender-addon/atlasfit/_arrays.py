@@ -89,7 +89,8 @@ def mesh_struct(
 
 
 def _as_colors(values: ArrayLike) -> NDArray[Any]:
-    """Colours as the library takes them: floats in [0, 1], or uint8. Whole numbers from 0 to 255 are taken for
+    """Colours as the library takes them: floats in [0, 1], or uint8. Whole numbers from 0 to 255 are taken
+    for
     those of 8 bits, whatever their type; what is neither is refused.
     """
     array = np.asarray(values)

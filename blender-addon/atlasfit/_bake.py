@@ -87,7 +87,8 @@ class TexturePage:
     side     of the square page in texels, for page_size of unwrap()
     padding  free texels between charts that keep colours apart when the page is seen from far away, for
              padding of unwrap()
-    density  texels per unit of length that the old textures have; where texels_per_unit of the new UVs is less,
+    density  texels per unit of length that the old textures have; where texels_per_unit of the new UVs is
+    less,
              bake twice as large, or four times
     """
 

@@ -54,10 +54,13 @@ class RunOptions(TypedDict, total=False):
     threads       worker threads, 0 = all cores; the result does not depend on it. Default 0.
     time_limit    seconds after which TimedOut is raised; 0 = no limit. Default 0.
     memory_limit  bytes that the run's own estimate may not exceed; 0 = no limit. Default 0.
-    progress      True shows a bar with the time that is left, in a terminal or a notebook (by tqdm where that is
-                  installed); a tqdm bar is filled. A function is called with the name of the running stage and
+    progress      True shows a bar with the time that is left, in a terminal or a notebook (by tqdm where
+    that is
+                  installed); a tqdm bar is filled. A function is called with the name of the running stage
+                  and
                   the share of the whole call that is done, in [0, 1], which never falls (a stage may come
-                  again); on the calling thread, at most 50 times a second. It returns False to cancel. What it
+                  again); on the calling thread, at most 50 times a second. It returns False to cancel. What
+                  it
                   raises ends the run and is raised by the function.
     cancel        a token that cancels the run from another thread.
     """

@@ -118,7 +118,8 @@ class Surface:
         )
 
     def show(self) -> None:
-        """Opens a window, or a view in a notebook, with the surface: by pyvista where that is installed, else by
+        """Opens a window, or a view in a notebook, with the surface: by pyvista where that is installed,
+        else by
         trimesh.
         """
         show(self.vertices, self.triangles, self.colors)

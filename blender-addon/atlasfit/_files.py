@@ -41,7 +41,8 @@ _LOST_BYTES = 4096  # of the text that says what a format could not hold
 class Loaded:
     """What a file holds.
 
-    points       (n, 3) float64, in the file's order and unit; of a mesh its vertices. Points that are not finite
+    points       (n, 3) float64, in the file's order and unit; of a mesh its vertices. Points that are not
+    finite
                  are among them
     normals      (n, 3) float32, zeros where none is known; None without
     colors       (n, 4) float32 in [0, 1]; None without
@@ -159,7 +160,8 @@ def save(
     **options: Unpack[RunOptions],
 ) -> tuple[str, ...]:
     """Writes points or a mesh: PLY, OBJ with its material, GLB, OFF, STL, XYZ, by the name's extension.
-    The file is written whole or not at all; one that exists is replaced. Gives what the format could not hold,
+    The file is written whole or not at all; one that exists is replaced. Gives what the format could not
+    hold,
     in words.
 
         atlasfit.save("surface.glb", result)                    # what denoise() gave: its surface
@@ -173,7 +175,8 @@ def save(
     attributes   by name, (n,) or (n, k)
     corner_uv    (m, 3, 2) UVs of each corner of each triangle
     face_charts  (m,) the UV chart of each triangle
-    texture      the texels that bake() gave, or the bytes of a PNG file: GLB holds it inside, else it goes to a
+    texture      the texels that bake() gave, or the bytes of a PNG file: GLB holds it inside, else it goes
+    to a
                  file beside the output
     ascii        text where a format has both
 

@@ -1,4 +1,4 @@
-"""Pictures of results by libraries that a user may have: matplotlib, pyvista, trimesh. None is needed otherwise."""
+"""Pictures of results by libraries that a user may have: matplotlib, pyvista, trimesh."""
 
 from __future__ import annotations
 

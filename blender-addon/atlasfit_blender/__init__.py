@@ -11,7 +11,7 @@ bl_info = {
     "author": "The atlasfit developers",
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
-    "location": "File > Import; UV menus; Object menu; sidebar of the 3D view and the UV editor, tab Atlasfit",
+    "location": "File > Import; UV and Object menus; sidebar of 3D view and UV editor, tab Atlasfit",
     "description": "Low-stretch chart UVs for any mesh; denoising and reconstruction of scans",
     "category": "UV",
 }

@@ -11,7 +11,23 @@ from . import bake, mesh
 from .long import LongOperator, Refused, within
 from .native import atlasfit
 
-EXTENSIONS = ("e57", "las", "laz", "pcd", "ply", "xyz", "pts", "asc", "txt", "csv", "obj", "off", "stl", "glb", "gltf")
+EXTENSIONS = (
+    "e57",
+    "las",
+    "laz",
+    "pcd",
+    "ply",
+    "xyz",
+    "pts",
+    "asc",
+    "txt",
+    "csv",
+    "obj",
+    "off",
+    "stl",
+    "glb",
+    "gltf",
+)
 # Blender's numbers have 24 bits: so many times its own size away from the origin a scan loses digits that one
 # can see.
 FAR = 100.0
@@ -23,8 +39,8 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
     bl_idname = "import_mesh.atlasfit_scan"
     bl_label = "Import Scan"
     bl_description = (
-        "Read scans, with the colors and columns of their points: E57, LAS, LAZ, PCD, PLY, XYZ and other columns "
-        "of numbers; also meshes"
+        "Read scans, with the colors and columns of their points: E57, LAS, LAZ, PCD, PLY, XYZ and other "
+        "columns of numbers; also meshes"
     )
 
     filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
@@ -34,8 +50,8 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
     to_origin: BoolProperty(
         name="Move to Origin",
         description=(
-            "Scans in survey coordinates are moved to the origin, where Blender's numbers are fine enough; the "
-            "mesh keeps the way as its property atlasfit_origin"
+            "Scans in survey coordinates are moved to the origin, where Blender's numbers are fine enough; "
+            "the mesh keeps the way as its property atlasfit_origin"
         ),
         default=True,
     )
@@ -143,9 +159,7 @@ def _kind(values):
 
 
 def _entry(menu, context):
-    menu.layout.operator(
-        IMPORT_OT_atlasfit_scan.bl_idname, text="Scan (.e57, .las, .laz, .pcd, .ply, .xyz)"
-    )
+    menu.layout.operator(IMPORT_OT_atlasfit_scan.bl_idname, text="Scan (.e57, .las, .laz, .pcd, .ply, .xyz)")
 
 
 _register, _unregister = bpy.utils.register_classes_factory((IMPORT_OT_atlasfit_scan,))

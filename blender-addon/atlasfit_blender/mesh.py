@@ -76,6 +76,23 @@ def objects(context):
     return found
 
 
+def other_scales(context, obs):
+    """What to tell of selected objects that share a mesh with one of `obs` and are scaled otherwise: UVs of
+    one mesh are laid out once.
+    """
+    notes = []
+    for ob in obs:
+        size = lambda other: np.sort(np.linalg.svd(linear(other), compute_uv=False))
+        others = [o for o in context.selected_objects if o != ob and o.type == "MESH" and o.data == ob.data]
+        unlike = [o.name for o in others if not np.allclose(size(o), size(ob), rtol=1e-3)]
+        if unlike:
+            notes.append(
+                f"{', '.join(unlike)} share the mesh of {ob.name} and are scaled otherwise: measured as"
+                f" {ob.name}"
+            )
+    return notes
+
+
 def poll(context):
     """Whether there is a mesh to work on."""
     ob = context.view_layer.objects.active

@@ -357,7 +357,9 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ),
         default=True,
     )
-    hide: BoolProperty(name="Hide Scan", description="Hide the scan, so that one sees the surface", default=True)
+    hide: BoolProperty(
+        name="Hide Scan", description="Hide the scan, so that one sees the surface", default=True
+    )
 
     def draw(self, context):
         layout = self.layout
@@ -385,7 +387,10 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, paint = self.texture_size or atlasfit.texture_side(len(points)), bake.srgb(colors) if self.bake and colors is not None else None
+        size, paint = (
+            self.texture_size or atlasfit.texture_side(len(points)),
+            bake.srgb(colors) if self.bake and colors is not None else None,
+        )
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,

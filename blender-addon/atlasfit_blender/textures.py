@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Textures that materials show through a UV map: read before it is laid out anew, drawn anew for the new UVs."""
+"""Textures that materials show through a UV map: read before it is laid out anew, then drawn anew."""
 
 from dataclasses import dataclass
 
@@ -44,11 +44,21 @@ class Old:
         while texels < page.density and 2 * size <= 8192:
             size, texels = 2 * size, 2 * texels
         for i, s in enumerate(self.shown):
-            how = {"progress": within(progress, i / len(self.shown), (i + 1) / len(self.shown)), "cancel": cancel}
+            how = {
+                "progress": within(progress, i / len(self.shown), (i + 1) / len(self.shown)),
+                "cancel": cancel,
+            }
             out.append(
                 atlasfit.bake_textures(
-                    vertices, faces, uv.corner_uv, [s.texels], self.uv,
-                    face_images=s.faces, normals=s.normals, page_size=size, **how,
+                    vertices,
+                    faces,
+                    uv.corner_uv,
+                    [s.texels],
+                    self.uv,
+                    face_images=s.faces,
+                    normals=s.normals,
+                    page_size=size,
+                    **how,
                 )
             )
         return out
@@ -79,12 +89,16 @@ def read(obs, parts, obstacle):
             )
             faces[first : first + count][mine] = 0
         first += count
-    shown = [Shown(image, normals, _texels(bpy.data.images[image]), faces) for (image, normals), faces in found.items()]
+    shown = [
+        Shown(image, normals, _texels(bpy.data.images[image]), faces)
+        for (image, normals), faces in found.items()
+    ]
     return (Old(np.concatenate(uv), shown) if shown else None), list(dict.fromkeys(notes))
 
 
 def write(old, drawn, obs):
-    """Puts the new images where the old ones were shown: in the objects' materials, or in copies of those that
+    """Puts the new images where the old ones were shown: in the objects' materials, or in copies of those
+    that
     other objects have too. Returns what to tell.
     """
     notes, new = [], {}
@@ -125,7 +139,8 @@ def _has(material, node):
 
 
 def _nodes(ob, layer):
-    """The image nodes of the object's materials that show an image through a UV map, each with the slots of its
+    """The image nodes of the object's materials that show an image through a UV map, each with the slots of
+    its
     material.
     """
     out = {}

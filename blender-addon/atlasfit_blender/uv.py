@@ -95,7 +95,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
     textures: BoolProperty(
         name="Keep Textures",
         description=(
-            "Images that the materials show through the UV map are drawn anew for the new UVs, at no lower density"
+            "Images that the materials show through the UV map are drawn anew for the new UVs, at no lower"
+            " density"
         ),
         default=True,
     )
@@ -129,7 +130,8 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
 
     def prepare(self, context):
         """Reads the meshes; the work lays out each group of them."""
-        obs, self._told = mesh.objects(context), []
+        obs = mesh.objects(context)
+        self._told = mesh.other_scales(context, obs)
         only_selected = context.mode == "EDIT_MESH"
         groups = [obs] if self.together else [[ob] for ob in obs]
         with mesh.object_mode(context, obs):
@@ -289,7 +291,7 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
 
 
 def _lay_out(given, constraints, colors, old, options, progress, cancel):
-    """The work on one group of meshes: (what was given, UVs, baked colours, old textures, those drawn anew)."""
+    """The work on one group: what was given, UVs, baked colours, old textures, those drawn anew."""
     page, image, drawn = None, None, []
     if old is not None:
         page = old.page(given.vertices, given.faces, cancel=cancel)
@@ -364,9 +366,7 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
                     me[mesh.COLOR] = own.name
                 attribute = next((a for a in me.color_attributes if mesh.shows_stretch(a)), None)
                 if attribute is None:
-                    attribute = me.color_attributes.new(
-                        name=mesh.STRETCH, type="BYTE_COLOR", domain="CORNER"
-                    )
+                    attribute = me.color_attributes.new(name=mesh.STRETCH, type="BYTE_COLOR", domain="CORNER")
                 name = attribute.name
                 mesh.put(me.color_attributes[name].data, "color", colors)
                 me.color_attributes.active_color = me.color_attributes[name]

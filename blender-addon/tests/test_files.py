@@ -32,7 +32,9 @@ def test_a_ply_file_holds_all_that_is_given(tmp_path, denoised):
     assert back.attributes["label"].dtype == np.uint8
     assert np.array_equal(back.attributes["label"], s.attributes["label"])
     assert back.notes == () and back.viewpoint is None and back.texture is None
-    assert repr(back).startswith(f"Loaded({len(s.vertices):,} points, {len(s.triangles):,} triangles, normals, ")
+    assert repr(back).startswith(
+        f"Loaded({len(s.vertices):,} points, {len(s.triangles):,} triangles, normals, "
+    )
 
 
 @pytest.mark.parametrize("extension", ["ply", "obj", "glb", "off", "stl", "xyz"])

@@ -1,4 +1,5 @@
-"""What people expect of a Python package: types come back, NumPy's numbers go in, colours of any kind, results
+"""What people expect of a Python package: types come back, NumPy's numbers go in, colours of any kind,
+results
 that pickle, copy and print, bars, examples that run.
 """
 
@@ -33,7 +34,8 @@ def denoised(sphere):
 
 
 @pytest.mark.parametrize(
-    "kind", ["bool", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"]
+    "kind",
+    ["bool", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"],
 )
 def test_attributes_come_back_in_the_type_that_they_were_given_in(sphere, kind):
     given = (sphere[:, 2] > 0).astype(kind)
@@ -47,9 +49,13 @@ def test_attributes_come_back_in_the_type_that_they_were_given_in(sphere, kind):
 
 def test_numbers_of_numpy_are_options(sphere, mesh):
     one, two = np.int64(1), np.int32(2)
-    out = atlasfit.denoise(sphere, noise=np.float32(0.01), charts=np.int64(0), uv=np.bool_(False), threads=one)
+    out = atlasfit.denoise(
+        sphere, noise=np.float32(0.01), charts=np.int64(0), uv=np.bool_(False), threads=one
+    )
     assert out.surface.corner_uv is None and out.report.noise == pytest.approx(0.01)
-    uv = atlasfit.unwrap(*mesh, page_size=np.int64(256), padding=two, seed=np.uint8(3), max_stretch=np.float64(1.2))
+    uv = atlasfit.unwrap(
+        *mesh, page_size=np.int64(256), padding=two, seed=np.uint8(3), max_stretch=np.float64(1.2)
+    )
     assert uv.info.width == 256 and uv.info.padding == 2
     atlasfit.measure_uv(*mesh, uv.corner_uv, page_size=(np.int16(2), np.int16(1)))
     assert len(out.atlas.evaluate(np.int64(0), [[0.0, 0.0]]).positions) == 1
@@ -88,7 +94,9 @@ def same(a, b):
     if isinstance(a, atlasfit.Atlas):
         return a.to_bytes() == b.to_bytes()
     if hasattr(a, "__dataclass_fields__"):
-        return all(same(getattr(a, k), getattr(b, k)) for k in a.__dataclass_fields__ if not k.startswith("_"))
+        return all(
+            same(getattr(a, k), getattr(b, k)) for k in a.__dataclass_fields__ if not k.startswith("_")
+        )
     return a == b
 
 
@@ -220,7 +228,11 @@ def test_an_editable_install_imports_the_package_where_it_lies(tmp_path):
     )
     library = os.environ["ATLASFIT_LIBRARY"]
     made = subprocess.run(
-        [sys.executable, "-c", script, tmp_path, library], cwd=folder, check=True, capture_output=True, text=True
+        [sys.executable, "-c", script, tmp_path, library],
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        text=True,
     ).stdout.strip()
     for left in (folder / "atlasfit").glob("test-*"):
         left.unlink()

@@ -47,9 +47,13 @@ def test_each_face_has_its_image(textured):
     red, green = np.uint8([[[255, 0, 0]]]), np.uint8([[[0, 255, 0, 255]]])
     of = np.arange(len(faces)) % 2
     uv = atlasfit.unwrap(vertices, faces, face_groups=of, padding=4)
-    new = atlasfit.bake_textures(vertices, faces, uv.corner_uv, [red, green], old, face_images=of, page_size=1024)
+    new = atlasfit.bake_textures(
+        vertices, faces, uv.corner_uv, [red, green], old, face_images=of, page_size=1024
+    )
     middle = looked_up(new, uv.corner_uv.mean(axis=1))
-    assert (middle[of == 0] == [255, 0, 0, 255]).mean() > 0.99 and (middle[of == 1] == [0, 255, 0, 255]).mean() > 0.99
+    assert (middle[of == 0] == [255, 0, 0, 255]).mean() > 0.99 and (
+        middle[of == 1] == [0, 255, 0, 255]
+    ).mean() > 0.99
     only = np.where(of == 0, 0, atlasfit.NO_IMAGE)
     assert atlasfit.texture_page(vertices, faces, [red], old, face_images=only).density > 0
 

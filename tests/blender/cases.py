@@ -167,6 +167,23 @@ def test_several_objects_in_object_mode_share_a_texture_or_have_one_each():
     assert np.ptp(uvs(a), axis=0).max() > 0.95
 
 
+def test_linked_copies_with_other_scales_are_named():
+    ob = monkey()
+    copies = [ob.copy(), ob.copy()]
+    for copy in copies:
+        bpy.context.collection.objects.link(copy)
+    copies[0].name, copies[0].scale = "Large", (2, 2, 2)
+    copies[1].rotation_euler = (1, 0, 0)
+    bpy.context.view_layer.update()
+    select(ob, *copies)
+    bpy.ops.uv.atlasfit_unwrap()
+    said = "Large share the mesh of Suzanne and are scaled otherwise: measured as Suzanne"
+    assert report(ob)["notes"].endswith(said)
+    select(ob, copies[1])
+    bpy.ops.uv.atlasfit_unwrap()
+    assert "notes" not in report(ob)
+
+
 def test_pins_are_moved_and_that_is_said():
     ob = grid()
     layer = ob.data.uv_layers.active

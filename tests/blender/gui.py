@@ -128,12 +128,14 @@ def first_look():
         bpy.ops.import_mesh.atlasfit_scan("INVOKE_DEFAULT", filepath=scan)
     yield from waited()
     yield 1.0
-    check("the scan is there with its colors", active().name == "vase" and len(active().data.color_attributes) == 1)
+    check("the scan is there", active().name == "vase")
+    check("with its colors", len(active().data.color_attributes) == 1)
     with within("VIEW_3D"):
         bpy.ops.object.atlasfit_reconstruct("INVOKE_DEFAULT")
     yield from waited()
     yield 2.0
-    check("the surface stands in its place", active().name == "vase Surface" and bpy.data.objects["vase"].hide_get())
+    check("the surface is there", active().name == "vase Surface")
+    check("and the scan hidden", bpy.data.objects["vase"].hide_get())
     check("the view shows its texture", area("VIEW_3D").spaces[0].shading.color_type == "TEXTURE")
     picture("reconstruct.png")
     area("VIEW_3D").spaces[0].shading.color_type = "MATERIAL"

@@ -32,7 +32,23 @@ def las(path, points, colors, scale=0.001):
     rows["rgb"] = colors.astype(np.uint16) * 257
     high, low = points.max(axis=0), points.min(axis=0)
     head = struct.pack(
-        "<4sHHI12xBB32s32sHHHIIBHI20x", b"LASF", 0, 0, 0, 1, 2, b"", b"", 1, 2026, 227, 227, 0, 2, 26, len(points)
+        "<4sHHI12xBB32s32sHHHIIBHI20x",
+        b"LASF",
+        0,
+        0,
+        0,
+        1,
+        2,
+        b"",
+        b"",
+        1,
+        2026,
+        227,
+        227,
+        0,
+        2,
+        26,
+        len(points),
     )
     box = [v for pair in zip(high, low) for v in pair]
     head += struct.pack("<12d", *[scale] * 3, *origin, *box)
@@ -177,7 +193,6 @@ def test_images_lie_beside_a_saved_file_and_exports_name_them():
             assert "Suzanne_Color_1.png" in library.read()
 
 
-
 def test_the_page_grows_with_the_scan():
     ob = scan(100_000)
     mesh.add_attribute(ob.data, "Paint", "FLOAT_COLOR", np.full((100_000, 4), 0.5))
@@ -200,5 +215,7 @@ def test_the_page_for_blender_works_to_the_letter():
         os.chdir(here)
         sys.argv = arguments
     assert os.path.exists(f"{folder}/vase.blend") and bpy.context.object.name == "vase Surface"
-    labels = {getattr(bpy.types, name).bl_label for name in dir(bpy.types) if "atlasfit" in name and "_OT_" in name}
+    labels = {
+        getattr(bpy.types, name).bl_label for name in dir(bpy.types) if "atlasfit" in name and "_OT_" in name
+    }
     assert bold("blender.md") - {"Scan (.e57, .las, .laz, .pcd, .ply, .xyz)"} <= labels

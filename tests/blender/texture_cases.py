@@ -27,7 +27,9 @@ def material(image, name="wood", uv_map=None):
     nodes, links = made.node_tree.nodes, made.node_tree.links
     node = nodes.new("ShaderNodeTexImage")
     node.image = image
-    links.new(node.outputs["Color"], next(n for n in nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"])
+    links.new(
+        node.outputs["Color"], next(n for n in nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"]
+    )
     if uv_map is not None:
         origin = nodes.new("ShaderNodeUVMap")
         origin.uv_map = uv_map
@@ -52,7 +54,9 @@ def colors(ob, image):
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
     s, t = (x - i)[:, None], (y - j)[:, None]
     texel = lambda a, b: values[b % image.size[1], a % image.size[0], :3]
-    return (1 - t) * ((1 - s) * texel(i, j) + s * texel(i + 1, j)) + t * ((1 - s) * texel(i, j + 1) + s * texel(i + 1, j + 1))
+    return (1 - t) * ((1 - s) * texel(i, j) + s * texel(i + 1, j)) + t * (
+        (1 - s) * texel(i, j + 1) + s * texel(i + 1, j + 1)
+    )
 
 
 def wooden(image=None, **how):
@@ -61,7 +65,9 @@ def wooden(image=None, **how):
     if not ob.data.uv_layers:
         ob.data.uv_layers.new(name="UVMap")
     co = mesh.positions(ob.data)
-    mesh.uv_put(ob.data.uv_layers.active, co[mesh.get(ob.data.loops, "vertex_index", 1, np.int32)][:, :2] * 0.3 + 0.5)
+    mesh.uv_put(
+        ob.data.uv_layers.active, co[mesh.get(ob.data.loops, "vertex_index", 1, np.int32)][:, :2] * 0.3 + 0.5
+    )
     ob.data.materials.append(material(image or picture(), **how))
     return ob
 
@@ -72,7 +78,12 @@ def test_a_texture_is_drawn_anew_for_the_new_uvs():
     bpy.ops.uv.atlasfit_unwrap()
     assert_good(ob)
     new = shown(ob)
-    assert new != old and new.name == "wood Atlas" and old.name in bpy.data.images and new.packed_file is not None
+    assert (
+        new != old
+        and new.name == "wood Atlas"
+        and old.name in bpy.data.images
+        and new.packed_file is not None
+    )
     assert np.abs(uvs(ob) - old_uv).max() > 0.05
     assert np.abs(colors(ob, new) - before).mean() < 2 / 255
     assert "drawn anew for the new UVs at 1024 x 1024: wood" in report(ob)["notes"]
@@ -101,7 +112,10 @@ def test_each_material_keeps_its_image_and_normal_maps_are_known():
     ob = wooden()
     second = picture("stone", 32)
     ob.data.materials.append(material(second, "stone"))
-    nodes, links = ob.material_slots[0].material.node_tree.nodes, ob.material_slots[0].material.node_tree.links
+    nodes, links = (
+        ob.material_slots[0].material.node_tree.nodes,
+        ob.material_slots[0].material.node_tree.links,
+    )
     bumps = nodes.new("ShaderNodeTexImage")
     bumps.image = picture("bumps", 16)
     bumps.image.colorspace_settings.name = "Non-Color"  # before the pixels, which it would reset
@@ -138,7 +152,10 @@ def test_what_cannot_be_drawn_anew_is_said():
     bpy.ops.uv.atlasfit_unwrap(textures=False)
     assert "the image wood no longer fits: Keep Textures is off" in report(ob)["notes"]
     ob = wooden()
-    nodes, links = ob.material_slots[0].material.node_tree.nodes, ob.material_slots[0].material.node_tree.links
+    nodes, links = (
+        ob.material_slots[0].material.node_tree.nodes,
+        ob.material_slots[0].material.node_tree.links,
+    )
     mapping, coordinates = nodes.new("ShaderNodeMapping"), nodes.new("ShaderNodeTexCoord")
     links.new(coordinates.outputs["UV"], mapping.inputs["Vector"])
     links.new(mapping.outputs["Vector"], next(n for n in nodes if n.type == "TEX_IMAGE").inputs["Vector"])

@@ -122,8 +122,10 @@ def peers():
 
 
 def scans(folder=ROOT.parent / "shared/data/scans"):
-    """Real scans, nearest in size to 100,000 points, beside screened Poisson: how far the scan's points lie from
-    each surface (MeshLab's own Hausdorff filter), and the processor time. Scans without normals get MeshLab's.
+    """Real scans, nearest in size to 100,000 points, beside screened Poisson: how far the scan's points lie
+    from
+    each surface (MeshLab's own Hausdorff filter), and the processor time. Scans without normals get
+    MeshLab's.
     """
     sizes = {}
     for path in sorted(pathlib.Path(folder).glob("*.ply")):
@@ -133,7 +135,7 @@ def scans(folder=ROOT.parent / "shared/data/scans"):
         print(f"no scans in {folder}")
         return
     nearest = sorted(sizes, key=lambda path: abs(sizes[path] - 100_000))[:5]
-    print("\n| scan | points | surface | CPU s | RMS | mean | 95 % below | vertices |\n|---|---|---|---|---|---|---|---|")
+    print("\n| scan | points | surface | CPU s | RMS | mean | 95 % below | vertices |\n" + "|---" * 8 + "|")
     for path in nearest:
         ms = document()
         ms.load_new_mesh(str(path))
@@ -144,13 +146,13 @@ def scans(folder=ROOT.parent / "shared/data/scans"):
             _, seconds = timed(lambda: reconstruct_scan(ms, name), time.process_time)
             surface = ms.current_mesh_id()
             ms.apply_filter(
-                "get_hausdorff_distance", sampledmesh=0, targetmesh=surface, samplevert=True, sampleedge=False,
-                sampleface=False, samplenum=len(points), maxdist=ml.PercentageValue(50),
+                "get_hausdorff_distance", sampledmesh=0, targetmesh=surface, samplevert=True,
+                sampleedge=False, sampleface=False, samplenum=len(points), maxdist=ml.PercentageValue(50),
             )
             d = np.abs(ms.mesh(0).vertex_scalar_array()) / diagonal
             print(
-                f"| {path.stem} | {len(points):,} | {name} | {seconds:.1f} | {1e5 * np.sqrt(np.mean(d**2)):.2f} "
-                f"| {1e5 * d.mean():.2f} | {1e5 * np.quantile(d, 0.95):.2f} "
+                f"| {path.stem} | {len(points):,} | {name} | {seconds:.1f} "
+                f"| {1e5 * np.sqrt(np.mean(d**2)):.2f} | {1e5 * d.mean():.2f} | {1e5 * np.quantile(d, 0.95):.2f} "
                 f"| {ms.mesh(surface).vertex_number():,} |",
                 flush=True,
             )

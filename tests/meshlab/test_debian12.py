@@ -13,12 +13,13 @@ pytestmark = pytest.mark.skipif(
 
 # meshlabserver wants every parameter.
 FIT = {
-    "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0), "prior": ("Enum", 0),
-    "charts": ("Int", 0),
+    "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0),
+    "prior": ("Enum", 0), "charts": ("Int", 0),
 }
 PARAMETERS = {
     "Surface Reconstruction: Atlas": {
-        "visibleLayers": ("Bool", "false"), **FIT, "detail": ("Float", 1), "fillHoles": ("AbsPerc", 0), "minPart": ("Float", 0),
+        "visibleLayers": ("Bool", "false"), **FIT, "detail": ("Float", 1), "fillHoles": ("AbsPerc", 0),
+        "minPart": ("Float", 0),
         "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("Float", -1),
         "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
         "texture": ("Enum", 0),
@@ -26,8 +27,8 @@ PARAMETERS = {
     "Denoise: Atlas": {**FIT, "selectOutliers": ("Bool", "false")},
     "Parametrization: Atlas": {
         "preset": ("Enum", 1), "maxStretch": ("Float", 0), "maxCharts": ("Int", 0),
-        "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
-        "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
+        "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024),
+        "texture": ("Enum", 0), "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
     },
     "UV Distortion": {"colorize": ("Bool", "true")},
 }

@@ -14,7 +14,8 @@ use atlasfit::bake::{BakeOptions, Colors, Image, Textures, bake, texture_page};
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_image {
-    /// sizeof(atlasfit_image), in bytes. All images of an array have the same: it is the distance between them.
+    /// sizeof(atlasfit_image), in bytes. All images of an array have the same: it is the distance between
+    /// them.
     pub struct_size: usize,
     /// Red, green, blue, alpha of each pixel, 0 to 255; row after row, the top row (v = 1) first.
     pub rgba: *const u8,
@@ -247,8 +248,10 @@ pub unsafe extern "C" fn atlasfit_bake_options_init(
     guard("atlasfit_bake_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
-/// Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near it,
-/// for example a scan, which is often finer, or the textures that it has with other UVs. Colours are averaged as plain numbers, without gamma
+/// Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near
+/// it,
+/// for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
+/// averaged as plain numbers, without gamma
 /// correction. Parts of the UVs outside [0, 1] are left out.
 ///
 /// @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.

@@ -1,6 +1,7 @@
 //! Files of scans and meshes: read into a handle, written from the caller's arrays.
 //!
-//! In: a path. Out: a handle with the file's points, faces and columns, and getters that copy them; or a file.
+//! In: a path. Out: a handle with the file's points, faces and columns, and getters that copy them; or a
+//! file.
 //! The formats are those of atlasfit-io, which the program reads and writes too.
 
 use crate::arrays::{
@@ -22,7 +23,8 @@ use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Once};
 
-/// What a file holds: points, the faces between them if there are any, and columns beside them. Immutable: any
+/// What a file holds: points, the faces between them if there are any, and columns beside them. Immutable:
+/// any
 /// number of threads may read one at once.
 pub struct atlasfit_file(());
 
@@ -201,7 +203,8 @@ pub unsafe extern "C" fn atlasfit_file_notes(
     })
 }
 
-/// Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are among
+/// Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are
+/// among
 /// them.
 ///
 /// @param xyz      Room for `capacity` numbers.
@@ -386,7 +389,8 @@ pub unsafe extern "C" fn atlasfit_file_attribute(
     })
 }
 
-/// What a file is to hold besides the points, and how it is written. Fill it with atlasfit_save_options_init();
+/// What a file is to hold besides the points, and how it is written. Fill it with
+/// atlasfit_save_options_init();
 /// a NULL pointer to one means the defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -397,7 +401,8 @@ pub struct atlasfit_save_options {
     pub corner_uv: *const f32,
     /// UV chart of each triangle. NULL = none. Default NULL.
     pub face_charts: *const u32,
-    /// The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the output.
+    /// The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the
+    /// output.
     /// NULL = none. Default NULL.
     pub texture: *const u8,
     /// Number of these bytes.
@@ -445,11 +450,13 @@ pub unsafe extern "C" fn atlasfit_save_options_init(
 /// @param points   Positions, normals, colours, attributes and triangles.
 /// @param options  What the file is to hold besides; NULL = nothing.
 /// @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
-/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
+/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+/// line
 ///                 each, cut where there is no more room. NULL = not wanted.
 /// @param capacity Bytes that `lost` has room for.
 /// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
-///         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex, no
+///         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
+///         no
 ///         faces for a format that holds only those), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
 ///         #ATLASFIT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
