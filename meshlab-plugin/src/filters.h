@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The filters as every MeshLab sees them: names, help, parameters (about.cpp), and applying one to the
-// current layer (filters.cpp, by scan_filters.cpp and uv_filters.cpp). No algorithm: arrays out, one call into
-// libatlasfit, arrays back.
+// current layer (filters.cpp, by scan_filters.cpp and uv_filters.cpp). No algorithm: arrays out, one call
+// into libatlasfit, arrays back.
 #pragma once
 
 #include "host.h"
@@ -9,8 +9,8 @@
 /// The filters, by the number that the host knows them by.
 enum Filter { RECONSTRUCT, DENOISE, PARAMETRIZE, DISTORTION, FILTERS };
 
-/// Choices of the parameter "texture". Colours are those of the textures that a layer has, else of its vertices,
-/// else there is no page.
+/// Choices of the parameter "texture". Colours are those of the textures that a layer has, else of its
+/// vertices, else there is no page.
 enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
 
 /// What the host shows of a filter, and what it must know before and after it runs.

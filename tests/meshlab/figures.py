@@ -152,7 +152,8 @@ def scans(folder=ROOT.parent / "shared/data/scans"):
             d = np.abs(ms.mesh(0).vertex_scalar_array()) / diagonal
             print(
                 f"| {path.stem} | {len(points):,} | {name} | {seconds:.1f} "
-                f"| {1e5 * np.sqrt(np.mean(d**2)):.2f} | {1e5 * d.mean():.2f} | {1e5 * np.quantile(d, 0.95):.2f} "
+                f"| {1e5 * np.sqrt(np.mean(d**2)):.2f} | {1e5 * d.mean():.2f} "
+                f"| {1e5 * np.quantile(d, 0.95):.2f} "
                 f"| {ms.mesh(surface).vertex_number():,} |",
                 flush=True,
             )

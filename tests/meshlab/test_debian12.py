@@ -28,7 +28,8 @@ PARAMETERS = {
     "Parametrization: Atlas": {
         "preset": ("Enum", 1), "maxStretch": ("Float", 0), "maxCharts": ("Int", 0),
         "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024),
-        "texture": ("Enum", 0), "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
+        "texture": ("Enum", 0), "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0),
+        "packer": ("Enum", 0),
     },
     "UV Distortion": {"colorize": ("Bool", "true")},
 }

@@ -10,6 +10,7 @@ use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
+use atlasfit_capi::save::*;
 use atlasfit_capi::unwrap::*;
 use std::fmt::Write as _;
 use std::mem::offset_of;

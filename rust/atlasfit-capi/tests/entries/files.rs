@@ -6,6 +6,7 @@ use crate::table::*;
 use atlasfit_capi::arrays::*;
 use atlasfit_capi::files::*;
 use atlasfit_capi::points::*;
+use atlasfit_capi::save::*;
 use atlasfit_capi::status::*;
 use std::ffi::{CString, c_char};
 use std::ptr::{null, null_mut};
