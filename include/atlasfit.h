@@ -121,7 +121,8 @@
 #define ATLASFIT_DEGENERATE 11
 
 /**
- * A file, or bytes, of no known format, damaged beyond repair, or of a newer version; or data that the format
+ * A file, or bytes, of no known format, damaged beyond repair, or of a newer version; or data that the
+ * format
  * of the output cannot hold.
  */
 #define ATLASFIT_BAD_FILE 12
@@ -274,7 +275,8 @@ typedef struct atlasfit_atlas atlasfit_atlas;
 typedef struct atlasfit_cancel atlasfit_cancel;
 
 /**
- * What a file holds: points, the faces between them if there are any, and columns beside them. Immutable: any
+ * What a file holds: points, the faces between them if there are any, and columns beside them. Immutable:
+ * any
  * number of threads may read one at once.
  */
 typedef struct atlasfit_file atlasfit_file;
@@ -988,7 +990,8 @@ typedef struct {
  */
 typedef struct {
   /**
-   * sizeof(atlasfit_image), in bytes. All images of an array have the same: it is the distance between them.
+   * sizeof(atlasfit_image), in bytes. All images of an array have the same: it is the distance between
+   * them.
    */
   size_t struct_size;
   /**
@@ -1369,7 +1372,8 @@ typedef struct {
 } atlasfit_file_info;
 
 /**
- * What a file is to hold besides the points, and how it is written. Fill it with atlasfit_save_options_init();
+ * What a file is to hold besides the points, and how it is written. Fill it with
+ * atlasfit_save_options_init();
  * a NULL pointer to one means the defaults.
  */
 typedef struct {
@@ -1386,7 +1390,8 @@ typedef struct {
    */
   const uint32_t *face_charts;
   /**
-   * The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the output.
+   * The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the
+   * output.
    * NULL = none. Default NULL.
    */
   const uint8_t *texture;
@@ -1969,8 +1974,10 @@ ATLASFIT_API uint32_t atlasfit_texture_side(size_t points);
 ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *options, size_t struct_size);
 
 /**
- * Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near it,
- * for example a scan, which is often finer, or the textures that it has with other UVs. Colours are averaged as plain numbers, without gamma
+ * Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near
+ * it,
+ * for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
+ * averaged as plain numbers, without gamma
  * correction. Parts of the UVs outside [0, 1] are left out.
  *
  * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
@@ -2112,7 +2119,8 @@ atlasfit_status atlasfit_file_notes(const atlasfit_file *file,
                                     size_t *length);
 
 /**
- * Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are among
+ * Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are
+ * among
  * them.
  *
  * @param xyz      Room for `capacity` numbers.
@@ -2235,11 +2243,13 @@ ATLASFIT_API atlasfit_status atlasfit_save_options_init(atlasfit_save_options *o
  * @param points   Positions, normals, colours, attributes and triangles.
  * @param options  What the file is to hold besides; NULL = nothing.
  * @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
- * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
+ * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+ * line
  *                 each, cut where there is no more room. NULL = not wanted.
  * @param capacity Bytes that `lost` has room for.
  * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
- *         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex, no
+ *         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
+ *         no
  *         faces for a format that holds only those), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
  *         #ATLASFIT_OUT_OF_MEMORY.
  */
