@@ -11,15 +11,14 @@ pytestmark = pytest.mark.skipif(
     not BIN, reason="ATLASFIT_MESHLAB is not set: run tests/meshlab/run with MeshLab 2020.09 installed"
 )
 
-# meshlabserver wants every parameter.
+# meshlabserver wants every parameter that the dialog has, and no other.
 FIT = {
     "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0),
-    "prior": ("Enum", 0), "charts": ("Int", 0),
+    "prior": ("Enum", 0),
 }
 PARAMETERS = {
     "Surface Reconstruction: Atlas": {
         "visibleLayers": ("Bool", "false"), **FIT, "detail": ("Float", 1), "fillHoles": ("AbsPerc", 0),
-        "minPart": ("Float", 0),
         "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("Float", -1),
         "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
         "texture": ("Enum", 0),
@@ -28,8 +27,7 @@ PARAMETERS = {
     "Parametrization: Atlas": {
         "preset": ("Enum", 1), "maxStretch": ("Float", 0), "maxCharts": ("Int", 0),
         "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024),
-        "texture": ("Enum", 0), "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0),
-        "packer": ("Enum", 0),
+        "texture": ("Enum", 0),
     },
     "UV Distortion": {"colorize": ("Bool", "true")},
 }

@@ -11,8 +11,10 @@ from PIL import Image
 from conftest import ROOT
 from pages import bold, code
 from test_pymeshlab import (
-    DENOISE, DISTORTION, RECONSTRUCT, UNWRAP, document, holding, layers, opened, plugin, textured,  # noqa: F401
+    DENOISE, DISTORTION, RECONSTRUCT, UNWRAP, document, holding, layers, opened, textured,
 )
+
+pytestmark = pytest.mark.usefixtures("plugin")
 
 
 def painted_with(folder, image, name="old.png"):

@@ -20,13 +20,7 @@ DISTORTION = "compute_scalar_by_uv_distortion_per_face"
 DATA = ROOT.parent / "shared/data"
 
 
-@pytest.fixture(scope="session", autouse=True)
-def plugin():
-    path = os.environ.get("ATLASFIT_PLUGIN")
-    if not path:
-        pytest.skip("ATLASFIT_PLUGIN is not set: run tests/meshlab/run")
-    ml.load_plugin(path)
-
+pytestmark = pytest.mark.usefixtures("plugin")
 
 # A mesh dies with its MeshSet, whoever still holds it, and pymeshlab writes its log to a MeshSet that may be
 # gone: they stay until the end.
@@ -69,7 +63,7 @@ def f32(a):
 
 
 @pytest.fixture(scope="session")
-def reconstructed(scan):
+def reconstructed(plugin, scan):
     ms = opened(scan)
     return ms, ms.apply_filter(RECONSTRUCT)
 
