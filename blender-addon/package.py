@@ -7,7 +7,8 @@
     atlasfit_blender-VERSION-legacy-PLATFORM.zip  the add-on for Blender 3.4 to 4.1
     atlasfit_blender-VERSION-PLATFORM.zip         the extension for Blender 4.2 and later
 
-Without --library cargo builds it. pip uses this file too (PEP 517): `pip install ./blender-addon`.
+Without --library cargo builds it. pip uses this file too (PEP 517, PEP 660): `pip install
+./blender-addon`, or with -e to work on the package where it lies.
 """
 
 import argparse
@@ -80,8 +81,8 @@ def write_zip(path, files):
     return path
 
 
-def wheel(library, out):
-    """The Python package as a platform wheel."""
+def wheel(library, out, editable=False):
+    """The Python package as a platform wheel; an editable one names this folder instead of holding its files."""
     tag = f"py3-none-{wheel_platform(library)}"
     info = f"atlasfit-{VERSION}.dist-info"
     metadata = (
@@ -91,7 +92,10 @@ def wheel(library, out):
         "License-Expression: MIT OR Apache-2.0\nLicense-File: LICENSE-MIT\nLicense-File: LICENSE-APACHE\n"
         "Requires-Python: >=3.9\nRequires-Dist: numpy>=1.22\n"
     )
-    files = sources("atlasfit") + [(f"atlasfit/{LIBRARY}", library)]
+    if editable:
+        files = [(f"__editable__.atlasfit-{VERSION}.pth", f"{HERE}\n".encode())]
+    else:
+        files = sources("atlasfit") + [(f"atlasfit/{LIBRARY}", library)]
     files += [
         (f"{info}/licenses/{name}", (ROOT / name).read_bytes()) for name in ("LICENSE-MIT", "LICENSE-APACHE")
     ]
@@ -136,6 +140,13 @@ def extension(wheel_path, out):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """PEP 517."""
     return wheel(cargo_library().read_bytes(), Path(wheel_directory)).name
+
+
+def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
+    """PEP 660: `pip install -e`. The library that cargo built is copied beside the package's files."""
+    library = cargo_library().read_bytes()
+    (HERE / "atlasfit" / LIBRARY).write_bytes(library)
+    return wheel(library, Path(wheel_directory), editable=True).name
 
 
 def main():

@@ -25,8 +25,8 @@
  * Threads   Each long call has worker threads of its own, which end before it returns. Progress is called on
  *           the calling thread only.
  * Results   Input, options, seed and version decide every byte; the number of threads does not.
- * Limits    Nothing unwinds out of the library: no panic, no exception. It prints nothing and reads no
- *           environment variable or file. Never unload the library (dlclose). */
+ * Limits    Nothing unwinds out of the library: no panic, no exception. It prints nothing, reads no
+ *           environment variable, and no file but those that atlasfit_file_... is told of. Never unload the library (dlclose). */
 
 /* Defined as ATLASFIT_STATIC when linking libatlasfit.a on Windows; nothing to define elsewhere. */
 #ifndef ATLASFIT_API
@@ -121,7 +121,9 @@
 #define ATLASFIT_DEGENERATE 11
 
 /**
- * The bytes are no atlas file, or a damaged one, or one of a newer version.
+ * A file, or bytes, of no known format, damaged beyond repair, or of a newer version; or data that the
+ * format
+ * of the output cannot hold.
  */
 #define ATLASFIT_BAD_FILE 12
 
@@ -134,6 +136,11 @@
  * The system refuses what a run needs beside memory: it starts no more threads.
  */
 #define ATLASFIT_RESOURCE_EXHAUSTED 14
+
+/**
+ * A file cannot be opened, read or written: the system refuses.
+ */
+#define ATLASFIT_IO 15
 
 /**
  * A defect of this library; please report it with the input that caused it.
@@ -266,6 +273,13 @@ typedef struct atlasfit_atlas atlasfit_atlas;
  * A token that cancels runs from another thread. Any number of runs may hold it; once asked, it stays asked.
  */
 typedef struct atlasfit_cancel atlasfit_cancel;
+
+/**
+ * What a file holds: points, the faces between them if there are any, and columns beside them. Immutable:
+ * any
+ * number of threads may read one at once.
+ */
+typedef struct atlasfit_file atlasfit_file;
 
 /**
  * What denoising made: denoised points, the surface, the atlas, a report. Immutable: any number of threads
@@ -972,6 +986,64 @@ typedef struct {
 } atlasfit_uv_info;
 
 /**
+ * An image of a mesh's old textures, borrowed for the call.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_image), in bytes. All images of an array have the same: it is the distance between
+   * them.
+   */
+  size_t struct_size;
+  /**
+   * Red, green, blue, alpha of each pixel, 0 to 255; row after row, the top row (v = 1) first.
+   */
+  const uint8_t *rgba;
+  /**
+   * Width in pixels.
+   */
+  uint32_t width;
+  /**
+   * Height in pixels.
+   */
+  uint32_t height;
+} atlasfit_image;
+
+/**
+ * Old textures of one kind (colours, or roughness, ...) of a mesh, borrowed for the call. Fill it with
+ * atlasfit_textures_init(), then set what there is.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_textures).
+   */
+  size_t struct_size;
+  /**
+   * The images; outside of [0, 1] they repeat.
+   */
+  const atlasfit_image *images;
+  /**
+   * Number of images.
+   */
+  size_t image_count;
+  /**
+   * The UVs that the images are for: u, v of each corner of each triangle of the mesh, v up.
+   */
+  const float *corner_uv;
+  /**
+   * The image of each triangle; UINT32_MAX for one without. NULL = the first for all. Default NULL.
+   */
+  const uint32_t *face_image;
+  /**
+   * 1 where the images are normal maps, whose directions are turned to the new UVs; else 0. Default 0.
+   */
+  uint32_t normals;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+} atlasfit_textures;
+
+/**
  * How to bake. Fill it with atlasfit_bake_options_init(); a NULL pointer to one means the defaults.
  */
 typedef struct {
@@ -996,6 +1068,11 @@ typedef struct {
    * The page to bake: triangles of other pages (atlasfit_mesh.face_page) are left out. Default 0.
    */
   uint32_t page;
+  /**
+   * Old textures of the mesh, which are drawn anew for its corner_uv, in place of colours of vertices or
+   * points. NULL = none. Default NULL.
+   */
+  const atlasfit_textures *textures;
 } atlasfit_bake_options;
 
 /**
@@ -1239,6 +1316,98 @@ typedef struct {
    */
   size_t not_finite;
 } atlasfit_distance;
+
+/**
+ * What a file holds.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_file_info), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Points; of a mesh its vertices.
+   */
+  size_t points;
+  /**
+   * Triangles; 0 of a cloud.
+   */
+  size_t triangles;
+  /**
+   * Attributes: columns besides positions, normals and colours.
+   */
+  size_t attributes;
+  /**
+   * Bytes of the image that colours the faces; 0 without one.
+   */
+  size_t texture_bytes;
+  /**
+   * 1 if the points have normals, else 0.
+   */
+  uint32_t has_normals;
+  /**
+   * 1 if the points have colours, else 0.
+   */
+  uint32_t has_colors;
+  /**
+   * 1 if the triangles have UVs, else 0.
+   */
+  uint32_t has_uv;
+  /**
+   * 1 if the triangles have UV charts, else 0.
+   */
+  uint32_t has_face_charts;
+  /**
+   * 1 if the file says where the one scanner stood that measured it, else 0.
+   */
+  uint32_t has_viewpoint;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Where it stood, for viewpoint of atlasfit_denoise_options.
+   */
+  double viewpoint[3];
+} atlasfit_file_info;
+
+/**
+ * What a file is to hold besides the points, and how it is written. Fill it with
+ * atlasfit_save_options_init();
+ * a NULL pointer to one means the defaults.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_save_options).
+   */
+  size_t struct_size;
+  /**
+   * u, v of each corner of each triangle of the points, v up. NULL = none. Default NULL.
+   */
+  const float *corner_uv;
+  /**
+   * UV chart of each triangle. NULL = none. Default NULL.
+   */
+  const uint32_t *face_charts;
+  /**
+   * The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the
+   * output.
+   * NULL = none. Default NULL.
+   */
+  const uint8_t *texture;
+  /**
+   * Number of these bytes.
+   */
+  size_t texture_bytes;
+  /**
+   * 1 for text where a format has both, 0 for binary. Default 0.
+   */
+  uint32_t ascii;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+} atlasfit_save_options;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1753,6 +1922,50 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
                                   size_t vertex_capacity);
 
 /**
+ * Fills an image with its defaults: none.
+ *
+ * @param image       The struct to fill.
+ * @param struct_size sizeof(atlasfit_image).
+ */
+ATLASFIT_API atlasfit_status atlasfit_image_init(atlasfit_image *image, size_t struct_size);
+
+/**
+ * Fills textures with their defaults: none.
+ *
+ * @param textures    The struct to fill.
+ * @param struct_size sizeof(atlasfit_textures).
+ */
+ATLASFIT_API atlasfit_status atlasfit_textures_init(atlasfit_textures *textures, size_t struct_size);
+
+/**
+ * Tells how large a page must be to keep the detail of a mesh's old textures when they are drawn anew for
+ * other UVs.
+ *
+ * @param mesh     The mesh; only its positions and triangles are read.
+ * @param textures Its old textures of one kind; of several the largest page counts.
+ * @param run      How long work is run; NULL = the defaults.
+ * @param side     Set to the side of a square page, 256 to 8192: page_width and page_height of
+ *                 atlasfit_unwrap_options.
+ * @param padding  Set to the free texels between charts that keep colours apart when the page is seen from
+ *                 far away: padding of atlasfit_unwrap_options.
+ * @param density  Set to the texels per unit of length that the old textures have. Where texels_per_unit of
+ *                 the new UVs is less, bake them twice as large, or four times; 0 where no face has a
+ *                 texture.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_textures_page(const atlasfit_mesh *mesh,
+                                       const atlasfit_textures *textures,
+                                       const atlasfit_run *run,
+                                       uint32_t *side,
+                                       uint32_t *padding,
+                                       double *density);
+
+/**
+ * Side in texels of a square texture that keeps the colours of so many points, 512 to 8192.
+ */
+ATLASFIT_API uint32_t atlasfit_texture_side(size_t points);
+
+/**
  * Fills options with their defaults.
  *
  * @param options     The struct to fill.
@@ -1761,8 +1974,10 @@ atlasfit_status atlasfit_uv_split(const atlasfit_uv *uv,
 ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *options, size_t struct_size);
 
 /**
- * Draws colours into a texture for a mesh's UVs: the colours of its vertices, or those of points that lie
- * near it, for example a scan, which is often finer. Colours are averaged as plain numbers, without gamma
+ * Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near
+ * it,
+ * for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
+ * averaged as plain numbers, without gamma
  * correction. Parts of the UVs outside [0, 1] are left out.
  *
  * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
@@ -1860,6 +2075,191 @@ atlasfit_status atlasfit_measure_points(const atlasfit_points *points,
                                         atlasfit_distance *out,
                                         double *point_distance,
                                         size_t capacity);
+
+/**
+ * Frees what was read of a file; NULL is allowed.
+ */
+ATLASFIT_API atlasfit_status atlasfit_file_free(atlasfit_file *file);
+
+/**
+ * Reads a file: PLY, OBJ, OFF, STL, XYZ and other columns of numbers, PCD, LAS, LAZ, E57, glTF. Its content
+ * decides the format, its name only breaks ties. Polygons are cut into triangles.
+ *
+ * @param path The file's path: UTF-8, on Unix any bytes.
+ * @param run  Memory and time limit, progress and cancel of the reading; NULL = the defaults.
+ * @param out  Where the handle is put; NULL on failure.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
+ *         opened or read), #ATLASFIT_BAD_FILE (of no known format, or broken beyond repair),
+ *         #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_load(const char *path,
+                                   const atlasfit_run *run,
+                                   atlasfit_file **out);
+
+/**
+ * Tells what a file holds, and how large its arrays are.
+ *
+ * @param info Filled; its struct_size must be set.
+ */
+ATLASFIT_API atlasfit_status atlasfit_file_get_info(const atlasfit_file *file, atlasfit_file_info *info);
+
+/**
+ * Copies what had to be repaired or left out while reading, a line each, in English. No line where all is
+ * well.
+ *
+ * @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+ * @param capacity At least the length and 1, unless `text` is NULL.
+ * @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_notes(const atlasfit_file *file,
+                                    char *text,
+                                    size_t capacity,
+                                    size_t *length);
+
+/**
+ * Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are
+ * among
+ * them.
+ *
+ * @param xyz      Room for `capacity` numbers.
+ * @param capacity At least 3 * info.points.
+ */
+ATLASFIT_API atlasfit_status atlasfit_file_positions(const atlasfit_file *file, double *xyz, size_t capacity);
+
+/**
+ * Copies the normals: 3 numbers per point, zeros where none is known. #ATLASFIT_NOT_AVAILABLE without.
+ *
+ * @param normals  Room for `capacity` numbers.
+ * @param capacity At least 3 * info.points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_normals(const atlasfit_file *file,
+                                      float *normals,
+                                      size_t capacity);
+
+/**
+ * Copies the colours: red, green, blue, alpha per point, 0 to 1, encoded as they were stored.
+ * #ATLASFIT_NOT_AVAILABLE without.
+ *
+ * @param rgba     Room for `capacity` numbers.
+ * @param capacity At least 4 * info.points.
+ */
+ATLASFIT_API atlasfit_status atlasfit_file_colors(const atlasfit_file *file, float *rgba, size_t capacity);
+
+/**
+ * Copies the triangles: 3 vertex indices each.
+ *
+ * @param triangles Room for `capacity` numbers.
+ * @param capacity  At least 3 * info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_triangles(const atlasfit_file *file,
+                                        uint32_t *triangles,
+                                        size_t capacity);
+
+/**
+ * Copies the UVs: u, v, v up, for each corner of each triangle. #ATLASFIT_NOT_AVAILABLE without.
+ *
+ * @param corner_uv Room for `capacity` numbers.
+ * @param capacity  At least 6 * info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_corner_uv(const atlasfit_file *file,
+                                        float *corner_uv,
+                                        size_t capacity);
+
+/**
+ * Copies the UV chart of each triangle. #ATLASFIT_NOT_AVAILABLE without.
+ *
+ * @param face_charts Room for `capacity` numbers.
+ * @param capacity    At least info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_face_charts(const atlasfit_file *file,
+                                          uint32_t *face_charts,
+                                          size_t capacity);
+
+/**
+ * Copies the image that colours the faces through their UVs, as the bytes of its file (PNG or JPEG).
+ * #ATLASFIT_NOT_AVAILABLE without.
+ *
+ * @param bytes    Room for `capacity` bytes.
+ * @param capacity At least info.texture_bytes.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_texture(const atlasfit_file *file,
+                                      uint8_t *bytes,
+                                      size_t capacity);
+
+/**
+ * Tells the name and type of an attribute.
+ *
+ * @param attribute Its place, 0 to info.attributes - 1.
+ * @param name      Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+ * @param capacity  At least the length and 1, unless `name` is NULL.
+ * @param length    Set to the bytes that the name takes, without the 0.
+ * @param width     Set to the numbers per point; NULL = not wanted.
+ * @param scalar    Set to the type that the file keeps them in, #ATLASFIT_F32 to #ATLASFIT_I32; NULL = not
+ *                  wanted.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_attribute_type(const atlasfit_file *file,
+                                             size_t attribute,
+                                             char *name,
+                                             size_t capacity,
+                                             size_t *length,
+                                             uint32_t *width,
+                                             uint32_t *scalar);
+
+/**
+ * Copies an attribute: its numbers per point, exact for all types.
+ *
+ * @param attribute Its place, 0 to info.attributes - 1.
+ * @param values    Room for `capacity` numbers.
+ * @param capacity  At least the attribute's width * info.points.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_attribute(const atlasfit_file *file,
+                                        size_t attribute,
+                                        double *values,
+                                        size_t capacity);
+
+/**
+ * Fills options with their defaults.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_save_options).
+ */
+ATLASFIT_API atlasfit_status atlasfit_save_options_init(atlasfit_save_options *options, size_t struct_size);
+
+/**
+ * Writes points, or with their triangles a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
+ * extension. The file is written whole or not at all; one that exists is replaced. Images and material
+ * libraries go beside it.
+ *
+ * @param path     The file's path: UTF-8, on Unix any bytes.
+ * @param points   Positions, normals, colours, attributes and triangles.
+ * @param options  What the file is to hold besides; NULL = nothing.
+ * @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
+ * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+ * line
+ *                 each, cut where there is no more room. NULL = not wanted.
+ * @param capacity Bytes that `lost` has room for.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
+ *         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
+ *         no
+ *         faces for a format that holds only those), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+ *         #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_save(const char *path,
+                                   const atlasfit_points *points,
+                                   const atlasfit_save_options *options,
+                                   const atlasfit_run *run,
+                                   char *lost,
+                                   size_t capacity);
 
 /**
  * The number of handles of all kinds that were made and not freed: 0 at the end of a program that frees what

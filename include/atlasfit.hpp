@@ -375,6 +375,11 @@ struct UnwrapOptions : atlasfit_unwrap_options {
   }
 };
 
+/// atlasfit_textures with its defaults: none.
+struct Textures : atlasfit_textures {
+  Textures() { detail::check(atlasfit_textures_init(this, sizeof(atlasfit_textures))); }
+};
+
 /// atlasfit_bake_options with its defaults.
 struct BakeOptions : atlasfit_bake_options {
   BakeOptions() { detail::check(atlasfit_bake_options_init(this, sizeof(atlasfit_bake_options))); }
@@ -638,6 +643,90 @@ inline std::vector<std::uint8_t> bake(const Mesh &mesh, const BakeOptions &optio
   detail::Call call(run);
   call.done(atlasfit_bake(&mesh.c(), points ? &from : nullptr, &options, call.c(), rgba.data(), rgba.size()));
   return rgba;
+}
+
+/// A column of a file: its name, numbers per point, the type that the file keeps them in, the numbers.
+struct Column {
+  std::string name;
+  std::uint32_t width = 1;
+  std::uint32_t scalar = ATLASFIT_F32;
+  std::vector<double> values;
+};
+
+/// What a file holds: a scan, or a mesh.
+class File {
+ public:
+  /// Reads a file of any format that the library knows.
+  static File load(const std::string &path, const Run &run = Run()) {
+    detail::Call call(run);
+    atlasfit_file *file = nullptr;
+    const atlasfit_status status = atlasfit_file_load(path.c_str(), call.c(), &file);
+    detail::Owner<atlasfit_file, atlasfit_file_free> owner(file);
+    call.done(status);
+    return File(owner.release());
+  }
+  /// Takes a handle over.
+  explicit File(atlasfit_file *handle)
+      : handle_(handle), info_(detail::output<atlasfit_file_info>()) {
+    detail::check(atlasfit_file_get_info(handle_.get(), &info_));
+  }
+  const atlasfit_file_info &info() const noexcept { return info_; }
+  /// What was repaired or left out; empty where all is well.
+  std::vector<std::string> notes() const {
+    return detail::lines([this](char *text, std::size_t n, std::size_t *length) {
+      return atlasfit_file_notes(handle_.get(), text, n, length);
+    });
+  }
+  std::vector<double> positions() const { return all(atlasfit_file_positions, 3 * info_.points); }
+  std::vector<float> normals() const { return all(atlasfit_file_normals, 3 * info_.points); }
+  std::vector<float> colors() const { return all(atlasfit_file_colors, 4 * info_.points); }
+  std::vector<std::uint32_t> triangles() const {
+    return all(atlasfit_file_triangles, 3 * info_.triangles);
+  }
+  std::vector<float> corner_uv() const { return all(atlasfit_file_corner_uv, 6 * info_.triangles); }
+  std::vector<std::uint32_t> face_charts() const {
+    return all(atlasfit_file_face_charts, info_.triangles);
+  }
+  /// The bytes of the image that colours the faces.
+  std::vector<std::uint8_t> texture() const { return all(atlasfit_file_texture, info_.texture_bytes); }
+  /// The column of this number, below info().attributes.
+  Column attribute(std::size_t i) const {
+    Column out;
+    const auto name = detail::lines([&](char *text, std::size_t n, std::size_t *length) {
+      return atlasfit_file_attribute_type(handle_.get(), i, text, n, length, &out.width, &out.scalar);
+    });
+    for (const std::string &line : name) out.name += line;
+    out.values.resize(out.width * info_.points);
+    detail::check(atlasfit_file_attribute(handle_.get(), i, out.values.data(), out.values.size()));
+    return out;
+  }
+  const atlasfit_file *handle() const noexcept { return handle_.get(); }
+
+ private:
+  template <class T>
+  std::vector<T> all(atlasfit_status (*get)(const atlasfit_file *, T *, std::size_t), std::size_t n) const {
+    std::vector<T> values(n);
+    detail::check(get(handle_.get(), values.data(), values.size()));
+    return values;
+  }
+  detail::Owner<atlasfit_file, atlasfit_file_free> handle_;
+  atlasfit_file_info info_;
+};
+
+/// What save() writes besides the points, with the library's defaults.
+struct SaveOptions : atlasfit_save_options {
+  SaveOptions() { detail::check(atlasfit_save_options_init(this, sizeof(atlasfit_save_options))); }
+};
+
+/// Writes points, with their triangles a mesh, by the extension of the path. Gives what the format could not
+/// hold, in words.
+inline std::string save(const std::string &path, const Points &points,
+                        const SaveOptions &options = SaveOptions(), const Run &run = Run()) {
+  const atlasfit_points in = points.c();
+  std::vector<char> lost(4096);
+  detail::Call call(run);
+  call.done(atlasfit_file_save(path.c_str(), &in, &options, call.c(), lost.data(), lost.size()));
+  return lost.data();
 }
 
 /// How a mesh hangs together.

@@ -50,6 +50,7 @@ DEGENERATE = 11
 BAD_FILE = 12
 NOT_AVAILABLE = 13
 RESOURCE_EXHAUSTED = 14
+IO = 15
 INTERNAL = 100
 
 status = c_int32
@@ -208,6 +209,22 @@ class atlasfit_mesh(Sized):
     ]
 
 
+class atlasfit_image(Sized):
+    _fields_ = [("struct_size", c_size_t), ("rgba", c_void_p), ("width", c_uint32), ("height", c_uint32)]
+
+
+class atlasfit_textures(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("images", POINTER(atlasfit_image)),
+        ("image_count", c_size_t),
+        ("corner_uv", c_void_p),
+        ("face_image", c_void_p),
+        ("normals", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class atlasfit_bake_options(Sized):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -215,6 +232,7 @@ class atlasfit_bake_options(Sized):
         ("height", c_uint32),
         ("padding", c_uint32),
         ("page", c_uint32),
+        ("textures", POINTER(atlasfit_textures)),
     ]
 
 
@@ -336,6 +354,35 @@ class atlasfit_uv_info(Sized):
     ]
 
 
+class atlasfit_file_info(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("points", c_size_t),
+        ("triangles", c_size_t),
+        ("attributes", c_size_t),
+        ("texture_bytes", c_size_t),
+        ("has_normals", c_uint32),
+        ("has_colors", c_uint32),
+        ("has_uv", c_uint32),
+        ("has_face_charts", c_uint32),
+        ("has_viewpoint", c_uint32),
+        ("reserved", c_uint32),
+        ("viewpoint", c_double * 3),
+    ]
+
+
+class atlasfit_save_options(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("corner_uv", c_void_p),
+        ("face_charts", c_void_p),
+        ("texture", c_void_p),
+        ("texture_bytes", c_size_t),
+        ("ascii", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 _array = _handle = c_void_p
 _new_handle = POINTER(c_void_p)
 _run = POINTER(atlasfit_run)
@@ -353,6 +400,10 @@ FUNCTIONS = {
     "atlasfit_atlas_load": (status, [_array, c_size_t, _new_handle]),
     "atlasfit_bake_options_init": (status, [POINTER(atlasfit_bake_options), c_size_t]),
     "atlasfit_bake": (status, [_mesh, _points, POINTER(atlasfit_bake_options), _run, _array, c_size_t]),
+    "atlasfit_image_init": (status, [POINTER(atlasfit_image), c_size_t]),
+    "atlasfit_textures_init": (status, [POINTER(atlasfit_textures), c_size_t]),
+    "atlasfit_textures_page": (status, [_mesh, POINTER(atlasfit_textures), _run, _array, _array, _array]),
+    "atlasfit_texture_side": (c_uint32, [c_size_t]),
     "atlasfit_denoise_options_init": (status, [POINTER(atlasfit_denoise_options), c_size_t]),
     "atlasfit_denoise_memory_needed": (status, [c_size_t, POINTER(atlasfit_denoise_options), _run, _array]),
     "atlasfit_denoise": (status, [_points, POINTER(atlasfit_denoise_options), _run, _new_handle]),
@@ -415,6 +466,25 @@ FUNCTIONS = {
     "atlasfit_uv_face_charts": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_face_pages": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_split": (status, [_handle, _array, c_size_t, _array, _array, c_size_t]),
+    "atlasfit_file_free": (status, [_handle]),
+    "atlasfit_file_load": (status, [_array, _run, _new_handle]),
+    "atlasfit_file_get_info": (status, [_handle, POINTER(atlasfit_file_info)]),
+    "atlasfit_file_notes": (status, [_handle, _array, c_size_t, _array]),
+    "atlasfit_file_positions": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_normals": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_colors": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_triangles": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_corner_uv": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_face_charts": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_texture": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_attribute_type": (
+        status, [_handle, c_size_t, _array, c_size_t, _array, _array, _array],
+    ),
+    "atlasfit_file_attribute": (status, [_handle, c_size_t, _array, c_size_t]),
+    "atlasfit_save_options_init": (status, [POINTER(atlasfit_save_options), c_size_t]),
+    "atlasfit_file_save": (
+        status, [_array, _points, POINTER(atlasfit_save_options), _run, _array, c_size_t],
+    ),
 }
 
 LIBRARY_NAME = {"win32": "atlasfit.dll", "darwin": "libatlasfit.dylib"}.get(sys.platform, "libatlasfit.so")

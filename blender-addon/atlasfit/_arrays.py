@@ -17,7 +17,7 @@ from . import _abi
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-_SCALARS: dict[np.dtype[Any], int] = {
+SCALARS: dict[np.dtype[Any], int] = {
     np.dtype(np.float32): _abi.F32,
     np.dtype(np.float64): _abi.F64,
     np.dtype(np.uint8): _abi.U8,
@@ -72,7 +72,7 @@ def points_struct(points: NDArray[Any]) -> _abi.atlasfit_points:
     """Points with their positions only. `points` must outlive it."""
     out = _abi.atlasfit_points()
     out.positions, out.count, out.stride = points.ctypes.data, len(points), points.strides[0]
-    out.scalar, out.color_width = _SCALARS[points.dtype], 4
+    out.scalar, out.color_width = SCALARS[points.dtype], 4
     return out
 
 
@@ -82,22 +82,46 @@ def mesh_struct(
     """A mesh. The arrays must outlive it."""
     out = _abi.atlasfit_mesh()
     out.positions, out.vertex_count, out.stride = vertices.ctypes.data, len(vertices), vertices.strides[0]
-    out.scalar = _SCALARS[vertices.dtype]
+    out.scalar = SCALARS[vertices.dtype]
     out.triangles, out.triangle_count = faces.ctypes.data, len(faces)
     out.corner_uv = address(corner_uv)
     return out
 
 
+def _as_colors(values: ArrayLike) -> NDArray[Any]:
+    """Colours as the library takes them: floats in [0, 1], or uint8. Whole numbers from 0 to 255 are taken
+    for
+    those of 8 bits, whatever their type; what is neither is refused.
+    """
+    array = np.asarray(values)
+    if array.dtype.kind in "iu" and array.dtype != np.uint8 and array.size:
+        low, high = array.min(), array.max()
+        if low < 0 or high > 255:
+            more = " Divide colors of 16 bits by 65535.0" if high > 255 else ""
+            raise ValueError(f"colors of integers go from {low} to {high}. Give 0 to 255.{more}")
+        return array.astype(np.uint8)
+    if array.dtype.kind == "f" and array.size and (high := np.max(array)) > 1:
+        if high <= 255 and np.min(array) >= 0 and (array == np.floor(array)).all():
+            return array.astype(np.uint8)
+        if high > _BRIGHTEST:
+            raise ValueError(
+                f"colors of floats go up to {high:.6g}. Give 0 to 1 (divide those of 8 bits by 255), or uint8"
+            )
+    return array
+
+
+_BRIGHTEST = 16.0
+"""Floats above 1 and up to this are light brighter than white, as hosts have it, and no colours of 8 bits."""
+
+
 def set_colors(
     struct: _abi.atlasfit_points | _abi.atlasfit_mesh, values: ArrayLike, count: int
 ) -> NDArray[Any]:
-    """Gives points or a mesh its colours, (count, 3 or 4) floats or uint8. What is returned must outlive the
-    struct.
-    """
-    array = rows(values, (3, 4), "colors", (np.float32, np.uint8))
+    """Gives points or a mesh its colours, (count, 3 or 4). What is returned must outlive the struct."""
+    array = rows(_as_colors(values), (3, 4), "colors", (np.float32, np.uint8))
     check_rows(array, count, "colors")
     struct.colors, struct.color_stride = array.ctypes.data, array.strides[0]
-    struct.color_width, struct.color_scalar = array.shape[1], _SCALARS[array.dtype]
+    struct.color_width, struct.color_scalar = array.shape[1], SCALARS[array.dtype]
     return array
 
 
@@ -140,6 +164,7 @@ class Attributes:
         self.names = list(columns)
         self.arrays: list[NDArray[Any]] = []
         self.shapes: list[tuple[int, ...]] = []
+        self.types: list[np.dtype[Any]] = []
         self.labels: list[NDArray[Any] | None] = []
         self.structs = (_abi.atlasfit_attribute * max(len(columns), 1))()
         for struct, (name, values) in zip(self.structs, columns.items()):
@@ -149,21 +174,23 @@ class Attributes:
                     f"attribute {name!r} has shape {array.shape}. Give one row for each of the {count} points"
                 )
             self.shapes.append(array.shape[1:])
+            self.types.append(array.dtype if array.dtype.kind in "fiub" else np.dtype(np.float64))
             array, labels = _labels(array)
             self.labels.append(labels)
             array = array.reshape(count, -1) if array.ndim == 1 else array
             array = rows(
-                array, (array.shape[1],), f"attribute {name!r}", (np.float64, *(t.type for t in _SCALARS))
+                array, (array.shape[1],), f"attribute {name!r}", (np.float64, *(t.type for t in SCALARS))
             )
             self.arrays.append(array)
             struct.struct_size = sizeof(struct)
             struct.name, struct.values, struct.stride = name.encode(), array.ctypes.data, array.strides[0]
-            struct.width, struct.scalar = array.shape[1], _SCALARS[array.dtype]
+            struct.width, struct.scalar = array.shape[1], SCALARS[array.dtype]
 
-    def carried(self, i: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Column `i` of the surface in the numbers that were given."""
+    def carried(self, i: int, values: NDArray[np.float64]) -> NDArray[Any]:
+        """Column `i` of the surface, in the numbers and the type that were given."""
         labels = self.labels[i]
-        return values if labels is None else labels[values.astype(np.intp)].astype(np.float64)
+        found = values if labels is None else labels[values.astype(np.intp)]
+        return found.astype(self.types[i], copy=False)
 
 
 def address(array: NDArray[Any] | None) -> int | None:

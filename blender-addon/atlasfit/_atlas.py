@@ -13,15 +13,16 @@ import numpy as np
 
 from . import _abi
 from ._abi import lib
+from ._brief import brief, counted
 from ._arrays import points_struct, positions, rows
-from ._call import Handle, RunOptions, check, run
+from ._call import Handle, RunOptions, check, plain, run
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Projection:
     """Points moved onto an atlas, in the points' order.
 
@@ -39,8 +40,12 @@ class Projection:
     chart_uv: NDArray[np.float32]
     distances: NDArray[np.float64]
 
+    def __repr__(self) -> str:
+        return brief(self, counted(len(self.positions), "point"))
 
-@dataclass(frozen=True)
+
+
+@dataclass(frozen=True, repr=False)
 class Places:
     """Places on one chart.
 
@@ -52,6 +57,10 @@ class Places:
     positions: NDArray[np.float64]
     normals: NDArray[np.float32]
     inside: NDArray[np.float32]
+
+    def __repr__(self) -> str:
+        return brief(self, counted(len(self.positions), "place"))
+
 
 
 class Atlas:
@@ -104,7 +113,7 @@ class Atlas:
         n = len(uv)
         out = Places(np.empty((n, 3)), np.empty((n, 3), np.float32), np.empty(n, np.float32))
         arrays: list[Any] = [array.ctypes.data for array in vars(out).values()]
-        check(lib().atlasfit_atlas_eval(self._handle.pointer, chart, uv.ctypes.data, n, *arrays, n))
+        check(lib().atlasfit_atlas_eval(self._handle.pointer, plain(chart), uv.ctypes.data, n, *arrays, n))
         return out
 
     def to_bytes(self) -> bytes:
@@ -135,3 +144,6 @@ class Atlas:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Atlas.from_bytes, (self.to_bytes(),)
+
+    def __repr__(self) -> str:
+        return brief(self, counted(self.charts, "chart"))

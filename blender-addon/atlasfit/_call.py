@@ -9,20 +9,18 @@ import signal
 import threading
 from ctypes import byref
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Callable, Optional, TypedDict
+from typing import TYPE_CHECKING, Any, Callable, TypedDict
 
 import numpy as np
 
 from . import _abi
 from ._abi import lib
+from ._progress import Bar, Progress, shown
 
 if TYPE_CHECKING:
     from types import FrameType
 
     from numpy.typing import NDArray
-
-Progress = Callable[[str, float], Optional[bool]]
-
 
 class Error(RuntimeError):
     """A call failed. The text says what was wrong, where, and what to do.
@@ -34,6 +32,10 @@ class Error(RuntimeError):
         super().__init__(text)
         self.status = status
         self.status_name: str = lib().atlasfit_status_name(status).decode()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Pools of processes pickle what their workers raise.
+        return type(self), (self.status, str(self))
 
 
 class Cancelled(Error):
@@ -52,10 +54,14 @@ class RunOptions(TypedDict, total=False):
     threads       worker threads, 0 = all cores; the result does not depend on it. Default 0.
     time_limit    seconds after which TimedOut is raised; 0 = no limit. Default 0.
     memory_limit  bytes that the run's own estimate may not exceed; 0 = no limit. Default 0.
-    progress      called with the name of the running stage and the share of the whole call that is done, in
-                  [0, 1], which never falls (a stage may come again); on the calling thread, at most 50
-                  times a second. Return False to cancel. What it raises ends the run and is raised by the
-                  function.
+    progress      True shows a bar with the time that is left, in a terminal or a notebook (by tqdm where
+    that is
+                  installed); a tqdm bar is filled. A function is called with the name of the running stage
+                  and
+                  the share of the whole call that is done, in [0, 1], which never falls (a stage may come
+                  again); on the calling thread, at most 50 times a second. It returns False to cancel. What
+                  it
+                  raises ends the run and is raised by the function.
     cancel        a token that cancels the run from another thread.
     """
 
@@ -63,7 +69,7 @@ class RunOptions(TypedDict, total=False):
     threads: int
     time_limit: float
     memory_limit: int
-    progress: Progress | None
+    progress: Progress | Bar | bool | None
     cancel: Cancel | None
 
 
@@ -88,7 +94,11 @@ class Handle:
 
     def warnings(self) -> tuple[str, ...]:
         """What the user should hear of the object."""
-        get = getattr(lib(), f"atlasfit_{self._kind}_warnings")
+        return self.lines("warnings")
+
+    def lines(self, name: str) -> tuple[str, ...]:
+        """Lines of text, by the name that their function ends in."""
+        get = getattr(lib(), f"atlasfit_{self._kind}_{name}")
         length = ctypes.c_size_t()
         check(get(self.pointer, None, 0, byref(length)))
         text = ctypes.create_string_buffer(length.value + 1)
@@ -143,9 +153,14 @@ def run(call: Callable[[Any], int], options: RunOptions) -> None:
     unknown = set(options) - set(RunOptions.__annotations__)
     if unknown:
         raise TypeError(f"unknown option {', '.join(sorted(unknown))}")
+    with shown(options.get("progress")) as progress:
+        _run(call, options, progress)
+
+
+def _run(call: Callable[[Any], int], options: RunOptions, progress: Progress | None) -> None:
     held = _Held()
     overall = ctypes.c_double()
-    progress, cancel = options.get("progress"), options.get("cancel")
+    cancel = options.get("cancel")
 
     @_abi.progress_fn  # type: ignore[untyped-decorator]
     def tick(_user: object, stage: int, _fraction: float) -> int:
@@ -165,7 +180,7 @@ def run(call: Callable[[Any], int], options: RunOptions) -> None:
         ("memory_limit_bytes", "memory_limit"),
     ):
         if ours in options:
-            setattr(settings, name, options[ours])  # type: ignore[literal-required]
+            setattr(settings, name, plain(options[ours]))  # type: ignore[literal-required]
     if cancel is not None:
         settings.cancel = cancel._handle.pointer
 
@@ -199,8 +214,13 @@ def options_with(options: _abi.Sized, **values: Any) -> _abi.Sized:
     check(getattr(lib(), f"{name}_init")(byref(options), options.struct_size))
     for key, value in values.items():
         if value is not None:
-            setattr(options, key, value)
+            setattr(options, key, plain(value))
     return options
+
+
+def plain(value: Any) -> Any:
+    """NumPy's numbers as Python's: ctypes takes no others."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def values(kind: Any, struct: Any) -> dict[str, Any]:
@@ -218,4 +238,7 @@ def choice(value: str | None, names: dict[str, int], what: str) -> int | None:
 
 def size_of_page(size: int | tuple[int, int] | None) -> tuple[int | None, int | None]:
     """Width and height, of one side or both."""
-    return (size, size) if size is None or isinstance(size, int) else size
+    if size is None or isinstance(size, (int, np.integer)):
+        return size, size
+    width, height = size
+    return width, height

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ctypes import byref, c_uint64
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Mapping
+from typing import TYPE_CHECKING, Any, Literal, Mapping
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from . import _abi
 from ._abi import lib
 from ._arrays import Attributes, check_rows, indices, points_struct, positions, rows, set_colors
 from ._atlas import Atlas
+from ._brief import brief, counted
 from ._call import Handle, RunOptions, check, choice, options_with, run, values
+from ._show import show
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -26,7 +28,7 @@ PRIORS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """What was found and done. Lengths are in the points' unit."""
 
@@ -70,8 +72,21 @@ class Report:
     warnings: tuple[str, ...]
     """What the user should hear; empty where all is well."""
 
+    def __repr__(self) -> str:
+        return brief(
+            self,
+            counted(self.points_given, "point"),
+            counted(self.outliers, "outlier"),
+            f"noise {self.noise:.3g}",
+            f"spacing {self.spacing:.3g}",
+            counted(self.charts, "chart"),
+            counted(self.triangles, "triangle"),
+            self.warnings and counted(len(self.warnings), "warning"),
+        )
 
-@dataclass(frozen=True)
+
+
+@dataclass(frozen=True, repr=False)
 class Surface:
     """One two-manifold triangle mesh.
 
@@ -81,7 +96,7 @@ class Surface:
     corner_uv    (t, 3, 2) float32 in [0, 1], v up; None without UVs
     face_charts  (t,) uint32, the UV chart of each triangle; None without UVs
     colors       (v, 4) float32 in [0, 1]; None where the points had none
-    attributes   by name, (v,) or (v, k) float64: those given to denoise()
+    attributes   by name, (v,) or (v, k): those given to denoise(), in the type that they were given in
     """
 
     vertices: NDArray[np.float64]
@@ -90,10 +105,28 @@ class Surface:
     corner_uv: NDArray[np.float32] | None
     face_charts: NDArray[np.uint32] | None
     colors: NDArray[np.float32] | None
-    attributes: dict[str, NDArray[np.float64]]
+    attributes: dict[str, NDArray[Any]]
+
+    def __repr__(self) -> str:
+        return brief(
+            self,
+            counted(len(self.vertices), "vertex", "vertices"),
+            counted(len(self.triangles), "triangle"),
+            self.corner_uv is not None and "UVs",
+            self.colors is not None and "colors",
+            *self.attributes,
+        )
+
+    def show(self) -> None:
+        """Opens a window, or a view in a notebook, with the surface: by pyvista where that is installed,
+        else by
+        trimesh.
+        """
+        show(self.vertices, self.triangles, self.colors)
 
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Denoised:
     """What denoise() made.
 
@@ -114,13 +147,25 @@ class Denoised:
     atlas: Atlas
     report: Report
 
+    def __repr__(self) -> str:
+        return brief(self, counted(len(self.points), "point"), self.surface, self.atlas, self.report)
+
+    def show(self) -> None:
+        """Shows the surface: see Surface.show()."""
+        self.surface.show()
+
+
 
 def denoise_memory_needed(
     points: int, *, detail: float | None = None, uv: bool | None = None, **options: Unpack[RunOptions]
 ) -> int:
     """Bytes that denoise() needs at its peak for so many evenly sampled points, which are included.
 
-    An upper bound, up to twice too large."""
+    An upper bound, up to twice too large.
+
+    >>> atlasfit.denoise_memory_needed(1_000_000, uv=False) > 1e8
+    True
+    """
     chosen, bytes_needed = options_with(_abi.atlasfit_denoise_options(), detail=detail, uv=uv), c_uint64()
     call = lib().atlasfit_denoise_memory_needed
     run(lambda r: call(points, byref(chosen), r, byref(bytes_needed)), options)
@@ -160,9 +205,9 @@ def denoise(
 
     points        (n, 3), at least a few hundred on a surface, in any unit; float32 and float64 are not copied
     normals       (n, 3): the surface faces their side; points that end up on no chart keep theirs
-    colors        (n, 3) or (n, 4): floats in [0, 1] or uint8; the surface carries them
-    attributes    by name, (n,) or (n, k): the surface carries them. Integers are labels, copied from the
-                  nearest point; floats are averaged
+    colors        (n, 3) or (n, 4): floats in [0, 1], or whole numbers from 0 to 255; the surface carries them
+    attributes    by name, (n,) or (n, k): the surface carries them, in the type that they are given in.
+                  Integers are labels, copied from the nearest point; floats are averaged
     triangles     (m, 3) where the points are the vertices of a mesh: outliers that are kept follow the
                   surface between their neighbours in it, so that no spike stays; result.points are its new
                   vertices
@@ -199,6 +244,12 @@ def denoise(
                   to 4 times, and the surface follows. Below 1 the points besides go only this share of the
                   way to the surface: 0 leaves them where they are
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
+
+    >>> points = np.random.default_rng(0).normal(size=(2000, 3))
+    >>> points /= np.linalg.norm(points, axis=1, keepdims=True)     # a scan of a ball
+    >>> result = atlasfit.denoise(points, noise=0.01)
+    >>> result.points.shape, result.report.parts
+    ((2000, 3), 1)
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
     """

@@ -11,7 +11,8 @@ import numpy as np
 from . import _abi
 from ._abi import lib
 from ._arrays import address, corners, indices, mesh_struct, points_struct, positions
-from ._call import RunOptions, options_with, run, size_of_page, values
+from ._brief import brief, counted
+from ._call import RunOptions, options_with, plain, run, size_of_page, values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -50,7 +51,7 @@ class Topology:
     closed: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class UvQuality:
     """Quality of UVs. Stretch is after one global scale that makes the summed areas equal: 1 = isometric."""
 
@@ -86,6 +87,20 @@ class UvQuality:
     """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space.
     """
 
+    def __repr__(self) -> str:
+        return brief(
+            self,
+            counted(self.charts, "chart"),
+            counted(self.faces, "face"),
+            f"stretch {self.stretch_p95:.3f} (95 %)",
+            f"seams {self.seam:.3g}",
+            f"{100 * self.coverage:.0f} % filled",
+            self.flips and f"{self.flips} flipped",
+            self.overlapping_faces and f"{self.overlapping_faces} overlapping",
+            self.degenerate and f"{self.degenerate} collapsed",
+        )
+
+
 
 @dataclass(frozen=True)
 class DistanceStats:
@@ -99,7 +114,7 @@ class DistanceStats:
     max: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Distance:
     """A mesh or points against the true surface."""
 
@@ -125,9 +140,17 @@ class Distance:
     """(n,) distance of each point to the surface, infinite for points that are not finite; None for meshes.
     """
 
+    def __repr__(self) -> str:
+        return brief(self, f"rms {self.accuracy.rms:.3g}", f"95 % below {self.accuracy.p95:.3g}")
+
+
 
 def measure_topology(vertices: ArrayLike, faces: ArrayLike, **options: Unpack[RunOptions]) -> Topology:
-    """Counts the connectivity of a mesh: (n, 3) vertices, (m, 3) faces."""
+    """Counts the connectivity of a mesh: (n, 3) vertices, (m, 3) faces.
+
+    >>> atlasfit.measure_topology(np.eye(3), [[0, 1, 2]]).boundary_edges
+    3
+    """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     mesh, out = mesh_struct(vertices, faces), _abi.atlasfit_topology()
     run(lambda r: lib().atlasfit_measure_topology(byref(mesh), r, byref(out)), options)
@@ -150,6 +173,11 @@ def measure_uv(
     corner_uv   (m, 3, 2) UVs of each corner of each face
     face_pages  (m,) the page that each face's UVs are on; without it all are on one
     page_size   width and height of a page in any unit, where it is not square
+
+    >>> corner_uv = [[[0, 0], [1, 0], [0, 1]]]
+    >>> quality = atlasfit.measure_uv([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2]], corner_uv)
+    >>> quality.flips, round(float(quality.face_stretch[0]), 3)
+    (0, 1.414)
     """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     uv = corners(corner_uv, len(faces))
@@ -157,7 +185,7 @@ def measure_uv(
     mesh, out = mesh_struct(vertices, faces, uv), _abi.atlasfit_uv_quality()
     mesh.face_page = address(pages)
     if page_size is not None:
-        mesh.page_width, mesh.page_height = size_of_page(page_size)
+        mesh.page_width, mesh.page_height = map(plain, size_of_page(page_size))
     stretch = np.empty(len(faces), np.float32)
     run(
         lambda r: lib().atlasfit_measure_uv(byref(mesh), r, byref(out), stretch.ctypes.data, stretch.size),
@@ -183,6 +211,11 @@ def measure_surface(
     chamfer_samples  of each surface for the Chamfer distance; its floor depends on it (default 16,000)
     threshold        distance below which a sample counts for the F-score; 0 = half a percent of the truth's
                      longest side (default)
+
+    >>> square, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> raised = np.array(square) + [0, 0, 0.1]
+    >>> round(atlasfit.measure_surface(raised, faces, square, faces).accuracy.rms, 3)
+    0.1
     """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
     true_vertices = positions(true_vertices, "true_vertices")
@@ -210,7 +243,12 @@ def measure_points(
     chamfer_samples: int | None = None,
     **options: Unpack[RunOptions],
 ) -> Distance:
-    """Measures (n, 3) points against the true surface in the same frame."""
+    """Measures (n, 3) points against the true surface in the same frame.
+
+    >>> square, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> atlasfit.measure_points([[0.5, 0.5, 0.25], [0.5, 0.5, 0]], square, faces).point_distances
+    array([0.25, 0.  ])
+    """
     points = positions(points, "points")
     true_vertices = positions(true_vertices, "true_vertices")
     true_faces = indices(true_faces, (-1, 3), "true_faces")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from ctypes import byref, c_uint64
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from . import _abi
 from ._abi import lib
 from ._arrays import address, corners, indices, mesh_struct, positions
+from ._brief import brief, counted
 from ._call import Handle, RunOptions, check, choice, options_with, run, size_of_page, values
+from ._show import plot
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -25,7 +27,7 @@ PRESETS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class UvInfo:
     """What UVs hold, and what had to be done for them."""
 
@@ -63,8 +65,20 @@ class UvInfo:
     warnings: tuple[str, ...]
     """What the user should hear; empty where all is well."""
 
+    def __repr__(self) -> str:
+        return brief(
+            self,
+            counted(self.charts, "chart"),
+            counted(self.triangles, "triangle"),
+            self.pages > 1 and counted(self.pages, "page"),
+            f"{self.width} x {self.height} texels",
+            f"{100 * self.coverage:.0f} % filled",
+            self.warnings and counted(len(self.warnings), "warning"),
+        )
 
-@dataclass(frozen=True)
+
+
+@dataclass(frozen=True, repr=False)
 class Uv:
     """UVs of a mesh, which keeps its vertices and the order of its faces.
 
@@ -77,12 +91,19 @@ class Uv:
     face_charts: NDArray[np.uint32]
     face_pages: NDArray[np.uint32]
     info: UvInfo
-    _handle: Handle
+    _split: Handle | tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float32]]
 
     def split(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float32]]:
         """The mesh with one vertex per pair of vertex and UV, what graphics cards and glTF want: (m, 3)
         indices of new vertices, (k,) the mesh's vertex that each came from, (k, 2) its UV.
+
+        >>> vertices, faces = np.eye(3), [[0, 1, 2]]
+        >>> new_faces, sources, uv = atlasfit.unwrap(vertices, faces).split()
+        >>> vertices[sources][new_faces].shape, uv[new_faces].shape
+        ((1, 3, 3), (1, 3, 2))
         """
+        if isinstance(self._split, tuple):
+            return self._split
         k = self.info.split_vertices
         faces, sources, uv = (
             np.empty((self.info.triangles, 3), np.uint32),
@@ -91,16 +112,37 @@ class Uv:
         )
         check(
             lib().atlasfit_uv_split(
-                self._handle.pointer, faces.ctypes.data, faces.size, sources.ctypes.data, uv.ctypes.data, k
+                self._split.pointer, faces.ctypes.data, faces.size, sources.ctypes.data, uv.ctypes.data, k
             )
         )
         return faces, sources, uv
+
+    def __repr__(self) -> str:
+        return brief(self, self.info)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the charts, each in a colour of its own, with matplotlib; pages stand side by side. Gives the
+        axes, which are those that are given, or new ones.
+        """
+        return plot(self.corner_uv, self.face_charts, self.face_pages, ax)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What the library holds cannot be pickled: all that is asked of it is taken out.
+        return {**vars(self), "_split": self.split()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+
 
 
 def unwrap_memory_needed(vertices: int, faces: int, **options: Unpack[RunOptions]) -> int:
     """Bytes that unwrap() needs at its peak for a mesh of so many vertices and faces, which is included.
 
-    An upper bound, up to twice too large."""
+    An upper bound, up to twice too large.
+
+    >>> atlasfit.unwrap_memory_needed(500_000, 1_000_000) > 1e8
+    True
+    """
     chosen, bytes_needed = options_with(_abi.atlasfit_unwrap_options()), c_uint64()
     call = lib().atlasfit_unwrap_memory_needed
     run(lambda r: call(vertices, faces, byref(chosen), r, byref(bytes_needed)), options)
@@ -160,6 +202,12 @@ def unwrap(
     hard_edge_angle  edges bent by more than this many degrees are seams; 180 = none for that reason (default)
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> uv = atlasfit.unwrap(vertices, faces, preset="few-seams")
+    >>> uv.corner_uv.shape, uv.face_charts.shape
+    ((4, 3, 2), (4,))
+
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
     """
     vertices, faces = positions(vertices, "vertices"), indices(faces, (-1, 3), "faces")
@@ -194,5 +242,5 @@ def unwrap(
         face_charts=uv.copy("face_charts", (m,), np.uint32),
         face_pages=uv.copy("face_pages", (m,), np.uint32),
         info=UvInfo(**values(UvInfo, info), warnings=uv.warnings()),
-        _handle=uv,
+        _split=uv,
     )

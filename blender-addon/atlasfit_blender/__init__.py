@@ -11,14 +11,14 @@ bl_info = {
     "author": "The atlasfit developers",
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
-    "location": "UV menus; Object menu; sidebar of the 3D view and the UV editor, tab Atlasfit",
+    "location": "File > Import; UV and Object menus; sidebar of 3D view and UV editor, tab Atlasfit",
     "description": "Low-stretch chart UVs for any mesh; denoising and reconstruction of scans",
     "category": "UV",
 }
 
-from . import menus, scan, uv
+from . import files, menus, scan, uv
 
-_parts = (uv, scan, menus)
+_parts = (uv, scan, files, menus)
 
 
 def register():

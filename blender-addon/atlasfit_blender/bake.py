@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colours of a mesh for a texture, and the image and material that show it."""
 
+import os
+
 import bpy
 import numpy as np
 from bpy.props import IntProperty
@@ -9,6 +11,7 @@ from . import mesh
 from .long import Refused
 from .native import atlasfit
 
+CHECKER = "Atlas Checker"
 TEXTURE = "Atlas Color"  # the node that shows a baked image: materials that have it are ours
 # Of the operators that bake, or pack for a texture.
 TEXTURE_SIZE = IntProperty(
@@ -34,6 +37,14 @@ def srgb(colors):
     return out.astype(np.float32)
 
 
+def linear(colors):
+    """The reverse of srgb()."""
+    low = np.maximum(colors, 0)
+    out = np.where(low <= 0.04045, low / 12.92, ((low + 0.055) / 1.055) ** 2.4)
+    out[:, 3] = colors[:, 3]
+    return out.astype(np.float32)
+
+
 def image(colors, corner_uv, **options):
     """Draws the colours of corners: atlasfit.bake() of a mesh that is cut apart, where each corner is a
     vertex.
@@ -53,12 +64,12 @@ def write(texels, obs):
     picture = bpy.data.images.new(name, texels.shape[1], texels.shape[0], alpha=True)
     picture.pixels.foreach_set((texels[::-1] / np.float32(255)).ravel())  # Blender's bottom row comes first
     picture.update()
-    picture.pack()
     before = {slot.material: None for ob in obs for slot in ob.material_slots if _texture(slot.material)}
     showing = [ob for ob in obs if all(s.material in before for s in ob.material_slots if s.material)]
+    images = {_texture(material).image: None for material in before} if showing else {}
+    notes += save(picture, images)
     if showing:
-        images = {_texture(material).image: None for material in before}
-        material = next((m for m in before if _only_of(m, obs)), None) or _material(name)
+        material = next((m for m in before if only_of(m, obs)), None) or _material(name)
         material.node_tree.nodes[TEXTURE].image = picture
         for ob in showing:
             _assign(ob, material)
@@ -70,17 +81,39 @@ def write(texels, obs):
     return notes
 
 
-def outdated(obs):
-    """What to tell of images that were baked for the UVs that have just been laid out anew: they no longer
-    fit. A map that is not rendered is none that an image was baked for.
+def save(picture, before):
+    """Packs the image into the file, and saves it beside a .blend that is saved: what OBJ and other exports
+    name. It takes the place of the one `before` it, else a name that is free. Returns what to tell.
     """
-    names = {
-        _texture(slot.material).image.name: None
-        for ob in obs
-        for slot in ob.material_slots
-        if _texture(slot.material) and ob.data.uv_layers.active.active_render
-    }
-    return [f"the image {name} was baked for the UVs before: bake it again" for name in names]
+    if bpy.data.filepath:
+        ours = [i.filepath_raw for i in before if i.filepath_raw.startswith("//") and not i.is_dirty]
+        stem, n = bpy.path.clean_name(picture.name), 0
+        path = ours[0] if ours else f"//{stem}.png"
+        while not ours and os.path.lexists(bpy.path.abspath(path)):
+            n += 1
+            path = f"//{stem}_{n}.png"
+        picture.filepath_raw, picture.file_format = path, "PNG"
+        try:
+            picture.save()
+        except RuntimeError as failure:
+            picture.filepath_raw = ""
+            picture.pack()
+            return [f"the image cannot be saved beside the .blend file: {failure}"]
+    picture.pack()
+    return []
+
+
+def checker(ob):
+    """Gives an object without a material one with a checker, on which one sees its UVs."""
+    if any(slot.material for slot in ob.material_slots):
+        return
+    material = bpy.data.materials.get(CHECKER) or _material(CHECKER)
+    node = material.node_tree.nodes.get(TEXTURE)
+    if node is not None:
+        node.name = CHECKER  # no bake replaces it
+        node.image = bpy.data.images.new(CHECKER, 1024, 1024)
+        node.image.generated_type = "UV_GRID"
+    _assign(ob, material)
 
 
 def _texture(material):
@@ -90,7 +123,7 @@ def _texture(material):
     return node if node is not None and node.type == "TEX_IMAGE" and node.image is not None else None
 
 
-def _only_of(material, obs):
+def only_of(material, obs):
     """Whether no other mesh shows the material: another one's UVs are not those of the new image."""
     meshes = {ob.data for ob in obs}
     return all(

@@ -32,6 +32,15 @@ class Status:
     label = ""
     stage = ""
     share = 0.0
+    left = ""
+
+
+def time_left(seconds, share):
+    """ ", 12 s left" after so many seconds, when this share is done; nothing where it would be a guess."""
+    if seconds < 1 or share < 0.02 or share >= 1:
+        return ""
+    left = seconds * (1 - share) / share
+    return f", {left:.0f} s left" if left < 90 else f", {left / 60:.0f} min left"
 
 
 def within(progress, begin, end):
@@ -59,7 +68,7 @@ class Job:
             self.failure = failure
 
     def _tell(self, stage, share):
-        self.stage, self.share = stage, share
+        self.stage, self.share = stage, max(self.share, share)  # the bar never falls
         return not self.asked
 
     def stop(self):
@@ -140,8 +149,9 @@ class LongOperator:
 
     def _show(self, context, job):
         Status.stage, Status.share = job.stage, job.share
+        Status.left = time_left(self.seconds(), job.share)
         context.window_manager.progress_update(int(100 * job.share))
-        text = f"{self.bl_label}: {job.stage} {100 * job.share:.0f} %   (Esc cancels)"
+        text = f"{self.bl_label}: {job.stage} {100 * job.share:.0f} %{Status.left}   (Esc cancels)"
         if text == self._text:
             return
         self._text = text

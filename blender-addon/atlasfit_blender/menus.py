@@ -6,6 +6,7 @@ import inspect
 import bpy
 
 from . import mesh
+from .files import IMPORT_OT_atlasfit_scan
 from .long import Status
 from .scan import OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct
 from .uv import UV_OT_atlasfit_stretch, UV_OT_atlasfit_unwrap
@@ -49,7 +50,7 @@ class _Panel:
         if Status.label:
             column = layout.column(align=True)
             column.label(text=f"{Status.label}: Esc cancels")
-            text = f"{Status.stage} {100 * Status.share:.0f} %"
+            text = f"{Status.stage} {100 * Status.share:.0f} %{Status.left}"
             if hasattr(column, "progress"):  # 4.0 and later
                 column.progress(factor=Status.share, text=text)
             else:
@@ -76,7 +77,7 @@ class _Panel:
 
 class VIEW3D_PT_atlasfit(_Panel, bpy.types.Panel):
     bl_space_type = "VIEW_3D"
-    operators = UV_OPERATORS + SCAN_OPERATORS
+    operators = (IMPORT_OT_atlasfit_scan, *UV_OPERATORS, *SCAN_OPERATORS)
 
 
 class IMAGE_PT_atlasfit(_Panel, bpy.types.Panel):

@@ -21,6 +21,8 @@ KINDS = {
     "BYTE_COLOR": ("color", 4, np.float32),
 }
 REPORT = "atlasfit_report"
+NORMAL = "point_normal"  # the normals of points without faces
+VIEWPOINT = "atlasfit_viewpoint"  # where the scanner stood, in the mesh's frame
 STRETCH = "UV Stretch"  # the colours that show stretch: they are never taken for the mesh's own
 COLOR = "atlasfit_color"  # the mesh's own active colours while those of stretch are active
 # Blender 5 has all of a mesh's columns as attributes, which are copied ten times faster than properties of
@@ -72,6 +74,23 @@ def objects(context):
                 " first"
             )
     return found
+
+
+def other_scales(context, obs):
+    """What to tell of selected objects that share a mesh with one of `obs` and are scaled otherwise: UVs of
+    one mesh are laid out once.
+    """
+    notes = []
+    for ob in obs:
+        size = lambda other: np.sort(np.linalg.svd(linear(other), compute_uv=False))
+        others = [o for o in context.selected_objects if o != ob and o.type == "MESH" and o.data == ob.data]
+        unlike = [o.name for o in others if not np.allclose(size(o), size(ob), rtol=1e-3)]
+        if unlike:
+            notes.append(
+                f"{', '.join(unlike)} share the mesh of {ob.name} and are scaled otherwise: measured as"
+                f" {ob.name}"
+            )
+    return notes
 
 
 def poll(context):
@@ -315,11 +334,30 @@ def set_report(me, title, notes=(), **lines):
     me[REPORT] = {"title": title, **{key.replace("_", " "): str(value) for key, value in lines.items()}}
 
 
-def put_beside(context, new, old):
-    """Links a new object where the old one is, and makes it the selected and active one."""
+def put_beside(context, new, old, hide=False):
+    """Links a new object where the old one is, and makes it the selected and active one; hides the old one if
+    asked, so that the two do not flicker through each other.
+    """
     for collection in old.users_collection:
         collection.objects.link(new)
     for other in context.selected_objects:
         other.select_set(False)
     new.select_set(True)
     context.view_layer.objects.active = new
+    if hide and old.name in context.view_layer.objects:
+        old.hide_set(True)
+
+
+def show_result(context, colors=False, texture=False):
+    """Lets the window's 3D views frame the selected objects, and show in solid shading what colours them."""
+    if bpy.app.background or context.window is None:
+        return
+    for area in context.window.screen.areas:
+        space, region = area.spaces.active, next((r for r in area.regions if r.type == "WINDOW"), None)
+        if area.type != "VIEW_3D" or region is None:
+            continue
+        if space.shading.type == "SOLID" and (colors or texture):
+            space.shading.color_type = "TEXTURE" if texture else "VERTEX"
+        if space.region_3d is not None and space.region_3d.view_perspective != "CAMERA":
+            with context.temp_override(window=context.window, area=area, region=region):
+                bpy.ops.view3d.view_selected()

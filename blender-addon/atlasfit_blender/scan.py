@@ -23,10 +23,21 @@ def _active(context):
 def _normals(me, matrix):
     """Which side is outside, of meshes that have faces, in the frame that the matrix leads to.
 
-    None without faces."""
-    if not me.polygons:
-        return None
-    return _unit(mesh.get(me.vertices, "normal", 3, np.float32) @ np.linalg.inv(matrix)).astype(np.float32)
+    Of points without faces those that they were imported with; None without."""
+    if me.polygons:
+        normals = mesh.get(me.vertices, "normal", 3, np.float32)
+    else:
+        known = me.attributes.get(mesh.NORMAL)
+        if known is None or known.domain != "POINT" or known.data_type != "FLOAT_VECTOR":
+            return None
+        normals = mesh.get(known.data, "vector", 3, np.float32)
+    return _unit(normals @ np.linalg.inv(matrix)).astype(np.float32)
+
+
+def _viewpoint(me, matrix):
+    """Where the scanner stood, in the frame that the matrix leads to; None where that is not known."""
+    known = me.get(mesh.VIEWPOINT)
+    return None if known is None else np.array(known, np.float64) @ matrix.T
 
 
 def _unit(vectors):
@@ -144,6 +155,9 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         ),
         default="OBJECT",
     )
+    hide: BoolProperty(
+        name="Hide Scan", description="Hide the scan where the result is a new object", default=True
+    )
     drop: BoolProperty(
         name="Delete Outliers",
         description=(
@@ -156,7 +170,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "drop", "strength", "noise", "charts", "prior"):
+        for name in ("result", "hide", "drop", "strength", "noise", "charts", "prior"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -165,7 +179,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         self._edit = context.mode == "EDIT_MESH"
         with mesh.object_mode(context, [ob]):
             points, normals, triangles = self._read(ob)
-        options = self.fit_options()
+        options = self.fit_options() | {"viewpoint": _viewpoint(ob.data, mesh.linear(ob))}
         return lambda progress, cancel: atlasfit.denoise(
             points,
             normals=normals,
@@ -212,7 +226,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
             raise Refused(f"the object {name} was changed meanwhile. Run it again")
         with mesh.object_mode(context, [ob]):
             if self.result == "OBJECT" and not self._edit:
-                ob = self._copy(context, ob)
+                ob = self._copy(context, ob, self.hide)
             me = ob.data
             old = mesh.positions(me)
             new = old.copy()
@@ -229,7 +243,10 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
                 for key in me.shape_keys.key_blocks if me.shape_keys else ():
                     mesh.put(key.data, "co", mesh.get(key.data, "co", 3, np.float32) + (new - old))
             if not me.polygons and not self._edit:
-                mesh.add_attribute(me, "point_normal", "FLOAT_VECTOR", _unit(result.normals @ matrix))
+                known = me.attributes.get(mesh.NORMAL)
+                if known is not None:
+                    me.attributes.remove(known)
+                mesh.add_attribute(me, mesh.NORMAL, "FLOAT_VECTOR", _unit(result.normals @ matrix))
                 mesh.add_attribute(me, "point_chart", "INT", result.charts.view(np.int32))
             outliers = chosen[result.charts == atlasfit.NO_CHART]
             if self.drop and len(outliers):
@@ -245,11 +262,11 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         self.report({"WARNING"} if result.report.warnings else {"INFO"}, "; ".join([text, *notes]))
 
     @staticmethod
-    def _copy(context, ob):
+    def _copy(context, ob, hide):
         new = ob.copy()
         new.data = ob.data.copy()
         new.name = f"{ob.name} Denoised"
-        mesh.put_beside(context, new, ob)
+        mesh.put_beside(context, new, ob, hide)
         return new
 
     @staticmethod
@@ -326,11 +343,22 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ),
         default=False,
     )
-    texture_size: bake.TEXTURE_SIZE
+    texture_size: IntProperty(
+        name="Texture Size",
+        description="Side of the texture in pixels. 0 is what the scan's points fill",
+        default=0,
+        min=0,
+        max=65536,
+    )
     bake: BoolProperty(
-        name="Bake Colors",
-        description="Bake the scan's colors, where it has them, to an image and a material",
+        name="Material",
+        description=(
+            "Bake the scan's colors to an image and a material; without colors the material shows a checker"
+        ),
         default=True,
+    )
+    hide: BoolProperty(
+        name="Hide Scan", description="Hide the scan, so that one sees the surface", default=True
     )
 
     def draw(self, context):
@@ -350,6 +378,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             "prior",
             "texture_size",
             "bake",
+            "hide",
         ):
             layout.prop(self, name)
 
@@ -358,7 +387,10 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, paint = self.texture_size, bake.srgb(colors) if self.bake and colors is not None else None
+        size, paint = (
+            self.texture_size or atlasfit.texture_side(len(points)),
+            bake.srgb(colors) if self.bake and colors is not None else None,
+        )
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,
@@ -368,6 +400,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             "max_error": self.max_error,
             "watertight": self.watertight,
             "texture_size": size,
+            "viewpoint": self._viewpoint,
         }
 
         def work(progress, cancel):
@@ -409,6 +442,9 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             self._kinds = {a.name: a.data_type for a in me.attributes if a.name in columns}
             colors, self._color = mesh.point_colors(me)
             columns.pop(self._color, None)
+            if not me.polygons:
+                columns.pop(mesh.NORMAL, None)  # the surface has its own
+            self._viewpoint = _viewpoint(ob.data, matrix)
             return mesh.positions(me) @ matrix.T, _normals(me, matrix), colors, columns
         finally:
             evaluated.to_mesh_clear()
@@ -435,7 +471,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             mesh.add_attribute(me, column, self._kinds.get(column, "INT"), values)
         ob = bpy.data.objects.new(f"{source.name} Surface", me)
         ob.matrix_world = source.matrix_world
-        mesh.put_beside(context, ob, source)
+        mesh.put_beside(context, ob, source, self.hide)
         notes = _notes(out.report)
         if self._left:
             notes.append(f"attributes of kinds that cannot be carried: {', '.join(self._left)}")
@@ -443,6 +479,9 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             notes.append("vertex groups are not carried")
         if texels is not None:
             notes += bake.write(texels, [ob])
+        elif self.bake:
+            bake.checker(ob)
+        mesh.show_result(context, surface.colors is not None, self.bake)
         _report(me, self.bl_label, out.report, self.seconds(), notes)
         text = (
             f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes"

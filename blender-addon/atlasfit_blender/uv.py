@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from . import bake, mesh
+from . import bake, mesh, textures
 from .long import LongOperator, Refused, within
 from .native import atlasfit
 
@@ -92,6 +92,14 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         default="ACTIVE",
     )
     name: StringProperty(name="Name", description="Name of a new UV map", default="Atlas")
+    textures: BoolProperty(
+        name="Keep Textures",
+        description=(
+            "Images that the materials show through the UV map are drawn anew for the new UVs, at no lower"
+            " density"
+        ),
+        default=True,
+    )
     bake: BoolProperty(
         name="Bake Colors",
         description=(
@@ -116,11 +124,14 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         layout.prop(self, "target")
         if self.target == "NEW":
             layout.prop(self, "name")
+        else:
+            layout.prop(self, "textures")
         layout.prop(self, "bake")
 
     def prepare(self, context):
         """Reads the meshes; the work lays out each group of them."""
         obs = mesh.objects(context)
+        self._told = mesh.other_scales(context, obs)
         only_selected = context.mode == "EDIT_MESH"
         groups = [obs] if self.together else [[ob] for ob in obs]
         with mesh.object_mode(context, obs):
@@ -136,30 +147,11 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         }
 
         def work(progress, cancel):
-            out = []
-            for i, (given, constraints, colors) in enumerate(jobs):
-                begin, end = i / len(jobs), (i + 1) / len(jobs)
-                laid_out = end if colors is None else begin + LAID_OUT * (end - begin)
-                uv = atlasfit.unwrap(
-                    given.vertices,
-                    given.faces,
-                    face_polygons=given.face_polygons,
-                    **constraints,
-                    **options,
-                    progress=within(progress, begin, laid_out),
-                    cancel=cancel,
-                )
-                image = None
-                if colors is not None:
-                    image = bake.image(
-                        colors,
-                        uv.corner_uv,
-                        page_size=options["page_size"],
-                        progress=within(progress, laid_out, end),
-                        cancel=cancel,
-                    )
-                out.append((given, uv, image))
-            return out
+            n = len(jobs)
+            return [
+                _lay_out(*job, options, progress=within(progress, i / n, (i + 1) / n), cancel=cancel)
+                for i, job in enumerate(jobs)
+            ]
 
         return work
 
@@ -192,16 +184,23 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
             colors = np.concatenate(
                 [bake.corner_colors(ob.data, part.loops) for ob, part in zip(obs, given.parts)]
             )
-        return given, constraints, colors
+        old = None
+        if self.target == "ACTIVE" and not self.bake:
+            obstacle = None if self.textures else "Keep Textures is off"
+            if any(len(part.loops) < len(ob.data.loop_triangles) for ob, part in zip(obs, given.parts)):
+                obstacle = obstacle or "some of the faces that show it keep their UVs"
+            old, said = textures.read(obs, given.parts, obstacle)
+            self._told += said
+        return given, constraints, colors, old
 
     def finish(self, context, result):
         """Writes the UVs, images and reports."""
-        notes, charts, faces = [], 0, 0
-        obs = [ob for given, _, _ in result for ob in mesh.meshes_of(given.parts)]
+        notes, charts, faces = list(self._told), 0, 0
+        obs = [ob for given, *_ in result for ob in mesh.meshes_of(given.parts)]
         for ob in obs:
             self._check_room(ob.data)
         with mesh.object_mode(context, obs):
-            for given, uv, image in result:
+            for given, uv, image, old, drawn in result:
                 charts, faces = charts + uv.info.charts, faces + uv.info.triangles
                 tile = uv.face_pages[:, None] + np.zeros((1, 3), np.uint32)
                 corner_uv = uv.corner_uv
@@ -219,7 +218,10 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
                     torn, moved = self._write(me, part, mine)
                     folded, pins = folded + torn, pins + moved
                 written = [bpy.data.objects[part.object] for part in given.parts]
-                notes += bake.outdated(written) if image is None else bake.write(image, written)
+                if image is not None:
+                    notes += bake.write(image, written)
+                if old is not None:
+                    notes += textures.write(old, drawn, written)
                 if folded:
                     notes.append(
                         f"{folded} faces are too bent to lie flat in one piece and overlap in the UV map:"
@@ -288,6 +290,31 @@ class UV_OT_atlasfit_unwrap(LongOperator, bpy.types.Operator):
         )
 
 
+def _lay_out(given, constraints, colors, old, options, progress, cancel):
+    """The work on one group: what was given, UVs, baked colours, old textures, those drawn anew."""
+    page, image, drawn = None, None, []
+    if old is not None:
+        page = old.page(given.vertices, given.faces, cancel=cancel)
+        side, padding = max(options["page_size"], page.side), max(options["padding"], page.padding)
+        options = options | {"page_size": side, "padding": padding, "pages": 1}
+    laid_out = 1.0 if colors is None and old is None else LAID_OUT
+    uv = atlasfit.unwrap(
+        given.vertices,
+        given.faces,
+        face_polygons=given.face_polygons,
+        **constraints,
+        **options,
+        progress=within(progress, 0.0, laid_out),
+        cancel=cancel,
+    )
+    how = {"progress": within(progress, laid_out, 1.0), "cancel": cancel}
+    if colors is not None:
+        image = bake.image(colors, uv.corner_uv, page_size=options["page_size"], **how)
+    if old is not None:
+        drawn = old.draw(given.vertices, given.faces, uv, page, **how)
+    return given, uv, image, old, drawn
+
+
 class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
     """Measures UVs and shows their stretch."""
 
@@ -339,9 +366,7 @@ class UV_OT_atlasfit_stretch(LongOperator, bpy.types.Operator):
                     me[mesh.COLOR] = own.name
                 attribute = next((a for a in me.color_attributes if mesh.shows_stretch(a)), None)
                 if attribute is None:
-                    attribute = me.color_attributes.new(
-                        name=mesh.STRETCH, type="BYTE_COLOR", domain="CORNER"
-                    )
+                    attribute = me.color_attributes.new(name=mesh.STRETCH, type="BYTE_COLOR", domain="CORNER")
                 name = attribute.name
                 mesh.put(me.color_attributes[name].data, "color", colors)
                 me.color_attributes.active_color = me.color_attributes[name]

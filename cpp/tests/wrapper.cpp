@@ -89,6 +89,26 @@ int main() {
            255,
        "baked colours of a scan");
 
+  const std::vector<std::uint16_t> labels(surface.size() / 3, 65535);
+  atlasfit::SaveOptions with_uv;
+  with_uv.corner_uv = corners.data();
+  const std::string saved = "atlasfit_wrapper.ply";
+  const std::string lost = atlasfit::save(
+      saved,
+      atlasfit::Points(surface).triangles(triangles.data(), triangles.size() / 3).attribute(
+          "label", labels.data(), ATLASFIT_U16),
+      with_uv);
+  const atlasfit::File file = atlasfit::File::load(saved);
+  std::remove(saved.c_str());
+  want(lost.empty() && file.notes().empty() && file.positions() == surface && file.triangles() == triangles &&
+           file.corner_uv() == corners,
+       "what was saved is loaded");
+  const atlasfit::Column label = file.attribute(0);
+  want(file.info().attributes == 1 && label.name == "label" && label.scalar == ATLASFIT_U16 &&
+           label.values == std::vector<double>(labels.begin(), labels.end()),
+       "a label comes back with its type");
+  want(status_of([&] { atlasfit::File::load(saved); }) == ATLASFIT_IO, "a file that is not there");
+
   const std::uint64_t needed = atlasfit::denoise_memory_needed(3000);
   want(atlasfit::denoise_memory_needed(6000) > needed && needed > 100 * 3000, "denoising tells its memory");
   want(atlasfit::unwrap_memory_needed(6000, 12000) > atlasfit::unwrap_memory_needed(3000, 6000),

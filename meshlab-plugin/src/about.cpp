@@ -8,20 +8,20 @@
 
 namespace {
 
-const char* const PAPER = "<br>See:<br><i>M. Gadelha, R. Wang, S. Maji</i><br><b>\"Deep Manifold Prior\"</b>";
+const char* const PAPER = "<br>See: M. Gadelha, R. Wang, S. Maji, <b>Deep Manifold Prior</b>, 2020.";
 const char* const STRETCH_PAPER =
-	"<br>See:<br><i>P. Sander, J. Snyder, S. Gortler, H. Hoppe</i><br><b>\"Texture Mapping Progressive "
-	"Meshes\"</b><br>SIGGRAPH 2001.";
-const char* const FRAME =
-	"<br>The layer's matrix is applied: lengths are those that you see. Deleted elements are left out.";
+	"<br>See: P. Sander et al., <b>Texture Mapping Progressive Meshes</b>, SIGGRAPH 2001.";
+const char* const FRAME = "<br>Lengths are those that you see: the layer's matrix is applied.";
 
 Parameter texture_parameter()
 {
-	return {Parameter::ENUM, "texture", TEXTURE_COLORS, "Texture page",
-		"<b>Vertex colours</b>: they are baked into the page (plain grey where there are none). "
-		"<b>Checker</b>: squares look square and equally large "
-		"where the UVs are good. <b>None</b>: no page is made.",
-		{"Vertex colours", "Checker", "None"}, false};
+	// No file without being asked.
+	return {Parameter::ENUM, "texture", double(PAGES_ARE_FILES ? TEXTURE_NONE : TEXTURE_COLORS), "Texture page",
+		"<b>Colours</b>: those of the textures that the layer has, else of its vertices; without either no "
+		"page is made. <b>Checker</b>: squares look square and equally large "
+		"where the UVs are good. <b>None</b>: no page is made." +
+			QString(PAGES_ARE_FILES ? " A page is written as a file beside the layer's." : ""),
+		{"Colours", "Checker", "None"}, false};
 }
 
 Parameter texture_size_parameter(uint32_t value)
@@ -43,9 +43,8 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"How strongly to denoise, 0 or more: 1 = as much as the scan asks for, 2 = smoother, 0 = the points "
 			"stay where they are.",
 			{}, false},
-		{Parameter::FLOAT, "noise", o.noise, "Noise (length)",
-			"Standard deviation of the scan's noise along the normal, in the layer's unit. 0 = it is "
-			"estimated.",
+		{Parameter::LENGTH, "noise", o.noise, "Noise",
+			"Standard deviation of the scan's noise along the normal. 0 = it is estimated.",
 			{}, false},
 		{Parameter::ENUM, "prior", double(o.prior), "Prior",
 			"What smooth means. <b>Gaussian process</b>: the limit that the paper's networks tend to as they "
@@ -57,17 +56,19 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
 	};
 	if (surface) {
+		list.insert(list.begin(), {Parameter::BOOL, "visibleLayers", 0, "Merge all visible layers",
+			"The surface is fitted to the vertices of all visible layers together, which are scans of one "
+			"object in one frame.", {}, false});
 		list.push_back({Parameter::FLOAT, "detail", o.detail, "Detail",
 			"Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {},
 			false});
-		list.push_back({Parameter::FLOAT, "fillHoles", o.fill_holes, "Fill holes (length)",
-			"Holes with a boundary shorter than this are filled, in the layer's unit. 0 = only gaps of the "
-			"sampling.",
+		list.push_back({Parameter::LENGTH, "fillHoles", o.fill_holes, "Fill holes",
+			"Holes with a boundary shorter than this are filled. 0 = only gaps of the sampling.",
 			{}, false});
 		list.push_back({Parameter::FLOAT, "minPart", o.min_part, "Smallest part (share)",
 			"Connected parts of the surface that have less than this share of its area, 0 to 1, are left out. "
 			"0 = all stay.",
-			{}, false});
+			{}, true});
 		list.push_back({Parameter::BOOL, "largest", double(o.largest), "Largest part only",
 			"Whether only the largest connected part of the surface is kept, by area.", {}, false});
 		list.push_back({Parameter::INT, "faces", double(o.faces), "Triangles",
@@ -132,49 +133,39 @@ std::vector<Parameter> unwrap_parameters()
 const About& about(int filter)
 {
 	static const std::array<About, FILTERS> all{{
-		{"Atlas reconstruction (deep manifold prior)", "generate_surface_reconstruction_atlas",
-			QString("Fits an atlas of smooth overlapping charts to the vertices of the current layer and "
-					"makes one clean connected surface of it in a new layer, with "
-					"normals, colours, per-wedge texture coordinates and a texture page. The layer may be a "
-					"point cloud or a mesh, whose faces are not looked at; "
-					"normals are not needed.<br>Use it for noisy scans with stray points, thin parts and "
-					"holes: noise, charts and smoothness are found from the data, holes "
-					"stay open unless you ask for them to be filled, one-sided surfaces are possible.") +
+		{"Surface Reconstruction: Atlas", "generate_surface_reconstruction_atlas",
+			QString("Surface of a noisy scan or point cloud: one clean connected surface in a new layer, with "
+					"normals, colours and UVs. Noise, outliers, charts and smoothness are found from the data; "
+					"normals are not needed. Holes stay open unless you ask for them to be filled, one-sided "
+					"surfaces are possible.") +
 				FRAME + PAPER,
 			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE,
 			MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},
-		{"Denoise points/vertices (deep manifold prior)", "apply_coord_denoising_atlas",
-			QString("Moves the vertices of the current layer, a point cloud or a mesh, onto an atlas of "
-					"smooth charts that is fitted to them. Order, faces, attributes and "
-					"selection stay as they are; how far each vertex was moved becomes its quality. Vertices "
-					"that belong to no surface follow their neighbours in a mesh, so that no spike stays, and "
-					"stay where they are in a point cloud.<br>Use it where "
-					"the points themselves matter: for registration, measuring, or before a reconstruction "
-					"of your choice.") +
+		{"Denoise: Atlas", "apply_coord_denoising_atlas",
+			QString("Removes noise, finds outliers: moves the vertices of a point cloud or a scanned mesh onto an "
+					"atlas of smooth charts that is fitted to them. Order, faces, attributes and selection stay; "
+					"how far each vertex was moved becomes its quality. Outliers follow their neighbours in a "
+					"mesh, and stay where they are in a point cloud.") +
 				FRAME + PAPER,
 			Host::Smoothing | Host::PointSet, MeshModel::MM_NONE,
 			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL |
 				MeshModel::MM_VERTQUALITY | MeshModel::MM_VERTFLAGSELECT},
-		{"Parametrization: stretch-regularized atlas", "compute_texcoord_parametrization_atlas",
-			QString("Gives the current mesh per-wedge texture coordinates: few charts of low stretch that "
-					"neither flip nor overlap, packed on square pages, and a texture page "
-					"with the vertex colours baked into it. Geometry and order stay as they are. Any mesh "
-					"will do: open, closed, of any genus, with non-manifold "
-					"edges or faces without area.<br>Use it before baking, painting or exporting with a "
-					"texture. The pages that the layer had are replaced.") +
+		{"Parametrization: Atlas", "compute_texcoord_parametrization_atlas",
+			QString("UV unwrap: gives the current mesh per-wedge texture coordinates (UVs): few charts of low "
+					"stretch that neither flip nor overlap, packed on square pages. Textures that the layer has "
+					"are drawn anew at no lower density, else vertex colours are baked. Geometry and order stay. "
+					"Any mesh will do: open, closed, of any genus, with non-manifold edges.") +
 				FRAME + PAPER + STRETCH_PAPER,
 			Host::Texture, MeshModel::MM_FACENUMBER, MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
-		{"UV distortion", "compute_scalar_by_uv_distortion_per_face",
-			QString("Measures the per-wedge texture coordinates of the current mesh, whoever made them. Face "
-					"quality becomes the stretch: the largest factor by which a length on "
-					"the face is stretched or shrunk in the texture, after one global scale that makes the "
-					"areas equal; 1 = isometric. Collapsed faces get the "
-					"largest stretch of the others. The log says charts, seam length, stretch, flips and "
-					"overlaps, by exact predicates.<br>Pages count as square; "
-					"follow it with \"Colorize by face Quality\".") +
+		{"UV Distortion", "compute_scalar_by_uv_distortion_per_face",
+			QString("Quality of a parametrization: measures the per-wedge texture coordinates (UVs) of the current "
+					"mesh, whoever made them. Face quality becomes the stretch: the largest factor by which a "
+					"length on the face is stretched or shrunk in the texture, after one global scale that makes "
+					"the areas equal; 1 = isometric. Collapsed faces get the largest stretch of the others. The "
+					"log says charts, seam length, stretch, flips and overlaps. Pages count as square.") +
 				FRAME + STRETCH_PAPER,
 			Host::Quality | Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD,
-			MeshModel::MM_FACEQUALITY},
+			MeshModel::MM_FACEQUALITY | MeshModel::MM_FACECOLOR},
 	}};
 	return all.at(std::size_t(filter));
 }
@@ -186,6 +177,10 @@ std::vector<Parameter> parameters(int filter)
 	case RECONSTRUCT: list = denoise_parameters(true); break;
 	case DENOISE: list = denoise_parameters(false); break;
 	case PARAMETRIZE: list = unwrap_parameters(); break;
+	case DISTORTION:
+		list = {{Parameter::BOOL, "colorize", 1, "Colorize",
+			"Faces are coloured by their stretch, from blue (none) to red (1.5 and more).", {}, false}};
+		break;
 	}
 	for (const Parameter& p : run_parameters())
 		list.push_back(p);

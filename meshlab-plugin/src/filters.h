@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The filters as every MeshLab sees them: names, help, parameters (about.cpp), and applying one to the
-// current layer (filters.cpp). No algorithm: arrays out, one call into libatlasfit, arrays back.
+// current layer (filters.cpp, by scan_filters.cpp and uv_filters.cpp). No algorithm: arrays out, one call
+// into libatlasfit, arrays back.
 #pragma once
 
 #include "host.h"
@@ -8,7 +9,8 @@
 /// The filters, by the number that the host knows them by.
 enum Filter { RECONSTRUCT, DENOISE, PARAMETRIZE, DISTORTION, FILTERS };
 
-/// Choices of the parameter "texture".
+/// Choices of the parameter "texture". Colours are those of the textures that a layer has, else of its
+/// vertices, else there is no page.
 enum Texture { TEXTURE_COLORS, TEXTURE_CHECKER, TEXTURE_NONE };
 
 /// What the host shows of a filter, and what it must know before and after it runs.
@@ -29,14 +31,15 @@ struct About {
 
 /// One parameter of a filter.
 struct Parameter {
-	enum Kind { BOOL, INT, FLOAT, ENUM };
+	/// LENGTH is a number that the host shows as a share of the layer's diagonal too.
+	enum Kind { BOOL, INT, FLOAT, LENGTH, ENUM };
 	Kind kind;
 	QString name;
 	double value;
 	QString label;
 	QString help;
 	QStringList choices;
-	/// Shown behind "advanced" where the host has that.
+	/// Shown behind "advanced"; not at all where the host has no such place.
 	bool advanced;
 };
 

@@ -28,6 +28,9 @@ using Coordinate = CMeshO::ScalarType;
 /// Whether the host's numbers are double.
 constexpr bool DOUBLE_HOST = std::is_same<Coordinate, double>::value;
 
+/// Whether the host knows texture pages as files only.
+constexpr bool PAGES_ARE_FILES = ATLASFIT_MESHLAB_2020 != 0;
+
 /// Bounding box, and from the faces (where there are any) face and vertex normals.
 inline void update_box_and_normals(MeshModel& layer)
 {
@@ -35,6 +38,32 @@ inline void update_box_and_normals(MeshModel& layer)
 	layer.UpdateBoxAndNormals();
 #else
 	layer.updateBoxAndNormals();
+#endif
+}
+
+/// The host's number that is shown as a share of the diagonal too.
+#if !ATLASFIT_MESHLAB_2020 && __has_include(<common/parameters/rich_parameter/rich_percentage.h>)
+using RichLength = RichPercentage;
+#else
+using RichLength = RichAbsPerc;
+#endif
+
+/// The diagonal of a layer as it is shown; 1 of an empty one.
+inline double diagonal(const MeshModel& layer)
+{
+	const double length = double(layer.cm.trBB().Diag());
+	return layer.cm.vn > 0 && length > 0 ? length : 1;
+}
+
+/// A texture page of a layer; null where its file cannot be read.
+inline QImage page_of(const MeshModel& layer, const std::string& name)
+{
+#if ATLASFIT_MESHLAB_2020
+	const QString file = QString::fromStdString(name);
+	const QImage here(file);
+	return here.isNull() ? QImage(QFileInfo(layer.fullName()).absoluteDir().absoluteFilePath(file)) : here;
+#else
+	return layer.getTexture(name);
 #endif
 }
 

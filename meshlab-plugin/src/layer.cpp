@@ -149,6 +149,14 @@ std::vector<uint8_t> colors(const CMeshO& layer, const Points& points)
 	return rgba;
 }
 
+bool are_painted(const std::vector<uint8_t>& rgba)
+{
+	for (std::size_t i = 4; i < rgba.size(); ++i)
+		if (rgba[i] != rgba[i % 4])
+			return true;
+	return false;
+}
+
 void set_corner_uv(MeshModel& layer, const Triangles& triangles, const std::vector<float>& uv,
 	const std::vector<uint32_t>& pages)
 {

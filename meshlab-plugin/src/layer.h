@@ -51,6 +51,10 @@ std::vector<uint32_t> polygons(const CMeshO& layer, const Triangles& triangles);
 /// Red, green, blue, alpha of each point.
 std::vector<uint8_t> colors(const CMeshO& layer, const Points& points);
 
+/// Whether these colours show anything: hosts give each vertex a colour, the same for all, where a file has
+/// none.
+bool are_painted(const std::vector<uint8_t>& rgba);
+
 /// Sets the corners' UVs and pages; `pages` has one number per triangle or is empty (one page).
 void set_corner_uv(MeshModel& layer, const Triangles& triangles, const std::vector<float>& uv,
 	const std::vector<uint32_t>& pages);

@@ -9,25 +9,36 @@ AtlasfitPlugin::AtlasfitPlugin()
 	}
 }
 
-void AtlasfitPlugin::initParameterSet(QAction* a, MeshModel&, RichParameterList& list)
+static void add(RichParameterList& list, const Parameter& p, const MeshModel& layer)
 {
-	for (const Parameter& p : parameters(ID(a))) {
-		switch (p.kind) {
-		case Parameter::BOOL: list.addParam(RichBool(p.name, p.value != 0, p.label, p.help)); break;
-		case Parameter::INT: list.addParam(RichInt(p.name, int(p.value), p.label, p.help)); break;
-		case Parameter::FLOAT: list.addParam(RichFloat(p.name, float(p.value), p.label, p.help)); break;
-		case Parameter::ENUM:
-			list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help));
-			break;
-		}
+	switch (p.kind) {
+	case Parameter::BOOL: list.addParam(RichBool(p.name, p.value != 0, p.label, p.help)); break;
+	case Parameter::INT: list.addParam(RichInt(p.name, int(p.value), p.label, p.help)); break;
+	case Parameter::FLOAT: list.addParam(RichFloat(p.name, float(p.value), p.label, p.help)); break;
+	case Parameter::LENGTH:
+		list.addParam(RichLength(p.name, float(p.value), 0, float(diagonal(layer)), p.label, p.help));
+		break;
+	case Parameter::ENUM: list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help)); break;
 	}
+}
+
+void AtlasfitPlugin::initParameterSet(QAction* a, MeshModel& layer, RichParameterList& list)
+{
+	for (const Parameter& p : parameters(ID(a)))
+		if (!p.advanced)
+			add(list, p, layer);
 }
 
 bool AtlasfitPlugin::applyFilter(
 	QAction* a, MeshDocument& md, const RichParameterList& par, vcg::CallBackPos* progress)
 {
 	try {
-		for (const std::string& line : apply(ID(a), par, md, progress).lines)
+		// What is not shown has its default, unless a script gives it.
+		RichParameterList all = par;
+		for (const Parameter& p : parameters(ID(a)))
+			if (md.mm() != nullptr && !all.hasParameter(p.name))
+				add(all, p, *md.mm());
+		for (const std::string& line : apply(ID(a), all, md, progress).lines)
 			Log("%s", line.c_str());
 	} catch (const std::exception& e) {
 		errorMessage = QString::fromUtf8(e.what());

@@ -11,7 +11,7 @@ AtlasfitPlugin::AtlasfitPlugin()
 	}
 }
 
-RichParameterList AtlasfitPlugin::initParameterList(const QAction* a, const MeshModel&)
+RichParameterList AtlasfitPlugin::initParameterList(const QAction* a, const MeshModel& layer)
 {
 	RichParameterList list;
 	for (const Parameter& p : parameters(ID(a))) {
@@ -22,6 +22,10 @@ RichParameterList AtlasfitPlugin::initParameterList(const QAction* a, const Mesh
 		case Parameter::INT: list.addParam(RichInt(p.name, int(p.value), p.label, p.help, p.advanced)); break;
 		case Parameter::FLOAT:
 			list.addParam(RichFloat(p.name, Scalarm(p.value), p.label, p.help, p.advanced));
+			break;
+		case Parameter::LENGTH:
+			list.addParam(RichLength(
+				p.name, Scalarm(p.value), 0, Scalarm(diagonal(layer)), p.label, p.help, p.advanced));
 			break;
 		case Parameter::ENUM:
 			list.addParam(RichEnum(p.name, int(p.value), p.choices, p.label, p.help, p.advanced));

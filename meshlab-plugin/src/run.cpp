@@ -17,13 +17,29 @@ void check(atlasfit_status status)
 		"atlasfit: " + (text.empty() ? std::string(atlasfit_status_name(status)) : text));
 }
 
+std::string time_left(double seconds, double share)
+{
+	// Earlier it would be a guess.
+	if (seconds < 1 || share < 0.02 || share >= 1)
+		return "";
+	const double left = seconds * (1 - share) / share;
+	return left < 90 ? ", " + std::to_string(int(left + 0.5)) + " s left"
+					 : ", " + std::to_string(int(left / 60 + 0.5)) + " min left";
+}
+
+bool Bar::show(const char* stage)
+{
+	const double share = from + (to - from) * overall;
+	const double seconds =
+		std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+	return host(int(100 * share), (stage + time_left(seconds, share)).c_str());
+}
+
 static int32_t relay(void* user, uint32_t stage, double)
 {
-	const Bar& bar = *static_cast<const Bar*>(user);
 	// The host's callback may not throw through the library.
 	try {
-		const double share = bar.from + (bar.to - bar.from) * bar.overall;
-		return bar.host(int(100 * share), atlasfit_stage_name(stage)) ? 1 : 0;
+		return static_cast<Bar*>(user)->show(atlasfit_stage_name(stage)) ? 1 : 0;
 	} catch (...) {
 		return 0;
 	}
@@ -61,14 +77,23 @@ atlasfit_run run(const RichParameterList& par, Bar* bar)
 	return run;
 }
 
-double number(const RichParameterList& par, const char* name)
+static double decimal(Coordinate value)
 {
-	const auto value = par.getFloat(name);
 	if (DOUBLE_HOST)
 		return double(value);
 	char text[32];
 	std::snprintf(text, sizeof text, "%.7g", double(value));
 	return std::strtod(text, nullptr);
+}
+
+double number(const RichParameterList& par, const char* name)
+{
+	return decimal(Coordinate(par.getFloat(name)));
+}
+
+double length(const RichParameterList& par, const char* name)
+{
+	return decimal(Coordinate(par.getAbsPerc(name)));
 }
 
 uint32_t count(const RichParameterList& par, const char* name)

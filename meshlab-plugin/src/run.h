@@ -46,6 +46,9 @@ struct Free {
 using Result = std::unique_ptr<atlasfit_result, Free>;
 using Uv = std::unique_ptr<atlasfit_uv, Free>;
 
+/// ", 12 s left" after so many seconds, when this share is done; nothing where it would be a guess.
+std::string time_left(double seconds, double share);
+
 /// The host's bar, filled once over all calls of a filter: it never falls.
 class Bar {
 public:
@@ -60,9 +63,14 @@ public:
 		to = end;
 	}
 	vcg::CallBackPos* const host;
+	/// Shows what is done of all, the running stage, and the time that is left. False where the host stops.
+	bool show(const char* stage);
 	/// Of the call: written by the library.
 	double overall = 0;
 	double from = 0, to = 1;
+
+private:
+	const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
 };
 
 /// The parameters that every filter ends with.
@@ -74,6 +82,9 @@ atlasfit_run run(const RichParameterList& par, Bar* bar);
 /// A number that the user gave. Hosts built for float hold 1.1 as 1.10000002: its shortest decimal is what
 /// was meant.
 double number(const RichParameterList& par, const char* name);
+
+/// A length that the user gave, in the layer's unit or as a share of its diagonal.
+double length(const RichParameterList& par, const char* name);
 
 /// A whole number that the user gave, 0 or more.
 uint32_t count(const RichParameterList& par, const char* name);

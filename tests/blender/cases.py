@@ -24,6 +24,8 @@ from scenes import (
 from made import torus, triangles
 from color_cases import *  # noqa: F403
 from denoise_cases import *  # noqa: F403
+from import_cases import *  # noqa: F403
+from texture_cases import *  # noqa: F403
 
 
 # ---- Atlas Unwrap
@@ -163,6 +165,23 @@ def test_several_objects_in_object_mode_share_a_texture_or_have_one_each():
     assert_good(a)
     assert_good(b)
     assert np.ptp(uvs(a), axis=0).max() > 0.95
+
+
+def test_linked_copies_with_other_scales_are_named():
+    ob = monkey()
+    copies = [ob.copy(), ob.copy()]
+    for copy in copies:
+        bpy.context.collection.objects.link(copy)
+    copies[0].name, copies[0].scale = "Large", (2, 2, 2)
+    copies[1].rotation_euler = (1, 0, 0)
+    bpy.context.view_layer.update()
+    select(ob, *copies)
+    bpy.ops.uv.atlasfit_unwrap()
+    said = report(ob)["notes"]
+    assert "share the mesh of" in said and "are scaled otherwise" in said and "Large" in said, said
+    select(ob, copies[1])
+    bpy.ops.uv.atlasfit_unwrap()
+    assert "notes" not in report(ob)
 
 
 def test_pins_are_moved_and_that_is_said():
@@ -331,7 +350,7 @@ def test_modifiers_of_a_scan_count_and_it_stays_where_it_is():
     new = bpy.context.object
     assert np.allclose(new.matrix_world, ob.matrix_world)
     assert np.allclose(mesh.positions(new.data).mean(0), [5, 0, 0], atol=0.05)
-    assert not new.data.materials
+    assert [m.name for m in new.data.materials] == ["Atlas Checker"], "nothing was baked"
 
 
 # ---- around the operators
@@ -352,6 +371,22 @@ def test_a_cancelled_run_ends_at_once_and_leaves_everything():
     waited = time.perf_counter() - asked
     assert isinstance(job.failure, atlasfit.Cancelled) and job.result is None and waited < 2
     print(f"   cancelled after {1000 * waited:.0f} ms")
+
+
+def test_the_bar_never_falls_and_says_the_time_left():
+    shares = []
+
+    def work(progress, cancel):
+        for share in (0.1, 0.5, 0.3, 0.8):
+            progress("working", share)
+            shares.append(job.share)
+
+    job = addon.long.Job(lambda progress, cancel: (time.sleep(0.1), work(progress, cancel)))
+    job.thread.join(5)
+    assert shares == [0.1, 0.5, 0.5, 0.8]
+    left = addon.long.time_left
+    assert left(10, 0.25) == ", 30 s left" and left(60, 0.1) == ", 9 min left"
+    assert left(0.5, 0.5) == left(10, 0.01) == left(10, 1) == ""
 
 
 def test_it_can_be_turned_off_and_on():

@@ -120,10 +120,35 @@ def click(x, y):
     yield 1.0
 
 
+def first_look():
+    """A scan comes in by its file and becomes a surface: what one sees then, with nothing else pressed."""
+    remove_all()
+    scan = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "vase.ply")
+    with within("VIEW_3D"):
+        bpy.ops.import_mesh.atlasfit_scan("INVOKE_DEFAULT", filepath=scan)
+    yield from waited()
+    yield 1.0
+    check("the scan is there", active().name == "vase")
+    check("with its colors", len(active().data.color_attributes) == 1)
+    with within("VIEW_3D"):
+        bpy.ops.object.atlasfit_reconstruct("INVOKE_DEFAULT")
+    yield from waited()
+    yield 2.0
+    check("the surface is there", active().name == "vase Surface")
+    check("and the scan hidden", bpy.data.objects["vase"].hide_get())
+    check("the view shows its texture", area("VIEW_3D").spaces[0].shading.color_type == "TEXTURE")
+    picture("reconstruct.png")
+    area("VIEW_3D").spaces[0].shading.color_type = "MATERIAL"
+
+
 def script():
     """Each yield lets Blender live for that many seconds. Over 80 lines: one walk through the window, in
     order.
     """
+    area("VIEW_3D").spaces[0].show_region_ui = True
+    yield 1.0
+    yield from click(*TAB)
+    yield from first_look()
     remove_all()
     with within("VIEW_3D"):
         bpy.ops.mesh.primitive_monkey_add()
@@ -136,9 +161,6 @@ def script():
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_selected()
         bpy.ops.ed.undo_push(message="scene made")
-    area("VIEW_3D").spaces[0].show_region_ui = True
-    yield 1.0
-    yield from click(*TAB)
 
     with within("VIEW_3D"):
         bpy.ops.uv.atlasfit_unwrap("INVOKE_DEFAULT", name="Atlas", target="NEW")

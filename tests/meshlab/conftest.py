@@ -1,5 +1,6 @@
 """Shared by the MeshLab tests: the program, small scans and meshes. tests/meshlab/run sets the environment.
 """
+import os
 import pathlib
 import sys
 
@@ -11,6 +12,17 @@ sys.path.insert(0, str(ROOT / "tests"))
 import made
 from no_skips import *  # noqa: F403
 from program import atlasfit, program  # noqa: F401
+
+
+@pytest.fixture(scope="session")
+def plugin():
+    """The plugin in pymeshlab's MeshLab."""
+    import pymeshlab
+
+    path = os.environ.get("ATLASFIT_PLUGIN")
+    if not path:
+        pytest.skip("ATLASFIT_PLUGIN is not set: run tests/meshlab/run")
+    pymeshlab.load_plugin(path)
 
 
 @pytest.fixture(scope="session")

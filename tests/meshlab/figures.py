@@ -4,7 +4,7 @@ memory over many runs.
 
     tests/meshlab/run PYTHON                                          builds the plugin
     ATLASFIT_PLUGIN=target/meshlab/pymeshlab/libfilter_atlasfit.so PYTHON tests/meshlab/figures.py [peers]
-        [overhead] [memory]
+        [overhead] [memory] [scans[=FOLDER]]
 
 Needs numpy and pymeshlab. The peers' times are seconds of processor time, all threads together, which a busy
 machine disturbs least: compare them within one table only.
@@ -121,6 +121,54 @@ def peers():
     )
 
 
+def scans(folder=ROOT.parent / "shared/data/scans"):
+    """Real scans, nearest in size to 100,000 points, beside screened Poisson: how far the scan's points lie
+    from
+    each surface (MeshLab's own Hausdorff filter), and the processor time. Scans without normals get
+    MeshLab's.
+    """
+    sizes = {}
+    for path in sorted(pathlib.Path(folder).glob("*.ply")):
+        head = path.read_bytes()[:4096].split(b"end_header")[0].decode("ascii", "replace")
+        sizes[path] = int(head.split("element vertex")[1].split()[0])
+    if not sizes:
+        print(f"no scans in {folder}")
+        return
+    nearest = sorted(sizes, key=lambda path: abs(sizes[path] - 100_000))[:5]
+    print("\n| scan | points | surface | CPU s | RMS | mean | 95 % below | vertices |\n" + "|---" * 8 + "|")
+    for path in nearest:
+        ms = document()
+        ms.load_new_mesh(str(path))
+        points = ms.current_mesh().vertex_matrix()
+        diagonal = np.linalg.norm(np.ptp(points, axis=0))
+        for name in ("atlas", "screened Poisson (depth 9)"):
+            ms.set_current_mesh(0)
+            _, seconds = timed(lambda: reconstruct_scan(ms, name), time.process_time)
+            surface = ms.current_mesh_id()
+            ms.apply_filter(
+                "get_hausdorff_distance", sampledmesh=0, targetmesh=surface, samplevert=True,
+                sampleedge=False, sampleface=False, samplenum=len(points), maxdist=ml.PercentageValue(50),
+            )
+            d = np.abs(ms.mesh(0).vertex_scalar_array()) / diagonal
+            print(
+                f"| {path.stem} | {len(points):,} | {name} | {seconds:.1f} "
+                f"| {1e5 * np.sqrt(np.mean(d**2)):.2f} | {1e5 * d.mean():.2f} "
+                f"| {1e5 * np.quantile(d, 0.95):.2f} "
+                f"| {ms.mesh(surface).vertex_number():,} |",
+                flush=True,
+            )
+    print("\nDistances are in 1/100,000 of the scan's diagonal.")
+
+
+def reconstruct_scan(ms, name):
+    if name == "atlas":
+        ms.apply_filter("generate_surface_reconstruction_atlas", uv=False, timelimit=0.0)
+        return
+    if not np.any(ms.current_mesh().vertex_normal_matrix()):
+        ms.apply_filter("compute_normal_for_point_clouds", k=20)
+    ms.apply_filter("generate_surface_reconstruction_screened_poisson", depth=9)
+
+
 def overhead():
     """What the plugin adds: a filter's time less the time that it spent in libatlasfit, in one run."""
     print("\n| filter | vertices | s | of it in libatlasfit | overhead |\n|---|---|---|---|---|")
@@ -166,5 +214,7 @@ if __name__ == "__main__":
     ml.load_plugin(
         os.environ.get("ATLASFIT_PLUGIN", str(ROOT / "target/meshlab/pymeshlab/libfilter_atlasfit.so"))
     )
-    for what in sys.argv[1:] or ("peers", "overhead", "memory"):
-        {"peers": peers, "overhead": overhead, "memory": memory}[what]()
+    for what in sys.argv[1:] or ("peers", "overhead", "memory", "scans"):
+        {"peers": peers, "overhead": overhead, "memory": memory, "scans": scans}[what.split("=")[0]](
+            *what.split("=")[1:]
+        )

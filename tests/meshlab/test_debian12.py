@@ -11,26 +11,25 @@ pytestmark = pytest.mark.skipif(
     not BIN, reason="ATLASFIT_MESHLAB is not set: run tests/meshlab/run with MeshLab 2020.09 installed"
 )
 
-# meshlabserver wants every parameter.
-RUN = {"timeLimit": ("Float", 600), "memoryLimit": ("Int", 0), "seed": ("Int", 0), "threads": ("Int", 0)}
+# meshlabserver wants every parameter that the dialog has, and no other.
 FIT = {
-    "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("Float", 0), "prior": ("Enum", 0),
-    "charts": ("Int", 0),
+    "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0),
+    "prior": ("Enum", 0),
 }
 PARAMETERS = {
-    "Atlas reconstruction (deep manifold prior)": {
-        **FIT, "detail": ("Float", 1), "fillHoles": ("Float", 0), "minPart": ("Float", 0),
+    "Surface Reconstruction: Atlas": {
+        "visibleLayers": ("Bool", "false"), **FIT, "detail": ("Float", 1), "fillHoles": ("AbsPerc", 0),
         "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("Float", -1),
         "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
         "texture": ("Enum", 0),
     },
-    "Denoise points/vertices (deep manifold prior)": {**FIT, "selectOutliers": ("Bool", "false")},
-    "Parametrization: stretch-regularized atlas": {
+    "Denoise: Atlas": {**FIT, "selectOutliers": ("Bool", "false")},
+    "Parametrization: Atlas": {
         "preset": ("Enum", 1), "maxStretch": ("Float", 0), "maxCharts": ("Int", 0),
-        "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024), "texture": ("Enum", 0),
-        "padding": ("Int", 2), "pages": ("Int", 0), "density": ("Float", 0), "packer": ("Enum", 0),
+        "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024),
+        "texture": ("Enum", 0),
     },
-    "UV distortion": {},
+    "UV Distortion": {"colorize": ("Bool", "true")},
 }
 
 
@@ -39,13 +38,15 @@ def serve(folder, scan, out, *filters, mask="vn vc wt"):
     text = "<!DOCTYPE FilterScript>\n<FilterScript>\n"
     for name, changed in filters:
         parameters = {
-            k: (kind, changed.get(k, value)) for k, (kind, value) in {**PARAMETERS[name], **RUN}.items()
+            k: (kind, changed.get(k, value)) for k, (kind, value) in PARAMETERS[name].items()
         }
         text += f' <filter name="{name}">\n'
         for k, (kind, value) in parameters.items():
             choices = (
                 'enum_cardinality="3" enum_val0="0" enum_val1="1" enum_val2="2"' if kind == "Enum" else ""
             )
+            if kind == "AbsPerc":
+                choices = 'min="0" max="1"'
             text += f'  <Param type="Rich{kind}" value="{value}" name="{k}" {choices}/>\n'
         text += " </filter>\n"
     (folder / "script.mlx").write_text(text + "</FilterScript>\n")
@@ -75,7 +76,7 @@ def vertices(path):
 
 
 def test_reconstruction_is_what_the_program_makes(folder, scan, atlasfit):
-    code, said = serve(folder, scan, "old.obj", ("Atlas reconstruction (deep manifold prior)", {}))
+    code, said = serve(folder, scan, "old.obj", ("Surface Reconstruction: Atlas", {}))
     assert code == 0, said
     atlasfit("denoise", scan, "-o", folder / "cli.obj")
     (ours, faces), (theirs, expected) = vertices(folder / "old.obj"), vertices(folder / "cli.obj")
@@ -91,7 +92,7 @@ def test_unwrapping_and_measuring(folder, scan, atlasfit):
     atlasfit("denoise", scan, "--no-uv", "-o", folder / "plain.ply")
     code, said = serve(
         folder, folder / "plain.ply", "unwrapped.obj",
-        ("Parametrization: stretch-regularized atlas", {"texture": 1}), ("UV distortion", {}),
+        ("Parametrization: Atlas", {"texture": 1}), ("UV Distortion", {}),
     )
     assert code == 0, said
     uv = atlasfit("measure", folder / "unwrapped.obj")["uv"]
@@ -100,7 +101,7 @@ def test_unwrapping_and_measuring(folder, scan, atlasfit):
 
 def test_denoising(folder, scan, atlasfit):
     code, said = serve(
-        folder, scan, "points.xyz", ("Denoise points/vertices (deep manifold prior)", {}), mask="vn"
+        folder, scan, "points.xyz", ("Denoise: Atlas", {}), mask="vn"
     )
     assert code == 0, said
     atlasfit("denoise", scan, "--points", folder / "points_cli.xyz")
@@ -112,7 +113,7 @@ def test_denoising(folder, scan, atlasfit):
 
 def test_a_failure_is_an_exit_code_and_our_text(folder, scan):
     code, said = serve(
-        folder, scan, "none.obj", ("Atlas reconstruction (deep manifold prior)", {"detail": 99})
+        folder, scan, "none.obj", ("Surface Reconstruction: Atlas", {"detail": 99})
     )
     assert code != 0 and "atlasfit: " in said and "detail" in said
     assert not (folder / "none.obj").exists()

@@ -191,3 +191,17 @@ pub(crate) unsafe fn copy_lines(
     text.push(0);
     unsafe { copy_out(&text, to.cast(), capacity, "the text, its last 0 included") }
 }
+
+/// The bytes of a terminated string of the caller's, without the 0. `longest`: a string without an end within
+/// so many bytes is garbage.
+pub(crate) unsafe fn text<'t>(base: *const c_char, name: &str, longest: usize) -> Outcome<&'t [u8]> {
+    if base.is_null() {
+        return Err(Failure::invalid(format!("{name} is NULL")));
+    }
+    let bytes = base.cast::<u8>();
+    // SAFETY: a terminated string, read only up to its end.
+    let length = (0..longest).find(|&i| unsafe { *bytes.add(i) } == 0);
+    let length =
+        length.ok_or_else(|| Failure::invalid(format!("{name} has no end within {longest} bytes")))?;
+    Ok(unsafe { std::slice::from_raw_parts(bytes, length) })
+}

@@ -10,7 +10,7 @@
 //! - `sized`: structs that grow; `handle`: opaque handles; `arrays`: arrays in and out;
 //! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives;
 //! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `unwrap`, `bake`,
-//!   `measure`.
+//!   `measure`, `files` (read), `save`.
 
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
@@ -37,6 +37,10 @@ pub mod unwrap;
 pub mod bake;
 
 pub mod measure;
+
+pub mod files;
+
+pub mod save;
 
 // Shared by the others; of these only `atlasfit_live_handles` is in the header.
 pub mod handle;

@@ -2,7 +2,7 @@
 
 use crate::arrays::{
     ATLASFIT_F32, ATLASFIT_F64, ATLASFIT_I8, ATLASFIT_I16, ATLASFIT_I32, ATLASFIT_U8, ATLASFIT_U16,
-    ATLASFIT_U32, Colors, MOST, checked_count, colors, packed, positions, room, strided,
+    ATLASFIT_U32, Colors, MOST, checked_count, colors, packed, positions, room, strided, text,
 };
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
@@ -147,13 +147,8 @@ unsafe fn attribute(a: &atlasfit_attribute, index: usize, count: usize) -> Outco
     let name = if a.name.is_null() {
         format!("attribute {index}")
     } else {
-        let bytes = a.name.cast::<u8>();
-        // SAFETY: a terminated string, read only up to its end.
-        let length = (0..LONGEST_NAME).find(|&i| unsafe { *bytes.add(i) } == 0);
-        let length = length.ok_or_else(|| {
-            Failure::invalid(format!("the name of attribute {index} has no end within {LONGEST_NAME} bytes"))
-        })?;
-        let text = unsafe { std::slice::from_raw_parts(bytes, length) };
+        let what = format!("the name of attribute {index}");
+        let text = unsafe { text(a.name, &what, LONGEST_NAME) }?;
         String::from_utf8_lossy(text).into_owned()
     };
     if a.width == 0 || a.width > WIDEST {

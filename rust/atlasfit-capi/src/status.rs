@@ -43,12 +43,16 @@ pub const ATLASFIT_DIVERGED: i32 = 9;
 pub const ATLASFIT_OUT_OF_MEMORY: i32 = 10;
 /// The input has no surface that could be fitted, or no area that could be measured or unwrapped.
 pub const ATLASFIT_DEGENERATE: i32 = 11;
-/// The bytes are no atlas file, or a damaged one, or one of a newer version.
+/// A file, or bytes, of no known format, damaged beyond repair, or of a newer version; or data that the
+/// format
+/// of the output cannot hold.
 pub const ATLASFIT_BAD_FILE: i32 = 12;
 /// The result does not hold what is asked for (UVs of a run without UVs, for example).
 pub const ATLASFIT_NOT_AVAILABLE: i32 = 13;
 /// The system refuses what a run needs beside memory: it starts no more threads.
 pub const ATLASFIT_RESOURCE_EXHAUSTED: i32 = 14;
+/// A file cannot be opened, read or written: the system refuses.
+pub const ATLASFIT_IO: i32 = 15;
 /// A defect of this library; please report it with the input that caused it.
 pub const ATLASFIT_INTERNAL: i32 = 100;
 
@@ -150,6 +154,7 @@ pub extern "C" fn atlasfit_status_name(status: atlasfit_status) -> *const c_char
         ATLASFIT_BAD_FILE => c"bad file",
         ATLASFIT_NOT_AVAILABLE => c"not available",
         ATLASFIT_RESOURCE_EXHAUSTED => c"resource exhausted",
+        ATLASFIT_IO => c"file access failed",
         ATLASFIT_INTERNAL => c"internal error",
         _ => c"unknown status",
     };
@@ -171,16 +176,24 @@ pub unsafe extern "C" fn atlasfit_last_error(buffer: *mut c_char, capacity: usiz
         let _ = LAST_ERROR.try_with(|text| {
             let Ok(text) = text.try_borrow() else { return };
             length = text.len();
-            if buffer.is_null() || capacity == 0 {
-                return;
-            }
-            let cut = text.floor_char_boundary(capacity - 1);
-            // SAFETY: the caller gives `capacity` writable bytes, and cut < capacity.
-            unsafe {
-                std::ptr::copy_nonoverlapping(text.as_ptr(), buffer.cast::<u8>(), cut);
-                *buffer.add(cut) = 0;
-            }
+            // SAFETY: the caller gives `capacity` writable bytes.
+            unsafe { copy_text(&text, buffer, capacity) };
         });
     }));
     length
+}
+
+/// Copies text to the caller's buffer of `capacity` bytes with a 0 at the end, cut between two characters
+/// where
+/// there is no more room; nowhere for NULL.
+pub(crate) unsafe fn copy_text(text: &str, to: *mut c_char, capacity: usize) {
+    if to.is_null() || capacity == 0 {
+        return;
+    }
+    let cut = text.floor_char_boundary(capacity - 1);
+    // SAFETY: the caller gives `capacity` writable bytes, and cut < capacity.
+    unsafe {
+        std::ptr::copy_nonoverlapping(text.as_ptr(), to.cast::<u8>(), cut);
+        *to.add(cut) = 0;
+    }
 }

@@ -4,11 +4,13 @@
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
+use atlasfit_capi::files::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
+use atlasfit_capi::save::*;
 use atlasfit_capi::unwrap::*;
 use std::fmt::Write as _;
 use std::mem::offset_of;
@@ -70,7 +72,9 @@ fn structs() -> Vec<Struct> {
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
             over_stretched coverage seconds padding reserved
         }
-        atlasfit_bake_options { struct_size width height padding page }
+        atlasfit_image { struct_size rgba width height }
+        atlasfit_textures { struct_size images image_count corner_uv face_image normals reserved }
+        atlasfit_bake_options { struct_size width height padding page textures }
         atlasfit_topology {
             struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges
             boundary_loops non_manifold_edges non_manifold_vertices inconsistent_edges euler genus
@@ -79,6 +83,13 @@ fn structs() -> Vec<Struct> {
         atlasfit_uv_quality {
             struct_size faces charts flips degenerate overlapping_faces seam stretch_l2 stretch_linf
             stretch_median stretch_p95 conformal overlap coverage inside finite
+        }
+        atlasfit_file_info {
+            struct_size points triangles attributes texture_bytes has_normals has_colors has_uv
+            has_face_charts has_viewpoint reserved viewpoint
+        }
+        atlasfit_save_options {
+            struct_size corner_uv face_charts texture texture_bytes ascii reserved
         }
         atlasfit_distance_options { struct_size samples chamfer_samples threshold }
         atlasfit_distance_stats { rms mean median p95 p99 max }

@@ -84,6 +84,17 @@ impl Format {
         matches!(self, Self::Ply | Self::Obj | Self::Gltf)
     }
 
+    /// Bytes of memory that writing some content in this format takes, the content included: a rough upper
+    /// bound. GLB is put together in memory, the other formats are written as they go.
+    #[must_use]
+    pub const fn memory_to_write(self, content_bytes: u64, uv_bytes: u64) -> u64 {
+        match self {
+            // The bytes of the file, and which vertex each was; with UVs vertices are split.
+            Self::Gltf => 2 * content_bytes + 4 * uv_bytes,
+            _ => content_bytes,
+        }
+    }
+
     /// The format that a file name asks for.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {

@@ -58,20 +58,14 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Bytes of memory that writing this content in a format takes, the content included: a rough upper
-    /// bound. GLB is put together in memory, the other formats are written as they go.
+    /// Bytes of memory that writing this content in a format takes: see [`Format::memory_to_write`].
     #[must_use]
     pub fn memory_to_write(&self, format: Format) -> u64 {
         let uv = self.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
         let corners = self.polygons.as_ref().map_or(0, |p| 4 * (p.sizes.len() + p.corners.len()));
         let texture = self.texture.as_ref().map_or(0, Vec::len);
         let faces = size_of_val(&self.faces[..]) + uv + corners + texture;
-        let own = self.cloud.bytes() + faces as u64;
-        match format {
-            // The bytes of the file, and which vertex each was; with UVs vertices are split.
-            Format::Gltf => 2 * own + 4 * uv as u64,
-            _ => own,
-        }
+        format.memory_to_write(self.cloud.bytes() + faces as u64, uv as u64)
     }
 
     /// Gives the vertices of a mesh without normals those of its faces: then its points say which way they

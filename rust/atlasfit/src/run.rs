@@ -18,7 +18,7 @@ use overall::Overall;
 use std::any::Any;
 #[cfg(test)]
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
@@ -80,7 +80,7 @@ struct Shared {
     stage: AtomicU32,
     done: AtomicU64,
     total: AtomicU64,
-    stop: AtomicBool,
+    stop: CancelToken,
     times: Mutex<Vec<(Stage, Instant)>>,
     overall: Mutex<Overall>,
 }
@@ -135,7 +135,7 @@ impl Context<'_> {
         if let Some(watch) = &self.watch {
             watch.seen(std::panic::Location::caller())?;
         }
-        if !self.shared.stop.load(Ordering::Relaxed) && !self.cancel.is_some_and(CancelToken::is_cancelled) {
+        if !self.shared.stop.is_cancelled() && !self.cancel.is_some_and(CancelToken::is_cancelled) {
             return Ok(());
         }
         match self.deadline {
@@ -153,6 +153,12 @@ impl Context<'_> {
     #[cfg_attr(test, track_caller)]
     pub fn check_at(&self, item: usize) -> Result<()> {
         if item.is_multiple_of(4096) { self.check() } else { Ok(()) }
+    }
+    /// What ends the run, for work that takes no context: reading a file, for example. A cancel is heard there
+    /// as soon as the calling thread has looked at it, a few hundredths of a second later.
+    #[must_use]
+    pub fn stop(&self) -> Stop {
+        Stop::default().with_cancel(Some(self.shared.stop.clone())).with_deadline(self.deadline)
     }
     /// Threads that the run works with.
     #[must_use]
@@ -218,12 +224,12 @@ fn stage_of(value: u32) -> Stage {
 }
 
 /// Stops a run when the calling thread panics.
-struct StopOnPanic<'s>(&'s AtomicBool);
+struct StopOnPanic<'s>(&'s CancelToken);
 
 impl Drop for StopOnPanic<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.0.store(true, Ordering::Relaxed);
+            self.0.cancel();
         }
     }
 }
@@ -265,7 +271,7 @@ fn attend(
             over = finished.over.lock().map_err(|_| poisoned())?;
         }
         if !go_on {
-            shared.stop.store(true, Ordering::Relaxed);
+            shared.stop.cancel();
         }
         if *over {
             return Ok(());
@@ -314,7 +320,7 @@ impl Run<'_> {
             stage: AtomicU32::new(0),
             done: AtomicU64::new(0),
             total: AtomicU64::new(1),
-            stop: AtomicBool::new(false),
+            stop: CancelToken::new(),
             times: Mutex::new(vec![(Stage::Prepare, started)]),
             overall: Mutex::default(),
         };
@@ -478,6 +484,21 @@ mod tests {
 
         let mut run = Run { time_limit_s: Some(0.03), ..Run::default() };
         assert!(matches!(run.execute(spin), Err(Error::TimedOut { .. })));
+    }
+
+    #[test]
+    fn work_without_a_context_ends_with_the_run() {
+        let spin = |c: &Context<'_>| -> Result<()> {
+            let stop = c.stop();
+            loop {
+                stop.check("reading")?;
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        };
+        let mut run = Run { progress: Some(Box::new(|_| false)), ..Run::default() };
+        assert_eq!(run.execute(spin), Err(Error::Cancelled));
+        let mut run = Run { time_limit_s: Some(0.03), ..Run::default() };
+        assert!(matches!(run.execute(spin), Err(Error::TimedOut { stage: "reading", .. })));
     }
 
     #[test]

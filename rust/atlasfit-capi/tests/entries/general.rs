@@ -5,12 +5,14 @@ use crate::table::*;
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::denoise::*;
+use atlasfit_capi::files::*;
 use atlasfit_capi::handle::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
+use atlasfit_capi::save::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
 use std::ffi::CStr;
@@ -54,9 +56,13 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.init_grown("atlasfit_denoise_options_init", first, atlasfit_denoise_options_init);
         t.init("atlasfit_unwrap_options_init", atlasfit_unwrap_options_init);
-        t.init("atlasfit_bake_options_init", atlasfit_bake_options_init);
+        let first = offset_of!(atlasfit_bake_options, textures);
+        t.init_grown("atlasfit_bake_options_init", first, atlasfit_bake_options_init);
+        t.init("atlasfit_image_init", atlasfit_image_init);
+        t.init("atlasfit_textures_init", atlasfit_textures_init);
         t.init("atlasfit_distance_options_init", atlasfit_distance_options_init);
         t.init("atlasfit_projection_init", atlasfit_projection_init);
+        t.init("atlasfit_save_options_init", atlasfit_save_options_init);
 
         // Handles.
         t.want("atlasfit_cancel_new", "NULL", INVALID, atlasfit_cancel_new(null_mut()));
@@ -69,5 +75,7 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         t.wrong_handle("atlasfit_atlas_free", s.result, |h| atlasfit_atlas_free(h));
         t.want("atlasfit_uv_free", "NULL", ATLASFIT_OK, atlasfit_uv_free(null_mut()));
         t.wrong_handle("atlasfit_uv_free", s.result, |h| atlasfit_uv_free(h));
+        t.want("atlasfit_file_free", "NULL", ATLASFIT_OK, atlasfit_file_free(null_mut()));
+        t.wrong_handle("atlasfit_file_free", s.result, |h| atlasfit_file_free(h));
     }
 }

@@ -7,6 +7,7 @@ mod scene;
 mod atlas;
 mod baking;
 mod denoising;
+mod files;
 mod general;
 mod measuring;
 mod table;
@@ -31,7 +32,10 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         uvs::getters,
         measuring::meshes,
         baking::arguments,
+        baking::textures,
         measuring::distances,
+        files::reading,
+        files::writing,
     ] {
         part(&mut t, &s);
     }

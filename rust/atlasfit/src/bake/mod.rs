@@ -9,6 +9,7 @@
 mod dilate;
 mod image;
 mod owners;
+mod page;
 mod resample;
 
 use crate::error::{Error, Result};
@@ -21,6 +22,7 @@ use dilate::dilate;
 use image::ColorAt;
 pub use image::Image;
 use owners::{NO_FACE, ROWS, owners};
+pub use page::{TexturePage, texture_padding, texture_page};
 use rayon::prelude::*;
 use resample::of_textures;
 pub use resample::{NO_IMAGE, Textures, density};
@@ -89,7 +91,7 @@ impl Default for BakeOptions {
 #[must_use]
 pub fn side_for(points: usize) -> u32 {
     let side = (TEXELS_PER_POINT * points as f64 / COVERAGE).sqrt();
-    (side as u32).next_power_of_two().clamp(512, 8192)
+    (side.min(8192.0) as u32).next_power_of_two().clamp(512, 8192)
 }
 
 /// Bytes that [`bake`] needs at its peak with so many threads for a mesh of so many vertices and faces, which

@@ -32,11 +32,15 @@ pub enum Stage {
     Measure = 9,
     /// Baking textures.
     Bake = 10,
+    /// Reading a file.
+    Read = 11,
+    /// Writing a file.
+    Write = 12,
 }
 
 impl Stage {
     /// Every stage, in order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Prepare,
         Self::Analyse,
         Self::Partition,
@@ -48,6 +52,8 @@ impl Stage {
         Self::Pack,
         Self::Measure,
         Self::Bake,
+        Self::Read,
+        Self::Write,
     ];
 
     /// A short name for people, lower case.
@@ -65,6 +71,8 @@ impl Stage {
             Self::Pack => "packing UV charts",
             Self::Measure => "measuring",
             Self::Bake => "baking textures",
+            Self::Read => "reading",
+            Self::Write => "writing",
         }
     }
 }

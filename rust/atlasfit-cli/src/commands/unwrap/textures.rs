@@ -5,22 +5,13 @@ use super::args::Args;
 use crate::console::{Console, Usage};
 use crate::files::{self, STANDARD};
 use anyhow::{Context as _, Result};
-use atlasfit::Vec3;
-use atlasfit::bake::{BakeOptions, Colors, Image, Textures, bake, density};
+use atlasfit::bake::{
+    BakeOptions, Colors, Image, TexturePage, Textures, bake, texture_padding, texture_page,
+};
 use atlasfit::geometry::TriMesh;
 use atlasfit::unwrap::{UnwrapOptions, UvLayout};
 use atlasfit_io::{Asset, Loaded};
 use std::path::Path;
-
-/// Free texels between charts for colours that stay apart at mip 3, where a bilinear look-up reaches 12
-/// texels, from both sides. Derived.
-const PADDING: u32 = 24;
-/// The share of the area whose texture loses no density: the rest are often slivers of any density.
-const SHARE: f64 = 0.95;
-/// Share of a page that charts with so much padding cover at least, for the first guess of its size.
-const COVERAGE: f64 = 0.5;
-/// Sides of a page that is made for an old texture, in texels.
-const SIDES: [u32; 2] = [256, 8192];
 
 /// What is baked.
 pub enum Bake {
@@ -54,7 +45,7 @@ impl Old {
 pub struct Page {
     pub size: [u32; 2],
     pub padding: u32,
-    wanted: f64,
+    old: Option<TexturePage>,
     /// Whether the user gave the size.
     given: bool,
 }
@@ -62,17 +53,19 @@ pub struct Page {
 impl Page {
     /// A larger page for the same UVs, where their density is lower than the old textures'.
     pub fn enlarge(&self, layout: &mut UvLayout, console: &Console) {
-        while !self.given && layout.texels_per_unit < self.wanted && 2 * layout.width <= SIDES[1] {
-            layout.width *= 2;
-            layout.height *= 2;
-            layout.padding_px *= 2;
-            layout.texels_per_unit *= 2.0;
+        let Some(old) = &self.old else { return };
+        if !self.given {
+            let factor = old.enlarged(layout.width, layout.texels_per_unit);
+            layout.width *= factor;
+            layout.height *= factor;
+            layout.padding_px *= factor;
+            layout.texels_per_unit *= f64::from(factor);
         }
-        if layout.texels_per_unit < self.wanted {
+        if layout.texels_per_unit < old.density {
             console.note(format_args!(
                 "the new texture has {:.4} texels per unit where the old one has up to {:.4}: give a larger \
                  --texture-size to keep its detail",
-                layout.texels_per_unit, self.wanted
+                layout.texels_per_unit, old.density
             ));
         }
     }
@@ -100,32 +93,14 @@ impl Bake {
         let size = args.texture_size.unwrap_or(defaults.page_size);
         let Bake::Old(layers) = self else {
             let padding = args.padding.unwrap_or(defaults.padding_px);
-            return Ok(Page { size, padding, wanted: 0.0, given });
+            return Ok(Page { size, padding, old: None, given });
         };
-        let wanted = console.start(&args.run).execute(|ctx| {
-            layers
-                .iter()
-                .try_fold(0.0, |most: f64, l| density(mesh, &l.textures(), SHARE, ctx).map(|d| most.max(d)))
-        })?;
-        let size = if given {
-            size
-        } else {
-            let area = area(mesh);
-            let side = (wanted * wanted * area / COVERAGE).sqrt().min(f64::from(SIDES[1])) as u32;
-            [side.max(1).next_power_of_two().clamp(SIDES[0], SIDES[1]); 2]
-        };
-        let padding = args.padding.unwrap_or(PADDING.min(size[0].min(size[1]) / 8));
-        Ok(Page { size, padding, wanted, given })
+        let textures: Vec<Textures<'_>> = layers.iter().map(Old::textures).collect();
+        let old = console.start(&args.run).execute(|ctx| texture_page(mesh, &textures, ctx))?;
+        let size = if given { size } else { [old.side; 2] };
+        let padding = args.padding.unwrap_or(texture_padding(size));
+        Ok(Page { size, padding, old: Some(old), given })
     }
-}
-
-/// The area of the faces whose positions are finite.
-fn area(mesh: &TriMesh) -> f64 {
-    let face = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| Vec3(mesh.positions[v as usize]));
-        (b - a).cross(c - a).norm() / 2.0
-    };
-    mesh.triangles.iter().map(face).filter(|a| a.is_finite()).sum()
 }
 
 /// What is baked; what cannot be is refused.

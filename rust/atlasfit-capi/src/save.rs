@@ -1,0 +1,165 @@
+//! Files of scans and meshes, written.
+//!
+//! In: a path, the caller's arrays. Out: a file in one of the formats of atlasfit-io, and what it could not hold.
+
+use crate::arrays::packed;
+use crate::files::path_of;
+use crate::points::{self, atlasfit_points};
+use crate::run::{atlasfit_run, core_run};
+use crate::sized::{self, Sized};
+use crate::status::{ATLASFIT_BAD_FILE, Failure, Outcome, atlasfit_status, copy_text, guard};
+use atlasfit::geometry::{PointCloud, TriMesh};
+use atlasfit::{Stage, Stop};
+use atlasfit_io::{Format, SaveCloud, SaveMesh, Saved, Texture};
+use std::ffi::c_char;
+use std::path::Path;
+
+/// What a file is to hold besides the points, and how it is written. Fill it with
+/// atlasfit_save_options_init();
+/// a NULL pointer to one means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct atlasfit_save_options {
+    /// sizeof(atlasfit_save_options).
+    pub struct_size: usize,
+    /// u, v of each corner of each triangle of the points, v up. NULL = none. Default NULL.
+    pub corner_uv: *const f32,
+    /// UV chart of each triangle. NULL = none. Default NULL.
+    pub face_charts: *const u32,
+    /// The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the
+    /// output.
+    /// NULL = none. Default NULL.
+    pub texture: *const u8,
+    /// Number of these bytes.
+    pub texture_bytes: usize,
+    /// 1 for text where a format has both, 0 for binary. Default 0.
+    pub ascii: u32,
+    /// Must be 0.
+    pub reserved: u32,
+}
+
+// SAFETY: numbers and pointers, size first.
+unsafe impl Sized for atlasfit_save_options {
+    const NAME: &str = "atlasfit_save_options";
+    const FIRST: usize = size_of::<Self>();
+    fn defaults() -> Self {
+        Self {
+            struct_size: size_of::<Self>(),
+            corner_uv: std::ptr::null(),
+            face_charts: std::ptr::null(),
+            texture: std::ptr::null(),
+            texture_bytes: 0,
+            ascii: 0,
+            reserved: 0,
+        }
+    }
+}
+
+/// Fills options with their defaults.
+///
+/// @param options     The struct to fill.
+/// @param struct_size sizeof(atlasfit_save_options).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_save_options_init(
+    options: *mut atlasfit_save_options,
+    struct_size: usize,
+) -> atlasfit_status {
+    guard("atlasfit_save_options_init", || unsafe { sized::init(options, struct_size) })
+}
+
+/// Writes points, or with their triangles a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
+/// extension. The file is written whole or not at all; one that exists is replaced. Images and material
+/// libraries go beside it.
+///
+/// @param path     The file's path: UTF-8, on Unix any bytes.
+/// @param points   Positions, normals, colours, attributes and triangles.
+/// @param options  What the file is to hold besides; NULL = nothing.
+/// @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
+/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+/// line
+///                 each, cut where there is no more room. NULL = not wanted.
+/// @param capacity Bytes that `lost` has room for.
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
+///         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
+///         no
+///         faces for a format that holds only those), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
+///         #ATLASFIT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_file_save(
+    path: *const c_char,
+    points: *const atlasfit_points,
+    options: *const atlasfit_save_options,
+    run: *const atlasfit_run,
+    lost: *mut c_char,
+    capacity: usize,
+) -> atlasfit_status {
+    guard("atlasfit_file_save", || {
+        let (path, o) = unsafe { (path_of(path)?, sized::read_or_default(options)?) };
+        sized::zero(o.reserved)?;
+        let ascii = sized::flag(o.ascii, "ascii")?;
+        // SAFETY: the caller's arrays have an entry per point, triangle or byte.
+        let (mut run, mesh, texture) = unsafe {
+            let texture = packed(o.texture, o.texture_bytes, "bytes of the texture")?;
+            (core_run(run)?, mesh_of(points, &o)?, texture)
+        };
+        if mesh.triangles.is_empty() && Format::from_path(&path).is_some_and(|f| !f.holds_points()) {
+            return Err(Failure::new(
+                ATLASFIT_BAD_FILE,
+                "there are no triangles, and a file of this format holds nothing else. Use .ply or .xyz",
+            ));
+        }
+        let needed = Format::from_path(&path).map_or(0, |f| {
+            let uv = mesh.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
+            f.memory_to_write(mesh.bytes() + texture.len() as u64, uv as u64)
+        });
+        // A cancel that was asked for before is heard here.
+        run.execute(|ctx| {
+            ctx.stage(Stage::Write, 1);
+            ctx.reserve(needed, "Raise the limit, or write a PLY file")
+        })?;
+        let mut written = None;
+        let ended = run.execute(|ctx| {
+            ctx.stage(Stage::Write, 1);
+            written = Some(write(&path, mesh, &texture, ascii, &ctx.stop()));
+            Ok(())
+        });
+        let saved = match written {
+            // One that arrives when the file is there comes too late.
+            Some(saved) => saved?,
+            None => return Err(ended.err().unwrap_or(atlasfit::Error::Cancelled).into()),
+        };
+        unsafe { copy_text(&saved.lost.join("\n"), lost, capacity) };
+        Ok(())
+    })
+}
+
+/// The caller's points, triangles and their columns as a mesh of the core's.
+unsafe fn mesh_of(points: *const atlasfit_points, o: &atlasfit_save_options) -> Outcome<TriMesh> {
+    // SAFETY: the caller's arrays have an entry per point or triangle.
+    unsafe {
+        let PointCloud { positions, normals, colors, attributes, .. } = points::cloud(points)?;
+        let triangles = points::triangles(points)?;
+        let n = triangles.len();
+        let corner_uv = if o.corner_uv.is_null() {
+            None
+        } else {
+            Some(packed(o.corner_uv.cast::<[[f32; 2]; 3]>(), n, "corner_uv")?)
+        };
+        let face_chart =
+            if o.face_charts.is_null() { None } else { Some(packed(o.face_charts, n, "face_charts")?) };
+        Ok(TriMesh { positions, triangles, normals, colors, attributes, corner_uv, face_chart })
+    }
+}
+
+/// Writes a mesh, or a cloud where there are no triangles.
+fn write(path: &Path, mesh: TriMesh, texture: &[u8], ascii: bool, stop: &Stop) -> atlasfit_io::Result<Saved> {
+    if !mesh.triangles.is_empty() {
+        let png = (!texture.is_empty()).then_some(Texture::Png(texture));
+        let how = SaveMesh::default().with_ascii(ascii).with_stop(stop.clone()).with_texture(png);
+        return atlasfit_io::save_mesh(path, &mesh, &how);
+    }
+    let TriMesh { positions, normals, colors, attributes, .. } = mesh;
+    let cloud = PointCloud { positions, normals, colors, scanners: None, attributes };
+    let how = SaveCloud::default().with_ascii(ascii).with_stop(stop.clone());
+    atlasfit_io::save_cloud(path, &cloud, &how)
+}
