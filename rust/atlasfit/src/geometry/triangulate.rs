@@ -1,12 +1,30 @@
 //! Cuts a polygon into triangles that do not fold: ear clipping in the polygon's mean plane (Meisters 1975).
 
-use atlasfit::Vec3;
+use crate::numeric::vec3::Vec3;
+
+/// Ear clipping is quadratic at worst: beyond this many tests in one mesh, polygons become plain fans.
+pub const MOST_TESTS: u64 = 1 << 26;
 
 /// Cuts a polygon of n corners into n - 2 triangles, which go to `out` as corner numbers 0 to n - 1.
 /// `corners` holds indices into `positions`. `tests` is how many more tests of a point in a triangle may be
 /// made: where none are left, a polygon becomes a plain fan.
-pub(crate) fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
+///
+/// ```
+/// use atlasfit::geometry::triangulate::{MOST_TESTS, triangulate};
+/// // An arrow head, whose notch is its third corner.
+/// let at = [[0.0; 3], [2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.5, 1.0, 0.0]];
+/// let mut out = Vec::new();
+/// triangulate(&at, &[0, 1, 2, 3], &mut MOST_TESTS.clone(), &mut out);
+/// assert_eq!(out, [[1, 2, 3], [1, 3, 0]]);
+/// ```
+///
+/// # Panics
+/// Where a corner names no position.
+pub fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
     let n = corners.len();
+    if n < 3 {
+        return out.clear();
+    }
     let at = |i: usize| Vec3(positions[corners[i] as usize]);
     out.clear();
     // Newell's normal, relative to the first corner so that far-away coordinates do not cancel.
