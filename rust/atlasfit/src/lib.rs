@@ -42,7 +42,7 @@ pub(crate) mod contour;
 
 pub(crate) mod crease;
 
-pub(crate) mod simplify;
+pub mod simplify;
 
 pub(crate) mod solid;
 

@@ -32,11 +32,13 @@ pub enum Stage {
     Measure = 9,
     /// Baking textures.
     Bake = 10,
+    /// Making a mesh of fewer triangles.
+    Simplify = 11,
 }
 
 impl Stage {
     /// Every stage, in order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Prepare,
         Self::Analyse,
         Self::Partition,
@@ -48,6 +50,7 @@ impl Stage {
         Self::Pack,
         Self::Measure,
         Self::Bake,
+        Self::Simplify,
     ];
 
     /// A short name for people, lower case.
@@ -65,6 +68,7 @@ impl Stage {
             Self::Pack => "packing UV charts",
             Self::Measure => "measuring",
             Self::Bake => "baking textures",
+            Self::Simplify => "simplifying",
         }
     }
 }
