@@ -24,6 +24,7 @@ from ._measure import (
     measure_topology,
     measure_uv,
 )
+from ._simplify import Simplified, simplify
 from ._unwrap import Uv, UvInfo, unwrap, unwrap_memory_needed
 
 __version__ = ".".join(map(str, VERSION))
@@ -46,6 +47,7 @@ __all__ = [
     "Projection",
     "Report",
     "RunOptions",
+    "Simplified",
     "Surface",
     "TimedOut",
     "Topology",
@@ -59,6 +61,7 @@ __all__ = [
     "measure_surface",
     "measure_topology",
     "measure_uv",
+    "simplify",
     "unwrap",
     "unwrap_memory_needed",
 ]

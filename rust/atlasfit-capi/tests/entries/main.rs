@@ -6,9 +6,11 @@ mod scene;
 
 mod atlas;
 mod baking;
+mod buffers;
 mod denoising;
 mod general;
 mod measuring;
+mod simplifying;
 mod table;
 mod uvs;
 
@@ -31,7 +33,10 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         uvs::getters,
         measuring::meshes,
         baking::arguments,
+        buffers::copies,
         measuring::distances,
+        simplifying::arguments,
+        simplifying::getters,
     ] {
         part(&mut t, &s);
     }
