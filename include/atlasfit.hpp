@@ -136,20 +136,19 @@ inline std::uint32_t version() noexcept { return atlasfit_version(); }
 /// Faces of any number of corners, with indices of any integer type: a view of the caller's arrays, which
 /// must outlive the call that it is handed to.
 struct Faces : atlasfit_faces {
-  /// Polygons: the vertices of their corners, and `count` + 1 numbers that say where those of each begin.
+  /// Polygons: the vertices of their corners, and `n` + 1 numbers that say where those of each begin.
   template <class I>
-  Faces(const I *corners, const I *offsets, std::size_t count) : Faces(corners, count) {
-    this->offsets = offsets;
+  Faces(const I *vertices, const I *starts, std::size_t n) : Faces(vertices, n) {
+    offsets = starts;
   }
-  /// Triangles: `face_stride` bytes from the first corner of one to that of the next (0 = three corners),
-  /// `corner_stride` from one corner to the next (0 = tightly packed).
+  /// Triangles: `apart` bytes from the first corner of one to that of the next (0 = three corners), `step`
+  /// from one corner to the next (0 = tightly packed).
   template <class I>
-  Faces(const I *corners, std::size_t count, std::size_t face_stride = 0, std::size_t corner_stride = 0)
-      : atlasfit_faces() {
-    this->corners = corners;
-    this->count = count;
-    this->face_stride = face_stride;
-    this->corner_stride = corner_stride;
+  Faces(const I *vertices, std::size_t n, std::size_t apart = 0, std::size_t step = 0) : atlasfit_faces() {
+    corners = vertices;
+    count = n;
+    face_stride = apart;
+    corner_stride = step;
     scalar = detail::index_scalar<I>();
   }
 };

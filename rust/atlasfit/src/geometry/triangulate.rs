@@ -111,3 +111,36 @@ fn clip_ears(points: &[[f64; 2]], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
     }
     out.push([previous[i] as u32, i as u32, next[i] as u32]);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::rng::Rng;
+
+    /// Stars of random radii, far from the origin, are cut into triangles that all turn as the star does and
+    /// cover just it, whichever corner comes first; so does a quad with a dent.
+    #[test]
+    fn polygons_do_not_fold() {
+        let mut rng = Rng::new(1);
+        for n in 4..40 {
+            let star: Vec<[f64; 3]> = (0..n)
+                .map(|i| {
+                    let a = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+                    let r = 0.5 + rng.normal().abs();
+                    [1e6 + r * a.cos(), r * a.sin(), 0.5 * r * a.cos()]
+                })
+                .collect();
+            let turned = |t: [u32; 3]| {
+                let [a, b, c] = t.map(|i| star[i as usize]);
+                area([a[0], a[1]], [b[0], b[1]], [c[0], c[1]])
+            };
+            let corners: Vec<u32> = (0..n as u32).collect();
+            let mut cut = Vec::new();
+            triangulate(&star, &corners, &mut MOST_TESTS.clone(), &mut cut);
+            assert_eq!(cut.len(), n as usize - 2);
+            let whole: f64 = (2..n as u32).map(|i| turned([0, i - 1, i])).sum();
+            assert!(cut.iter().all(|&t| turned(t) > 0.0), "{n} corners");
+            assert!((cut.iter().map(|&t| turned(t)).sum::<f64>() - whole).abs() < 1e-6, "{n} corners");
+        }
+    }
+}
