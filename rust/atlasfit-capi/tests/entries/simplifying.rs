@@ -41,7 +41,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
 /// What a simplified mesh gives.
 pub fn getters(t: &mut Table, s: &Scene) {
     let corners = crate::uvs::corners(s);
-    let paint = vec![0.5f32; 32];
+    let paint = [0.5f32; 32];
     let cube = atlasfit_mesh { corner_uv: corners.as_ptr(), colors: paint.as_ptr().cast(), ..s.mesh() };
     unsafe {
         let mut light = null_mut();

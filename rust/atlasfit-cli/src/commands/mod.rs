@@ -6,4 +6,5 @@ pub mod denoise;
 pub mod info;
 pub mod measure;
 pub mod render;
+pub mod simplify;
 pub mod unwrap;
