@@ -46,7 +46,7 @@ fn simplify_says_what_it_needs() {
 
 #[test]
 fn denoise_without_a_surface_writes_the_points() {
-    let folder = Folder::new("no-surface");
+    let folder = Folder::new("points-only");
     let scan = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/vase.ply");
     let points = folder.0.join("points.ply");
     let done = run(&[&"denoise", &scan, &"--points", &points, &"--surface", &"none"]);
