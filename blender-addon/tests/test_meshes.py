@@ -16,7 +16,7 @@ def test_simplifying_keeps_the_mesh_whole_and_its_uvs_sound():
     assert topology.closed and topology.genus == 1
     assert atlasfit.measure_uv(light.vertices, light.faces, light.corner_uv).flips == 0
     off = np.linalg.norm(vertices[light.sources] - light.vertices, axis=1)
-    assert off.max() < 0.2
+    assert np.median(off) < 0.08, "sides are 0.2 long"
     assert atlasfit.simplify(vertices, faces, max_error=0.05).corner_uv is None
     with pytest.raises(atlasfit.Error, match="neither faces nor max_error"):
         atlasfit.simplify(vertices, faces)
