@@ -11,7 +11,7 @@ pub const MOST_TESTS: u64 = 1 << 26;
 ///
 /// ```
 /// use atlasfit::geometry::triangulate::{MOST_TESTS, triangulate};
-/// // An arrow head, whose notch is its third corner.
+/// // An arrow head, whose notch is its last corner.
 /// let at = [[0.0; 3], [2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.5, 1.0, 0.0]];
 /// let mut out = Vec::new();
 /// triangulate(&at, &[0, 1, 2, 3], &mut MOST_TESTS.clone(), &mut out);
