@@ -26,7 +26,8 @@
  *           the calling thread only.
  * Results   Input, options, seed and version decide every byte; the number of threads does not.
  * Limits    Nothing unwinds out of the library: no panic, no exception. It prints nothing, reads no
- *           environment variable, and no file but those that atlasfit_file_... is told of. Never unload the library (dlclose). */
+ *           environment variable, and no file but those that atlasfit_file_... is told of. On Linux dlclose()
+ *           leaves the library in the process; elsewhere never unload it. */
 
 /* Defined as ATLASFIT_STATIC when linking libatlasfit.a on Windows; nothing to define elsewhere. */
 #ifndef ATLASFIT_API
@@ -128,7 +129,8 @@
 #define ATLASFIT_BAD_FILE 12
 
 /**
- * The result does not hold what is asked for (UVs of a run without UVs, for example).
+ * The result does not hold what is asked for (UVs of a run without UVs, for example), or the library was
+ * built without it.
  */
 #define ATLASFIT_NOT_AVAILABLE 13
 
@@ -193,6 +195,16 @@
 #define ATLASFIT_I32 7
 
 /**
+ * Unsigned 64-bit integer.
+ */
+#define ATLASFIT_U64 8
+
+/**
+ * Signed 64-bit integer.
+ */
+#define ATLASFIT_I64 9
+
+/**
  * atlasfit_denoise_options.prior: a Gaussian process as smooth as the limit of the paper's networks.
  */
 #define ATLASFIT_PRIOR_GP 0
@@ -237,6 +249,75 @@
 #define ATLASFIT_OUTLIERS_DROP 1
 
 /**
+ * atlasfit_denoise_options.surface: none; points and atlas only, in about half the time. Points beside an
+ * edge of the part stay on its rounded charts, and what is asked of the surface (watertight, faces,
+ * max_error, min_part, largest, fill_holes) is refused.
+ */
+#define ATLASFIT_SURFACE_NONE 0
+
+/**
+ * atlasfit_denoise_options.surface: as the charts have it, open where the data end.
+ */
+#define ATLASFIT_SURFACE_SMOOTH 1
+
+/**
+ * atlasfit_denoise_options.surface: a watertight shell around that, by CGAL's alpha wrap, as far off as the
+ * noise or a tenth of the spacing. It has no colours and attributes. #ATLASFIT_NOT_AVAILABLE where the
+ * library was built without CGAL: see atlasfit_features().
+ */
+#define ATLASFIT_SURFACE_WRAP 2
+
+/**
+ * atlasfit_result_copy(): x, y, z of each denoised point.
+ */
+#define ATLASFIT_POINT_POSITIONS 0
+
+/**
+ * atlasfit_result_copy(): the normal of each denoised point.
+ */
+#define ATLASFIT_POINT_NORMALS 1
+
+/**
+ * atlasfit_result_copy(): the given point that each denoised point came from.
+ */
+#define ATLASFIT_POINT_SOURCES 2
+
+/**
+ * atlasfit_result_copy(): the chart of each denoised point.
+ */
+#define ATLASFIT_POINT_CHARTS 3
+
+/**
+ * atlasfit_result_copy(): x, y, z of each vertex of the surface.
+ */
+#define ATLASFIT_SURFACE_POSITIONS 4
+
+/**
+ * atlasfit_result_copy(): the normal of each vertex of the surface.
+ */
+#define ATLASFIT_SURFACE_NORMALS 5
+
+/**
+ * atlasfit_result_copy(): the vertices of each triangle of the surface.
+ */
+#define ATLASFIT_SURFACE_TRIANGLES 6
+
+/**
+ * atlasfit_result_copy(): u, v of each corner of each triangle of the surface.
+ */
+#define ATLASFIT_SURFACE_CORNER_UV 7
+
+/**
+ * atlasfit_result_copy(): the UV chart of each triangle of the surface.
+ */
+#define ATLASFIT_SURFACE_FACE_CHARTS 8
+
+/**
+ * atlasfit_result_copy(): red, green, blue, alpha of each vertex of the surface.
+ */
+#define ATLASFIT_SURFACE_COLORS 9
+
+/**
  * atlasfit_unwrap_options.packer: packs charts by their shapes: they lie in each other's bays and holes.
  */
 #define ATLASFIT_PACK_SHAPES 0
@@ -263,6 +344,21 @@
 #define ATLASFIT_PRESET_LOW_STRETCH 2
 
 /**
+ * atlasfit_uv_copy(): u, v of each corner of each face.
+ */
+#define ATLASFIT_UV_CORNERS 0
+
+/**
+ * atlasfit_uv_copy(): the chart of each face.
+ */
+#define ATLASFIT_UV_FACE_CHARTS 1
+
+/**
+ * atlasfit_uv_copy(): the page of each face.
+ */
+#define ATLASFIT_UV_FACE_PAGES 2
+
+/**
  * A fitted atlas: overlapping charts, each a smooth map from plane coordinates (u, v) in [-1, 1] into space.
  * Most charts are sheets over the unit disk; charts of thin tubes have u along the tube and v = angle / pi
  * around it. Immutable: any number of threads may use one at once.
@@ -286,6 +382,11 @@ typedef struct atlasfit_file atlasfit_file;
  * may read one at once.
  */
 typedef struct atlasfit_result atlasfit_result;
+
+/**
+ * A mesh with fewer triangles. Immutable: any number of threads may read one at once.
+ */
+typedef struct atlasfit_simplified atlasfit_simplified;
 
 /**
  * UVs of a mesh. Immutable: any number of threads may read one at once.
@@ -361,6 +462,43 @@ typedef struct {
 } atlasfit_run;
 
 /**
+ * Where an array of a result is copied to, and how: for each point, vertex, corner or triangle an element of
+ * one or a few numbers. Fill it with atlasfit_buffer_init(), then set data, capacity and scalar.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_buffer).
+   */
+  size_t struct_size;
+  /**
+   * The first number of the first element.
+   */
+  void *data;
+  /**
+   * Elements that there is room for.
+   */
+  size_t capacity;
+  /**
+   * Bytes from one element to the next; 0 = tightly packed. Default 0.
+   */
+  size_t stride;
+  /**
+   * Bytes from one number of an element to the next (x to y); 0 = tightly packed. Default 0.
+   */
+  size_t component_stride;
+  /**
+   * Type of the numbers. Floats become #ATLASFIT_F32 or #ATLASFIT_F64, colours also #ATLASFIT_U8 (0 to
+   * 255). Indices become any integer type that holds them; UINT32_MAX (none) then becomes -1, or the
+   * largest number of an unsigned type. Default #ATLASFIT_F32.
+   */
+  uint32_t scalar;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+} atlasfit_buffer;
+
+/**
  * One or a few numbers per point that the surface is to carry: intensity or scan id, for example. Numbers of
  * an integer type are labels, copied from the nearest point; floats are averaged.
  */
@@ -391,6 +529,43 @@ typedef struct {
    */
   uint32_t scalar;
 } atlasfit_attribute;
+
+/**
+ * Faces of any number of corners, with indices of any type. Part of atlasfit_mesh and atlasfit_points: it
+ * does not grow.
+ */
+typedef struct {
+  /**
+   * The vertex of each corner, face after face, counter-clockwise seen from outside, of type `scalar`.
+   * NULL = faces are not given this way. Default NULL.
+   */
+  const void *corners;
+  /**
+   * Where the corners of each face begin in `corners`, and at last how many there are: count + 1 numbers
+   * of type `scalar` that start at 0 and never fall. NULL = each face has three corners. Default NULL.
+   */
+  const void *offsets;
+  /**
+   * Number of faces. Their corners are fewer than 2^32 - 1.
+   */
+  size_t count;
+  /**
+   * Bytes from one corner of a face to the next; 0 = tightly packed.
+   */
+  size_t corner_stride;
+  /**
+   * Without offsets: bytes from the first corner of one face to that of the next; 0 = three corners.
+   */
+  size_t face_stride;
+  /**
+   * Type of corners and offsets: #ATLASFIT_U8 to #ATLASFIT_I64. Default #ATLASFIT_U32.
+   */
+  uint32_t scalar;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
+} atlasfit_faces;
 
 /**
  * Points, borrowed for the call. Fill it with atlasfit_points_init(), then set what there is.
@@ -462,11 +637,23 @@ typedef struct {
    * Number of triangles, below 2^32 / 3. Default 0.
    */
   size_t triangle_count;
+  /**
+   * Bytes from x to y to z of a point, where they lie apart; `stride` is then from x to x, 0 = tightly
+   * packed. 0 = x, y, z lie beside each other. Default 0.
+   */
+  size_t component_stride;
+  /**
+   * The mesh's faces, with `triangles` NULL: polygons, or triangles with indices of other types or
+   * strides. Default none.
+   */
+  atlasfit_faces faces;
 } atlasfit_points;
 
 /**
- * A triangle mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what
- * there is.
+ * A mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there
+ * is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do not
+ * fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners has no
+ * triangle.
  */
 typedef struct {
   /**
@@ -502,18 +689,20 @@ typedef struct {
    */
   size_t triangle_count;
   /**
-   * Texture coordinates: u, v of each corner of each triangle (6 floats per triangle), v up. NULL = none.
-   * Read by atlasfit_measure_uv(), atlasfit_bake(), and atlasfit_unwrap() with keep_uv_seams.
+   * Texture coordinates: u, v of each corner of each face (6 floats per triangle), v up. NULL = none.
+   * Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with keep_uv_seams
+   * or keep_uvs.
    */
   const float *corner_uv;
   /**
-   * A group (material, for example) per triangle: no UV chart spans two. NULL = one group. Read by
+   * A group (material, for example) per face: no UV chart spans two. NULL = one group. Read by
    * atlasfit_unwrap().
    */
   const uint32_t *face_group;
   /**
    * The polygon that each triangle was cut from; any numbers name polygons. Triangles of one polygon stay
-   * in one chart. NULL = each triangle is a polygon. Read by atlasfit_unwrap().
+   * in one chart. NULL = each triangle is a polygon. Not with `faces`, which are the polygons. Read by
+   * atlasfit_unwrap().
    */
   const uint32_t *face_polygon;
   /**
@@ -526,7 +715,7 @@ typedef struct {
    */
   size_t seam_edge_count;
   /**
-   * The page that each triangle's UVs are on, 0 to 4095. NULL = all are on page 0. Read by
+   * The page that each face's UVs are on, 0 to 4095. NULL = all are on page 0. Read by
    * atlasfit_measure_uv() and atlasfit_bake().
    */
   const uint32_t *face_page;
@@ -555,6 +744,20 @@ typedef struct {
    * Colour channels: 3 (red, green, blue) or 4 (and alpha). Default 4.
    */
   uint32_t color_width;
+  /**
+   * Bytes from x to y to z of a vertex, where they lie apart; `stride` is then from x to x, 0 = tightly
+   * packed. 0 = x, y, z lie beside each other. Default 0.
+   */
+  size_t component_stride;
+  /**
+   * The faces, with `triangles` NULL: polygons, or triangles with indices of other types or strides.
+   */
+  atlasfit_faces faces;
+  /**
+   * A byte per face, not 0 where the face is to be ignored: as if it had no triangle, but it keeps its
+   * number. NULL = none is. Default NULL.
+   */
+  const uint8_t *face_ignored;
 } atlasfit_mesh;
 
 /**
@@ -669,6 +872,15 @@ typedef struct {
    * Default 1.
    */
   double strength;
+  /**
+   * What the surface is: #ATLASFIT_SURFACE_NONE to #ATLASFIT_SURFACE_WRAP. Default
+   * #ATLASFIT_SURFACE_SMOOTH.
+   */
+  uint32_t surface;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved;
 } atlasfit_denoise_options;
 
 /**
@@ -899,6 +1111,16 @@ typedef struct {
    * are for that reason. Default 180.
    */
   double hard_edge_angle;
+  /**
+   * 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved, turned
+   * and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new ones. Default
+   * 0.
+   */
+  uint32_t keep_uvs;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved_too;
 } atlasfit_unwrap_options;
 
 /**
@@ -910,7 +1132,7 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * Triangles of the mesh.
+   * Triangles that the mesh has, or that its faces were cut into.
    */
   size_t triangles;
   /**
@@ -983,6 +1205,19 @@ typedef struct {
    * Is 0.
    */
   uint32_t reserved;
+  /**
+   * Faces that were given: polygons or triangles.
+   */
+  size_t faces;
+  /**
+   * Corners of those faces: three for each triangle.
+   */
+  size_t corners;
+  /**
+   * Faces that do not lie flat and were cut between charts, so that their triangles do not agree on the
+   * UVs of their corners: see atlasfit_uv_face_torn().
+   */
+  size_t torn_faces;
 } atlasfit_uv_info;
 
 /**
@@ -1074,6 +1309,51 @@ typedef struct {
    */
   const atlasfit_textures *textures;
 } atlasfit_bake_options;
+
+/**
+ * How far to simplify. Fill it with atlasfit_simplify_options_init(), then set faces, max_error or both.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_simplify_options).
+   */
+  size_t struct_size;
+  /**
+   * Triangles that are few enough; 0 = as few as max_error allows. Default 0.
+   */
+  size_t faces;
+  /**
+   * How far any vertex may be from the new mesh, in the mesh's unit; 0 = as far as faces asks for. Default
+   * 0.
+   */
+  double max_error;
+} atlasfit_simplify_options;
+
+/**
+ * How large a simplified mesh is.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_simplified_info), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Vertices.
+   */
+  size_t vertices;
+  /**
+   * Triangles.
+   */
+  size_t triangles;
+  /**
+   * 1 if it has UVs, as the mesh had, else 0.
+   */
+  uint32_t has_uv;
+  /**
+   * 1 if it has colours, as the mesh had, else 0.
+   */
+  uint32_t has_colors;
+} atlasfit_simplified_info;
 
 /**
  * Connectivity of a mesh. Vertices in one place count as one.
@@ -1420,6 +1700,13 @@ extern "C" {
 ATLASFIT_API uint32_t atlasfit_version(void);
 
 /**
+ * The optional parts that this library was built with, by name and with a space between them; those under
+ * the GPL say so: "cgal(GPL)". Empty for the library as it is distributed, which is under MIT or Apache 2.0
+ * only. Static text, never NULL.
+ */
+ATLASFIT_API const char *atlasfit_features(void);
+
+/**
  * The name of a status, for logs: "invalid argument" for example, or "unknown status" for a value that is
  * none. Static text, never NULL.
  */
@@ -1469,6 +1756,14 @@ ATLASFIT_API atlasfit_status atlasfit_run_init(atlasfit_run *run, size_t struct_
  * no stage. Static text, never NULL.
  */
 ATLASFIT_API const char *atlasfit_stage_name(uint32_t stage);
+
+/**
+ * Fills a buffer with its defaults: no room.
+ *
+ * @param buffer      The struct to fill.
+ * @param struct_size sizeof(atlasfit_buffer).
+ */
+ATLASFIT_API atlasfit_status atlasfit_buffer_init(atlasfit_buffer *buffer, size_t struct_size);
 
 /**
  * Fills an attribute with its defaults.
@@ -1695,6 +1990,21 @@ atlasfit_status atlasfit_result_surface_attribute(const atlasfit_result *result,
                                                   size_t capacity);
 
 /**
+ * Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
+ * are those of the functions above.
+ *
+ * @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_COLORS.
+ * @param to    Where and how.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
+ *         #ATLASFIT_NOT_AVAILABLE, #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_INDEX_OUT_OF_RANGE (an index that
+ *         the type does not hold).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_copy(const atlasfit_result *result,
+                                     uint32_t array,
+                                     const atlasfit_buffer *to);
+
+/**
  * Gives the atlas that was fitted, as a handle of its own. It outlives the result and shares its memory.
  * Free it with atlasfit_atlas_free().
  *
@@ -1832,7 +2142,8 @@ atlasfit_status atlasfit_unwrap_memory_needed(size_t vertices,
  * max_charts, a density or several pages.
  *
  * @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
- *                keep_uv_seams.
+ *                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its corners has
+ *                one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
  * @param options How to unwrap; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
@@ -1873,18 +2184,18 @@ atlasfit_status atlasfit_uv_warnings(const atlasfit_uv *uv,
                                      size_t *length);
 
 /**
- * Copies the UVs: u, v in [0, 1], v up, for each corner of each triangle.
+ * Copies the UVs: u, v in [0, 1], v up, for each corner of each face. Faces without a triangle have zeros.
  *
  * @param corner_uv Room for `capacity` numbers.
- * @param capacity  At least 6 * info.triangles.
+ * @param capacity  At least 2 * info.corners (6 * info.triangles for a mesh of triangles).
  */
 ATLASFIT_API atlasfit_status atlasfit_uv_corners(const atlasfit_uv *uv, float *corner_uv, size_t capacity);
 
 /**
- * Copies the chart of each triangle, 0 to info.charts - 1.
+ * Copies the chart of each face, 0 to info.charts - 1; UINT32_MAX for a face without a triangle.
  *
  * @param face_charts Room for `capacity` numbers.
- * @param capacity    At least info.triangles.
+ * @param capacity    At least info.faces.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_uv_face_charts(const atlasfit_uv *uv,
@@ -1892,10 +2203,10 @@ atlasfit_status atlasfit_uv_face_charts(const atlasfit_uv *uv,
                                         size_t capacity);
 
 /**
- * Copies the page of each triangle, 0 to info.pages - 1.
+ * Copies the page of each face, 0 to info.pages - 1; UINT32_MAX for a face without a triangle.
  *
  * @param face_pages Room for `capacity` numbers.
- * @param capacity   At least info.triangles.
+ * @param capacity   At least info.faces.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_uv_face_pages(const atlasfit_uv *uv,
@@ -1903,11 +2214,33 @@ atlasfit_status atlasfit_uv_face_pages(const atlasfit_uv *uv,
                                        size_t capacity);
 
 /**
+ * Copies an array of UVs as the caller has its own: numbers of another type, at any stride.
+ *
+ * @param array #ATLASFIT_UV_CORNERS to #ATLASFIT_UV_FACE_PAGES.
+ * @param to    Where and how.
+ * @return As atlasfit_result_copy().
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_uv_copy(const atlasfit_uv *uv,
+                                 uint32_t array,
+                                 const atlasfit_buffer *to);
+
+/**
+ * Copies the numbers of the faces that were cut between charts because they do not lie flat, ascending. A
+ * corner of such a face may have one UV in one of its triangles and another in the next;
+ * atlasfit_uv_corners() gives that of the first.
+ *
+ * @param torn     Room for `capacity` numbers.
+ * @param capacity At least info.torn_faces.
+ */
+ATLASFIT_API atlasfit_status atlasfit_uv_face_torn(const atlasfit_uv *uv, uint32_t *torn, size_t capacity);
+
+/**
  * Copies the split form of the mesh, with one vertex per pair of vertex and UV: what graphics cards and glTF
  * take.
  *
- * @param indices         Three new vertices per triangle, in the mesh's order.
- * @param index_capacity  Numbers that `indices` has room for, at least 3 * info.triangles.
+ * @param indices         The new vertex of each corner of each face, in the mesh's order.
+ * @param index_capacity  Numbers that `indices` has room for, at least info.corners.
  * @param sources         The mesh's vertex that each new vertex came from.
  * @param vertex_uv       u, v of each new vertex.
  * @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least
@@ -2000,6 +2333,120 @@ atlasfit_status atlasfit_bake(const atlasfit_mesh *mesh,
                               size_t capacity);
 
 /**
+ * Fills options with their defaults: nothing is asked for.
+ *
+ * @param options     The struct to fill.
+ * @param struct_size sizeof(atlasfit_simplify_options).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplify_options_init(atlasfit_simplify_options *options,
+                                               size_t struct_size);
+
+/**
+ * Makes a mesh of fewer triangles: larger where it is flat. Its boundary, and the seams of its UVs, stay
+ * where they are within the error; both sides of a seam stay together, and no triangle turns over in UV
+ * space. What is no surface (edges of three triangles, vertices that hold two sheets together) stays as it
+ * is. Vertices at one place are one.
+ *
+ * @param mesh    The mesh; corner_uv and colors are read.
+ * @param options How far to simplify: faces, max_error or both.
+ * @param run     How long work is run; NULL = the defaults.
+ * @param out     Where the mesh is put; NULL on failure. Free it with atlasfit_simplified_free().
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_INDEX_OUT_OF_RANGE (a
+ *         triangle names no vertex), #ATLASFIT_DEGENERATE (no area), #ATLASFIT_CANCELLED,
+ *         #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplify(const atlasfit_mesh *mesh,
+                                  const atlasfit_simplify_options *options,
+                                  const atlasfit_run *run,
+                                  atlasfit_simplified **out);
+
+/**
+ * Frees a simplified mesh; NULL is allowed.
+ */
+ATLASFIT_API atlasfit_status atlasfit_simplified_free(atlasfit_simplified *mesh);
+
+/**
+ * Tells how large a simplified mesh is.
+ *
+ * @param info Filled; its struct_size must be set.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_get_info(const atlasfit_simplified *mesh,
+                                             atlasfit_simplified_info *info);
+
+/**
+ * Copies the warnings of simplifying: what the user should hear, a line each, in English.
+ *
+ * @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
+ * @param capacity At least the length and 1, unless `text` is NULL.
+ * @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_warnings(const atlasfit_simplified *mesh,
+                                             char *text,
+                                             size_t capacity,
+                                             size_t *length);
+
+/**
+ * Copies the vertex positions: x, y, z per vertex.
+ *
+ * @param xyz      Room for `capacity` numbers.
+ * @param capacity At least 3 * info.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_positions(const atlasfit_simplified *mesh,
+                                              double *xyz,
+                                              size_t capacity);
+
+/**
+ * Copies the triangles: 3 vertex indices each.
+ *
+ * @param triangles Room for `capacity` numbers.
+ * @param capacity  At least 3 * info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_triangles(const atlasfit_simplified *mesh,
+                                              uint32_t *triangles,
+                                              size_t capacity);
+
+/**
+ * Copies, for each vertex, a vertex of the given mesh that is near: for columns of the caller's own.
+ *
+ * @param sources  Room for `capacity` numbers.
+ * @param capacity At least info.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_sources(const atlasfit_simplified *mesh,
+                                            uint32_t *sources,
+                                            size_t capacity);
+
+/**
+ * Copies the UVs: u, v for each corner of each triangle, those of the same places on the given mesh.
+ * #ATLASFIT_NOT_AVAILABLE where that had none.
+ *
+ * @param corner_uv Room for `capacity` numbers.
+ * @param capacity  At least 6 * info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_corner_uv(const atlasfit_simplified *mesh,
+                                              float *corner_uv,
+                                              size_t capacity);
+
+/**
+ * Copies the colours: red, green, blue, alpha per vertex, 0 to 1. #ATLASFIT_NOT_AVAILABLE where the given
+ * mesh had none.
+ *
+ * @param rgba     Room for `capacity` numbers.
+ * @param capacity At least 4 * info.vertices.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_simplified_colors(const atlasfit_simplified *mesh,
+                                           float *rgba,
+                                           size_t capacity);
+
+/**
  * Counts a mesh's connectivity.
  *
  * @param mesh The mesh.
@@ -2017,9 +2464,9 @@ atlasfit_status atlasfit_measure_topology(const atlasfit_mesh *mesh,
  * @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
  * @param run          How long work is run; NULL = the defaults.
  * @param out          Filled; its struct_size must be set.
- * @param face_stretch Stretch max(s1, 1/s2) per triangle: infinite for one that has collapsed, 1 for one
- *                     without area in space. NULL = not wanted.
- * @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is
+ * @param face_stretch Stretch max(s1, 1/s2) per face, of its worst triangle: infinite for one that has
+ *                     collapsed, 1 for one without area in space. NULL = not wanted.
+ * @param capacity     Numbers that `face_stretch` has room for, at least the number of faces unless it is
  *                     NULL.
  */
 ATLASFIT_API
@@ -2235,7 +2682,7 @@ atlasfit_status atlasfit_file_attribute(const atlasfit_file *file,
 ATLASFIT_API atlasfit_status atlasfit_save_options_init(atlasfit_save_options *options, size_t struct_size);
 
 /**
- * Writes points, or with their triangles a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
+ * Writes points, or with their `triangles` (not `faces`) a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
  * extension. The file is written whole or not at all; one that exists is replaced. Images and material
  * libraries go beside it.
  *

@@ -71,6 +71,18 @@ constexpr std::uint32_t scalar() {
   return std::is_same<T, float>::value ? ATLASFIT_F32 : ATLASFIT_F64;
 }
 
+/// The type of indices.
+template <class I>
+constexpr std::uint32_t index_scalar() {
+  static_assert(std::is_integral<I>::value && sizeof(I) <= 8 && !std::is_same<I, bool>::value,
+                "indices are integers of up to 64 bits");
+  constexpr bool is_signed = std::is_signed<I>::value;
+  return sizeof(I) == 1   ? (is_signed ? ATLASFIT_I8 : ATLASFIT_U8)
+         : sizeof(I) == 2 ? (is_signed ? ATLASFIT_I16 : ATLASFIT_U16)
+         : sizeof(I) == 4 ? (is_signed ? ATLASFIT_I32 : ATLASFIT_U32)
+                          : (is_signed ? ATLASFIT_I64 : ATLASFIT_U64);
+}
+
 /// Numbers of a container, as groups of `width`.
 template <class C>
 std::size_t groups(const C &numbers, std::size_t width) {
@@ -120,6 +132,26 @@ struct Gone<const std::array<T, N>> : std::true_type {};
 
 /// major << 24 | minor << 16 | patch << 8 of the library.
 inline std::uint32_t version() noexcept { return atlasfit_version(); }
+
+/// Faces of any number of corners, with indices of any integer type: a view of the caller's arrays, which
+/// must outlive the call that it is handed to.
+struct Faces : atlasfit_faces {
+  /// Polygons: the vertices of their corners, and `n` + 1 numbers that say where those of each begin.
+  template <class I>
+  Faces(const I *vertices, const I *starts, std::size_t n) : Faces(vertices, n) {
+    offsets = starts;
+  }
+  /// Triangles: `apart` bytes from the first corner of one to that of the next (0 = three corners), `step`
+  /// from one corner to the next (0 = tightly packed).
+  template <class I>
+  Faces(const I *vertices, std::size_t n, std::size_t apart = 0, std::size_t step = 0) : atlasfit_faces() {
+    corners = vertices;
+    count = n;
+    face_stride = apart;
+    corner_stride = step;
+    scalar = detail::index_scalar<I>();
+  }
+};
 
 /// Points to work on: a view of the caller's arrays, which must outlive the call that it is handed to.
 class Points {
@@ -175,6 +207,16 @@ class Points {
     c_.triangle_count = count;
     return *this;
   }
+  /// The same for polygons, or indices of other types.
+  Points &faces(const Faces &faces) {
+    c_.faces = faces;
+    return *this;
+  }
+  /// Bytes from x to y to z, where they lie apart; the stride is then from x to x.
+  Points &component_stride(std::size_t bytes) {
+    c_.component_stride = bytes;
+    return *this;
+  }
   /// The C struct; it points into this object.
   atlasfit_points c() const noexcept {
     atlasfit_points all = c_;
@@ -195,7 +237,7 @@ class Points {
   std::vector<atlasfit_attribute> attributes_;
 };
 
-/// A triangle mesh to work on: a view of the caller's arrays, which must outlive the call that it is handed
+/// A mesh to work on: a view of the caller's arrays, which must outlive the call that it is handed
 /// to.
 class Mesh {
  public:
@@ -220,6 +262,25 @@ class Mesh {
     c_.triangles = triangles;
     c_.triangle_count = triangle_count;
   }
+  /// Polygons, or triangles with indices of other types. What is said below of triangles holds of faces.
+  template <class C, class = decltype(std::declval<const C &>().data())>
+  Mesh(const C &xyz, const Faces &faces) : Mesh(xyz.data(), detail::groups(xyz, 3), faces) {}
+  /// The same, with vertices `stride` bytes apart, and x, y, z `component_stride` bytes (0 = beside each
+  /// other).
+  template <class T>
+  Mesh(const T *xyz, std::size_t vertices, const Faces &faces, std::size_t stride = 0,
+       std::size_t component_stride = 0)
+      : Mesh(xyz, vertices, nullptr, 0, stride) {
+    c_.component_stride = component_stride;
+    c_.faces = faces;
+  }
+  /// A byte per face, not 0 where the face is to be ignored; it keeps its number.
+  Mesh &face_ignored(const std::uint8_t *ignored) {
+    c_.face_ignored = ignored;
+    return *this;
+  }
+  /// How many faces there are.
+  std::size_t faces() const noexcept { return c_.faces.corners ? c_.faces.count : c_.triangle_count; }
   /// u, v of each corner of each triangle.
   Mesh &corner_uv(const float *uv) {
     c_.corner_uv = uv;
@@ -565,7 +626,7 @@ inline Denoised denoise(const Points &points, const DenoiseOptions &options = De
 
 /// The form of a mesh with one vertex per pair of vertex and UV.
 struct SplitMesh {
-  std::vector<std::uint32_t> indices;  ///< 3 per triangle.
+  std::vector<std::uint32_t> indices;  ///< The new vertex of each corner of each face.
   std::vector<std::uint32_t> sources;  ///< The mesh's vertex of each new vertex.
   std::vector<float> vertex_uv;        ///< u, v per new vertex.
 };
@@ -584,16 +645,20 @@ class UvLayout {
       return atlasfit_uv_warnings(handle_.get(), text, n, length);
     });
   }
+  /// u, v of each corner of each face.
   std::vector<float> corners() const {
-    std::vector<float> all(6 * info_.triangles);
+    std::vector<float> all(2 * info_.corners);
     detail::check(atlasfit_uv_corners(handle_.get(), all.data(), all.size()));
     return all;
   }
-  std::vector<std::uint32_t> face_charts() const { return faces(atlasfit_uv_face_charts); }
-  std::vector<std::uint32_t> face_pages() const { return faces(atlasfit_uv_face_pages); }
+  /// UINT32_MAX for a face without a triangle; the pages too.
+  std::vector<std::uint32_t> face_charts() const { return numbers(atlasfit_uv_face_charts, info_.faces); }
+  std::vector<std::uint32_t> face_pages() const { return numbers(atlasfit_uv_face_pages, info_.faces); }
+  /// Faces that do not lie flat and were cut between charts.
+  std::vector<std::uint32_t> torn() const { return numbers(atlasfit_uv_face_torn, info_.torn_faces); }
   SplitMesh split() const {
     SplitMesh s;
-    s.indices.resize(3 * info_.triangles);
+    s.indices.resize(info_.corners);
     s.sources.resize(info_.split_vertices);
     s.vertex_uv.resize(2 * info_.split_vertices);
     detail::check(atlasfit_uv_split(handle_.get(), s.indices.data(), s.indices.size(), s.sources.data(),
@@ -603,9 +668,10 @@ class UvLayout {
   const atlasfit_uv *handle() const noexcept { return handle_.get(); }
 
  private:
-  std::vector<std::uint32_t> faces(atlasfit_status (*get)(const atlasfit_uv *, std::uint32_t *,
-                                                          std::size_t)) const {
-    std::vector<std::uint32_t> all(info_.triangles);
+  std::vector<std::uint32_t> numbers(atlasfit_status (*get)(const atlasfit_uv *, std::uint32_t *,
+                                                            std::size_t),
+                                     std::size_t count) const {
+    std::vector<std::uint32_t> all(count);
     detail::check(get(handle_.get(), all.data(), all.size()));
     return all;
   }
@@ -729,6 +795,69 @@ inline std::string save(const std::string &path, const Points &points,
   return lost.data();
 }
 
+/// atlasfit_simplify_options with its defaults: set faces, max_error or both.
+struct SimplifyOptions : atlasfit_simplify_options {
+  SimplifyOptions() {
+    detail::check(atlasfit_simplify_options_init(this, sizeof(atlasfit_simplify_options)));
+  }
+};
+
+/// A mesh with fewer triangles.
+class Simplified {
+ public:
+  /// Takes a handle over.
+  explicit Simplified(atlasfit_simplified *handle)
+      : handle_(handle), info_(detail::output<atlasfit_simplified_info>()) {
+    detail::check(atlasfit_simplified_get_info(handle_.get(), &info_));
+  }
+  const atlasfit_simplified_info &info() const noexcept { return info_; }
+  /// What the user should hear; empty where all is well.
+  std::vector<std::string> warnings() const {
+    return detail::lines([this](char *text, std::size_t n, std::size_t *length) {
+      return atlasfit_simplified_warnings(handle_.get(), text, n, length);
+    });
+  }
+  std::vector<double> positions() const {
+    return copy<double>(atlasfit_simplified_positions, 3 * info_.vertices);
+  }
+  std::vector<std::uint32_t> triangles() const {
+    return copy<std::uint32_t>(atlasfit_simplified_triangles, 3 * info_.triangles);
+  }
+  /// A vertex of the given mesh near each vertex.
+  std::vector<std::uint32_t> sources() const {
+    return copy<std::uint32_t>(atlasfit_simplified_sources, info_.vertices);
+  }
+  /// Throws Error with ATLASFIT_NOT_AVAILABLE where the mesh had none; so do the colours.
+  std::vector<float> corner_uv() const {
+    return copy<float>(atlasfit_simplified_corner_uv, 6 * info_.triangles);
+  }
+  std::vector<float> colors() const { return copy<float>(atlasfit_simplified_colors, 4 * info_.vertices); }
+
+ private:
+  template <class T>
+  std::vector<T> copy(atlasfit_status (*get)(const atlasfit_simplified *, T *, std::size_t),
+                      std::size_t count) const {
+    std::vector<T> all(count);
+    detail::check(get(handle_.get(), all.data(), all.size()));
+    return all;
+  }
+  detail::Owner<atlasfit_simplified, atlasfit_simplified_free> handle_;
+  atlasfit_simplified_info info_;
+};
+
+/// Makes a mesh of fewer triangles; UVs and colours of the mesh stay.
+inline Simplified simplify(const Mesh &mesh, const SimplifyOptions &options, const Run &run = Run()) {
+  detail::Call call(run);
+  atlasfit_simplified *light = nullptr;
+  const atlasfit_status status = atlasfit_simplify(&mesh.c(), &options, call.c(), &light);
+  detail::Owner<atlasfit_simplified, atlasfit_simplified_free> owner(light);
+  call.done(status);
+  return Simplified(owner.release());
+}
+
+/// The optional parts that the library was built with; empty for the permissive one.
+inline std::string features() { return atlasfit_features(); }
+
 /// How a mesh hangs together.
 inline atlasfit_topology measure_topology(const Mesh &mesh, const Run &run = Run()) {
   detail::Call call(run);
@@ -737,10 +866,10 @@ inline atlasfit_topology measure_topology(const Mesh &mesh, const Run &run = Run
   return out;
 }
 
-/// Quality of the mesh's corner UVs; `face_stretch`, if given, gets a number per triangle.
+/// Quality of the mesh's corner UVs; `face_stretch`, if given, gets a number per face.
 inline atlasfit_uv_quality measure_uv(const Mesh &mesh, const Run &run = Run(),
                                       std::vector<float> *face_stretch = nullptr) {
-  if (face_stretch) face_stretch->resize(mesh.c().triangle_count);
+  if (face_stretch) face_stretch->resize(mesh.faces());
   detail::Call call(run);
   auto out = detail::output<atlasfit_uv_quality>();
   call.done(atlasfit_measure_uv(&mesh.c(), call.c(), &out, face_stretch ? face_stretch->data() : nullptr,

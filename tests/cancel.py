@@ -86,6 +86,7 @@ COMMANDS = {
     "denoise, level set": "denoise {scan} -o {out}.ply --prior level-set",
     "unwrap": "unwrap {mesh} -o {out}.ply",
     "unwrap, boxes": "unwrap {mesh} -o {out}.ply --packer boxes",
+    "simplify": "simplify {mesh} -o {out}.ply --faces 5000",
     "bake": "unwrap {mesh} -o {out}.glb --packer boxes --bake --texture-size 4096",
     "convert": "convert {mesh} {out}.glb",
     "convert to text": "convert {scan} {out}.ply --ascii",

@@ -25,6 +25,7 @@ COMMANDS = {
     "convert": ["{out}/c.ply"],
     "render": ["-o", "{out}/r.png"],
     "unwrap": ["-o", "{out}/u.glb"],
+    "simplify": ["-o", "{out}/s.ply", "--faces", "1000"],
     "denoise": ["-o", "{out}/d.ply", "--points", "{out}/p.ply"],
 }
 

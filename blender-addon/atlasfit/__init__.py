@@ -29,6 +29,7 @@ from ._measure import (
     measure_uv,
 )
 from ._progress import Progress
+from ._simplify import Simplified, simplify
 from ._unwrap import Uv, UvInfo, unwrap, unwrap_memory_needed
 
 __version__ = ".".join(map(str, VERSION))
@@ -55,6 +56,7 @@ __all__ = [
     "Projection",
     "Report",
     "RunOptions",
+    "Simplified",
     "Surface",
     "TexturePage",
     "TimedOut",
@@ -72,6 +74,7 @@ __all__ = [
     "measure_topology",
     "measure_uv",
     "save",
+    "simplify",
     "texture_page",
     "texture_side",
     "unwrap",

@@ -1,7 +1,7 @@
-"""atlasfit.h in ctypes: every constant, struct and function, and nowhere else.
+"""atlasfit.h in ctypes: every constant and function, and nowhere else; the structs are in _structs.py.
 
 Names are the header's. tests/test_abi.py reads the header and compares each of them with this file.
-Arrays go in and out as addresses (c_void_p), handles as c_void_p, structs as pointers to the classes below.
+Arrays go in and out as addresses (c_void_p), handles as c_void_p, structs as pointers to their classes.
 """
 
 from __future__ import annotations
@@ -9,29 +9,32 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from ctypes import (
-    CFUNCTYPE,
-    POINTER,
-    Structure,
-    c_char_p,
-    c_double,
-    c_int32,
-    c_int64,
-    c_size_t,
-    c_uint32,
-    c_uint64,
-    c_void_p,
-)
+from ctypes import POINTER, c_char_p, c_size_t, c_uint32, c_void_p
 from functools import lru_cache
 from pathlib import Path
+
+from ._structs import *  # noqa: F403
 
 VERSION = (0, 1, 0)
 
 PRIOR_GP, PRIOR_MLP, PRIOR_CONV, PRIOR_LEVEL_SET = range(4)
 RECIPE_FAST, RECIPE_PAPER = 0, 1
 OUTLIERS_KEEP, OUTLIERS_DROP = 0, 1
-F32, F64, U8, I8, U16, I16, U32, I32 = range(8)
-STAGE_LIMIT = 16
+F32, F64, U8, I8, U16, I16, U32, I32, U64, I64 = range(10)
+SURFACE_NONE, SURFACE_SMOOTH, SURFACE_WRAP = range(3)
+(
+    POINT_POSITIONS,
+    POINT_NORMALS,
+    POINT_SOURCES,
+    POINT_CHARTS,
+    SURFACE_POSITIONS,
+    SURFACE_NORMALS,
+    SURFACE_TRIANGLES,
+    SURFACE_CORNER_UV,
+    SURFACE_FACE_CHARTS,
+    SURFACE_COLORS,
+) = range(10)
+UV_CORNERS, UV_FACE_CHARTS, UV_FACE_PAGES = range(3)
 PACK_SHAPES, PACK_BOXES = 0, 1
 PRESET_FEW_SEAMS, PRESET_BALANCED, PRESET_LOW_STRETCH = range(3)
 
@@ -52,336 +55,6 @@ NOT_AVAILABLE = 13
 RESOURCE_EXHAUSTED = 14
 IO = 15
 INTERNAL = 100
-
-status = c_int32
-progress_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_double)
-
-
-class Sized(Structure):
-    """A struct that begins with its own size."""
-
-    def __init__(self) -> None:
-        super().__init__(ctypes.sizeof(type(self)))
-
-
-class atlasfit_atlas_info(Sized):
-    _fields_ = [("struct_size", c_size_t), ("charts", c_size_t), ("origin", c_double * 3), ("unit", c_double)]
-
-
-class atlasfit_projection(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("capacity", c_size_t),
-        ("positions", c_void_p),
-        ("normals", c_void_p),
-        ("charts", c_void_p),
-        ("chart_uv", c_void_p),
-        ("distances", c_void_p),
-    ]
-
-
-class atlasfit_attribute(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("name", c_char_p),
-        ("values", c_void_p),
-        ("stride", c_size_t),
-        ("width", c_uint32),
-        ("scalar", c_uint32),
-    ]
-
-
-class atlasfit_points(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("positions", c_void_p),
-        ("count", c_size_t),
-        ("stride", c_size_t),
-        ("scalar", c_uint32),
-        ("color_width", c_uint32),
-        ("normals", c_void_p),
-        ("normal_stride", c_size_t),
-        ("colors", c_void_p),
-        ("color_stride", c_size_t),
-        ("color_scalar", c_uint32),
-        ("attribute_count", c_uint32),
-        ("attributes", POINTER(atlasfit_attribute)),
-        ("triangles", c_void_p),
-        ("triangle_count", c_size_t),
-    ]
-
-
-class atlasfit_run(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("seed", c_uint64),
-        ("threads", c_uint32),
-        ("reserved", c_uint32),
-        ("time_limit_s", c_double),
-        ("memory_limit_bytes", c_uint64),
-        ("progress", progress_fn),
-        ("progress_user", c_void_p),
-        ("cancel", c_void_p),
-        ("overall", c_void_p),
-    ]
-
-
-class atlasfit_denoise_options(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("noise", c_double),
-        ("detail", c_double),
-        ("fill_holes", c_double),
-        ("charts", c_uint32),
-        ("prior", c_uint32),
-        ("outliers", c_uint32),
-        ("uv", c_uint32),
-        ("texture_size", c_uint32),
-        ("network_charts", c_uint32),
-        ("network_iterations", c_uint32),
-        ("recipe", c_uint32),
-        ("network_stretch_weight", c_double),
-        ("network_learning_rate", c_double),
-        ("viewpoint", c_double * 3),
-        ("has_viewpoint", c_uint32),
-        ("watertight", c_uint32),
-        ("min_part", c_double),
-        ("largest", c_uint32),
-        ("faces", c_uint32),
-        ("max_error", c_double),
-        ("strength", c_double),
-    ]
-
-
-class atlasfit_report(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("points_given", c_size_t),
-        ("not_finite", c_size_t),
-        ("duplicates", c_size_t),
-        ("outliers", c_size_t),
-        ("points", c_size_t),
-        ("vertices", c_size_t),
-        ("triangles", c_size_t),
-        ("charts", c_size_t),
-        ("uv_charts", c_size_t),
-        ("parts", c_size_t),
-        ("boundary_loops", c_size_t),
-        ("boundary_edges", c_size_t),
-        ("filled_holes", c_size_t),
-        ("attributes", c_size_t),
-        ("one_sided", c_uint32),
-        ("has_uv", c_uint32),
-        ("has_colors", c_uint32),
-        ("reserved", c_uint32),
-        ("spacing", c_double),
-        ("noise", c_double),
-        ("voxel", c_double),
-        ("stage_seconds", c_double * STAGE_LIMIT),
-        ("dropped_parts", c_size_t),
-        ("dropped_points", c_size_t),
-        ("followed_outliers", c_size_t),
-    ]
-
-
-class atlasfit_mesh(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("positions", c_void_p),
-        ("vertex_count", c_size_t),
-        ("stride", c_size_t),
-        ("scalar", c_uint32),
-        ("reserved", c_uint32),
-        ("triangles", c_void_p),
-        ("triangle_count", c_size_t),
-        ("corner_uv", c_void_p),
-        ("face_group", c_void_p),
-        ("face_polygon", c_void_p),
-        ("seam_edges", c_void_p),
-        ("seam_edge_count", c_size_t),
-        ("face_page", c_void_p),
-        ("page_width", c_uint32),
-        ("page_height", c_uint32),
-        ("colors", c_void_p),
-        ("color_stride", c_size_t),
-        ("color_scalar", c_uint32),
-        ("color_width", c_uint32),
-    ]
-
-
-class atlasfit_image(Sized):
-    _fields_ = [("struct_size", c_size_t), ("rgba", c_void_p), ("width", c_uint32), ("height", c_uint32)]
-
-
-class atlasfit_textures(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("images", POINTER(atlasfit_image)),
-        ("image_count", c_size_t),
-        ("corner_uv", c_void_p),
-        ("face_image", c_void_p),
-        ("normals", c_uint32),
-        ("reserved", c_uint32),
-    ]
-
-
-class atlasfit_bake_options(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("padding", c_uint32),
-        ("page", c_uint32),
-        ("textures", POINTER(atlasfit_textures)),
-    ]
-
-
-class atlasfit_topology(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("vertices", c_size_t),
-        ("edges", c_size_t),
-        ("faces", c_size_t),
-        ("degenerate_faces", c_size_t),
-        ("unused_vertices", c_size_t),
-        ("parts", c_size_t),
-        ("boundary_edges", c_size_t),
-        ("boundary_loops", c_size_t),
-        ("non_manifold_edges", c_size_t),
-        ("non_manifold_vertices", c_size_t),
-        ("inconsistent_edges", c_size_t),
-        ("euler", c_int64),
-        ("genus", c_int64),
-        ("orientable", c_uint32),
-        ("closed", c_uint32),
-    ]
-
-
-class atlasfit_uv_quality(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("faces", c_size_t),
-        ("charts", c_size_t),
-        ("flips", c_size_t),
-        ("degenerate", c_size_t),
-        ("overlapping_faces", c_size_t),
-        ("seam", c_double),
-        ("stretch_l2", c_double),
-        ("stretch_linf", c_double),
-        ("stretch_median", c_double),
-        ("stretch_p95", c_double),
-        ("conformal", c_double),
-        ("overlap", c_double),
-        ("coverage", c_double),
-        ("inside", c_uint32),
-        ("finite", c_uint32),
-    ]
-
-
-class atlasfit_distance_options(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("samples", c_size_t),
-        ("chamfer_samples", c_size_t),
-        ("threshold", c_double),
-    ]
-
-
-class atlasfit_distance_stats(Structure):
-    _fields_ = [
-        ("rms", c_double),
-        ("mean", c_double),
-        ("median", c_double),
-        ("p95", c_double),
-        ("p99", c_double),
-        ("max", c_double),
-    ]
-
-
-class atlasfit_distance(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("accuracy", atlasfit_distance_stats),
-        ("completeness", atlasfit_distance_stats),
-        ("chamfer", c_double),
-        ("chamfer_floor", c_double),
-        ("f_score", c_double),
-        ("threshold", c_double),
-        ("normal_consistency", c_double),
-        ("normal_orientation", c_double),
-        ("not_finite", c_size_t),
-    ]
-
-
-class atlasfit_unwrap_options(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("max_stretch", c_double),
-        ("max_charts", c_uint32),
-        ("page_width", c_uint32),
-        ("page_height", c_uint32),
-        ("padding", c_uint32),
-        ("pages", c_uint32),
-        ("packer", c_uint32),
-        ("keep_uv_seams", c_uint32),
-        ("reserved", c_uint32),
-        ("texels_per_unit", c_double),
-        ("hard_edge_angle", c_double),
-    ]
-
-
-class atlasfit_uv_info(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("triangles", c_size_t),
-        ("charts", c_size_t),
-        ("pages", c_size_t),
-        ("split_vertices", c_size_t),
-        ("degenerate_faces", c_size_t),
-        ("duplicate_faces", c_size_t),
-        ("non_manifold_edges", c_size_t),
-        ("repaired_charts", c_size_t),
-        ("split_polygons", c_size_t),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("texels_per_unit", c_double),
-        ("stretch_bound", c_double),
-        ("over_stretched", c_double),
-        ("coverage", c_double),
-        ("seconds", c_double),
-        ("padding", c_uint32),
-        ("reserved", c_uint32),
-    ]
-
-
-class atlasfit_file_info(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("points", c_size_t),
-        ("triangles", c_size_t),
-        ("attributes", c_size_t),
-        ("texture_bytes", c_size_t),
-        ("has_normals", c_uint32),
-        ("has_colors", c_uint32),
-        ("has_uv", c_uint32),
-        ("has_face_charts", c_uint32),
-        ("has_viewpoint", c_uint32),
-        ("reserved", c_uint32),
-        ("viewpoint", c_double * 3),
-    ]
-
-
-class atlasfit_save_options(Sized):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("corner_uv", c_void_p),
-        ("face_charts", c_void_p),
-        ("texture", c_void_p),
-        ("texture_bytes", c_size_t),
-        ("ascii", c_uint32),
-        ("reserved", c_uint32),
-    ]
-
 
 _array = _handle = c_void_p
 _new_handle = POINTER(c_void_p)
@@ -421,6 +94,9 @@ FUNCTIONS = {
     "atlasfit_result_surface_face_charts": (status, [_handle, _array, c_size_t]),
     "atlasfit_result_surface_colors": (status, [_handle, _array, c_size_t]),
     "atlasfit_result_surface_attribute": (status, [_handle, c_size_t, _array, c_size_t]),
+    "atlasfit_buffer_init": (status, [POINTER(atlasfit_buffer), c_size_t]),
+    "atlasfit_result_copy": (status, [_handle, c_uint32, POINTER(atlasfit_buffer)]),
+    "atlasfit_uv_copy": (status, [_handle, c_uint32, POINTER(atlasfit_buffer)]),
     "atlasfit_result_atlas": (status, [_handle, _new_handle]),
     "atlasfit_live_handles": (c_size_t, []),
     "atlasfit_attribute_init": (status, [POINTER(atlasfit_attribute), c_size_t]),
@@ -450,7 +126,18 @@ FUNCTIONS = {
     "atlasfit_cancel_free": (status, [_handle]),
     "atlasfit_run_init": (status, [_run, c_size_t]),
     "atlasfit_stage_name": (c_char_p, [c_uint32]),
+    "atlasfit_simplify_options_init": (status, [POINTER(atlasfit_simplify_options), c_size_t]),
+    "atlasfit_simplify": (status, [_mesh, POINTER(atlasfit_simplify_options), _run, _new_handle]),
+    "atlasfit_simplified_free": (status, [_handle]),
+    "atlasfit_simplified_get_info": (status, [_handle, POINTER(atlasfit_simplified_info)]),
+    "atlasfit_simplified_warnings": (status, [_handle, _array, c_size_t, _array]),
+    "atlasfit_simplified_positions": (status, [_handle, _array, c_size_t]),
+    "atlasfit_simplified_triangles": (status, [_handle, _array, c_size_t]),
+    "atlasfit_simplified_sources": (status, [_handle, _array, c_size_t]),
+    "atlasfit_simplified_corner_uv": (status, [_handle, _array, c_size_t]),
+    "atlasfit_simplified_colors": (status, [_handle, _array, c_size_t]),
     "atlasfit_version": (c_uint32, []),
+    "atlasfit_features": (c_char_p, []),
     "atlasfit_status_name": (c_char_p, [status]),
     "atlasfit_last_error": (c_size_t, [c_void_p, c_size_t]),
     "atlasfit_unwrap_options_init": (status, [POINTER(atlasfit_unwrap_options), c_size_t]),
@@ -465,6 +152,7 @@ FUNCTIONS = {
     "atlasfit_uv_corners": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_face_charts": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_face_pages": (status, [_handle, _array, c_size_t]),
+    "atlasfit_uv_face_torn": (status, [_handle, _array, c_size_t]),
     "atlasfit_uv_split": (status, [_handle, _array, c_size_t, _array, _array, c_size_t]),
     "atlasfit_file_free": (status, [_handle]),
     "atlasfit_file_load": (status, [_array, _run, _new_handle]),

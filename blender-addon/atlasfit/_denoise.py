@@ -28,6 +28,9 @@ PRIORS = {
 }
 
 
+SURFACES = {"none": _abi.SURFACE_NONE, "smooth": _abi.SURFACE_SMOOTH, "wrap": _abi.SURFACE_WRAP}
+
+
 @dataclass(frozen=True, repr=False)
 class Report:
     """What was found and done. Lengths are in the points' unit."""
@@ -185,6 +188,7 @@ def denoise(
     charts: int | None = None,
     outliers: Literal["keep", "drop"] | None = None,
     uv: bool | None = None,
+    surface: Literal["smooth", "wrap", "none"] | None = None,
     texture_size: int | None = None,
     prior: Literal["gp", "mlp", "conv", "level-set"] | None = None,
     recipe: Literal["fast", "paper"] | None = None,
@@ -219,6 +223,9 @@ def denoise(
     outliers      points on no surface: "keep" where they were, of a mesh between their neighbours (default),
                   or "drop", also those of parts that are left out, which else are denoised and kept
     uv            whether the surface gets UVs (default True)
+    surface       "smooth", as the charts have it (default); "wrap", a watertight shell around that, where
+                  the library was built with CGAL; "none": the call takes about half the time, result.surface
+                  is empty, and points beside an edge of the part stay on its rounded charts
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
     prior         "gp", a Gaussian process as smooth as the limit of the paper's networks (default), or the networks
                   themselves, many times slower: "mlp", fully connected; "conv", convolutional; "level-set",
@@ -274,6 +281,7 @@ def denoise(
         charts=charts,
         outliers=choice(outliers, {"keep": _abi.OUTLIERS_KEEP, "drop": _abi.OUTLIERS_DROP}, "outliers"),
         uv=uv,
+        surface=choice(surface, SURFACES, "surface"),
         texture_size=texture_size,
         prior=choice(prior, PRIORS, "prior"),
         recipe=choice(recipe, {"fast": _abi.RECIPE_FAST, "paper": _abi.RECIPE_PAPER}, "recipe"),
@@ -315,6 +323,7 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
         attributes={
             name: columns.carried(i, copy("surface_attribute", (v, *shape), np.float64, i))
             for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
+            if raw.attributes
         },
     )
     atlas = Handle("atlas")

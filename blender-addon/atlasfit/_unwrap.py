@@ -167,6 +167,7 @@ def unwrap(
     face_polygons: ArrayLike | None = None,
     seam_edges: ArrayLike | None = None,
     corner_uv: ArrayLike | None = None,
+    keep_uvs: bool = False,
     preset: Literal["few-seams", "balanced", "low-stretch"] | None = None,
     max_stretch: float | None = None,
     max_charts: int | None = None,
@@ -188,6 +189,8 @@ def unwrap(
                      one chart
     seam_edges       (k, 2) edges that must be seams, as pairs of vertices
     corner_uv        (m, 3, 2) UVs that the mesh already has: their seams stay seams
+    keep_uvs         whether the charts of corner_uv stay as they are: moved, turned, scaled to one density
+                     and packed; what flips or overlaps in them is cut (default False)
     preset           what matters most, a name for a bound on the stretch: "few-seams" (1.3), also for meshes
                      of few faces; "balanced" (1.1, default); "low-stretch" (1.05)
     max_stretch      bound on the stretch max(s1, 1/s2) at the 95th percentile by area; more than 1. Smaller
@@ -230,6 +233,7 @@ def unwrap(
         pages=pages,
         packer=choice(packer, {"shapes": _abi.PACK_SHAPES, "boxes": _abi.PACK_BOXES}, "packer"),
         keep_uv_seams=kept is not None,
+        keep_uvs=keep_uvs,
         texels_per_unit=texels_per_unit,
         hard_edge_angle=hard_edge_angle,
     )

@@ -226,6 +226,41 @@ int main(int argc, char **argv) {
   want(atlasfit_uv_face_pages(layout, words, t), ATLASFIT_OK, "face pages");
   want(atlasfit_uv_free(layout), ATLASFIT_OK, "free");
 
+  /* Polygons with indices of 64 bits, the first of them ignored; then fewer triangles. */
+  int64_t *corners = malloc(3 * t * sizeof *corners);
+  uint8_t *ignored = calloc(t, 1);
+  if (!corners || !ignored) return 1;
+  for (size_t i = 0; i < 3 * t; i++) corners[i] = (int64_t)triangles[i];
+  ignored[0] = 1;
+  mesh.triangles = NULL;
+  mesh.triangle_count = 0;
+  mesh.faces.corners = corners;
+  mesh.faces.count = t;
+  mesh.faces.scalar = ATLASFIT_I64;
+  mesh.face_ignored = ignored;
+  want(atlasfit_unwrap(&mesh, NULL, &run, &layout), ATLASFIT_OK, "unwrap faces");
+  want(atlasfit_uv_face_charts(layout, words, t), ATLASFIT_OK, "face charts");
+  if (words[0] != UINT32_MAX || words[t - 1] == UINT32_MAX) {
+    fprintf(stderr, "an ignored face has a chart, or another has none\n");
+    wrong++;
+  }
+  want(atlasfit_uv_face_torn(layout, NULL, 0), ATLASFIT_OK, "torn faces");
+  want(atlasfit_uv_free(layout), ATLASFIT_OK, "free");
+  atlasfit_simplify_options fewer;
+  want(atlasfit_simplify_options_init(&fewer, sizeof fewer), ATLASFIT_OK, "options");
+  fewer.faces = t / 4;
+  atlasfit_simplified *light = NULL;
+  want(atlasfit_simplify(&mesh, &fewer, &run, &light), ATLASFIT_OK, "simplify");
+  atlasfit_simplified_info lightness;
+  lightness.struct_size = sizeof lightness;
+  want(atlasfit_simplified_get_info(light, &lightness), ATLASFIT_OK, "info");
+  want(atlasfit_simplified_positions(light, vertices, 3 * v), ATLASFIT_OK, "positions");
+  want(atlasfit_simplified_triangles(light, triangles, 3 * t), ATLASFIT_OK, "triangles");
+  want(atlasfit_simplified_corner_uv(light, floats, 6 * t), ATLASFIT_NOT_AVAILABLE, "UVs");
+  want(atlasfit_simplified_free(light), ATLASFIT_OK, "free");
+  free(corners);
+  free(ignored);
+
   free(sources);
   free(split);
   free(words);

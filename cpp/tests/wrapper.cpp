@@ -77,6 +77,25 @@ int main() {
   want(layout.split().indices.size() == triangles.size(), "split form");
   want(atlasfit::measure_topology(atlasfit::Mesh(surface, triangles)).closed == 1, "closed");
 
+  // The same triangles as faces with indices of 64 bits.
+  const std::vector<std::int64_t> wide_corners(triangles.begin(), triangles.end());
+  const atlasfit::Faces faces(wide_corners.data(), wide_corners.size() / 3);
+  want(atlasfit::unwrap(atlasfit::Mesh(surface, faces), options).corners() == corners,
+       "indices of 64 bits change nothing");
+  atlasfit::SimplifyOptions fewer;
+  fewer.faces = 200;
+  const atlasfit::Simplified light =
+      atlasfit::simplify(atlasfit::Mesh(surface, triangles).corner_uv(corners.data()), fewer);
+  const std::vector<double> light_xyz = light.positions();
+  const std::vector<std::uint32_t> light_triangles = light.triangles();
+  const std::vector<float> light_uv = light.corner_uv();
+  want(light.info().triangles <= 200 && light.warnings().empty(), "a few triangles are left");
+  want(atlasfit::measure_uv(atlasfit::Mesh(light_xyz, light_triangles).corner_uv(light_uv.data())).flips ==
+           0,
+       "their UVs are sound");
+  want(light.sources().size() == light.info().vertices, "each vertex has one of the mesh beside it");
+  want(atlasfit::features().empty(), "the library is permissive");
+
   atlasfit::BakeOptions page;
   page.width = page.height = 64;
   const std::vector<std::uint8_t> grey(surface.size(), 77);

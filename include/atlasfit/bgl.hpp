@@ -221,7 +221,8 @@ HalfedgeLayout<G> unwrap(const G &mesh, const CGAL::Named_function_parameters<T,
                          const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
   const detail::Polygons polygons = detail::polygons_of(mesh, np);
   const UvLayout made = unwrap(polygons.mesh(), options, run);
-  const detail::PolygonUvs found = detail::polygon_uvs(polygons, made);
+  const std::vector<float> uv = made.corners();
+  const std::vector<std::uint32_t> charts = made.face_charts(), pages = made.face_pages(), cut = made.torn();
   HalfedgeLayout<G> out{detail::HalfedgeMap<G, Uv>::make(mesh, polygons.corners()),
                         detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
                         detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
@@ -231,14 +232,14 @@ HalfedgeLayout<G> unwrap(const G &mesh, const CGAL::Named_function_parameters<T,
   std::size_t p = 0, corner = 0, torn = 0;
   const auto f = faces(mesh);
   for (auto i = f.first; i != f.second; ++i, ++p) {
-    put(out.chart, *i, found.chart[p]);
-    put(out.page, *i, found.page[p]);
-    if (torn < found.torn.size() && found.torn[torn] == p) {
+    put(out.chart, *i, charts[p]);
+    put(out.page, *i, pages[p]);
+    if (torn < cut.size() && cut[torn] == p) {
       out.torn.push_back(*i);
       torn++;
     }
     detail::around(mesh, *i, [&](detail::Halfedge<G> h) {
-      put(out.uv, h, Uv{found.uv[2 * corner], found.uv[2 * corner + 1]});
+      put(out.uv, h, Uv{uv[2 * corner], uv[2 * corner + 1]});
       corner++;
     });
   }
@@ -269,7 +270,7 @@ std::vector<float> corner_uvs(const G &mesh, const Polygons &polygons, const UvM
       const auto &at = get(uv, h);
       for (int k = 0; k < 2; k++) all.push_back(static_cast<float>(CGAL::to_double(at[k])));
     });
-  return triangle_uvs(polygons, all);
+  return all;
 }
 
 }  // namespace detail
@@ -292,7 +293,6 @@ atlasfit_uv_quality measure_uv(const G &mesh, const HalfedgeLayout<G> &layout, c
   std::vector<std::uint32_t> page;
   const auto f = faces(mesh);
   for (auto i = f.first; i != f.second; ++i) page.push_back(get(layout.page, *i));
-  page = detail::triangle_numbers(polygons, page);
   return measure_uv(polygons.mesh()
                         .corner_uv(corners.data())
                         .face_page(page.data())

@@ -7,9 +7,8 @@
  *   auto clean = atlasfit::denoise(V);             // or denoise(V, N), denoise(V, N, C)
  *   Eigen::MatrixXd P = atlasfit::rows<3>(clean.point_positions());
  *
- * V is of float or double, F of integers, in row- or column-major order; maps, blocks and expressions do too.
- * Row-major V of any row stride and row-major F of 32 bits without gaps are read where they lie, others are
- * copied. */
+ * V is of float or double, F of integers of any type, in row- or column-major order; maps, blocks and
+ * expressions do too. All but expressions are read where they lie, whatever their strides are. */
 #ifndef ATLASFIT_EIGEN_HPP
 #define ATLASFIT_EIGEN_HPP
 
@@ -28,8 +27,21 @@ inline void wanted(bool good, const char *what) {
   if (!good) throw Error(ATLASFIT_INVALID_ARGUMENT, what);
 }
 
-/// Positions: those of the caller where a row's numbers lie beside each other, otherwise a copy. Numbers that
-/// are neither float nor double become doubles.
+/// A matrix of D's storage order that is read where it lies, whatever its strides are. Expressions are
+/// copied.
+template <class D, class T>
+using View = Eigen::Ref<
+    const Eigen::Matrix<T, Eigen::Dynamic, 3, D::IsRowMajor ? Eigen::RowMajor : Eigen::ColMajor>, 0,
+    Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
+
+/// Bytes from one row of a matrix to the next, and from one column to the next.
+template <class M>
+std::array<std::size_t, 2> strides(const M &m) {
+  const std::size_t size = sizeof(typename M::Scalar);
+  return {static_cast<std::size_t>(m.rowStride()) * size, static_cast<std::size_t>(m.colStride()) * size};
+}
+
+/// Positions. Numbers that are neither float nor double become doubles.
 template <class D>
 class Coordinates {
   using Given = typename D::Scalar;
@@ -38,10 +50,13 @@ class Coordinates {
  public:
   using Number = std::conditional_t<exact, Given, double>;
   explicit Coordinates(const D &v) : rows_(checked(v)) {}
-  Points points() const { return Points(data(), count(), stride()); }
+  Points points() const {
+    return Points(rows_.data(), count(), strides(rows_)[0]).component_stride(strides(rows_)[1]);
+  }
+  Mesh mesh(const Faces &faces) const {
+    return Mesh(rows_.data(), count(), faces, strides(rows_)[0], strides(rows_)[1]);
+  }
   std::size_t count() const { return static_cast<std::size_t>(rows_.rows()); }
-  std::size_t stride() const { return static_cast<std::size_t>(rows_.outerStride()) * sizeof(Number); }
-  const Number *data() const { return rows_.data(); }
 
  private:
   static decltype(auto) checked(const D &v) {
@@ -51,41 +66,21 @@ class Coordinates {
     else
       return v.template cast<double>();
   }
-  Eigen::Ref<const Rows<Number, 3>, 0, Eigen::OuterStride<>> rows_;
+  View<D, Number> rows_;
 };
 
-/// Triangles: those of the caller where they lie packed, with 32 bits, otherwise a copy.
+/// Triangles.
 template <class D>
 class Triangles {
-  using Given = typename D::Scalar;
-  static_assert(std::is_integral<Given>::value, "F is of integers");
-
  public:
-  explicit Triangles(const D &f) : rows_((wanted(f.cols() == 3, "F must have three columns"), f)) {
-    if (packed()) return;
-    copy_.reserve(3 * count());
-    for (Eigen::Index r = 0; r < rows_.rows(); r++)
-      for (Eigen::Index c = 0; c < 3; c++) copy_.push_back(index(rows_(r, c), r));
-  }
-  std::size_t count() const { return static_cast<std::size_t>(rows_.rows()); }
-  const std::uint32_t *data() const {
-    if constexpr (sizeof(Given) == 4)
-      if (packed()) return reinterpret_cast<const std::uint32_t *>(rows_.data());
-    return copy_.data();
-  }
-  /// An index that is no vertex of 32 bits is told here, as it would be lost otherwise.
-  static std::uint32_t index(Given value, Eigen::Index row) {
-    const bool negative = std::is_signed<Given>::value && value < Given(0);
-    if (negative || static_cast<std::uint64_t>(value) >= UINT32_MAX)
-      throw Error(ATLASFIT_INDEX_OUT_OF_RANGE,
-                  "row " + std::to_string(row) + " of F names vertex " + std::to_string(value));
-    return static_cast<std::uint32_t>(value);
+  explicit Triangles(const D &f) : rows_((wanted(f.cols() == 3, "F must have three columns"), f)) {}
+  Faces faces() const {
+    const auto apart = strides(rows_);
+    return Faces(rows_.data(), static_cast<std::size_t>(rows_.rows()), apart[0], apart[1]);
   }
 
  private:
-  bool packed() const { return sizeof(Given) == 4 && rows_.outerStride() == 3; }
-  Eigen::Ref<const Rows<Given, 3>, 0, Eigen::OuterStride<>> rows_;
-  std::vector<std::uint32_t> copy_;
+  View<D, typename D::Scalar> rows_;
 };
 
 /// V and F as the library takes them.
@@ -94,7 +89,7 @@ class Matrices {
  public:
   Matrices(const Eigen::MatrixBase<DV> &v, const Eigen::MatrixBase<DF> &f)
       : v_(v.derived()), f_(f.derived()) {}
-  Mesh mesh() const { return Mesh(v_.data(), v_.count(), f_.data(), f_.count(), v_.stride()); }
+  Mesh mesh() const { return v_.mesh(f_.faces()); }
 
  private:
   Coordinates<DV> v_;
@@ -165,8 +160,8 @@ atlasfit_uv_quality measure_uv(const Eigen::MatrixBase<DV> &v, const Eigen::Matr
   corners.reserve(6 * static_cast<std::size_t>(f.rows()));
   for (Eigen::Index r = 0; r < faces.rows(); r++)
     for (Eigen::Index c = 0; c < 3; c++) {
-      const auto at = static_cast<Eigen::Index>(detail::Triangles<DT>::index(faces(r, c), r));
-      if (at >= uv.rows())
+      const auto at = static_cast<Eigen::Index>(faces(r, c));
+      if (at < 0 || at >= uv.rows())
         throw Error(ATLASFIT_INDEX_OUT_OF_RANGE, "face " + std::to_string(r) + " names UV " +
                                                      std::to_string(at) + ", but there are " +
                                                      std::to_string(uv.rows()));

@@ -96,7 +96,7 @@ Polygons open_polygons(const M &mesh) {
   return all;
 }
 
-/// The texcoords of the halfedges as those of triangles; empty where the mesh has none.
+/// The texcoords of the halfedges by corner; empty where the mesh has none.
 template <class M>
 std::vector<float> open_uvs(const M &mesh, const Polygons &polygons) {
   std::vector<float> uv;
@@ -107,7 +107,7 @@ std::vector<float> open_uvs(const M &mesh, const Polygons &polygons) {
       const auto &at = mesh.texcoord2D(h);
       for (std::size_t k = 0; k < 2; k++) uv.push_back(static_cast<float>(at[k]));
     });
-  return triangle_uvs(polygons, uv);
+  return uv;
 }
 
 template <class M>
@@ -117,7 +117,8 @@ OpenMeshLayout open_unwrap(M &mesh, const UnwrapOptions &options, const Run &run
   Mesh view = polygons.mesh();
   if (!before.empty()) view.corner_uv(before.data());
   const UvLayout made = unwrap(view, options, run);
-  const PolygonUvs found = polygon_uvs(polygons, made);
+  const std::vector<float> uv = made.corners();
+  const std::vector<std::uint32_t> charts = made.face_charts(), pages = made.face_pages(), cut = made.torn();
   OpenMeshLayout out;
   out.info = made.info();
   out.warnings = made.warnings();
@@ -126,14 +127,14 @@ OpenMeshLayout open_unwrap(M &mesh, const UnwrapOptions &options, const Run &run
   if (!mesh.has_face_texture_index()) mesh.request_face_texture_index();
   std::size_t p = 0, corner = 0, torn = 0;
   for (auto f = mesh.faces_sbegin(); f != mesh.faces_end(); ++f, ++p) {
-    out.chart[index_of(*f)] = found.chart[p];
-    mesh.set_texture_index(*f, static_cast<typename M::TextureIndex>(found.page[p]));
-    if (torn < found.torn.size() && found.torn[torn] == p) {
+    out.chart[index_of(*f)] = charts[p];
+    mesh.set_texture_index(*f, static_cast<typename M::TextureIndex>(pages[p]));
+    if (torn < cut.size() && cut[torn] == p) {
       out.torn.push_back(*f);
       torn++;
     }
     around_face(mesh, *f, [&](OpenMesh::HalfedgeHandle h) {
-      mesh.set_texcoord2D(h, open_uv<M>(&found.uv[2 * corner]));
+      mesh.set_texcoord2D(h, open_uv<M>(&uv[2 * corner]));
       corner++;
     });
   }
@@ -150,7 +151,6 @@ atlasfit_uv_quality open_measure_uv(const M &mesh, const Run &run) {
   if (mesh.has_face_texture_index()) {
     for (auto f = mesh.faces_sbegin(); f != mesh.faces_end(); ++f)
       page.push_back(static_cast<std::uint32_t>(mesh.texture_index(*f)));
-    page = triangle_numbers(polygons, page);
     view.face_page(page.data());
   }
   return measure_uv(view, run);
@@ -160,7 +160,7 @@ template <class M>
 Denoised open_denoise(M &mesh, const DenoiseOptions &options, const Run &run) {
   const Polygons polygons = open_polygons(mesh);
   std::vector<float> normals = polygons.normals();
-  const bool faces = polygons.triangles() > 0;
+  const bool faces = polygons.size() > 0;
   if (!faces && mesh.has_vertex_normals()) {
     std::size_t n = 0;
     for (auto v = mesh.vertices_sbegin(); v != mesh.vertices_end(); ++v)

@@ -1,4 +1,5 @@
-//! Gives the shared library its soname: the name that programs ask for at run time.
+//! Gives the shared library its soname, the name that programs ask for at run time, and keeps it in the
+//! process when it is closed.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
@@ -7,5 +8,7 @@ fn main() {
         // Before 1.0 a minor version may change the ABI.
         let (major, minor) = (var("CARGO_PKG_VERSION_MAJOR"), var("CARGO_PKG_VERSION_MINOR"));
         println!("cargo:rustc-cdylib-link-arg=-Wl,-soname,libatlasfit.so.{major}.{minor}");
+        // Rust's thread-local values have destructors in the library: dlclose() would pull them away.
+        println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
     }
 }

@@ -60,24 +60,27 @@ static void every_order_alike() {
   alike(floats, f, atlasfit::unwrap(Packed<float>(floats), f), 0.0);
 }
 
-/// Where strides allow, the library is given the caller's own numbers.
+/// Whatever the strides are, the library is given the caller's own numbers.
 static void no_copies() {
   const auto [v, f] = made();
+  const auto given = [](const auto &m) {
+    return atlasfit::detail::Coordinates<std::decay_t<decltype(m)>>(m).points().c();
+  };
   const Packed<double> packed = v;
-  want(atlasfit::detail::Coordinates<Packed<double>>(packed).data() == packed.data(), "packed rows");
+  want(given(packed).positions == packed.data(), "packed rows");
   const M<float, Eigen::RowMajor> wide = M<float, Eigen::RowMajor>::Zero(50, 7);
-  const auto block = wide.middleCols<3>(2);
-  const atlasfit::detail::Coordinates<std::decay_t<decltype(block)>> strided(block);
-  want(strided.data() == wide.data() + 2 && strided.stride() == 28, "rows with a stride");
+  const auto strided = given(wide.middleCols<3>(2));
+  want(strided.positions == wide.data() + 2 && strided.stride == 28 && strided.component_stride == 4,
+       "rows with a stride");
   const Eigen::MatrixXd columns = v.transpose();
-  const auto turned = columns.transpose();
-  want(atlasfit::detail::Coordinates<std::decay_t<decltype(turned)>>(turned).data() == columns.data(),
-       "columns, turned");
-  want(atlasfit::detail::Coordinates<Eigen::MatrixXd>(v).data() != v.data(), "column-major is copied");
-  const M<int, Eigen::RowMajor> rows = f;
-  want(static_cast<const void *>(atlasfit::detail::Triangles<M<int, Eigen::RowMajor>>(rows).data()) ==
-           rows.data(),
-       "packed indices");
+  want(given(columns.transpose()).positions == columns.data(), "columns, turned");
+  const auto apart = given(v);
+  want(apart.positions == v.data() && apart.component_stride == 8 * static_cast<std::size_t>(v.rows()),
+       "column-major");
+  const M<std::int64_t, Eigen::ColMajor> wide_f = f.cast<std::int64_t>();
+  const auto faces = atlasfit::detail::Triangles<M<std::int64_t, Eigen::ColMajor>>(wide_f).faces();
+  want(faces.corners == wide_f.data() && faces.scalar == ATLASFIT_I64 && faces.face_stride == 8,
+       "indices of 64 bits, column-major");
 }
 
 static void scans() {

@@ -69,35 +69,6 @@ void check_layout(const Faces &from) {
   want(again.info.charts == layout.info.charts, "unwrapped again");
 }
 
-/// Stars of random radii are cut into triangles that all turn as the star does and cover just it, whichever
-/// corner comes first; so does a quad with a dent.
-static void polygons_do_not_fold() {
-  for (std::size_t n = 4; n < 40; n++) {
-    std::vector<atlasfit::detail::Vec3> star;
-    double area = 0.0;
-    for (std::size_t i = 0; i < n; i++) {
-      const double a = 6.283185307179586 * static_cast<double>(i) / static_cast<double>(n),
-                   r = 1.5 + noise(100 * n + i);
-      star.push_back({r * std::cos(a) + 1e6, r * std::sin(a), 0.5 * r * std::cos(a)});
-    }
-    const auto turned = [&](std::size_t a, std::size_t b, std::size_t c) {
-      return atlasfit::detail::turn({star[a][0], star[a][1]}, {star[b][0], star[b][1]},
-                                    {star[c][0], star[c][1]});
-    };
-    for (std::size_t i = 2; i < n; i++) area += turned(0, i - 1, i);
-    std::vector<std::array<std::size_t, 3>> cut;
-    std::uint64_t tests = 1000000;
-    atlasfit::detail::triangulate(star, tests, cut);
-    want(cut.size() == n - 2, "two triangles fewer than corners");
-    for (const auto &t : cut) {
-      const double part = turned(t[0], t[1], t[2]);
-      want(part > 0.0, "no triangle is turned over");
-      area -= part;
-    }
-    want(std::abs(area) < 1e-6, "they cover the polygon");
-  }
-}
-
 static void features_are_seams() {
   Poly mesh;
   build(torus(24, 12), mesh);
@@ -240,7 +211,6 @@ int main() {
     check_layout<DoublePoly>(from);
   }
   check_layout<Tri>(torus(24, 12));
-  polygons_do_not_fold();
   features_are_seams();
   pages();
   garbage_is_passed_over();

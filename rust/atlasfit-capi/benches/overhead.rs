@@ -11,6 +11,7 @@ use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::ATLASFIT_OK;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use scene::*;
 use std::hint::black_box;
 use std::ptr::{null, null_mut};

@@ -3,7 +3,9 @@
 //! In: a pointer, a count, a stride, a scalar type. Out: a vector of the core's numbers, or a status that
 //! says what is wrong with them.
 
-use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_NOT_AVAILABLE, Failure, Outcome};
+use crate::status::{
+    ATLASFIT_BUFFER_TOO_SMALL, ATLASFIT_INDEX_OUT_OF_RANGE, ATLASFIT_NOT_AVAILABLE, Failure, Outcome,
+};
 use std::ffi::{c_char, c_void};
 
 /// 32-bit float.
@@ -22,6 +24,10 @@ pub const ATLASFIT_I16: u32 = 5;
 pub const ATLASFIT_U32: u32 = 6;
 /// Signed 32-bit integer.
 pub const ATLASFIT_I32: u32 = 7;
+/// Unsigned 64-bit integer.
+pub const ATLASFIT_U64: u32 = 8;
+/// Signed 64-bit integer.
+pub const ATLASFIT_I64: u32 = 9;
 
 /// Points or vertices, at the most: indices are 32 bits, and the largest means "none".
 pub(crate) const MOST: usize = u32::MAX as usize - 1;
@@ -63,16 +69,28 @@ pub(crate) unsafe fn strided<T>(
              Give 0 where elements are tightly packed"
         )));
     }
-    let extent = (count - 1).checked_mul(step).and_then(|x| x.checked_add(bytes));
+    checked_extent(base, count, step, bytes, name)?;
+    let mut out = room(count)?;
+    // SAFETY: the caller's array reaches from base over the extent that was checked.
+    out.extend((0..count).map(|i| convert(unsafe { base.cast::<u8>().add(i * step) })));
+    Ok(out)
+}
+
+/// Checks that an array of elements, `step` bytes apart and each reaching over `span` bytes, can be.
+pub(crate) fn checked_extent(
+    base: *const c_void,
+    count: usize,
+    step: usize,
+    span: usize,
+    name: &str,
+) -> Outcome {
+    let extent = (count - 1).checked_mul(step).and_then(|x| x.checked_add(span));
     if extent.is_none_or(|x| isize::try_from(x).is_err() || base.addr().checked_add(x).is_none()) {
         return Err(Failure::invalid(format!(
             "{count} {name}, {step} bytes apart, do not fit into memory. Check count and stride"
         )));
     }
-    let mut out = room(count)?;
-    // SAFETY: the caller's array reaches from base over `extent` bytes.
-    out.extend((0..count).map(|i| convert(unsafe { base.cast::<u8>().add(i * step) })));
-    Ok(out)
+    Ok(())
 }
 
 /// Copies packed elements.
@@ -81,25 +99,118 @@ pub(crate) unsafe fn packed<T: Copy>(base: *const T, count: usize, name: &str) -
     unsafe { strided(base.cast(), count, 0, size_of::<T>(), name, |p| p.cast::<T>().read_unaligned()) }
 }
 
-pub(crate) unsafe fn positions(
+/// Positions of the caller: where they are, how many, the bytes from one to the next, and from x to y to z.
+#[derive(Clone, Copy)]
+pub(crate) struct Positions {
+    pub base: *const c_void,
+    pub count: usize,
+    pub stride: usize,
+    pub component_stride: usize,
+    pub scalar: u32,
+}
+
+pub(crate) unsafe fn positions(p: Positions) -> Outcome<Vec<[f64; 3]>> {
+    // SAFETY: as `packed`.
+    match p.scalar {
+        ATLASFIT_F32 => unsafe { triples(p, 4, |at| f64::from(at.cast::<f32>().read_unaligned())) },
+        ATLASFIT_F64 => unsafe { triples(p, 8, |at| at.cast::<f64>().read_unaligned()) },
+        other => Err(Failure::invalid(format!(
+            "scalar of the positions is {other}. Give ATLASFIT_F32 or ATLASFIT_F64"
+        ))),
+    }
+}
+
+/// Triples of numbers of `size` bytes each, which `one` reads.
+unsafe fn triples(p: Positions, size: usize, one: impl Fn(*const u8) -> f64) -> Outcome<Vec<[f64; 3]>> {
+    if p.component_stride == 0 || p.count == 0 {
+        // SAFETY: each place has three numbers.
+        return unsafe {
+            strided(p.base, p.count, p.stride, 3 * size, "positions", |at| {
+                std::array::from_fn(|k| one(at.add(k * size)))
+            })
+        };
+    }
+    if p.component_stride < size {
+        return Err(Failure::invalid(format!(
+            "component_stride of the positions is {} bytes, less than one number of {size}. \
+             Give 0 where x, y, z lie beside each other",
+            p.component_stride
+        )));
+    }
+    // Where components lie apart, points may lie closer than three numbers.
+    let span = p.component_stride.checked_mul(2).and_then(|x| x.checked_add(size)).unwrap_or(usize::MAX);
+    let step = if p.stride == 0 { size } else { p.stride };
+    // SAFETY: the first number of each point, then those of the checked extent.
+    unsafe {
+        strided(p.base, p.count, step, size, "positions", |_| ())?;
+        checked_extent(p.base, p.count, step, span, "positions")?;
+        strided(p.base, p.count, step, size, "positions", |at| {
+            std::array::from_fn(|k| one(at.add(k * p.component_stride)))
+        })
+    }
+}
+
+/// Bytes of one index.
+pub(crate) fn index_bytes(scalar: u32) -> Outcome<usize> {
+    Ok(match scalar {
+        ATLASFIT_U8 | ATLASFIT_I8 => 1,
+        ATLASFIT_U16 | ATLASFIT_I16 => 2,
+        ATLASFIT_U32 | ATLASFIT_I32 => 4,
+        ATLASFIT_U64 | ATLASFIT_I64 => 8,
+        other => {
+            return Err(Failure::invalid(format!(
+                "scalar of the faces is {other}. Give ATLASFIT_U8 to ATLASFIT_I64"
+            )));
+        }
+    })
+}
+
+/// Indices of a type of the caller's: what is negative or has more than 32 bits is told.
+pub(crate) unsafe fn indices(
     base: *const c_void,
     count: usize,
     stride: usize,
     scalar: u32,
-) -> Outcome<Vec<[f64; 3]>> {
+    name: &str,
+) -> Outcome<Vec<u32>> {
     // SAFETY: as `packed`.
-    match scalar {
-        ATLASFIT_F32 => unsafe {
-            strided(base, count, stride, 12, "positions", |p| {
-                p.cast::<[f32; 3]>().read_unaligned().map(f64::from)
-            })
-        },
-        ATLASFIT_F64 => unsafe {
-            strided(base, count, stride, 24, "positions", |p| p.cast::<[f64; 3]>().read_unaligned())
-        },
-        other => Err(Failure::invalid(format!(
-            "scalar of the positions is {other}. Give ATLASFIT_F32 or ATLASFIT_F64"
-        ))),
+    let mut first_wrong = None;
+    let mut at = 0usize;
+    let mut keep = |value: Option<u32>, given: i128| {
+        let value = value.filter(|&v| v != u32::MAX);
+        if value.is_none() && first_wrong.is_none() {
+            first_wrong = Some((at, given));
+        }
+        at += 1;
+        value.unwrap_or(u32::MAX)
+    };
+    macro_rules! of {
+        ($t:ty) => {
+            unsafe {
+                strided(base, count, stride, size_of::<$t>(), name, |p| {
+                    let value = p.cast::<$t>().read_unaligned();
+                    keep(u32::try_from(value).ok(), i128::from(value))
+                })
+            }
+        };
+    }
+    let all = match scalar {
+        ATLASFIT_U8 => of!(u8),
+        ATLASFIT_I8 => of!(i8),
+        ATLASFIT_U16 => of!(u16),
+        ATLASFIT_I16 => of!(i16),
+        ATLASFIT_U32 => of!(u32),
+        ATLASFIT_I32 => of!(i32),
+        ATLASFIT_U64 => of!(u64),
+        ATLASFIT_I64 => of!(i64),
+        _ => index_bytes(scalar).map(|_| Vec::new()),
+    }?;
+    match first_wrong {
+        Some((i, value)) => Err(Failure::new(
+            ATLASFIT_INDEX_OUT_OF_RANGE,
+            format!("number {i} of the {name} is {value}. Give 0 to {}", u32::MAX - 1),
+        )),
+        None => Ok(all),
     }
 }
 

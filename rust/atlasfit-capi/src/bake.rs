@@ -286,7 +286,9 @@ pub unsafe extern "C" fn atlasfit_bake(
             ));
         }
         let mut run = core_run(run)?;
-        let mesh::Mesh { mut mesh, face_page, .. } = mesh::mesh(mesh)?;
+        let mut m = mesh::mesh(mesh)?;
+        run.execute(|ctx| m.cut(ctx))?;
+        let mesh::Mesh { mut mesh, face_page, .. } = m;
         let page_of = |i: usize| face_page.as_ref().map_or(0, |p| p[i]);
         let triangles = mesh.triangles.len();
         let here: Vec<usize> = (0..mesh.triangles.len()).filter(|&i| page_of(i) == o.page).collect();

@@ -7,10 +7,10 @@
 //! Each file imports only files that stand above it in this list:
 //!
 //! - `status`: status codes, the thread's last error, the guard around every entry point;
-//! - `sized`: structs that grow; `handle`: opaque handles; `arrays`: arrays in and out;
-//! - `run`: seed, threads, limits, progress, cancel; `points` and `mesh`: what the caller gives;
-//! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `unwrap`, `bake`,
-//!   `measure`, `files` (read), `save`.
+//! - `sized`: structs that grow; `handle`: opaque handles; `arrays` and `buffer`: arrays in and out;
+//! - `run`: seed, threads, limits, progress, cancel; `faces`, `points` and `mesh`: what the caller gives;
+//! - one file per capability: `atlas`, `result` (what denoising made), `denoise`, `uv` (what unwrapping made),
+//!   `unwrap`, `bake`, `simplify`, `measure`, `files` (read), `save`.
 
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]
@@ -21,6 +21,10 @@ pub mod status;
 pub mod run;
 
 pub mod arrays;
+
+pub mod buffer;
+
+pub mod faces;
 
 pub mod points;
 
@@ -34,7 +38,11 @@ pub mod atlas;
 
 pub mod unwrap;
 
+pub mod uv;
+
 pub mod bake;
+
+pub mod simplify;
 
 pub mod measure;
 

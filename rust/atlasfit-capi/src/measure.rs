@@ -94,8 +94,11 @@ pub unsafe extern "C" fn atlasfit_measure_topology(
     guard("atlasfit_measure_topology", || unsafe {
         sized::checked_target(out)?;
         let mut run = core_run(run)?;
-        let mesh = mesh::mesh(mesh)?.mesh;
-        let t = run.execute(|ctx| measure::topology(&mesh, ctx))?;
+        let mut mesh = mesh::mesh(mesh)?;
+        let t = run.execute(|ctx| {
+            mesh.cut(ctx)?;
+            measure::topology(&mesh.mesh, ctx)
+        })?;
         sized::write(out, topology(&t))
     })
 }
@@ -154,9 +157,9 @@ unsafe impl Sized for atlasfit_uv_quality {
 /// @param mesh         The mesh with its UVs; face_page, page_width and page_height say what they lie on.
 /// @param run          How long work is run; NULL = the defaults.
 /// @param out          Filled; its struct_size must be set.
-/// @param face_stretch Stretch max(s1, 1/s2) per triangle: infinite for one that has collapsed, 1 for one
-///                     without area in space. NULL = not wanted.
-/// @param capacity     Numbers that `face_stretch` has room for, at least mesh.triangle_count unless it is
+/// @param face_stretch Stretch max(s1, 1/s2) per face, of its worst triangle: infinite for one that has
+///                     collapsed, 1 for one without area in space. NULL = not wanted.
+/// @param capacity     Numbers that `face_stretch` has room for, at least the number of faces unless it is
 ///                     NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_measure_uv(
@@ -169,14 +172,24 @@ pub unsafe extern "C" fn atlasfit_measure_uv(
     guard("atlasfit_measure_uv", || unsafe {
         sized::checked_target(out)?;
         let mut run = core_run(run)?;
-        let mesh::Mesh { mesh, face_page, page_size, .. } = mesh::mesh(mesh)?;
-        let pages = Pages { of_face: face_page.as_deref(), size: page_size };
-        checked_room(face_stretch, capacity, mesh.triangles.len())?;
+        let mut m = mesh::mesh(mesh)?;
+        checked_room(face_stretch, capacity, m.faces())?;
         let each_face = !face_stretch.is_null();
         let (q, stretch) = run.execute(|ctx| {
-            let q = measure::uv::uv_on(&mesh, &pages, ctx)?;
-            let stretch = if each_face { Some(measure::uv::face_stretch(&mesh, &pages, ctx)?) } else { None };
-            Ok((q, stretch))
+            m.cut(ctx)?;
+            let pages = Pages { of_face: m.face_page.as_deref(), size: m.page_size };
+            let q = measure::uv::uv_on(&m.mesh, &pages, ctx)?;
+            if !each_face {
+                return Ok((q, None));
+            }
+            let stretch = measure::uv::face_stretch(&m.mesh, &pages, ctx)?;
+            Ok((
+                q,
+                Some(match &m.polygons {
+                    Some(cut) => cut.largest_of_faces(&stretch, 1.0),
+                    None => stretch,
+                }),
+            ))
         })?;
         let value = atlasfit_uv_quality {
             struct_size: size_of::<atlasfit_uv_quality>(),
@@ -345,8 +358,12 @@ pub unsafe extern "C" fn atlasfit_measure_surface(
         sized::checked_target(out)?;
         let options = sized::read_or_default(options)?.core();
         let mut run = core_run(run)?;
-        let (mesh, truth) = (mesh::mesh(mesh)?.mesh, mesh::mesh(truth)?.mesh);
-        let d = run.execute(|ctx| measure::surface(&mesh, &truth, &options, ctx))?;
+        let (mut mesh, mut truth) = (mesh::mesh(mesh)?, mesh::mesh(truth)?);
+        let d = run.execute(|ctx| {
+            mesh.cut(ctx)?;
+            truth.cut(ctx)?;
+            measure::surface(&mesh.mesh, &truth.mesh, &options, ctx)
+        })?;
         let value = atlasfit_distance {
             accuracy: d.accuracy.into(),
             completeness: d.completeness.into(),
@@ -387,9 +404,12 @@ pub unsafe extern "C" fn atlasfit_measure_points(
         let options = sized::read_or_default(options)?.core();
         let mut run = core_run(run)?;
         let cloud = atlasfit::geometry::PointCloud::from_positions(points::cloud_positions(points)?);
-        let truth = mesh::mesh(truth)?.mesh;
+        let mut truth = mesh::mesh(truth)?;
         checked_room(point_distance, capacity, cloud.len())?;
-        let (d, each) = run.execute(|ctx| measure::points_each(&cloud, &truth, &options, ctx))?;
+        let (d, each) = run.execute(|ctx| {
+            truth.cut(ctx)?;
+            measure::points_each(&cloud, &truth.mesh, &options, ctx)
+        })?;
         let value = atlasfit_distance {
             accuracy: d.accuracy.into(),
             chamfer: d.chamfer,

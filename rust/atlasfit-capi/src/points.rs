@@ -2,8 +2,9 @@
 
 use crate::arrays::{
     ATLASFIT_F32, ATLASFIT_F64, ATLASFIT_I8, ATLASFIT_I16, ATLASFIT_I32, ATLASFIT_U8, ATLASFIT_U16,
-    ATLASFIT_U32, Colors, MOST, checked_count, colors, packed, positions, room, strided, text,
+    ATLASFIT_U32, Colors, MOST, Positions, checked_count, colors, packed, positions, room, strided, text,
 };
+use crate::faces::{self, Faces, atlasfit_faces};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
@@ -85,6 +86,12 @@ pub struct atlasfit_points {
     pub triangles: *const u32,
     /// Number of triangles, below 2^32 / 3. Default 0.
     pub triangle_count: usize,
+    /// Bytes from x to y to z of a point, where they lie apart; `stride` is then from x to x, 0 = tightly
+    /// packed. 0 = x, y, z lie beside each other. Default 0.
+    pub component_stride: usize,
+    /// The mesh's faces, with `triangles` NULL: polygons, or triangles with indices of other types or
+    /// strides. Default none.
+    pub faces: atlasfit_faces,
 }
 
 // SAFETY: numbers and pointers, size first.
@@ -108,6 +115,8 @@ unsafe impl Sized for atlasfit_points {
             attributes: std::ptr::null(),
             triangles: std::ptr::null(),
             triangle_count: 0,
+            component_stride: 0,
+            faces: atlasfit_faces::NONE,
         }
     }
 }
@@ -237,14 +246,29 @@ pub(crate) unsafe fn colored(points: *const atlasfit_points) -> Outcome<PointClo
 pub(crate) unsafe fn cloud_positions(points: *const atlasfit_points) -> Outcome<Vec<[f64; 3]>> {
     let p = unsafe { sized::read(points) }?;
     checked_count(p.count, MOST, "points")?;
-    unsafe { positions(p.positions, p.count, p.stride, p.scalar) }
+    unsafe {
+        positions(Positions {
+            base: p.positions,
+            count: p.count,
+            stride: p.stride,
+            component_stride: p.component_stride,
+            scalar: p.scalar,
+        })
+    }
 }
 
-/// The triangles between the caller's points; indices are checked by the core.
-pub(crate) unsafe fn triangles(points: *const atlasfit_points) -> Outcome<Vec<[u32; 3]>> {
+/// The faces between the caller's points; indices are checked by the core.
+pub(crate) unsafe fn faces(points: *const atlasfit_points) -> Outcome<(Vec<[u32; 3]>, Option<Faces>)> {
     let p = unsafe { sized::read(points) }?;
     checked_count(p.triangle_count, MOST / 3, "triangles")?;
-    unsafe { packed(p.triangles.cast::<[u32; 3]>(), p.triangle_count, "triangles") }
+    unsafe {
+        let triangles = packed(p.triangles.cast::<[u32; 3]>(), p.triangle_count, "triangles")?;
+        let faces = faces::faces(&p.faces)?;
+        if faces.is_some() && !triangles.is_empty() {
+            return Err(Failure::invalid("faces and triangles are given. Give either"));
+        }
+        Ok((triangles, faces))
+    }
 }
 
 unsafe fn attributes(p: &atlasfit_points) -> Outcome<Vec<Attribute>> {

@@ -3,6 +3,7 @@
 
 use crate::arrays::{available, copy_lines, copy_out};
 use crate::atlas::atlasfit_atlas;
+use crate::buffer::{Column, atlasfit_buffer, copy_to};
 use crate::handle::{self, Handle};
 use crate::run::{ATLASFIT_STAGE_LIMIT, brief_run};
 use crate::sized::{self, Sized};
@@ -373,6 +374,82 @@ pub unsafe extern "C" fn atlasfit_result_surface_attribute(
             )
         })?;
         copy_out(&one.values, values, capacity, "the attribute")
+    })
+}
+
+/// atlasfit_result_copy(): x, y, z of each denoised point.
+pub const ATLASFIT_POINT_POSITIONS: u32 = 0;
+/// atlasfit_result_copy(): the normal of each denoised point.
+pub const ATLASFIT_POINT_NORMALS: u32 = 1;
+/// atlasfit_result_copy(): the given point that each denoised point came from.
+pub const ATLASFIT_POINT_SOURCES: u32 = 2;
+/// atlasfit_result_copy(): the chart of each denoised point.
+pub const ATLASFIT_POINT_CHARTS: u32 = 3;
+/// atlasfit_result_copy(): x, y, z of each vertex of the surface.
+pub const ATLASFIT_SURFACE_POSITIONS: u32 = 4;
+/// atlasfit_result_copy(): the normal of each vertex of the surface.
+pub const ATLASFIT_SURFACE_NORMALS: u32 = 5;
+/// atlasfit_result_copy(): the vertices of each triangle of the surface.
+pub const ATLASFIT_SURFACE_TRIANGLES: u32 = 6;
+/// atlasfit_result_copy(): u, v of each corner of each triangle of the surface.
+pub const ATLASFIT_SURFACE_CORNER_UV: u32 = 7;
+/// atlasfit_result_copy(): the UV chart of each triangle of the surface.
+pub const ATLASFIT_SURFACE_FACE_CHARTS: u32 = 8;
+/// atlasfit_result_copy(): red, green, blue, alpha of each vertex of the surface.
+pub const ATLASFIT_SURFACE_COLORS: u32 = 9;
+
+/// Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
+/// are those of the functions above.
+///
+/// @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_COLORS.
+/// @param to    Where and how.
+/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
+///         #ATLASFIT_NOT_AVAILABLE, #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_INDEX_OUT_OF_RANGE (an index that
+///         the type does not hold).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_result_copy(
+    result: *const atlasfit_result,
+    array: u32,
+    to: *const atlasfit_buffer,
+) -> atlasfit_status {
+    guard("atlasfit_result_copy", || unsafe {
+        let held = handle::get(result)?;
+        let (points, surface) = (&held.denoised.points, &held.denoised.surface);
+        let (column, width, name) = match array {
+            ATLASFIT_POINT_POSITIONS => {
+                (Column::Doubles(points.positions.as_flattened()), 3, "point positions")
+            }
+            ATLASFIT_POINT_NORMALS => {
+                let all = available(&points.normals, "point normals")?;
+                (Column::Floats(all.as_flattened()), 3, "point normals")
+            }
+            ATLASFIT_POINT_SOURCES => (Column::Indices(&held.denoised.point_source), 1, "point sources"),
+            ATLASFIT_POINT_CHARTS => (Column::Indices(&held.denoised.point_chart), 1, "point charts"),
+            ATLASFIT_SURFACE_POSITIONS => {
+                (Column::Doubles(surface.positions.as_flattened()), 3, "surface positions")
+            }
+            ATLASFIT_SURFACE_NORMALS => {
+                let all = available(&surface.normals, "surface normals")?;
+                (Column::Floats(all.as_flattened()), 3, "surface normals")
+            }
+            ATLASFIT_SURFACE_TRIANGLES => (Column::Indices(surface.triangles.as_flattened()), 3, "triangles"),
+            ATLASFIT_SURFACE_CORNER_UV => {
+                let all = available(&surface.corner_uv, "UVs")?;
+                (Column::Floats(all.as_flattened().as_flattened()), 2, "corner UVs")
+            }
+            ATLASFIT_SURFACE_FACE_CHARTS => {
+                (Column::Indices(available(&surface.face_chart, "UV charts")?), 1, "face charts")
+            }
+            ATLASFIT_SURFACE_COLORS => {
+                (Column::Colors(available(&surface.colors, "colours")?.as_flattened()), 4, "colours")
+            }
+            other => {
+                return Err(Failure::invalid(format!(
+                    "array is {other}. Give ATLASFIT_POINT_POSITIONS to ATLASFIT_SURFACE_COLORS"
+                )));
+            }
+        };
+        copy_to(&column, width, to, name)
     })
 }
 

@@ -67,7 +67,7 @@ pub unsafe extern "C" fn atlasfit_save_options_init(
     guard("atlasfit_save_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
-/// Writes points, or with their triangles a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
+/// Writes points, or with their `triangles` (not `faces`) a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
 /// extension. The file is written whole or not at all; one that exists is replaced. Images and material
 /// libraries go beside it.
 ///
@@ -138,7 +138,12 @@ unsafe fn mesh_of(points: *const atlasfit_points, o: &atlasfit_save_options) -> 
     // SAFETY: the caller's arrays have an entry per point or triangle.
     unsafe {
         let PointCloud { positions, normals, colors, attributes, .. } = points::cloud(points)?;
-        let triangles = points::triangles(points)?;
+        let (triangles, faces) = points::faces(points)?;
+        if faces.is_some() {
+            return Err(Failure::invalid(
+                "files are written from triangles. Give triangles instead of faces",
+            ));
+        }
         let n = triangles.len();
         let corner_uv = if o.corner_uv.is_null() {
             None

@@ -47,7 +47,8 @@ pub const ATLASFIT_DEGENERATE: i32 = 11;
 /// format
 /// of the output cannot hold.
 pub const ATLASFIT_BAD_FILE: i32 = 12;
-/// The result does not hold what is asked for (UVs of a run without UVs, for example).
+/// The result does not hold what is asked for (UVs of a run without UVs, for example), or the library was
+/// built without it.
 pub const ATLASFIT_NOT_AVAILABLE: i32 = 13;
 /// The system refuses what a run needs beside memory: it starts no more threads.
 pub const ATLASFIT_RESOURCE_EXHAUSTED: i32 = 14;
@@ -132,6 +133,14 @@ pub(crate) fn guard(entry: &str, body: impl FnOnce() -> Outcome) -> i32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn atlasfit_version() -> u32 {
     ATLASFIT_VERSION_MAJOR << 24 | ATLASFIT_VERSION_MINOR << 16 | ATLASFIT_VERSION_PATCH << 8
+}
+
+/// The optional parts that this library was built with, by name and with a space between them; those under
+/// the GPL say so: "cgal(GPL)". Empty for the library as it is distributed, which is under MIT or Apache 2.0
+/// only. Static text, never NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn atlasfit_features() -> *const c_char {
+    atlasfit_native::features().as_ptr()
 }
 
 /// The name of a status, for logs: "invalid argument" for example, or "unknown status" for a value that is

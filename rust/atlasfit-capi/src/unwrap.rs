@@ -1,14 +1,12 @@
 //! UVs for a mesh of the caller's.
 
-use crate::arrays::{copy_lines, copy_out};
-use crate::handle::{self, Handle};
+use crate::handle;
 use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
-use crate::status::{ATLASFIT_BUFFER_TOO_SMALL, Failure, Outcome, atlasfit_status, guard};
-use atlasfit::measure;
-use atlasfit::unwrap::{Packer, Preset, SplitMesh, UnwrapOptions, UvLayout, memory_needed, unwrap};
-use std::ffi::c_char;
+use crate::status::{Failure, Outcome, atlasfit_status, guard};
+use crate::uv::{Layout, atlasfit_uv};
+use atlasfit::unwrap::{Packer, Preset, UnwrapOptions, memory_needed, unwrap};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -59,12 +57,18 @@ pub struct atlasfit_unwrap_options {
     /// Edges whose triangles meet at an angle of more than this many degrees are seams, 0 to 180; 180 = none
     /// are for that reason. Default 180.
     pub hard_edge_angle: f64,
+    /// 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved, turned
+    /// and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new ones. Default
+    /// 0.
+    pub keep_uvs: u32,
+    /// Must be 0.
+    pub reserved_too: u32,
 }
 
 // SAFETY: numbers, size first.
 unsafe impl Sized for atlasfit_unwrap_options {
     const NAME: &str = "atlasfit_unwrap_options";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, keep_uvs);
     fn defaults() -> Self {
         let d = UnwrapOptions::default();
         Self {
@@ -83,6 +87,8 @@ unsafe impl Sized for atlasfit_unwrap_options {
             reserved: 0,
             texels_per_unit: d.texels_per_unit.unwrap_or(0.0),
             hard_edge_angle: d.hard_edge_angle.unwrap_or(STRAIGHT),
+            keep_uvs: u32::from(d.keep_uvs),
+            reserved_too: 0,
         }
     }
 }
@@ -103,7 +109,9 @@ impl atlasfit_unwrap_options {
             }
         };
         let keep_uv_seams = sized::flag(self.keep_uv_seams, "keep_uv_seams")?;
+        let keep_uvs = sized::flag(self.keep_uvs, "keep_uvs")?;
         sized::zero(self.reserved)?;
+        sized::zero(self.reserved_too)?;
         Ok(UnwrapOptions::default()
             .with_max_stretch(self.max_stretch)
             .with_max_charts((self.max_charts > 0).then_some(self.max_charts as usize))
@@ -113,6 +121,7 @@ impl atlasfit_unwrap_options {
             .with_pages((self.pages > 0).then_some(self.pages))
             .with_packer(packer)
             .with_keep_uv_seams(keep_uv_seams)
+            .with_keep_uvs(keep_uvs)
             .with_hard_edge_angle((self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle)))
     }
 }
@@ -179,29 +188,14 @@ pub unsafe extern "C" fn atlasfit_unwrap_memory_needed(
     })
 }
 
-/// UVs of a mesh. Immutable: any number of threads may read one at once.
-pub struct atlasfit_uv(());
-
-/// What a UV handle holds.
-pub(crate) struct Layout {
-    layout: UvLayout,
-    split: SplitMesh,
-    coverage: f64,
-    seconds: f64,
-}
-
-impl Handle for atlasfit_uv {
-    type Target = Layout;
-    const NAME: &str = "UV layout";
-}
-
 /// Lays out UVs for a mesh of any topology: charts of low stretch that neither flip nor overlap, packed on
 /// pages of the size that the options say. The mesh keeps its vertices and the order of its triangles. A
 /// chart so long that it alone would decide the scale on the page is cut across, unless the options set
 /// max_charts, a density or several pages.
 ///
 /// @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
-///                keep_uv_seams.
+///                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its corners has
+///                one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
 /// @param options How to unwrap; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().
@@ -219,222 +213,21 @@ pub unsafe extern "C" fn atlasfit_unwrap(
         handle::checked_out(out)?;
         let options = sized::read_or_default(options)?.core()?;
         let mut run = core_run(run)?;
-        let mesh::Mesh { mesh, face_group, face_polygon, seam_edges, .. } = mesh::mesh(mesh)?;
-        let options =
-            options.with_face_group(face_group).with_face_polygon(face_polygon).with_seam_edges(seam_edges);
+        let mut mesh = mesh::mesh(mesh)?;
         let start = Instant::now();
         let (mut layout, after) = run.execute(|ctx| {
-            let layout = unwrap(&mesh, &options, ctx)?;
+            mesh.cut(ctx)?;
+            let options = options
+                .with_face_group(mesh.face_group.take())
+                .with_face_polygon(mesh.face_polygon.take())
+                .with_seam_edges(mesh.seam_edges.take());
+            let layout = unwrap(&mesh.mesh, &options, ctx)?;
             ctx.check()?;
             let end = Instant::now();
-            let split = layout.split(&mesh, ctx)?;
-            let coverage = measure::uv::coverage(&layout.corner_uv, layout.pages);
-            Ok((Layout { layout, split, coverage, seconds: 0.0 }, end.elapsed()))
+            Ok((Layout::new(layout, &mesh, ctx)?, end.elapsed()))
         })?;
         layout.seconds = start.elapsed().saturating_sub(after).as_secs_f64();
         handle::give(Arc::new(layout), out);
         Ok(())
-    })
-}
-
-/// Frees UVs; NULL is allowed.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_free(uv: *mut atlasfit_uv) -> atlasfit_status {
-    guard("atlasfit_uv_free", || handle::free(uv))
-}
-
-/// What UVs hold.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct atlasfit_uv_info {
-    /// sizeof(atlasfit_uv_info), set by the caller.
-    pub struct_size: usize,
-    /// Triangles of the mesh.
-    pub triangles: usize,
-    /// Charts.
-    pub charts: usize,
-    /// Pages.
-    pub pages: usize,
-    /// Vertices of the mesh in its split form.
-    pub split_vertices: usize,
-    /// Triangles of zero area or with repeated or non-finite vertices; they got small, valid
-    /// UV triangles.
-    pub degenerate_faces: usize,
-    /// Triangles that repeat the corners of an earlier one; they got UVs of their own.
-    pub duplicate_faces: usize,
-    /// Edges that were cut because more than two triangles, or two of opposite orientation, meet there.
-    pub non_manifold_edges: usize,
-    /// Charts that had to be cut further to stay free of flips and overlaps.
-    pub repaired_charts: usize,
-    /// Polygons that could not stay in one piece because they do not lie flat.
-    pub split_polygons: usize,
-    /// Width of a page in texels.
-    pub width: u32,
-    /// Height of a page in texels.
-    pub height: u32,
-    /// Texels per unit of length on the surface.
-    pub texels_per_unit: f64,
-    /// The stretch bound that was kept: max_stretch, or more where max_charts needed it.
-    pub stretch_bound: f64,
-    /// Share of the area stretched beyond the bound.
-    pub over_stretched: f64,
-    /// Share of the pages that lies under triangles.
-    pub coverage: f64,
-    /// Wall time of unwrapping, in seconds, without the copying of the mesh and the making of the split form.
-    pub seconds: f64,
-    /// Free texels between charts and at a page's border: the padding asked for, or less where with that the
-    /// charts would have had no room.
-    pub padding: u32,
-    /// Is 0.
-    pub reserved: u32,
-}
-
-// SAFETY: numbers, size first.
-unsafe impl Sized for atlasfit_uv_info {
-    const NAME: &str = "atlasfit_uv_info";
-    const FIRST: usize = std::mem::offset_of!(Self, padding);
-    fn defaults() -> Self {
-        // SAFETY: zeros are valid numbers.
-        Self { struct_size: size_of::<Self>(), ..unsafe { std::mem::zeroed() } }
-    }
-}
-
-/// Tells what UVs hold.
-///
-/// @param info Filled; its struct_size must be set.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_get_info(
-    uv: *const atlasfit_uv,
-    info: *mut atlasfit_uv_info,
-) -> atlasfit_status {
-    guard("atlasfit_uv_get_info", || unsafe {
-        let both = handle::get(uv)?;
-        let l = &both.layout;
-        let value = atlasfit_uv_info {
-            struct_size: size_of::<atlasfit_uv_info>(),
-            triangles: l.corner_uv.len(),
-            charts: l.charts,
-            pages: l.pages,
-            split_vertices: both.split.source.len(),
-            degenerate_faces: l.degenerate_faces,
-            duplicate_faces: l.duplicate_faces,
-            non_manifold_edges: l.non_manifold_edges,
-            repaired_charts: l.repaired_charts,
-            split_polygons: l.split_polygons,
-            width: l.width,
-            height: l.height,
-            texels_per_unit: l.texels_per_unit,
-            stretch_bound: l.stretch_bound,
-            over_stretched: l.over_stretched,
-            coverage: both.coverage,
-            seconds: both.seconds,
-            padding: l.padding_px,
-            reserved: 0,
-        };
-        sized::write(info, value)
-    })
-}
-
-/// Copies the warnings of unwrapping: what the user should hear, a line each, in English. No line where all
-/// is well.
-///
-/// @param text     Room for `capacity` bytes, filled with UTF-8 and a 0; NULL to ask for the length.
-/// @param capacity At least the length and 1, unless `text` is NULL.
-/// @param length   Set to the bytes that the lines take, without the 0, also with #ATLASFIT_BUFFER_TOO_SMALL.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_warnings(
-    uv: *const atlasfit_uv,
-    text: *mut c_char,
-    capacity: usize,
-    length: *mut usize,
-) -> atlasfit_status {
-    guard("atlasfit_uv_warnings", || unsafe {
-        copy_lines(&handle::get(uv)?.layout.warnings, text, capacity, length)
-    })
-}
-
-/// Copies the UVs: u, v in [0, 1], v up, for each corner of each triangle.
-///
-/// @param corner_uv Room for `capacity` numbers.
-/// @param capacity  At least 6 * info.triangles.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_corners(
-    uv: *const atlasfit_uv,
-    corner_uv: *mut f32,
-    capacity: usize,
-) -> atlasfit_status {
-    guard("atlasfit_uv_corners", || unsafe {
-        let u = handle::get(uv)?;
-        copy_out(u.layout.corner_uv.as_flattened().as_flattened(), corner_uv, capacity, "corner UVs")
-    })
-}
-
-/// Copies the chart of each triangle, 0 to info.charts - 1.
-///
-/// @param face_charts Room for `capacity` numbers.
-/// @param capacity    At least info.triangles.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_face_charts(
-    uv: *const atlasfit_uv,
-    face_charts: *mut u32,
-    capacity: usize,
-) -> atlasfit_status {
-    guard("atlasfit_uv_face_charts", || unsafe {
-        copy_out(&handle::get(uv)?.layout.face_chart, face_charts, capacity, "face charts")
-    })
-}
-
-/// Copies the page of each triangle, 0 to info.pages - 1.
-///
-/// @param face_pages Room for `capacity` numbers.
-/// @param capacity   At least info.triangles.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_face_pages(
-    uv: *const atlasfit_uv,
-    face_pages: *mut u32,
-    capacity: usize,
-) -> atlasfit_status {
-    guard("atlasfit_uv_face_pages", || unsafe {
-        copy_out(&handle::get(uv)?.layout.face_page, face_pages, capacity, "face pages")
-    })
-}
-
-/// Copies the split form of the mesh, with one vertex per pair of vertex and UV: what graphics cards and glTF
-/// take.
-///
-/// @param indices         Three new vertices per triangle, in the mesh's order.
-/// @param index_capacity  Numbers that `indices` has room for, at least 3 * info.triangles.
-/// @param sources         The mesh's vertex that each new vertex came from.
-/// @param vertex_uv       u, v of each new vertex.
-/// @param vertex_capacity New vertices that `sources` and `vertex_uv` have room for, at least
-///                        info.split_vertices.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_uv_split(
-    uv: *const atlasfit_uv,
-    indices: *mut u32,
-    index_capacity: usize,
-    sources: *mut u32,
-    vertex_uv: *mut f32,
-    vertex_capacity: usize,
-) -> atlasfit_status {
-    guard("atlasfit_uv_split", || unsafe {
-        let s = &handle::get(uv)?.split;
-        if indices.is_null() || sources.is_null() || vertex_uv.is_null() {
-            return Err(Failure::invalid("a buffer is NULL"));
-        }
-        if index_capacity < 3 * s.triangles.len() || vertex_capacity < s.source.len() {
-            return Err(Failure::new(
-                ATLASFIT_BUFFER_TOO_SMALL,
-                format!(
-                    "the capacities are {index_capacity} indices and {vertex_capacity} vertices, \
-                     but there are {} and {}",
-                    3 * s.triangles.len(),
-                    s.source.len()
-                ),
-            ));
-        }
-        copy_out(s.triangles.as_flattened(), indices, index_capacity, "indices")?;
-        copy_out(&s.source, sources, vertex_capacity, "sources")?;
-        copy_out(s.uv.as_flattened(), vertex_uv, vertex_capacity.saturating_mul(2), "vertex UVs")
     })
 }

@@ -3,7 +3,9 @@
 
 use atlasfit_capi::atlas::*;
 use atlasfit_capi::bake::*;
+use atlasfit_capi::buffer::*;
 use atlasfit_capi::denoise::*;
+use atlasfit_capi::faces::*;
 use atlasfit_capi::files::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
@@ -11,7 +13,9 @@ use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::save::*;
+use atlasfit_capi::simplify::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use std::fmt::Write as _;
 use std::mem::offset_of;
 use std::process::Command;
@@ -43,17 +47,20 @@ fn structs() -> Vec<Struct> {
         atlasfit_attribute { struct_size name values stride width scalar }
         atlasfit_points {
             struct_size positions count stride scalar color_width normals normal_stride colors color_stride
-            color_scalar attribute_count attributes triangles triangle_count
+            color_scalar attribute_count attributes triangles triangle_count component_stride faces
         }
         atlasfit_mesh {
             struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv
             face_group face_polygon seam_edges seam_edge_count face_page page_width page_height colors
-            color_stride color_scalar color_width
+            color_stride color_scalar color_width component_stride faces face_ignored
         }
+        atlasfit_buffer { struct_size data capacity stride component_stride scalar reserved }
+        atlasfit_faces { corners offsets count corner_stride face_stride scalar reserved }
         atlasfit_denoise_options {
             struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
             network_iterations recipe network_stretch_weight network_learning_rate viewpoint
             has_viewpoint watertight min_part largest faces max_error strength
+            surface reserved
         }
         atlasfit_report {
             struct_size points_given not_finite duplicates outliers points vertices triangles charts
@@ -65,16 +72,18 @@ fn structs() -> Vec<Struct> {
         atlasfit_projection { struct_size capacity positions normals charts chart_uv distances }
         atlasfit_unwrap_options {
             struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams
-            reserved texels_per_unit hard_edge_angle
+            reserved texels_per_unit hard_edge_angle keep_uvs reserved_too
         }
         atlasfit_uv_info {
             struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
-            over_stretched coverage seconds padding reserved
+            over_stretched coverage seconds padding reserved faces corners torn_faces
         }
         atlasfit_image { struct_size rgba width height }
         atlasfit_textures { struct_size images image_count corner_uv face_image normals reserved }
         atlasfit_bake_options { struct_size width height padding page textures }
+        atlasfit_simplify_options { struct_size faces max_error }
+        atlasfit_simplified_info { struct_size vertices triangles has_uv has_colors }
         atlasfit_topology {
             struct_size vertices edges faces degenerate_faces unused_vertices parts boundary_edges
             boundary_loops non_manifold_edges non_manifold_vertices inconsistent_edges euler genus

@@ -18,9 +18,16 @@ use console::Console;
 use failure::Failure;
 use std::process::ExitCode;
 
+/// The version, and the licence where it is another.
+const VERSION: &str = if cfg!(feature = "cgal") {
+    concat!(env!("CARGO_PKG_VERSION"), " (with CGAL: GPL 3 or later)")
+} else {
+    env!("CARGO_PKG_VERSION")
+};
+
 /// Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one clean surface, chart UVs.
 #[derive(Parser)]
-#[command(name = "atlasfit", version, propagate_version = true)]
+#[command(name = "atlasfit", version = VERSION, propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -38,6 +45,8 @@ enum Command {
     Denoise(Box<commands::denoise::Args>),
     /// Lay out UVs for a mesh: few charts, little stretch, no flips, no overlaps, packed
     Unwrap(commands::unwrap::Args),
+    /// Make a mesh of fewer triangles; its UVs, colours and texture stay
+    Simplify(commands::simplify::Args),
     /// Tell what a file holds: counts, attributes, extent, defects, spacing and noise
     Info(commands::info::Args),
     /// Write a file in another format
@@ -76,6 +85,7 @@ fn main() -> ExitCode {
         Command::Unwrap(args) => commands::unwrap::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
         Command::Gp(what) => commands::gp::run(what, &console),
+        Command::Simplify(args) => commands::simplify::run(args, &console),
         Command::Info(args) => commands::info::run(args, &console),
         Command::Convert(args) => commands::convert::run(args, &console),
         Command::Measure(args) => commands::measure::run(args, &console),

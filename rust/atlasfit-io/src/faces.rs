@@ -4,10 +4,7 @@
 
 use crate::content::{FaceColumns, Polygons};
 use crate::report::LoadReport;
-use crate::triangulate::triangulate;
-
-/// Ear clipping is quadratic at worst: beyond this many tests in one file, polygons become plain fans.
-const MOST_TESTS: u64 = 1 << 26;
+use atlasfit::geometry::triangulate::{MOST_TESTS, triangulate};
 
 /// An index that no vertex has.
 pub(crate) const NO_VERTEX: u32 = u32::MAX;

@@ -40,7 +40,6 @@ mod bytes;
 mod faces;
 mod foreign;
 mod text;
-mod triangulate;
 mod weld;
 
 // The formats: each imports data and tools only.

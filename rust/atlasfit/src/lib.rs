@@ -44,7 +44,7 @@ pub(crate) mod rim;
 
 pub(crate) mod crease;
 
-pub(crate) mod simplify;
+pub mod simplify;
 
 pub(crate) mod solid;
 

@@ -6,6 +6,7 @@ mod common;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use common::*;
 use std::ptr::null_mut;
 

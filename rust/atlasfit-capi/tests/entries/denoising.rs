@@ -39,7 +39,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let good = init(atlasfit_denoise_options_init);
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.sized_grown(name, "options", (&good, first), ABI, |o| denoise(&pts, o, null()));
-        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 25] = [
+        let all: [(&str, &dyn Fn(&mut atlasfit_denoise_options)); 28] = [
             ("noise", &|o| o.noise = -1.0),
             ("noise no number", &|o| o.noise = f64::NAN),
             ("strength", &|o| o.strength = -0.1),
@@ -58,6 +58,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("min_part below 0", &|o| o.min_part = -0.1),
             ("min_part above 1", &|o| o.min_part = 1.1),
             ("min_part no number", &|o| o.min_part = f64::NAN),
+            ("surface", &|o| o.surface = 3),
+            ("reserved", &|o| o.reserved = 1),
+            ("the largest part of no surface", &|o| (o.surface, o.largest) = (0, 1)),
             ("largest", &|o| o.largest = 2),
             ("max_error", &|o| o.max_error = f64::INFINITY),
             ("max_error no number", &|o| o.max_error = f64::NAN),

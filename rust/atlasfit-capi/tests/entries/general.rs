@@ -15,6 +15,7 @@ use atlasfit_capi::run::*;
 use atlasfit_capi::save::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use std::ffi::CStr;
 use std::mem::offset_of;
 use std::ptr::{null, null_mut};
@@ -25,6 +26,8 @@ pub fn names(t: &mut Table, _: &Scene) {
         let agree = atlasfit_version()
             == ATLASFIT_VERSION_MAJOR << 24 | ATLASFIT_VERSION_MINOR << 16 | ATLASFIT_VERSION_PATCH << 8;
         t.want("atlasfit_version", "value", ATLASFIT_OK, i32::from(!agree));
+        let permissive = CStr::from_ptr(atlasfit_features()).is_empty();
+        t.want("atlasfit_features", "none", ATLASFIT_OK, i32::from(!permissive));
         for status in [i32::MIN, -1, 0, 7, 100, 101, i32::MAX] {
             let length = CStr::from_ptr(atlasfit_status_name(status)).count_bytes();
             t.want("atlasfit_status_name", status.to_string(), ATLASFIT_OK, i32::from(length == 0));
@@ -52,10 +55,11 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         t.init_grown("atlasfit_run_init", offset_of!(atlasfit_run, overall), atlasfit_run_init);
         t.init("atlasfit_attribute_init", atlasfit_attribute_init);
         t.init_grown("atlasfit_points_init", offset_of!(atlasfit_points, triangles), atlasfit_points_init);
-        t.init("atlasfit_mesh_init", atlasfit_mesh_init);
+        t.init_grown("atlasfit_mesh_init", offset_of!(atlasfit_mesh, component_stride), atlasfit_mesh_init);
         let first = offset_of!(atlasfit_denoise_options, viewpoint);
         t.init_grown("atlasfit_denoise_options_init", first, atlasfit_denoise_options_init);
-        t.init("atlasfit_unwrap_options_init", atlasfit_unwrap_options_init);
+        let first = offset_of!(atlasfit_unwrap_options, keep_uvs);
+        t.init_grown("atlasfit_unwrap_options_init", first, atlasfit_unwrap_options_init);
         let first = offset_of!(atlasfit_bake_options, textures);
         t.init_grown("atlasfit_bake_options_init", first, atlasfit_bake_options_init);
         t.init("atlasfit_image_init", atlasfit_image_init);

@@ -6,10 +6,12 @@ mod scene;
 
 mod atlas;
 mod baking;
+mod buffers;
 mod denoising;
 mod files;
 mod general;
 mod measuring;
+mod simplifying;
 mod table;
 mod uvs;
 
@@ -33,9 +35,12 @@ fn every_function_answers_hostile_arguments_with_a_status() {
         measuring::meshes,
         baking::arguments,
         baking::textures,
+        buffers::copies,
         measuring::distances,
         files::reading,
         files::writing,
+        simplifying::arguments,
+        simplifying::getters,
     ] {
         part(&mut t, &s);
     }

@@ -3,6 +3,7 @@
 
 use crate::scene::*;
 use atlasfit_capi::arrays::*;
+use atlasfit_capi::faces::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::run::*;
@@ -262,10 +263,17 @@ impl Table {
         call: impl Fn(*const atlasfit_mesh) -> i32,
     ) {
         self.want(function, "mesh NULL", INVALID, call(null()));
-        self.sized(function, "mesh", good, ABI, |m| call(m));
+        let first = std::mem::offset_of!(atlasfit_mesh, component_stride);
+        self.sized_grown(function, "mesh", (good, first), ABI, |m| call(m));
         let far: Vec<u32> = (0..3 * good.triangle_count as u32).map(|i| 1000 + i).collect();
         let (range, out) = (ATLASFIT_INDEX_OUT_OF_RANGE, far.as_ptr());
-        let all: [(&str, i32, &dyn Fn(&mut atlasfit_mesh)); 10] = [
+        let (polygons, negative) = (good.triangles.cast::<c_void>(), [-1i64; 3]);
+        let faces = |m: &mut atlasfit_mesh, faces: atlasfit_faces| {
+            (m.triangles, m.triangle_count, m.faces) = (null(), 0, faces);
+        };
+        let triangle = atlasfit_faces { corners: polygons, count: 1, ..good.faces };
+        let (falling, far_end) = ([0u32, 3, 2], [0u32, u32::MAX]);
+        let all: [(&str, i32, &dyn Fn(&mut atlasfit_mesh)); 20] = [
             ("no triangle", empty, &|m| m.triangle_count = 0),
             ("no vertex", range, &|m| m.vertex_count = 0),
             ("index beyond the vertices", range, &|m| m.triangles = out),
@@ -276,6 +284,25 @@ impl Table {
             ("absurd seam count", INVALID, &|m| m.seam_edge_count = usize::MAX),
             ("NULL seams", INVALID, &|m| (m.seam_edge_count, m.seam_edges) = (4, null())),
             ("reserved", INVALID, &|m| m.reserved = 7),
+            ("triangles and faces", INVALID, &|m| m.faces = triangle),
+            ("faces without corners", INVALID, &|m| faces(m, atlasfit_faces { count: 1, ..good.faces })),
+            ("faces reserved", INVALID, &|m| faces(m, atlasfit_faces { reserved: 1, ..triangle })),
+            ("faces of floats", INVALID, &|m| faces(m, atlasfit_faces { scalar: ATLASFIT_F32, ..triangle })),
+            ("absurd face count", INVALID, &|m| faces(m, atlasfit_faces { count: usize::MAX, ..triangle })),
+            ("absurd face stride", INVALID, &|m| {
+                faces(m, atlasfit_faces { count: 2, face_stride: usize::MAX, ..triangle });
+            }),
+            ("corner is negative", range, &|m| {
+                let corners = negative.as_ptr().cast();
+                faces(m, atlasfit_faces { corners, scalar: ATLASFIT_I64, ..triangle });
+            }),
+            ("offsets fall", INVALID, &|m| {
+                faces(m, atlasfit_faces { count: 2, offsets: falling.as_ptr().cast(), ..triangle });
+            }),
+            ("offsets have no end", range, &|m| {
+                faces(m, atlasfit_faces { offsets: far_end.as_ptr().cast(), ..triangle });
+            }),
+            ("components too close", INVALID, &|m| m.component_stride = 1),
         ];
         for (case, want, spoil) in all {
             let mut m = *good;

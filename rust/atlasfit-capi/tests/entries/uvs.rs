@@ -7,6 +7,7 @@ use atlasfit_capi::mesh::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use std::ptr::{null, null_mut, without_provenance_mut};
 
 /// UVs of the scene's mesh, for each corner.
@@ -32,14 +33,17 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         t.mesh(name, &cube, ATLASFIT_DEGENERATE, |m| unwrap(m, null(), null()));
         t.run(name, |r| unwrap(&cube, null(), r));
         let good = init(atlasfit_unwrap_options_init);
-        t.sized(name, "options", &good, ABI, |o| unwrap(&cube, o, null()));
+        let first = std::mem::offset_of!(atlasfit_unwrap_options, keep_uvs);
+        t.sized_grown(name, "options", (&good, first), ABI, |o| unwrap(&cube, o, null()));
         let preset = "atlasfit_unwrap_options_set_preset";
         t.want(preset, "NULL", INVALID, atlasfit_unwrap_options_set_preset(null_mut(), 0));
-        t.sized(preset, "options", &good, ABI, |o| atlasfit_unwrap_options_set_preset(o, 0));
+        t.sized_grown(preset, "options", (&good, first), ABI, |o| atlasfit_unwrap_options_set_preset(o, 0));
         let mut chosen = good;
         t.want(preset, "preset", INVALID, atlasfit_unwrap_options_set_preset(&mut chosen, 3));
         assert_eq!(chosen.max_stretch, good.max_stretch, "{preset} wrote on failure");
-        let all: [(&str, &dyn Fn(&mut atlasfit_unwrap_options)); 12] = [
+        let all: [(&str, &dyn Fn(&mut atlasfit_unwrap_options)); 14] = [
+            ("keep_uvs", &|o| o.keep_uvs = 2),
+            ("keep_uvs without UVs", &|o| o.keep_uvs = 1),
             ("stretch", &|o| o.max_stretch = 1.0),
             ("stretch no number", &|o| o.max_stretch = f64::NAN),
             ("width", &|o| o.page_width = 0),
@@ -61,7 +65,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let name = "atlasfit_unwrap_memory_needed";
         let mut bytes = 7;
         t.want(name, "out NULL", INVALID, atlasfit_unwrap_memory_needed(1, 1, null(), null(), null_mut()));
-        t.sized(name, "options", &good, ABI, |o| atlasfit_unwrap_memory_needed(1, 1, o, null(), &mut 0));
+        t.sized_grown(name, "options", (&good, first), ABI, |o| {
+            atlasfit_unwrap_memory_needed(1, 1, o, null(), &mut 0)
+        });
         let run = atlasfit_run { threads: u32::MAX, ..init(atlasfit_run_init) };
         t.want(name, "threads", INVALID, atlasfit_unwrap_memory_needed(1, 1, null(), &run, &mut 0));
         let needed = atlasfit_unwrap_memory_needed(500_000, 1_000_000, &good, null(), &mut bytes);
@@ -84,10 +90,15 @@ pub fn getters(t: &mut Table, s: &Scene) {
         let name = "atlasfit_uv_get_info";
         t.handle(name, s.result, |h| atlasfit_uv_get_info(h, &mut output()));
         t.want(name, "info NULL", INVALID, atlasfit_uv_get_info(s.uv, null_mut()));
-        t.sized(name, "info", &output::<atlasfit_uv_info>(), ATLASFIT_OK, |i| atlasfit_uv_get_info(s.uv, i));
+        let first = std::mem::offset_of!(atlasfit_uv_info, padding);
+        let info = output::<atlasfit_uv_info>();
+        t.sized_grown(name, "info", (&info, first), ATLASFIT_OK, |i| atlasfit_uv_get_info(s.uv, i));
         getter!(t, atlasfit_uv_corners, s.uv, s.atlas, 72, -7f32);
         getter!(t, atlasfit_uv_face_charts, s.uv, s.atlas, 12, u32::MAX);
         getter!(t, atlasfit_uv_face_pages, s.uv, s.atlas, 12, u32::MAX);
+        let name = "atlasfit_uv_face_torn";
+        t.handle(name, s.result, |h| atlasfit_uv_face_torn(h, null_mut(), 0));
+        t.want(name, "none", ATLASFIT_OK, atlasfit_uv_face_torn(s.uv, null_mut(), 0));
         let name = "atlasfit_uv_split";
         let n = uv_info.split_vertices;
         let (mut indices, mut sources, mut vertex_uv) = (vec![0u32; 36], vec![0u32; n], vec![0f32; 2 * n]);

@@ -7,6 +7,7 @@ mod scene;
 mod atlas;
 mod denoising;
 mod meshes;
+mod polygons;
 mod running;
 
 use atlasfit_capi::status::ATLASFIT_OK;

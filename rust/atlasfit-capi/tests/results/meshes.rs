@@ -12,6 +12,7 @@ use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use std::ptr::{null, null_mut};
 
 #[test]

@@ -11,6 +11,7 @@ use atlasfit_capi::result::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
+use atlasfit_capi::uv::*;
 use std::ptr::null_mut;
 
 /// The text of this thread's last failure.

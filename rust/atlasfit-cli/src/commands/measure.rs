@@ -81,6 +81,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         };
         text += &topology_text(&t);
         json["topology"] = topology_json(&t);
+        if let Some(cgal) = atlasfit_native::cgal() {
+            let met = run.execute(|ctx| cgal.self_intersections(&mesh, ctx))?.len();
+            let _ = writeln!(text, "intersections  {}", counted(met, "pair"));
+            json["self_intersections"] = json!(met);
+        }
         if mesh.corner_uv.is_some() {
             let q = run.execute(|ctx| uv(&mesh, ctx))?;
             text += &uv_text(&q);

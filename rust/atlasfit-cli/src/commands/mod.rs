@@ -7,4 +7,5 @@ pub mod gp;
 pub mod info;
 pub mod measure;
 pub mod render;
+pub mod simplify;
 pub mod unwrap;

@@ -2,6 +2,9 @@
 
 pub mod cloud;
 pub mod mesh;
+pub mod polygons;
+pub mod triangulate;
 
 pub use cloud::{Attribute, PointCloud, ScalarKind, Scanners};
 pub use mesh::{MOST_PAGES, TriMesh};
+pub use polygons::Polygons;

@@ -61,6 +61,17 @@ fn transfer(
     if cloud.colors.is_none() && cloud.attributes.is_empty() {
         return Ok(());
     }
+    if mesh.positions.is_empty() {
+        mesh.colors = cloud.colors.as_ref().map(|_| Vec::new());
+        let empty = |a: &Attribute| Attribute {
+            name: a.name.clone(),
+            width: a.width,
+            kind: a.kind,
+            values: Vec::new(),
+        };
+        mesh.attributes = cloud.attributes.iter().map(empty).collect();
+        return Ok(());
+    }
     ctx.check()?;
     let (at, from): (Vec<Vec3>, Vec<u32>) = projected
         .iter()

@@ -48,7 +48,7 @@ pub(super) fn finish(
 ) -> Result<Denoised> {
     let Given { cloud, triangles } = given;
     let Built { charts, projected, frame, input, .. } = built;
-    let uv_charts = if options.uv { lay_out(&mut mesh, options, ctx)? } else { 0 };
+    let uv_charts = if options.lays_out_uv() { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
     for (i, p) in mesh.positions.iter_mut().enumerate() {
         ctx.check_at(i)?;
@@ -104,8 +104,9 @@ pub(super) fn finish(
     })
 }
 
-/// How the UVs are laid out.
-pub(super) fn uv_options(options: &DenoiseOptions) -> UnwrapOptions {
+/// How the UVs of a denoised surface are laid out.
+#[must_use]
+pub fn uv_options(options: &DenoiseOptions) -> UnwrapOptions {
     UnwrapOptions::default().with_max_stretch(PIPELINE.uv_stretch).with_page_size([options.texture_size; 2])
 }
 

@@ -60,7 +60,7 @@ pub(super) fn lighten(
         let (error, longest) = (ctx.filled(error, n)?, ctx.filled(f32::INFINITY, n)?);
         Goal { faces: options.faces.unwrap_or(0), error, longest }
     };
-    let dense = Dense { positions: &s.positions, normals: &s.normals, triangles: &s.triangles };
+    let dense = Dense { positions: &s.positions, normals: &s.normals, triangles: &s.triangles, seams: None };
     let light = simplify(&dense, &goal, ctx)?;
     s.chart = light.from.iter().map(|&v| s.chart[v as usize]).collect();
     (s.positions, s.normals, s.triangles) = (light.positions, light.normals, light.triangles);

@@ -56,6 +56,9 @@ pub fn memory_needed(points: usize, options: &DenoiseOptions, threads: usize) ->
 
 /// Bytes for so many points and a surface of so many vertices.
 fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
+    if !options.surface {
+        return with_threads(total_bytes(&[(points, BYTES_PER_POINT)]), threads);
+    }
     let pairs = total_bytes(&[(points, PAIRS_BYTES_PER_POINT)]).min(PAIRS_BYTES);
     let contouring = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SURFACE_VERTEX), (1, pairs)];
     let closing = [(points, BYTES_PER_POINT), (vertices, BYTES_PER_SOLID_VERTEX)];
@@ -66,7 +69,7 @@ fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usi
         None if options.faces.is_none() => vertices / LIGHTER,
         _ => vertices,
     };
-    if !options.uv {
+    if !options.lays_out_uv() {
         return contouring;
     }
     let how = super::finish::uv_options(options);

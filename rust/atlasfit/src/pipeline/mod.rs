@@ -3,8 +3,8 @@
 //! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
 //! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
 //! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) →
-//! `surface` (charts blended, contoured, cleaned) → `attributes` (colours and the like, UVs) → `finish` (back
-//! to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
+//! `surface` (charts blended, contoured, cleaned; or `points_only`) → `attributes` (colours and the like,
+//! UVs) → `finish` (back to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
 
 mod attributes;
 #[cfg(feature = "benchmarks")]
@@ -21,6 +21,7 @@ mod lighten;
 mod memory;
 mod options;
 mod parts;
+mod points_only;
 pub mod prepare;
 mod report;
 mod sheets;
@@ -29,6 +30,7 @@ mod surface;
 mod warnings;
 
 pub use attributes::EXTRAPOLATED;
+pub use finish::uv_options;
 pub use guide::Guide;
 pub use memory::memory_needed;
 pub use options::{DenoiseOptions, Outliers};
@@ -149,13 +151,16 @@ pub fn oriented_normals(points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<Vec3>>
 /// The stages to come and their shares of the time, for the overall progress. In per cent, measured with
 /// `atlasfit denoise` on four real scans (12,000 to 88,000 points); a guide's network takes
 /// nearly all of the time (`--prior mlp`, 5,000 points).
-fn plan(guided: bool, uv: bool) -> Vec<(Stage, f64)> {
+fn plan(guided: bool, options: &DenoiseOptions) -> Vec<(Stage, f64)> {
     let mut plan = vec![(Stage::Analyse, 8.0)];
     if guided {
         plan.extend([(Stage::Fit, 900.0), (Stage::Project, 3.0), (Stage::Analyse, 3.0)]);
     }
-    plan.extend([(Stage::Partition, 8.0), (Stage::Fit, 32.0), (Stage::Project, 0.5), (Stage::Surface, 44.0)]);
-    if uv {
+    plan.extend([(Stage::Partition, 8.0), (Stage::Fit, 32.0), (Stage::Project, 0.5)]);
+    if options.surface {
+        plan.push((Stage::Surface, 44.0));
+    }
+    if options.lays_out_uv() {
         plan.extend([(Stage::Segment, 1.5), (Stage::Parametrize, 4.0), (Stage::Pack, 2.0)]);
     }
     plan
@@ -168,7 +173,7 @@ fn denoise_in(
     guide: Option<&dyn Guide>,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
-    ctx.plan(&plan(guide.is_some(), options.uv));
+    ctx.plan(&plan(guide.is_some(), options));
     // What the scan holds beside its positions is held all the time.
     let columns = cloud.bytes() - 24 * cloud.len() as u64 + size_of_val(triangles) as u64;
     memory::reserve(cloud.len(), columns, options, ctx)?;
@@ -199,7 +204,8 @@ fn charted(
     let mut atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
     strength::apply(&scan, &mut atlas, options, guide.is_some(), ctx)?;
     let noise = finish::reported_noise(scan_noise, scan.noise, guide.is_some());
-    let mut built = surface::build(scan, atlas, options, ctx)?;
+    let build = if options.surface { surface::build } else { points_only::build };
+    let mut built = build(scan, atlas, options, ctx)?;
     let mesh = attributes::mesh(cloud, &mut built, ctx)?;
     finish::finish(given, built, mesh, noise, options, ctx)
 }

@@ -174,7 +174,7 @@ pub(super) fn area(sampling: &Sampling) -> f64 {
 
 /// How the points vote on each chart's side if one scanner made the scan; `part` says which of the connected
 /// charts each belongs to. No votes where none is found.
-fn votes_of_scanner(
+pub(super) fn votes_of_scanner(
     projected: &[ProjectedPoint],
     sampling: &Sampling,
     part: &[u32],

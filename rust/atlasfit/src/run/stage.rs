@@ -36,11 +36,13 @@ pub enum Stage {
     Read = 11,
     /// Writing a file.
     Write = 12,
+    /// Making a mesh of fewer triangles.
+    Simplify = 13,
 }
 
 impl Stage {
     /// Every stage, in order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Prepare,
         Self::Analyse,
         Self::Partition,
@@ -54,6 +56,7 @@ impl Stage {
         Self::Bake,
         Self::Read,
         Self::Write,
+        Self::Simplify,
     ];
 
     /// A short name for people, lower case.
@@ -73,6 +76,7 @@ impl Stage {
             Self::Bake => "baking textures",
             Self::Read => "reading",
             Self::Write => "writing",
+            Self::Simplify => "simplifying",
         }
     }
 }

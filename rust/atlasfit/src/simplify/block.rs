@@ -4,7 +4,7 @@
 //! share stay as they are.
 
 use super::constants::SIMPLIFY;
-use super::data::{First, Level, Piece, Whole, Work};
+use super::data::{First, Level, Piece, Role, Whole, Work};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -23,6 +23,12 @@ pub(super) struct Block<'a> {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
     pub(super) from: Vec<u32>,
+    /// UVs, if there are any.
+    pub(super) uv: Vec<[f64; 2]>,
+    /// The place of each vertex: copies have the same.
+    pub(super) place: Vec<u32>,
+    /// How each vertex may move; copies are counted within the block.
+    pub(super) role: Vec<Role>,
     /// Whether all triangles of a vertex are here.
     pub(super) free: Vec<bool>,
     /// Whether each free vertex is on the boundary.
@@ -50,6 +56,7 @@ pub(super) struct Moved {
     pub(super) normal: Vec3,
     pub(super) from: u32,
     pub(super) open: bool,
+    pub(super) uv: [f64; 2],
 }
 
 /// The triangle, counted within the block, that a vertex of the first mesh belongs to.
@@ -125,6 +132,13 @@ impl<'a> Block<'a> {
         };
         let triangles: Vec<[u32; 3]> =
             piece.places.iter().map(|p| mesh.triangles[p.triangle as usize].map(&mut local)).collect();
+        let (place, role) = match first.dense.seams {
+            Some(s) => (
+                vertices.iter().map(|&v| s.place[v as usize]).collect(),
+                vertices.iter().map(|&v| s.role[v as usize].within(number)).collect(),
+            ),
+            None => ((0..vertices.len() as u32).collect(), vec![Role::Free; vertices.len()]),
+        };
         vertices.iter().for_each(|&v| number[v as usize] = u32::MAX);
         let mut head = vec![END; triangles.len()];
         let mut next = Vec::with_capacity(piece.points.len());
@@ -140,7 +154,12 @@ impl<'a> Block<'a> {
             positions: vertices.iter().map(|v| mesh.positions[of(v)]).collect(),
             normals: vertices.iter().map(|v| mesh.normals[of(v)]).collect(),
             from: vertices.iter().map(|v| mesh.from[of(v)]).collect(),
-            free: vertices.iter().zip(&count).map(|(v, &n)| n == whole.valence[of(v)]).collect(),
+            uv: vertices.iter().filter_map(|v| mesh.uv.get(of(v)).copied()).collect(),
+            free: (vertices.iter().zip(&count).zip(&role))
+                .map(|((v, &n), role)| n == whole.valence[of(v)] && *role != Role::Pinned)
+                .collect(),
+            place,
+            role,
             rim,
             active: open.clone(),
             open,
@@ -271,6 +290,7 @@ impl<'a> Block<'a> {
                     normal: self.normals[v],
                     from: self.from[v],
                     open: self.open[v],
+                    uv: self.uv.get(v).copied().unwrap_or_default(),
                 })
                 .collect(),
             owned,

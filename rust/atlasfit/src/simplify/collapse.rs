@@ -5,7 +5,7 @@
 
 use super::block::{Around, Block, shape2};
 use super::constants::SIMPLIFY;
-use super::data::Level;
+use super::data::{Level, Role};
 use super::hand_over::{Change, NewTriangle};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -21,13 +21,17 @@ struct Edge {
     to: Vec3,
     /// Whether each end is on the boundary.
     rim: [bool; 2],
+    /// The UV there, if there are any.
+    uv: Option<[f64; 2]>,
 }
 
 /// Buffers of a sweep.
 #[derive(Default)]
-struct Scratch {
-    ring: Vec<u32>,
-    change: Change,
+pub(super) struct Scratch {
+    pub(super) ring: Vec<u32>,
+    pub(super) change: Change,
+    /// Of the copies on the other side of a seam.
+    pub(super) beyond: Change,
 }
 
 impl Block<'_> {
@@ -69,11 +73,18 @@ impl Block<'_> {
         around: &mut Around,
         scratch: &mut Scratch,
     ) -> usize {
-        let [a, b] = ends;
-        let [i, j] = [a as usize, b as usize];
-        if around.changed[i] || around.changed[j] {
+        if ends.iter().any(|&v| around.changed[v as usize]) {
             return 0;
         }
+        let stays = ends.map(|v| self.role[v as usize] != Role::Free);
+        if stays == [true; 2] {
+            return self.collapse_seam(ends, level, around, scratch);
+        }
+        // What stays is the first.
+        let ends = if stays[1] { [ends[1], ends[0]] } else { ends };
+        let stays = stays[0] || stays[1];
+        let [a, b] = ends;
+        let [i, j] = [a as usize, b as usize];
         let [p, q] = [self.positions[i], self.positions[j]];
         let length2 = p.dist2(q);
         let longest = self.longest(a).min(self.longest(b));
@@ -84,6 +95,7 @@ impl Block<'_> {
         let quadric = self.quadrics[i] + self.quadrics[j];
         let middle = (p + q) * 0.5;
         let to = match rim {
+            _ if stays => p,
             [true, false] => p,
             [false, true] => q,
             // Along the surface the planes hardly decide: no vertex leaves its edge's neighbourhood.
@@ -95,7 +107,8 @@ impl Block<'_> {
         if quadric.mean(to) > most * most {
             return 0;
         }
-        let edge = Edge { ends, to, rim };
+        let uv = if stays { self.uv.get(i).copied() } else { self.uv_at(to, ends, around) };
+        let edge = Edge { ends, to, rim, uv };
         let Some(gone) = self.after(&edge, longest, around, scratch) else { return 0 };
         if !self.fits(&mut scratch.change, to) {
             return 0;
@@ -111,6 +124,9 @@ impl Block<'_> {
         self.from[i] = self.from[near];
         self.rim[i] |= self.rim[j];
         self.positions[i] = to;
+        if let Some(uv) = edge.uv {
+            self.uv[i] = uv;
+        }
         self.quadrics[i] = quadric;
         scratch.ring.iter().chain(&ends).for_each(|&v| around.changed[v as usize] = true);
         gone
@@ -119,7 +135,7 @@ impl Block<'_> {
     /// The triangles about an edge after its collapse, into `scratch`; returns how many go, or nothing where
     /// the surface would not be a surface, would fold, or its triangles would be needles.
     fn after(&self, edge: &Edge, longest: f64, around: &Around, scratch: &mut Scratch) -> Option<usize> {
-        let Scratch { ring, change } = scratch;
+        let Scratch { ring, change, .. } = scratch;
         change.clear();
         let ([a, b], to) = (edge.ends, edge.to);
         let (of_a, of_b) = (around.star.of(a), around.star.of(b));
@@ -157,6 +173,9 @@ impl Block<'_> {
                 worst_before = worst_before.min(shape2(&before, m));
                 worst = worst.min(after);
             }
+            if !self.keeps_side(t, |v| if v == a || v == b { edge.uv } else { None }) {
+                return None;
+            }
             let vertices = t.map(|v| if v == b { a } else { v });
             change.new.push(NewTriangle { triangle: f, vertices, corners });
         }
@@ -184,7 +203,7 @@ impl Block<'_> {
                     if v == a || v == b || ring[from..].contains(&v) {
                         continue;
                     }
-                    common += usize::from(of_b && ring[..from].contains(&v));
+                    common += usize::from(of_b && ring[..from].iter().any(|&w| self.same_place(v, w)));
                     ring.push(v);
                 }
             }

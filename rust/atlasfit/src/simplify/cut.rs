@@ -4,7 +4,7 @@
 
 use super::block::{Block, Done};
 use super::constants::SIMPLIFY;
-use super::data::{First, Mesh, Piece, Place, Simplified, Spot, Whole, Work};
+use super::data::{First, Mesh, Piece, Place, Seams, Simplified, Spot, Whole, Work};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::lists::Lists;
@@ -25,6 +25,7 @@ impl Mesh {
         Ok(Self {
             positions: first.dense.positions.to_vec(),
             normals: first.dense.normals.to_vec(),
+            uv: first.dense.seams.map(|s| s.uv.clone()).unwrap_or_default(),
             from: (0..first.dense.positions.len() as u32).collect(),
             open: ctx.filled(true, first.dense.positions.len())?,
             triangles: first.dense.triangles.to_vec(),
@@ -124,6 +125,9 @@ impl Mesh {
             let i = v.vertex as usize;
             (self.positions[i], self.normals[i], self.from[i], self.open[i]) =
                 (v.position, v.normal, v.from, v.open);
+            if let Some(uv) = self.uv.get_mut(i) {
+                *uv = v.uv;
+            }
         }
         let start = triangles.len() as u32;
         owned.iter().for_each(|o| self.owner[o.point as usize] = [start + o.triangle]);
@@ -131,7 +135,7 @@ impl Mesh {
     }
 
     /// The mesh, without the vertices that are gone.
-    pub(super) fn finished(self) -> Simplified {
+    pub(super) fn finished(self, seams: Option<&Seams>) -> Simplified {
         let mut number = vec![u32::MAX; self.positions.len()];
         self.triangles.iter().flatten().for_each(|&v| number[v as usize] = 0);
         let kept: Vec<usize> = (0..number.len()).filter(|&v| number[v] == 0).collect();
@@ -141,6 +145,8 @@ impl Mesh {
             normals: kept.iter().map(|&v| self.normals[v]).collect(),
             triangles: self.triangles.iter().map(|t| t.map(|v| number[v as usize])).collect(),
             from: kept.iter().map(|&v| self.from[v]).collect(),
+            uv: if self.uv.is_empty() { Vec::new() } else { kept.iter().map(|&v| self.uv[v]).collect() },
+            place: seams.map_or(Vec::new(), |s| kept.iter().map(|&v| s.place[v]).collect()),
         }
     }
 }

@@ -11,6 +11,34 @@ pub(crate) struct Dense<'a> {
     pub normals: &'a [Vec3],
     /// Triangles.
     pub triangles: &'a [[u32; 3]],
+    /// Its UVs and seams; none of a bare surface.
+    pub seams: Option<&'a Seams>,
+}
+
+/// What a mesh with UVs has besides. It is cut along its seams: a place on one has several vertices, which
+/// are copies of each other.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Seams {
+    /// The UV of each vertex; none where there are only other seams.
+    pub uv: Vec<[f64; 2]>,
+    /// The place of each vertex: copies have the same.
+    pub place: Vec<u32>,
+    /// How each vertex may move.
+    pub role: Vec<Role>,
+}
+
+/// How a vertex may move.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// As the surface allows.
+    #[default]
+    Free,
+    /// It may go, together with its one copy, along the seam that runs through both.
+    Seam(u32),
+    /// It stays, as seams meet or end there; with how many vertices its place has.
+    Corner(u32),
+    /// Nothing about it changes: the surface is no surface there.
+    Pinned,
 }
 
 /// How far a mesh is to be simplified. Lengths are in the mesh's unit.
@@ -41,6 +69,10 @@ pub(crate) struct Simplified {
     pub triangles: Vec<[u32; 3]>,
     /// For each vertex one of the first mesh that is near.
     pub from: Vec<u32>,
+    /// The UV of each vertex; none where the first mesh had none.
+    pub uv: Vec<[f64; 2]>,
+    /// The place of each vertex: what the first mesh's seams joined still is.
+    pub place: Vec<u32>,
 }
 
 /// What the mesh is judged by all the time.
@@ -65,6 +97,8 @@ pub(super) struct Mesh {
     pub(super) positions: Vec<Vec3>,
     /// Unit normals there.
     pub(super) normals: Vec<Vec3>,
+    /// UVs there, if there are any.
+    pub(super) uv: Vec<[f64; 2]>,
     /// For each vertex one of the first mesh that is near.
     pub(super) from: Vec<u32>,
     /// Whether something may be left to do about each vertex.
@@ -117,4 +151,18 @@ pub(super) struct Piece<'a> {
     pub(super) places: &'a [Place],
     /// Vertices of the first mesh that belong to its triangles.
     pub(super) points: &'a [u32],
+}
+
+impl Role {
+    /// The same within a block, where `number` has each vertex's number there; a copy elsewhere cannot go
+    /// along.
+    pub(super) fn within(self, number: &[u32]) -> Self {
+        match self {
+            Self::Seam(copy) => match number[copy as usize] {
+                u32::MAX => Self::Corner(u32::MAX),
+                here => Self::Seam(here),
+            },
+            other => other,
+        }
+    }
 }

@@ -11,22 +11,30 @@
 //! The mesh is cut into blocks of a grid. Those are worked on at the same time, each without the vertices
 //! that it shares with others; then the grid is shifted by half a cell, and the seams are done. What is done
 //! in a block depends on nothing else: the result is the same for any number of threads.
+//!
+//! A mesh with UVs is cut along its seams (`cut_seams`); both sides of a seam are collapsed together (`seam`),
+//! and no triangle turns over in UV space (`uv`).
 
 mod block;
 mod collapse;
 pub(crate) mod constants;
 mod cut;
+mod cut_seams;
 mod data;
 mod hand_over;
+mod mesh;
+mod seam;
 mod shape;
 #[cfg(test)]
 mod tests;
+mod uv;
 
 use crate::error::Result;
 use crate::run::Context;
 use constants::SIMPLIFY;
 pub(crate) use data::{Dense, Goal, Simplified, bound};
 use data::{First, Level, Mesh, Work};
+pub use mesh::{SimplifiedMesh, SimplifyOptions, simplify_mesh};
 
 /// Simplifies a mesh.
 ///
@@ -43,7 +51,7 @@ pub(crate) fn simplify(dense: &Dense<'_>, goal: &Goal, ctx: &Context<'_>) -> Res
             to_the_number(&mut mesh, &first, ctx)?;
         }
     }
-    Ok(mesh.finished())
+    Ok(mesh.finished(dense.seams))
 }
 
 /// Collapses all that the bounds allow.

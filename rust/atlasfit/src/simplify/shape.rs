@@ -68,6 +68,9 @@ impl Block<'_> {
         if m.dot(n) < SIMPLIFY.smooth || !corners.iter().all(flat) || !self.may_link([a, b], [c, d], around) {
             return;
         }
+        if !self.flip_keeps_sides([[a, b, c], t], new) {
+            return;
+        }
         change.clear();
         change.old.extend([f, g]);
         for (triangle, (vertices, corners)) in [f, g].into_iter().zip(new.into_iter().zip(corners)) {
@@ -128,6 +131,7 @@ impl Block<'_> {
         let normal = normal.normalized();
         let Some(near) = self.near(of, middle * (1.0 / area)) else { return };
         let to = near.place;
+        let uv = self.uv_at(to, [v, v], around);
         change.clear();
         let longest = self.longest(v);
         let mut after = 1.0f64;
@@ -137,6 +141,9 @@ impl Block<'_> {
             let corners = vertices.map(|w| if w == v { to } else { self.positions[w as usize] });
             let n = area_vector(corners);
             let flat = |m: Vec3| m.normalized().dot(normal) >= SIMPLIFY.smooth;
+            if !self.keeps_side(vertices, |w| if w == v { uv } else { None }) {
+                return;
+            }
             let far = |w: &u32| self.positions[*w as usize].dist2(to) > longest * longest;
             if !flat(before) || !flat(n) || vertices.iter().any(|w| *w != v && far(w)) {
                 return;
@@ -150,6 +157,9 @@ impl Block<'_> {
         }
         self.make(change);
         self.positions[i] = to;
+        if let Some(uv) = uv {
+            self.uv[i] = uv;
+        }
         self.normals[i] = if near.normal.dot(self.normals[i]) < 0.0 { -near.normal } else { near.normal };
         self.from[i] = near.point;
     }

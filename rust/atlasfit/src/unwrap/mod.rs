@@ -20,6 +20,7 @@ mod constants;
 mod cut;
 mod first;
 mod flatten;
+mod kept;
 mod large;
 mod layout;
 mod memory;
@@ -27,6 +28,7 @@ mod merge;
 mod options;
 mod pack;
 mod planar;
+mod polygons;
 mod preset;
 mod segment;
 mod shorten;
@@ -38,8 +40,9 @@ pub use layout::UvLayout;
 pub use memory::memory_needed;
 pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
+pub use polygons::PolygonLayout;
 pub use preset::Preset;
-pub use split::SplitMesh;
+pub use split::{SplitCorners, SplitMesh};
 
 use crate::error::Result;
 use crate::geometry::TriMesh;
@@ -154,6 +157,9 @@ fn packed_by(
     ctx.check()?;
     let mut bound = options.max_stretch;
     let list = loop {
+        if options.keep_uvs {
+            break kept::kept_charts(&s, mesh.corner_uv.as_deref().unwrap_or_default(), bound, ctx)?;
+        }
         let list = charts_within(&s, bound, ctx)?;
         if bound >= STRETCH_LIMIT || options.max_charts.is_none_or(|most| list.len() <= most) {
             break list;
@@ -162,7 +168,7 @@ fn packed_by(
     };
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
-    let list = if options.fills_one_page() && options.max_charts.is_none() {
+    let list = if options.fills_one_page() && options.max_charts.is_none() && !options.keep_uvs {
         shorten::shorten(&s, list, options.page_size, bound, ctx)?
     } else {
         list

@@ -52,6 +52,10 @@ pub struct UnwrapOptions {
     pub seam_edges: Option<Vec<[u32; 2]>>,
     /// Whether the seams of the UVs that the mesh already has stay seams.
     pub keep_uv_seams: bool,
+    /// Whether the charts are those of the UVs that the mesh already has, which it must have then: they are
+    /// moved, turned and scaled to one density, and packed. What flips or overlaps in them is cut. Charts stay
+    /// as they are whatever their stretch; what else cuts charts still does.
+    pub keep_uvs: bool,
     /// Edges that are bent by more than this are seams: degrees in [0, 180]. `None` = none are for that
     /// reason.
     pub hard_edge_angle: Option<f64>,
@@ -70,6 +74,7 @@ setters! {
         with_face_polygon: face_polygon: Option<Vec<u32>>,
         with_seam_edges: seam_edges: Option<Vec<[u32; 2]>>,
         with_keep_uv_seams: keep_uv_seams: bool,
+        with_keep_uvs: keep_uvs: bool,
         with_hard_edge_angle: hard_edge_angle: Option<f64>,
     }
 }
@@ -88,6 +93,7 @@ impl Default for UnwrapOptions {
             face_polygon: None,
             seam_edges: None,
             keep_uv_seams: false,
+            keep_uvs: false,
             hard_edge_angle: None,
         }
     }
@@ -121,6 +127,13 @@ impl UnwrapOptions {
         }
         if self.max_charts == Some(0) {
             return Err(Error::invalid("max_charts is 0", "Give at least 1, or none"));
+        }
+        let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
+        if self.keep_uvs && (uvs.len() != faces || !uvs.iter().flatten().flatten().all(|x| x.is_finite())) {
+            return Err(Error::invalid(
+                "keep_uvs is asked for, but the mesh has no UVs, or some that are not finite",
+                "Give finite UVs for each corner, or leave out keep_uvs",
+            ));
         }
         let [width, height] = self.page_size;
         if self.page_size.iter().any(|s| !PAGE_TEXELS.contains(s)) {

@@ -19,10 +19,17 @@ pub struct SplitMesh {
     pub uv: Vec<[f32; 2]>,
 }
 
-/// New vertices of one vertex that are searched one after the other; beyond them a map finds the UV.
-const CHAIN: usize = 8;
-/// No vertex.
-const NONE: u32 = u32::MAX;
+/// The same for faces of any number of corners.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SplitCorners {
+    /// The new vertex of each corner.
+    pub corners: Vec<u32>,
+    /// The mesh's vertex that each new vertex came from.
+    pub source: Vec<u32>,
+    /// The UV of each new vertex.
+    pub uv: Vec<[f32; 2]>,
+}
 
 impl SplitMesh {
     /// Splits triangles over so many vertices; `corner_uv` has three UVs for each.
@@ -32,43 +39,61 @@ impl SplitMesh {
         corner_uv: &[[[f32; 2]; 3]],
         ctx: &Context<'_>,
     ) -> Result<Self> {
-        let mut out =
-            Self { triangles: Vec::with_capacity(triangles.len()), source: Vec::new(), uv: Vec::new() };
-        // The new vertices of each vertex as a linked list: the last one, and for each new one the one before
-        // it.
-        let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
-        let mut more: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
-        for (f, (triangle, corners)) in triangles.iter().zip(corner_uv).enumerate() {
-            ctx.check_at(f)?;
-            let mut index = [0; 3];
-            for ((&v, uv), index) in triangle.iter().zip(corners).zip(&mut index) {
-                let bits = uv.map(f32::to_bits);
-                let mut at = last[v as usize];
-                let mut searched = 0;
-                while at != NONE && searched < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
-                    at = before[at as usize];
-                    searched += 1;
-                }
-                if searched == CHAIN {
-                    at = more.get(&(v, bits)).copied().unwrap_or(NONE);
-                }
-                if at == NONE {
-                    at = out.source.len() as u32;
-                    out.source.push(v);
-                    out.uv.push(*uv);
-                    if searched == CHAIN {
-                        more.insert((v, bits), at);
-                        before.push(NONE);
-                    } else {
-                        before.push(std::mem::replace(&mut last[v as usize], at));
-                    }
-                }
-                *index = at;
-            }
-            out.triangles.push(index);
-        }
-        Ok(out)
+        let split = split_corners(vertices, triangles.as_flattened(), corner_uv.as_flattened(), ctx)?;
+        let SplitCorners { corners, source, uv } = split;
+        Ok(Self { triangles: corners.as_chunks().0.to_vec(), source, uv })
     }
+}
+
+impl From<SplitMesh> for SplitCorners {
+    fn from(SplitMesh { triangles, source, uv }: SplitMesh) -> Self {
+        Self { corners: triangles.into_flattened(), source, uv }
+    }
+}
+
+/// New vertices of one vertex that are searched one after the other; beyond them a map finds the UV.
+const CHAIN: usize = 8;
+/// No vertex.
+const NONE: u32 = u32::MAX;
+
+/// Splits corners, each with its vertex, one of so many, and its UV.
+pub(super) fn split_corners(
+    vertices: usize,
+    corners: &[u32],
+    corner_uv: &[[f32; 2]],
+    ctx: &Context<'_>,
+) -> Result<SplitCorners> {
+    let mut out =
+        SplitCorners { corners: Vec::with_capacity(corners.len()), source: Vec::new(), uv: Vec::new() };
+    // The new vertices of each vertex as a linked list: the last one, and for each new one the one before it.
+    let (mut last, mut before) = (vec![NONE; vertices], Vec::<u32>::new());
+    let mut more: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
+    for (c, (&v, uv)) in corners.iter().zip(corner_uv).enumerate() {
+        ctx.check_at(c)?;
+        let bits = uv.map(f32::to_bits);
+        let mut at = last[v as usize];
+        let mut searched = 0;
+        while at != NONE && searched < CHAIN && out.uv[at as usize].map(f32::to_bits) != bits {
+            at = before[at as usize];
+            searched += 1;
+        }
+        if searched == CHAIN {
+            at = more.get(&(v, bits)).copied().unwrap_or(NONE);
+        }
+        if at == NONE {
+            at = out.source.len() as u32;
+            out.source.push(v);
+            out.uv.push(*uv);
+            if searched == CHAIN {
+                more.insert((v, bits), at);
+                before.push(NONE);
+            } else {
+                before.push(std::mem::replace(&mut last[v as usize], at));
+            }
+        }
+        out.corners.push(at);
+    }
+    Ok(out)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ mod denoise;
 mod paper;
 mod peers;
 mod shared;
+mod surfaces;
 mod unwrap;
 
 use crate::console::Console;
@@ -17,6 +18,8 @@ pub enum Bench {
     Denoise(denoise::Args),
     /// Charts, seams, stretch, coverage and time of unwrapping, beside uvunwrap, xatlas and Blender
     Unwrap(unwrap::Args),
+    /// Accuracy, completeness, topology and time of surfaces of the same denoised points, beside CGAL's
+    Surfaces(surfaces::Args),
     /// The tables of Deep Manifold Prior with its networks, beside the default prior
     Paper(paper::Args),
 }
@@ -27,13 +30,14 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
     let temporary = std::env::temp_dir().join(format!("atlasfit-bench-{}", std::process::id()));
     let keep = match bench {
         Bench::Denoise(args) => args.keep.clone(),
-        Bench::Unwrap(_) | Bench::Paper(_) => None,
+        Bench::Unwrap(_) | Bench::Surfaces(_) | Bench::Paper(_) => None,
     };
     let folder = keep.clone().unwrap_or_else(|| temporary.clone());
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let done = match bench {
         Bench::Denoise(args) => denoise::run(args, &folder, console),
         Bench::Unwrap(args) => unwrap::run(args, &folder, console),
+        Bench::Surfaces(args) => surfaces::run(args, &folder, console),
         Bench::Paper(args) => paper::run(args, console),
     };
     if keep.is_none() {

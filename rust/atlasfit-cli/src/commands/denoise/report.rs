@@ -27,8 +27,19 @@ pub struct Done<'a> {
 impl Done<'_> {
     /// The report for people.
     pub fn text(&self) -> String {
-        let (r, mesh) = (self.report, self.surface);
         let mut text = self.scan_text();
+        if !self.surface.triangles.is_empty() {
+            text += &self.surface_text();
+        }
+        let _ = writeln!(text, "seconds        {}", seconds(self.seconds, &self.report.seconds));
+        let _ = writeln!(text, "written        {}", self.files.join(", "));
+        text
+    }
+
+    /// What the surface is like.
+    fn surface_text(&self) -> String {
+        let (r, mesh) = (self.report, self.surface);
+        let mut text = String::new();
         let _ = writeln!(
             text,
             "surface        {}, {}, {}{}",
@@ -49,8 +60,6 @@ impl Done<'_> {
         if self.uv {
             let _ = writeln!(text, "UV charts      {}", count(r.uv_charts));
         }
-        let _ = writeln!(text, "seconds        {}", seconds(self.seconds, &r.seconds));
-        let _ = writeln!(text, "written        {}", self.files.join(", "));
         text
     }
 

@@ -59,6 +59,9 @@ pub struct Args {
     /// Page size in texels [default: 1024; with the mesh's own texture what keeps its density, up to 8192]
     #[arg(long, value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
     pub texture_size: Option<[u32; 2]>,
+    /// Keep the charts of the UVs that the mesh has: move, turn, scale and pack them only
+    #[arg(long, help_heading = "Pages", conflicts_with_all = ["max_stretch", "max_charts", "preset"])]
+    pub pack_only: bool,
     /// Free texels between charts and at the border [default: 2; with the mesh's own texture 24]
     #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
     pub padding: Option<u32>,

@@ -126,6 +126,7 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
         .with_seam_edges(args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?)
         .with_face_polygon(of_triangle)
         .with_keep_uv_seams(args.keep_uv_seams)
+        .with_keep_uvs(args.pack_only)
         .with_hard_edge_angle(args.hard_edges))
 }
 

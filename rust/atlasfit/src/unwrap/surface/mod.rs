@@ -71,7 +71,7 @@ impl Surface {
         ctx.check()?;
         let mut out = Self::from_parts(Arc::new(pos), tri, twin, ctx)?;
         ctx.check()?;
-        if options.keep_uv_seams
+        if (options.keep_uv_seams || options.keep_uvs)
             && let Some(uv) = &mesh.corner_uv
         {
             out.cut(|f, k, g, l| uv[f][k] != uv[g][(l + 1) % 3] || uv[f][(k + 1) % 3] != uv[g][l], options);

@@ -1,12 +1,30 @@
 //! Cuts a polygon into triangles that do not fold: ear clipping in the polygon's mean plane (Meisters 1975).
 
-use atlasfit::Vec3;
+use crate::numeric::vec3::Vec3;
+
+/// Ear clipping is quadratic at worst: beyond this many tests in one mesh, polygons become plain fans.
+pub const MOST_TESTS: u64 = 1 << 26;
 
 /// Cuts a polygon of n corners into n - 2 triangles, which go to `out` as corner numbers 0 to n - 1.
 /// `corners` holds indices into `positions`. `tests` is how many more tests of a point in a triangle may be
 /// made: where none are left, a polygon becomes a plain fan.
-pub(crate) fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
+///
+/// ```
+/// use atlasfit::geometry::triangulate::{MOST_TESTS, triangulate};
+/// // An arrow head, whose notch is its last corner.
+/// let at = [[0.0; 3], [2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.5, 1.0, 0.0]];
+/// let mut out = Vec::new();
+/// triangulate(&at, &[0, 1, 2, 3], &mut MOST_TESTS.clone(), &mut out);
+/// assert_eq!(out, [[1, 2, 3], [1, 3, 0]]);
+/// ```
+///
+/// # Panics
+/// Where a corner names no position.
+pub fn triangulate(positions: &[[f64; 3]], corners: &[u32], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
     let n = corners.len();
+    if n < 3 {
+        return out.clear();
+    }
     let at = |i: usize| Vec3(positions[corners[i] as usize]);
     out.clear();
     // Newell's normal, relative to the first corner so that far-away coordinates do not cancel.
@@ -92,4 +110,37 @@ fn clip_ears(points: &[[f64; 2]], tests: &mut u64, out: &mut Vec<[u32; 3]>) {
         i = c;
     }
     out.push([previous[i] as u32, i as u32, next[i] as u32]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::rng::Rng;
+
+    /// Stars of random radii, far from the origin, are cut into triangles that all turn as the star does and
+    /// cover just it, whichever corner comes first; so does a quad with a dent.
+    #[test]
+    fn polygons_do_not_fold() {
+        let mut rng = Rng::new(1);
+        for n in 4..40 {
+            let star: Vec<[f64; 3]> = (0..n)
+                .map(|i| {
+                    let a = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+                    let r = 0.5 + rng.normal().abs();
+                    [1e6 + r * a.cos(), r * a.sin(), 0.5 * r * a.cos()]
+                })
+                .collect();
+            let turned = |t: [u32; 3]| {
+                let [a, b, c] = t.map(|i| star[i as usize]);
+                area([a[0], a[1]], [b[0], b[1]], [c[0], c[1]])
+            };
+            let corners: Vec<u32> = (0..n as u32).collect();
+            let mut cut = Vec::new();
+            triangulate(&star, &corners, &mut MOST_TESTS.clone(), &mut cut);
+            assert_eq!(cut.len(), n as usize - 2);
+            let whole: f64 = (2..n as u32).map(|i| turned([0, i - 1, i])).sum();
+            assert!(cut.iter().all(|&t| turned(t) > 0.0), "{n} corners");
+            assert!((cut.iter().map(|&t| turned(t)).sum::<f64>() - whole).abs() < 1e-6, "{n} corners");
+        }
+    }
 }

@@ -1,0 +1,42 @@
+"""Meshes with fewer triangles, UVs that are only packed, points without a surface."""
+
+import atlasfit
+import numpy as np
+import pytest
+from made import torus, triangles
+
+
+def test_simplifying_keeps_the_mesh_whole_and_its_uvs_sound():
+    vertices, quads = torus(96, 48)
+    faces = triangles(quads)[0]
+    uv = atlasfit.unwrap(vertices, faces).corner_uv
+    light = atlasfit.simplify(vertices, faces, faces=len(faces) // 8, corner_uv=uv)
+    assert 0 < len(light.faces) <= len(faces) // 8 and light.warnings == ()
+    topology = atlasfit.measure_topology(light.vertices, light.faces)
+    assert topology.closed and topology.genus == 1
+    assert atlasfit.measure_uv(light.vertices, light.faces, light.corner_uv).flips == 0
+    off = np.linalg.norm(vertices[light.sources] - light.vertices, axis=1)
+    assert np.median(off) < 0.08, "sides are 0.2 long"
+    assert atlasfit.simplify(vertices, faces, max_error=0.05).corner_uv is None
+    with pytest.raises(atlasfit.Error, match="neither faces nor max_error"):
+        atlasfit.simplify(vertices, faces)
+
+
+def test_charts_that_are_kept_are_only_moved():
+    vertices, quads = torus(24, 12)
+    faces = triangles(quads)[0]
+    made = atlasfit.unwrap(vertices, faces)
+    piled = np.mod(made.corner_uv * 3, 1).astype(np.float32)
+    packed = atlasfit.unwrap(vertices, faces, corner_uv=made.corner_uv, keep_uvs=True)
+    assert packed.info.charts == made.info.charts and packed.info.repaired_charts == 0
+    assert atlasfit.measure_uv(vertices, faces, packed.corner_uv).overlapping_faces == 0
+    assert atlasfit.unwrap(vertices, faces, corner_uv=piled, keep_uvs=True).info.charts >= made.info.charts
+
+
+def test_points_alone_are_the_same_without_a_surface(sphere):
+    both = atlasfit.denoise(sphere, attributes={"label": np.arange(len(sphere))}, uv=False)
+    only = atlasfit.denoise(sphere, attributes={"label": np.arange(len(sphere))}, surface="none")
+    assert (only.points == both.points).all() and (only.normals == both.normals).all()
+    assert len(only.surface.vertices) == len(only.surface.triangles) == 0
+    with pytest.raises(atlasfit.Error, match="built without CGAL"):
+        atlasfit.denoise(sphere, surface="wrap")

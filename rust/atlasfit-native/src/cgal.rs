@@ -1,0 +1,136 @@
+//! CGAL: watertight shells, self-intersections, exact distances.
+//!
+//! In: meshes of the core. Out: meshes, pairs of triangles, distances. Input is checked here first; C++
+//! exceptions are errors. A call stops within about 100 ms of being asked, but for the tree that wrapping
+//! builds over the triangles and what it cleans up at its end: about a second per million triangles each.
+
+use crate::interface::Cgal;
+use atlasfit::geometry::TriMesh;
+use atlasfit::{Context, Error, Result};
+
+/// The run that a call belongs to, as C++ sees it.
+pub struct Stop<'a>(&'a (dyn Fn() -> bool + 'a));
+
+impl Stop<'_> {
+    /// Whether to stop. It is called from C++: nothing may unwind into it.
+    fn asked(&self) -> bool {
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| (self.0)())).unwrap_or(true)
+    }
+}
+
+#[expect(unsafe_code, reason = "cxx's bridge; its signatures are checked against cgal.hpp")]
+#[cxx::bridge(namespace = "atlasfit_native")]
+mod bridge {
+    extern "Rust" {
+        type Stop<'a>;
+        fn asked(&self) -> bool;
+    }
+    unsafe extern "C++" {
+        include!("atlasfit-native/src/cgal.hpp");
+        fn alpha_wrap(
+            xyz: &[f64],
+            triangles: &[u32],
+            alpha: f64,
+            offset: f64,
+            stop: &Stop,
+            shell_xyz: &mut Vec<f64>,
+            shell_triangles: &mut Vec<u32>,
+        ) -> Result<()>;
+        fn self_intersections(
+            xyz: &[f64],
+            triangles: &[u32],
+            stop: &Stop,
+            pairs: &mut Vec<u32>,
+        ) -> Result<()>;
+        fn exact_distances(
+            xyz: &[f64],
+            triangles: &[u32],
+            points: &[f64],
+            stop: &Stop,
+            distances: &mut Vec<f64>,
+        ) -> Result<()>;
+    }
+}
+
+/// CGAL, built in.
+pub(crate) struct Library;
+
+impl Cgal for Library {
+    fn alpha_wrap(&self, surface: &TriMesh, alpha: f64, offset: f64, ctx: &Context<'_>) -> Result<TriMesh> {
+        alpha_wrap(surface, alpha, offset, ctx)
+    }
+    fn self_intersections(&self, mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
+        self_intersections(mesh, ctx)
+    }
+    fn exact_distances(&self, mesh: &TriMesh, points: &[[f64; 3]], ctx: &Context<'_>) -> Result<Vec<f64>> {
+        exact_distances(mesh, points, ctx)
+    }
+}
+
+/// Calls C++ with what asks whether to stop.
+fn call<T>(
+    ctx: &Context<'_>,
+    work: impl FnOnce(&Stop<'_>, &mut T) -> std::result::Result<(), cxx::Exception>,
+) -> Result<T>
+where
+    T: Default,
+{
+    let asked = || ctx.check().is_err();
+    let mut out = T::default();
+    let done = work(&Stop(&asked), &mut out);
+    // Whoever asked says why.
+    ctx.check()?;
+    done.map_err(|e| Error::internal(format!("CGAL: {}", e.what())))?;
+    Ok(out)
+}
+
+/// Fails unless all coordinates are finite and all indices are vertices: CGAL takes both without a word.
+fn checked(mesh: &TriMesh) -> Result<()> {
+    mesh.validate()?;
+    match mesh.positions.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+        Some(v) => {
+            Err(Error::invalid(format!("vertex {v} is not finite"), "Leave out what is not finite first"))
+        }
+        None => Ok(()),
+    }
+}
+
+fn alpha_wrap(surface: &TriMesh, alpha: f64, offset: f64, ctx: &Context<'_>) -> Result<TriMesh> {
+    checked(surface)?;
+    for (name, length) in [("alpha", alpha), ("offset", offset)] {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Error::invalid(format!("{name} is {length}"), "Give a positive length"));
+        }
+    }
+    if surface.triangles.is_empty() {
+        return Err(Error::degenerate("there is no triangle to wrap", "Give a mesh with faces"));
+    }
+    let (xyz, triangles): (Vec<f64>, Vec<u32>) = call(ctx, |stop, (xyz, triangles)| {
+        let (at, faces) = (surface.positions.as_flattened(), surface.triangles.as_flattened());
+        bridge::alpha_wrap(at, faces, alpha, offset, stop, xyz, triangles)
+    })?;
+    Ok(TriMesh::new(xyz.as_chunks().0.to_vec(), triangles.as_chunks().0.to_vec()))
+}
+
+fn self_intersections(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
+    checked(mesh)?;
+    let pairs: Vec<u32> = call(ctx, |stop, pairs| {
+        let (at, faces) = (mesh.positions.as_flattened(), mesh.triangles.as_flattened());
+        bridge::self_intersections(at, faces, stop, pairs)
+    })?;
+    Ok(pairs.as_chunks().0.to_vec())
+}
+
+fn exact_distances(mesh: &TriMesh, points: &[[f64; 3]], ctx: &Context<'_>) -> Result<Vec<f64>> {
+    checked(mesh)?;
+    if let Some(p) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+        return Err(Error::invalid(format!("point {p} is not finite"), "Leave it out"));
+    }
+    if mesh.triangles.is_empty() {
+        return Err(Error::degenerate("there is no triangle to measure to", "Give a mesh with faces"));
+    }
+    call(ctx, |stop, distances| {
+        let (at, faces) = (mesh.positions.as_flattened(), mesh.triangles.as_flattened());
+        bridge::exact_distances(at, faces, points.as_flattened(), stop, distances)
+    })
+}

@@ -1,0 +1,49 @@
+//! What stands for the surface where only the points are wanted: nothing is contoured.
+//!
+//! In: the atlas and its points. Out: charts and points that face as the scan says, or as what the charts
+//! enclose did; no triangles.
+
+use super::options::DenoiseOptions;
+use super::parts::LeftOut;
+use super::prepare::Scan;
+use super::sheets::OrientedAtlas;
+use super::surface::{Built, votes_of_scanner, voxel};
+use crate::contour::surface::Surface;
+use crate::error::Result;
+use crate::orient;
+use crate::run::{Context, Stage};
+
+/// Takes the points as they are on the charts.
+pub(super) fn build(
+    scan: Scan,
+    atlas: OrientedAtlas,
+    options: &DenoiseOptions,
+    ctx: &Context<'_>,
+) -> Result<Built> {
+    let Scan { sampling, frame, input, .. } = scan;
+    let OrientedAtlas { fitted, relations, conflicts, mut votes, mut projected, .. } = atlas;
+    ctx.stage(Stage::Project, 1);
+    if votes.is_empty() {
+        let parts = orient::connected(fitted.len(), &relations);
+        votes = votes_of_scanner(&projected, &sampling, &parts, frame, ctx)?;
+    }
+    let mut charts: Vec<_> = fitted.into_iter().map(|f| f.chart).collect();
+    let side: Vec<f64> = votes.iter().map(|v| v.sum).collect();
+    let turned = orient::face(&mut charts, &relations, &side);
+    for p in projected.iter_mut().filter(|p| turned.get(p.chart as usize).is_some_and(|t| *t)) {
+        p.normal = -p.normal;
+    }
+    Ok(Built {
+        surface: Surface::default(),
+        extrapolated: None,
+        charts,
+        projected,
+        median_spacing: sampling.median,
+        voxel: voxel(&sampling) / options.detail,
+        left_out: LeftOut::default(),
+        filled_holes: 0,
+        one_sided: !conflicts.is_empty(),
+        frame,
+        input,
+    })
+}
