@@ -67,16 +67,15 @@ pub unsafe extern "C" fn atlasfit_save_options_init(
     guard("atlasfit_save_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
-/// Writes points, or with their `triangles` (not `faces`) a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the name's
-/// extension. The file is written whole or not at all; one that exists is replaced. Images and material
-/// libraries go beside it.
+/// Writes points, or with their `triangles` a mesh (not with `faces`), to a file: PLY, OBJ, GLB, OFF, STL, XYZ,
+/// by the name's extension. The file is written whole or not at all; one that exists is replaced. Images and
+/// material libraries go beside it.
 ///
 /// @param path     The file's path: UTF-8, on Unix any bytes.
 /// @param points   Positions, normals, colours, attributes and triangles.
 /// @param options  What the file is to hold besides; NULL = nothing.
 /// @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
-/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
-/// line
+/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
 ///                 each, cut where there is no more room. NULL = not wanted.
 /// @param capacity Bytes that `lost` has room for.
 /// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
