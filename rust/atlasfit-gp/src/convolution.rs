@@ -101,7 +101,7 @@ fn upsampled(of: &Pixels) -> Pixels {
 /// The pixel that a tap looks at, if it is in the picture.
 fn tap(pixel: usize, tap: usize, side: usize) -> Option<usize> {
     let (i, j) = ((pixel / side + tap / 3).wrapping_sub(1), (pixel % side + tap % 3).wrapping_sub(1));
-    (i < side && j < side).then_some(i * side + j)
+    (i < side && j < side).then(|| i * side + j)
 }
 
 fn summed(of: &Pixels) -> Pixels {

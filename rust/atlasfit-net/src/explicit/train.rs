@@ -77,10 +77,11 @@ impl Chart {
 ///
 /// ```
 /// use atlasfit::{Run, Vec3};
-/// use atlasfit_net::explicit::{NetworkOptions, Trainer};
+/// use atlasfit_net::explicit::{NetworkOptions, Start, Trainer};
 /// let point = |i: u32| Vec3([f64::from(i / 10), f64::from(i % 10), 0.0]) * 0.05;
 /// let points: Vec<Vec3> = (0..100).map(point).collect();
-/// let how = NetworkOptions::default().with_charts(1);
+/// // From the other start a chart lies on so flat a scan at once.
+/// let how = NetworkOptions::default().with_charts(1).with_start(Start::Torch);
 /// let losses = Run::default().execute(|ctx| {
 ///     let mut trainer = Trainer::new(&points, &how, ctx)?;
 ///     trainer.thin(2);
