@@ -5,8 +5,8 @@ use crate::files::{self, InputArgs};
 use crate::number::{boundary, count, counted, json as number, short, vertex, vertices};
 use anyhow::Result;
 use atlasfit::measure::{
-    DistanceOptions, Distances, PointDistance, SurfaceDistance, Topology, UvQuality, points, surface,
-    topology, uv,
+    DistanceOptions, Distances, PointDistance, RimDistance, SurfaceDistance, Topology, UvQuality, points,
+    rims, surface, topology, uv,
 };
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -65,6 +65,10 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
             let d = run.execute(|ctx| surface(&mesh, &truth, &options, ctx))?;
             text += &surface_text(&d);
             json["surface"] = surface_json(&d);
+            if let Some(rims) = run.execute(|ctx| rims(&mesh, &truth, &options, ctx))? {
+                text += &rims_text(&rims);
+                json["rims"] = rims_json(&rims);
+            }
             known = Some(d.topology);
         }
     } else if as_points {
@@ -131,6 +135,19 @@ pub fn surface_json(d: &SurfaceDistance) -> Value {
         "f_score": number(d.f_score), "threshold": number(d.threshold),
         "normal_consistency": number(d.normal_consistency),
         "normal_orientation": number(d.normal_orientation),
+    })
+}
+
+fn rims_text(r: &RimDistance) -> String {
+    let [forth, back] = [&r.accuracy, &r.completeness].map(|d| short(d.rms));
+    let lengths = format!("length {} for {}", short(r.length), short(r.true_length));
+    format!("rims           rms {forth} to the truth's, {back} back, {lengths}\n")
+}
+
+fn rims_json(r: &RimDistance) -> Value {
+    json!({
+        "accuracy": distances_json(&r.accuracy), "completeness": distances_json(&r.completeness),
+        "length": number(r.length), "true_length": number(r.true_length),
     })
 }
 

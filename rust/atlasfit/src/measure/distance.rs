@@ -257,7 +257,7 @@ fn samples(result: Counts, options: &DistanceOptions) -> usize {
     }
 }
 
-fn check(options: &DistanceOptions) -> Result<()> {
+pub(super) fn check(options: &DistanceOptions) -> Result<()> {
     if options.samples == 0 || options.chamfer_samples == 0 {
         return Err(Error::invalid("the number of samples is 0", "Give at least 1, or leave the default"));
     }

@@ -7,6 +7,7 @@ mod chamfer;
 pub mod distance;
 pub mod locate;
 mod memory;
+pub mod rims;
 pub mod sample;
 #[cfg(test)]
 mod shapes;
@@ -20,6 +21,7 @@ pub use distance::{
 };
 pub use locate::{Foot, Locator};
 pub use memory::memory_needed;
+pub use rims::{RimDistance, rims};
 pub use statistics::Distances;
 pub use topology::{Topology, topology};
 pub use uv::{Charts, UvQuality, charts, uv};
