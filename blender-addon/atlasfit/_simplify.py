@@ -56,6 +56,15 @@ def simplify(
     options    see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     Raises Error (Cancelled, TimedOut), or ValueError and TypeError for arrays of a wrong shape or type.
+
+    A flat square of 200 triangles needs few:
+
+    >>> x, y = np.meshgrid(np.arange(11.0), np.arange(11.0))
+    >>> square = np.stack([x.ravel(), y.ravel(), np.zeros(121)], axis=1)
+    >>> at = np.arange(110)[np.arange(110) % 11 < 10]
+    >>> corners = np.concatenate([np.stack([at, at + 1, at + 12], 1), np.stack([at, at + 12, at + 11], 1)])
+    >>> len(atlasfit.simplify(square, corners, max_error=0.01).faces) < 20
+    True
     """
     vertices, triangles = positions(vertices, "vertices"), indices(triangles, (-1, 3), "triangles")
     uv = None if corner_uv is None else corners(corner_uv, len(triangles))

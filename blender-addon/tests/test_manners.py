@@ -17,7 +17,7 @@ from pathlib import Path
 import atlasfit
 import numpy as np
 import pytest
-from atlasfit import _atlas, _bake, _call, _denoise, _files, _measure, _unwrap
+from atlasfit import _atlas, _bake, _call, _denoise, _files, _measure, _simplify, _unwrap
 from made import torus, triangles
 from pages import code
 
@@ -187,7 +187,7 @@ def test_every_function_has_an_example_and_all_of_them_run(tmp_path, monkeypatch
     finder = doctest.DocTestFinder(exclude_empty=True)
     names = {"atlasfit": atlasfit, "np": np}
     with_example = set()
-    for module in (_atlas, _bake, _call, _denoise, _files, _measure, _unwrap):
+    for module in (_atlas, _bake, _call, _denoise, _files, _measure, _simplify, _unwrap):
         for test in finder.find(module, globs=dict(names)):
             said = []
             result = doctest.DocTestRunner().run(test, out=said.append)

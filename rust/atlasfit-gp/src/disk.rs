@@ -114,7 +114,7 @@ impl Expansion {
     }
 
     /// The first eigenfunctions at every radius and so many angles: one column each, radius by radius. They
-    /// are orthonormal under the weights of [`Self::weights`].
+    /// are orthonormal under the weights of the expansion.
     #[must_use]
     pub fn functions(&self, count: usize, angles: usize) -> DMatrix<f64> {
         let all =
