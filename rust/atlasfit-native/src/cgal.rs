@@ -3,6 +3,9 @@
 //! In: meshes of the core. Out: meshes, pairs of triangles, distances. Input is checked here first; C++
 //! exceptions are errors. A call stops within about 100 ms of being asked, but for the tree that wrapping
 //! builds over the triangles and what it cleans up at its end: about a second per million triangles each.
+//!
+//! Unsafe code is cxx's bridge, whose signatures are checked against cgal.hpp.
+#![allow(unsafe_code)]
 
 use crate::interface::Cgal;
 use atlasfit::geometry::TriMesh;
@@ -18,7 +21,6 @@ impl Stop<'_> {
     }
 }
 
-#[expect(unsafe_code, reason = "cxx's bridge; its signatures are checked against cgal.hpp")]
 #[cxx::bridge(namespace = "atlasfit_native")]
 mod bridge {
     extern "Rust" {
