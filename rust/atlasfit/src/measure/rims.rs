@@ -28,8 +28,8 @@ pub struct RimDistance {
 }
 
 /// Measures the boundary of a mesh against that of the true surface; `None` where either has none. Each is
-/// looked at in as many places as [`DistanceOptions::samples`] says. A distance may be too large by as much as
-/// the places are apart.
+/// looked at in as many places as [`DistanceOptions::samples`] says. A distance may be too large by as much
+/// as the places are apart.
 ///
 /// # Errors
 /// [`crate::Error::InvalidArgument`] for an option out of range, [`crate::Error::IndexOutOfRange`] for a

@@ -66,8 +66,8 @@ pub(crate) struct RimConstants {
     pub farthest: f64,
     /// One over the variance of how far it moves beyond that. Source: chosen, next to nothing.
     pub wall: f64,
-    /// Vertices so near to the boundary go onto it, in spacings, so that no sliver is cut off. Source: chosen,
-    /// a fifth of a voxel.
+    /// Vertices so near to the boundary go onto it, in spacings, so that no sliver is cut off. Source:
+    /// chosen, a fifth of a voxel.
     pub on: f64,
     /// Rings of vertices that follow the boundary. Source: chosen: a vertex two spacings from a boundary
     /// that moves by one moves by a half.

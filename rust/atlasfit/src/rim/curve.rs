@@ -90,8 +90,8 @@ impl Curve {
             node.normal = along(k).cross(node.out);
         }
     }
-    /// How much the curve bends outward along the surface at each node, by its second differences in spacings,
-    /// more than in the mean.
+    /// How much the curve bends outward along the surface at each node, by its second differences in
+    /// spacings, more than in the mean.
     pub fn bends(&self) -> Vec<f64> {
         let n = self.nodes.len();
         let at = |k: usize| self.nodes[k % n].position;
