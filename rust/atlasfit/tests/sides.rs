@@ -56,6 +56,21 @@ fn a_plate_three_times_as_thick_as_the_noise_keeps_both_its_sides() {
 }
 
 #[test]
+fn the_sides_of_a_plate_without_rims_face_away_from_each_other() {
+    let (thick, mut rng) = (0.05, Rng::new(8));
+    let points: Vec<[f64; 3]> = (0..8000)
+        .map(|i| {
+            let side = [-0.5, 0.5][i % 2] * thick + 0.004 * rng.normal();
+            [rng.uniform() - 0.5, rng.uniform() - 0.5, side]
+        })
+        .collect();
+    let out = run(&points).unwrap();
+    assert_eq!(topology(&out.surface).parts, 2);
+    let away = turned(&out, |p| Vec3([0.0, 0.0, p[2]]));
+    assert!(!(0.02..0.98).contains(&away), "{away}");
+}
+
+#[test]
 fn ropes_that_touch_all_face_outward() {
     let (radius, spread, mut rng) = (0.03, 0.4, Rng::new(5));
     // Two along x lie on two along y, as in a net.

@@ -234,6 +234,12 @@ impl Tube {
         let Level { distance, normal, .. } = self.level(&l);
         Some(View { distance, mask: self.mask_at(l.s), weight: Self::weight_at(l.s), normal })
     }
+    /// How much less than `radius` the tube's radius is beside `p`; 0 where it is more.
+    #[must_use]
+    pub fn shortfall(&self, p: Vec3, radius: f64) -> f64 {
+        let TubeCoordinates { s, theta, .. } = self.local(p);
+        (radius - self.radius_at(s, theta).value).max(0.0)
+    }
     /// The tube's point out from the axis through `p`.
     #[must_use]
     pub fn nearest(&self, p: Vec3) -> Foot {

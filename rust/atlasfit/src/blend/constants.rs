@@ -15,6 +15,9 @@ pub(crate) struct BlendConstants {
     /// lie within sqrt(3), and the rest lets the field be filled in from both sides of a gap. At least 1.74.
     /// Source: derived, and margin.
     pub band: f64,
+    /// Tubes whose radius is smaller, in voxels, are contoured as if it were this, and their vertices put back
+    /// onto them. Source: derived, sqrt(3) / 2: a corner then lies within every piece of a tube; and margin.
+    pub thinnest: f64,
     /// Least blended mask, in [0, 1], at which the charts' distance at a corner is believed. Sensible: below
     /// 0.5, where the data end. Source: chosen.
     /// Halved: acc 1.01 (box 1.07); doubled: acc 0.98 (box 0.87), com 1.07 (mobius 1.17).
@@ -96,6 +99,7 @@ pub(crate) struct BlendConstants {
 /// Their values.
 pub(crate) const BLEND: BlendConstants = BlendConstants {
     band: 2.2,
+    thinnest: 1.0,
     min_support: 0.25,
     range: 4e6,
     near: 0.5,

@@ -112,11 +112,15 @@ impl BlockBlend<'_> {
             if weight < least {
                 continue;
             }
-            if let Some(View { distance, mask, normal, .. }) = self.charts[chart as usize].view(p) {
+            let map = &self.charts[chart as usize];
+            if let Some(View { distance, mask, normal, .. }) = map.view(p) {
+                // A tube thinner than a voxel may pass between the corners: it is thickened here, and its
+                // vertices put back.
+                let thickened = distance - map.shortfall(p, BLEND.thinnest * self.h);
                 views.push(ChartView {
                     chart,
                     weight,
-                    distance: distance * sign,
+                    distance: thickened * sign,
                     normal: normal * sign,
                     mask,
                 });

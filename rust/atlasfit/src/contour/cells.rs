@@ -5,7 +5,7 @@
 //! records ([`super::quads`]).
 
 use super::constants::CONTOUR;
-use super::normals::{Charts, heaviest, normal, normal_of_side};
+use super::normals::{Charts, heaviest, normal, normal_of_side, shortfall};
 use super::surface::ContourVertices;
 use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, corner_offset};
 use crate::blend::constants::BLEND;
@@ -223,10 +223,11 @@ fn piece(
     let place = if near { meet } else { middle };
     let charts = charts.at(grid, voxel.block, place);
     let (normal, chart) = (normal(charts), heaviest(charts).map_or(u32::MAX, |c| c.index));
+    let thinner = shortfall(charts);
     let support =
         if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, place) };
     let out = &mut out.vertices;
-    out.positions.push(place);
+    out.positions.push(place - normal * thinner);
     out.normals.push(normal);
     out.chart.push(chart);
     out.filled.push(voxel.filled);

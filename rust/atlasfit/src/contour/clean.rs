@@ -5,8 +5,8 @@
 //! in files of their own; their order is here.
 
 use super::surface::{Contour, ContourVertices, Surface};
-use super::{boundary, bowties, compact, components, smooth, triangulate};
-use crate::atlas::{Chart, Vote};
+use super::{Facing, boundary, bowties, compact, components, smooth, triangulate};
+use crate::atlas::Chart;
 use crate::error::{Error, Result};
 use crate::run::Context;
 
@@ -14,17 +14,15 @@ use crate::run::Context;
 const MOST_QUADS: usize = u32::MAX as usize / 6;
 
 /// Splits the quads, drops what is not manifold, trims at the end of the data, orients, removes specks
-/// smaller than `min_triangles`, smooths what no data and none of the `charts` carry. `votes` says for each
-/// of them how the scan votes on its side; none where nothing is known.
+/// smaller than `min_triangles`, smooths what no data and none of the `charts` carry.
 ///
 /// # Errors
 /// Cancelled or out of time; [`Error::InvalidArgument`] above [`MOST_QUADS`].
 pub(crate) fn clean(
     contour: Contour,
     charts: &[Chart],
-    one_sided: bool,
+    facing: &Facing<'_>,
     min_triangles: usize,
-    votes: &[Vote],
     ctx: &Context<'_>,
 ) -> Result<Surface> {
     let Contour { vertices, quads } = contour;
@@ -34,11 +32,11 @@ pub(crate) fn clean(
     let ContourVertices { mut positions, normals, chart, filled, support } = vertices;
     let mut triangles = triangulate::split(&positions, &quads, ctx)?;
     drop(quads);
-    triangulate::drop_non_manifold(&mut triangles, one_sided, ctx)?;
+    triangulate::drop_non_manifold(&mut triangles, facing.one_sided, ctx)?;
     boundary::peel(&mut triangles, &support, ctx)?;
     boundary::trim(&mut positions, &triangles, &support, ctx)?;
     let mut surface = Surface { positions, normals, chart, triangles };
-    components::orient(&mut surface, one_sided, min_triangles, votes, ctx)?;
+    components::orient(&mut surface, charts, facing, min_triangles, ctx)?;
     smooth::smooth(&mut surface, charts, filled, ctx)?;
     boundary::drop_flaps(&mut surface, ctx)?;
     bowties::split(&mut surface, ctx)?;

@@ -17,6 +17,16 @@ use crate::spatial::neighbours::Neighbours;
 use crate::spatial::triangle::area_vector;
 use std::collections::BTreeMap;
 
+/// What is known of how the surface faces, beside its shape.
+pub(crate) struct Facing<'a> {
+    /// Whether some part is one-sided.
+    pub(crate) one_sided: bool,
+    /// How the scan votes on each chart's side; none where nothing is known.
+    pub(crate) votes: &'a [Vote],
+    /// How charts that lie before each other face, before their signs.
+    pub(crate) opposing: &'a [Relation],
+}
+
 /// A place on a part, with its unit normal.
 struct Place {
     position: Vec3,
@@ -98,11 +108,12 @@ fn winding(places: &[Place], area: f64) -> f64 {
     places.iter().map(|p| about(p.position) * p.normal.norm()).sum::<f64>() / held.max(f64::MIN_POSITIVE)
 }
 
-/// 1 for each part that faces the right way, -1 for the others.
+/// 1 for each part that faces the right way, -1 for the others. `apart` says how parts that lie before each
+/// other face.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn sides(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<f64>> {
+pub(super) fn sides(parts: &[Component], mut apart: Vec<Relation>, ctx: &Context<'_>) -> Result<Vec<f64>> {
     // What is open faces along the one axis that it faces most, upward.
     let open = parts.iter().filter(|c| !c.rim.is_empty());
     let faced: Vec3 = open.fold(Vec3::ZERO, |sum, c| sum + Vec3(c.mean_normal.0.map(f64::abs)));
@@ -113,7 +124,11 @@ pub(super) fn sides(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<f64>> 
         CONTOUR.scan_knows * c.vote.verdict() + shape + CONTOUR.upward * upward
     };
     let votes: Vec<(u32, f64)> = (0..).zip(parts.iter().map(said)).collect();
-    orient::agree(parts.len(), &beside(parts, ctx)?, &votes, ctx)
+    // What is closed knows its outside by itself.
+    apart.retain(|r| [r.a, r.b].iter().all(|&k| !parts[k as usize].rim.is_empty()));
+    apart.iter_mut().for_each(|r| r.agreement *= CONTOUR.goes_on);
+    apart.extend(beside(parts, ctx)?);
+    orient::agree(parts.len(), &apart, &votes, ctx)
 }
 
 /// How the parts face each other across the gaps between them.
@@ -154,7 +169,7 @@ fn agreement(p: &Place, q: &Place, size2: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::Run;
-    use crate::contour::components;
+    use crate::contour::{Facing, components};
 
     const PIECES: u32 = 5;
 
@@ -199,7 +214,17 @@ mod tests {
 
     fn oriented(s: &Surface) -> Surface {
         let mut s = s.clone();
-        Run::default().execute(|ctx| components::orient(&mut s, false, 0, &[], ctx)).unwrap();
+        Run::default()
+            .execute(|ctx| {
+                components::orient(
+                    &mut s,
+                    &[],
+                    &Facing { one_sided: false, votes: &[], opposing: &[] },
+                    0,
+                    ctx,
+                )
+            })
+            .unwrap();
         s
     }
 

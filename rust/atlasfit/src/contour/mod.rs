@@ -24,3 +24,5 @@ mod slits;
 pub(crate) mod smooth;
 pub(crate) mod surface;
 mod triangulate;
+
+pub(crate) use facing::Facing;

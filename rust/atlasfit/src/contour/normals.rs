@@ -5,6 +5,7 @@
 
 use super::constants::CONTOUR;
 use crate::blend::blocks::{BlockChart, Grid};
+use crate::blend::constants::BLEND;
 use crate::numeric::vec3::Vec3;
 
 /// A chart as it looks at a place, in the gauge of a block.
@@ -12,6 +13,8 @@ use crate::numeric::vec3::Vec3;
 pub(super) struct Seen {
     weight: f64,
     normal: Vec3,
+    /// How much thinner the chart is there than it was contoured.
+    shortfall: f64,
     pub(super) index: u32,
 }
 
@@ -27,7 +30,8 @@ impl Charts {
         self.0.extend(grid.charts_of(block).filter_map(|BlockChart { index, chart, sign }| {
             let v = chart.view(p)?;
             let weight = v.weight * v.mask / (v.distance * v.distance + near2);
-            Some(Seen { weight, normal: v.normal * sign, index })
+            let shortfall = chart.shortfall(p, BLEND.thinnest * grid.h) * sign;
+            Some(Seen { weight, normal: v.normal * sign, shortfall, index })
         }));
         &self.0
     }
@@ -36,6 +40,13 @@ impl Charts {
 /// The one that weighs most; none where none has a weight.
 pub(super) fn heaviest(charts: &[Seen]) -> Option<&Seen> {
     charts.iter().filter(|c| c.weight > 0.0).reduce(|best, c| if c.weight > best.weight { c } else { best })
+}
+
+/// How far the surface there is from where it was contoured, along its normal.
+pub(super) fn shortfall(charts: &[Seen]) -> f64 {
+    let (sum, total) =
+        charts.iter().fold((0.0, 0.0), |(sum, total), c| (sum + c.weight * c.shortfall, total + c.weight));
+    if sum == 0.0 { 0.0 } else { sum / total }
 }
 
 /// Their unit normal; zero without charts.

@@ -12,6 +12,7 @@ use crate::error::Result;
 use crate::numeric::rng::shuffled;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
+use std::collections::BTreeSet;
 
 /// Patches about some of the points, evenly spread over those that are not `done`.
 ///
@@ -40,7 +41,7 @@ pub(crate) fn partition(
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
     let order = shuffled(cut.points.len(), ctx.seed);
-    let mut cover = Cover { cut, covered: done.to_vec(), patches: Vec::new() };
+    let mut cover = Cover { cut, covered: done.to_vec(), patches: Vec::new(), known: BTreeSet::new() };
     let mut noisy: Option<NoisyParts> = None;
     for round in 0..PARTITION.rounds {
         let seeds =
@@ -79,6 +80,8 @@ struct Cover<'a> {
     cut: &'a Cut<'a>,
     covered: Vec<bool>,
     patches: Vec<Patch>,
+    /// Centres of the patches, as bits.
+    known: BTreeSet<[u64; 3]>,
 }
 
 impl Cover<'_> {
@@ -126,6 +129,11 @@ impl Cover<'_> {
             if u * u + v * v < PARTITION.core * PARTITION.core {
                 self.covered[m as usize] = true;
             }
+        }
+        // Seeds at the rim of a patch that cannot grow give the same patch again.
+        if !self.known.insert(patch.center.0.map(f64::to_bits)) {
+            self.covered[seed] = true;
+            return;
         }
         debug_assert!(patch.members.len() >= PARTITION.min_members);
         self.patches.push(patch);

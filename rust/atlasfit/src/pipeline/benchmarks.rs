@@ -9,7 +9,7 @@ use super::sheets::{self, OrientedAtlas};
 use super::surface::voxel;
 use crate::atlas::{Chart, Pair, Patch, Relation};
 use crate::blend::{blocks::Grid, field, fill, sites};
-use crate::contour::{clean, quads, surface::Contour};
+use crate::contour::{Facing, clean, quads, surface::Contour};
 use crate::error::Result;
 use crate::fit;
 use crate::geometry::PointCloud;

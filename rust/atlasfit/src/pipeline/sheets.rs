@@ -22,6 +22,8 @@ pub(super) struct OrientedAtlas {
     pub members: Membership,
     /// How overlapping charts face each other.
     pub relations: Vec<Relation>,
+    /// How opposing sheets face each other.
+    pub opposing: Vec<Relation>,
     /// Pairs that the signs contradict, where the surface is one-sided.
     pub conflicts: Vec<Pair>,
     /// How the scan's known directions vote on each chart's side, as the chart now faces; none without such.
@@ -80,5 +82,5 @@ fn oriented(
     }
     votes.iter_mut().zip(&signs.of_chart).for_each(|(v, sign)| v.sum *= sign);
     let projected = project::project_members(points, &fitted, &members, ctx)?;
-    Ok(OrientedAtlas { fitted, members, relations, conflicts: signs.conflicts, votes, projected })
+    Ok(OrientedAtlas { fitted, members, relations, opposing, conflicts: signs.conflicts, votes, projected })
 }

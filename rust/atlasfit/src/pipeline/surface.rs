@@ -13,7 +13,7 @@ use super::warnings;
 use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
-use crate::contour::{cavities, clean, components, quads, smooth, surface::Surface};
+use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
 use crate::numeric::vec3::Vec3;
@@ -58,7 +58,8 @@ pub(super) fn build(
     ctx: &Context<'_>,
 ) -> Result<Built> {
     let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, .. } = scan;
-    let OrientedAtlas { fitted, members, relations, mut conflicts, mut votes, mut projected } = atlas;
+    let OrientedAtlas { fitted, members, relations, opposing, mut conflicts, mut votes, mut projected } =
+        atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
     let voxel = voxel(&sampling) / options.detail;
@@ -83,7 +84,8 @@ pub(super) fn build(
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
-    let mut surface = clean::clean(contour, &charts, !conflicts.is_empty(), speck, &votes, ctx)?;
+    let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
+    let mut surface = clean::clean(contour, &charts, &facing, speck, ctx)?;
     let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
