@@ -2,7 +2,7 @@
 """Blender's meshes as numpy arrays, and back. Bulk copies only; no operator calls but for the mode."""
 
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -144,6 +144,16 @@ class Triangles:
     face_polygons: np.ndarray
     parts: list
 
+    def some(self, wanted):
+        """Those triangles only, of the same vertices."""
+        parts, at = [], 0
+        for part in self.parts:
+            mine = wanted[at : at + len(part.loops)]
+            at += len(part.loops)
+            if mine.any():
+                parts.append(replace(part, loops=part.loops[mine], polygons=part.polygons[mine]))
+        return Triangles(self.vertices, self.faces[wanted], self.face_polygons[wanted], parts)
+
 
 def triangles(obs, only_selected):
     """The objects' triangles in one array, scaled as one sees them. Refuses where there is none."""
@@ -160,8 +170,7 @@ def triangles(obs, only_selected):
         else:
             polygon = get(me.loop_triangles, "polygon_index", 1, np.int32)
         if only_selected:
-            wanted = get(me.polygons, "select", 1, np.bool_) & ~get(me.polygons, "hide", 1, np.bool_)
-            mine = wanted[polygon]
+            mine = selected(me)[polygon]
             corners, verts, polygon = corners[mine], verts[mine], polygon[mine]
         if len(verts) == 0:
             continue
@@ -175,6 +184,11 @@ def triangles(obs, only_selected):
         raise Refused(f"{what}. Select faces, or use Reconstruct to make a surface from points")
     join = lambda arrays: arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
     return Triangles(join(vertices), join(faces), join(polygons), parts)
+
+
+def selected(me):
+    """Whether each polygon is selected and seen."""
+    return get(me.polygons, "select", 1, np.bool_) & ~get(me.polygons, "hide", 1, np.bool_)
 
 
 def triangle_vertices(me):
@@ -243,6 +257,14 @@ def uv_put(layer, values):
         put(layer.uv, "vector", values)
     else:
         put(layer.data, "uv", values)
+
+
+def corner_uvs(obs, parts, purpose):
+    """The UVs of the triangles in the active UV maps, (m, 3, 2)."""
+    for ob in obs:
+        if not ob.data.uv_layers:
+            raise Refused(f"{ob.name} has no UV map {purpose}")
+    return np.concatenate([uv_get(ob.data.uv_layers.active)[part.loops] for ob, part in zip(obs, parts)])
 
 
 def pinned(layer):

@@ -25,6 +25,7 @@ from made import torus, triangles
 from color_cases import *  # noqa: F403
 from denoise_cases import *  # noqa: F403
 from import_cases import *  # noqa: F403
+from layout_cases import *  # noqa: F403
 from texture_cases import *  # noqa: F403
 
 
