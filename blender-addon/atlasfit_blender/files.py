@@ -65,7 +65,7 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
 
     def invoke(self, context, event):
         """Asks for the files, unless they are named."""
-        if self.filepath:
+        if self.filepath or self.files:
             return super().invoke(context, event)
         self._browsed = True
         context.window_manager.fileselect_add(self)

@@ -31,6 +31,7 @@ failed = []
 # opened by script in 3.4.
 TAB = (978, 247)
 REDO_PANEL = (76, 705)
+SEAMS_OF_REDO_PANEL = (188, 514)
 
 
 def window():
@@ -120,6 +121,75 @@ def click(x, y):
     yield 1.0
 
 
+def uvs():
+    return mesh.uv_get(active().data.uv_layers.active).tobytes()
+
+
+def changed_in_the_redo_panel():
+    """Switches Seams in the panel of Atlas Unwrap, and waits until the run has begun."""
+    x, y = SEAMS_OF_REDO_PANEL
+    y = window().height - y
+    key("MOUSEMOVE", "NOTHING", x, y)
+    yield 0.5
+    key("LEFTMOUSE", "PRESS", x, y)
+    key("LEFTMOUSE", "RELEASE", x, y)
+    until = time.monotonic() + WAIT_S
+    while not Status.label and time.monotonic() < until:
+        yield 0.01
+
+
+class Held:
+    """The library's unwrap() that does not begin before it is let go, so that no check races with it."""
+
+    def __init__(self):
+        self.atlasfit, self.held = addon.layout.atlasfit, True
+        self.unwrap, self.atlasfit.unwrap = self.atlasfit.unwrap, self
+
+    def __call__(self, *given, progress, **options):
+        until = time.monotonic() + WAIT_S
+        while self.held and time.monotonic() < until and progress("held", 0.0):
+            time.sleep(0.01)
+        return self.unwrap(*given, progress=progress, **options)
+
+    def let_go(self):
+        self.held, self.atlasfit.unwrap = False, self.unwrap
+
+
+def redo_is_modal():
+    """A setting that is changed in the redo panel: the view turns meanwhile, Esc keeps the earlier result."""
+    first, view, held = uvs(), area("VIEW_3D").spaces[0].region_3d, Held()
+    yield from changed_in_the_redo_panel()
+    check("redo works in a thread", Status.label == "Atlas Unwrap")
+    check("and the scene is as before the first run meanwhile", layers() == [])
+    turned = view.view_rotation.copy()
+    key("MIDDLEMOUSE", "PRESS", 500, 400)
+    for x in range(500, 600, 10):
+        key("MOUSEMOVE", "NOTHING", x, 420)
+    key("MIDDLEMOUSE", "RELEASE", 600, 420)
+    until = time.monotonic() + WAIT_S
+    while view.view_rotation == turned and time.monotonic() < until:
+        yield 0.05
+    check("the view turns meanwhile", view.view_rotation != turned and Status.label == "Atlas Unwrap")
+    held.let_go()
+    yield from waited()
+    yield 0.5
+    check("redo leaves one UV map", layers() == ["Atlas"])
+    check("with the new setting", not bpy.context.window_manager.operators[-1].seams)
+    second = uvs()
+    check("and other UVs", second != first)
+    held = Held()
+    yield from changed_in_the_redo_panel()
+    check("redo works again", Status.label == "Atlas Unwrap" and layers() == [])
+    key("ESC")
+    key("ESC", "RELEASE")
+    yield from waited()
+    held.let_go()
+    yield 1.0
+    check("Esc in redo keeps the earlier result", layers() == ["Atlas"] and uvs() == second)
+    with within("VIEW_3D"):
+        bpy.ops.view3d.view_axis(type="FRONT")
+
+
 def first_look():
     """A scan comes in by its file and becomes a surface: what one sees then, with nothing else pressed."""
     remove_all()
@@ -160,6 +230,8 @@ def script():
         bpy.ops.object.shade_smooth()
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_selected()
+        for edge in active().data.edges:  # for a setting to change
+            edge.use_seam = all(abs(active().data.vertices[v].co.x) < 1e-4 for v in edge.vertices)
         bpy.ops.ed.undo_push(message="scene made")
 
     with within("VIEW_3D"):
@@ -170,7 +242,7 @@ def script():
     check("the UV map is written", layers() == ["Atlas"])
     yield from click(*REDO_PANEL)
     picture("panel.png")
-    yield from click(*REDO_PANEL)
+    yield from redo_is_modal()
     bpy.ops.ed.undo()
     yield 0.5
     check("undo takes it back in one step", layers() == [])
