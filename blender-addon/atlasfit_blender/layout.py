@@ -168,8 +168,6 @@ class Layout(LongOperator):
 
     def _notes(self, info):
         out = []
-        if self.density and info.texels_per_unit < 0.999 * self.density:
-            out.append(f"the density is {info.texels_per_unit:.4g}: more does not fit the tiles")
         if info.degenerate_faces:
             out.append(f"{info.degenerate_faces} triangles have no area")
         if info.duplicate_faces:

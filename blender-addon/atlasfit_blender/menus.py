@@ -62,7 +62,7 @@ class _Panel:
         for operator in self.operators:
             column.operator(operator.bl_idname)
         ob = context.view_layer.objects.active
-        report = ob.data.get(mesh.REPORT) if ob is not None and ob.type == "MESH" else None
+        report = ob.data.get(mesh.REPORT) if mesh.is_scan(ob) else None
         if report is None:
             return
         box = layout.box()

@@ -200,8 +200,44 @@ def triangle_vertices(me):
     return get(me.loop_triangles, "vertices", 3, np.int32)
 
 
+def is_scan(ob):
+    """Whether an object has points: a mesh, or a point cloud (Blender 5)."""
+    return ob is not None and ob.type in {"MESH", "POINTCLOUD"}
+
+
+def is_cloud(me):
+    """Whether this is the data of a point cloud object: it has the attributes of a mesh and no faces."""
+    return hasattr(me, "points")
+
+
+def has_faces(me):
+    """Whether there are faces."""
+    return not is_cloud(me) and len(me.polygons) > 0
+
+
+def count(me):
+    """The number of vertices, or of points."""
+    return len(me.points if is_cloud(me) else me.vertices)
+
+
+def put_positions(me, values):
+    """The reverse of positions()."""
+    if is_cloud(me):
+        put(me.attributes["position"].data, "vector", values)
+    else:
+        put(me.vertices, "co", values)
+
+
+def updated(me):
+    """Says that the data were changed."""
+    if is_cloud(me):
+        me.update_tag()
+    else:
+        me.update()
+
+
 def positions(me):
-    """Vertex positions, (n, 3) float32."""
+    """Positions of vertices or points, (n, 3) float32."""
     attribute = me.attributes.get("position")  # a plain copy where Blender keeps positions so (3.5 and later)
     if attribute is not None:
         return get(attribute.data, "vector", 3, np.float32)
@@ -311,7 +347,9 @@ def own_colors(me):
     found = [a for a in me.color_attributes if not shows_stretch(a)]
     if not found:
         return None
-    active, rendered = me.color_attributes.active_color, me.color_attributes.render_color_index
+    # Those of a point cloud have neither.
+    active = getattr(me.color_attributes, "active_color", None)
+    rendered = getattr(me.color_attributes, "render_color_index", -1)
     wanted = [active.name if active is not None else None, me.get(COLOR)]
     if 0 <= rendered < len(me.color_attributes):
         wanted.append(me.color_attributes[rendered].name)

@@ -170,3 +170,57 @@ def test_marking_seams_in_edit_mode_leaves_those_of_other_faces():
     assert seams(ob) == middle(ob)
     monkey()
     refused(lambda: bpy.ops.uv.atlasfit_mark_seams(), "has no UV map")
+
+
+# ---- a density beside tiles
+
+
+def tiles(ob):
+    inside = [uvs(ob)[list(p.loop_indices)].mean(axis=0) for p in ob.data.polygons]
+    return {tuple(np.floor(c).astype(int)) for c in inside}
+
+
+def density(ob):
+    """Pixels per unit on a tile of 256 pixels, as the UVs have it."""
+    area = sum(p.area for p in ob.data.polygons)
+    flat = sum(
+        abs(np.cross(b - a, c - a)) / 2 + abs(np.cross(c - a, d - a)) / 2
+        for a, b, c, d in (uvs(ob)[list(p.loop_indices)] for p in ob.data.polygons)
+    )
+    return 256 * np.sqrt(flat / area)
+
+
+def test_a_density_is_kept_on_as_many_tiles_as_it_needs_also_by_charts_larger_than_a_tile():
+    ob = grid()  # 2 x 2 units: one chart
+    bpy.ops.uv.atlasfit_unwrap(texture_size=256, density=100.0)
+    assert tiles(ob) == {(0, 0)} and abs(density(ob) - 100) < 0.5 and "notes" not in report(ob)
+    bpy.ops.uv.atlasfit_pack(texture_size=256, density=50.0)
+    assert tiles(ob) == {(0, 0)} and abs(density(ob) - 50) < 0.5 and "notes" not in report(ob)
+    bpy.ops.uv.atlasfit_unwrap(texture_size=256, density=200.0)
+    assert len(tiles(ob)) > 1 and abs(density(ob) - 200) < 0.5 and "density" not in report(ob)["notes"]
+    bpy.ops.uv.atlasfit_unwrap()
+    bpy.ops.uv.atlasfit_pack(texture_size=256, density=200.0)
+    assert density(ob) < 130 and "the density was lowered" in report(ob)["notes"], "a chart that is kept is not cut"
+
+
+def test_tiles_bound_what_a_density_takes_and_that_is_said():
+    ob = grid()
+    ob.modifiers.new("solid", "SOLIDIFY").thickness = 0.5
+    bpy.ops.object.modifier_apply(modifier="solid")  # six sides
+    found = []
+    for pages in (1, 2, 4):
+        bpy.ops.uv.atlasfit_unwrap(texture_size=256, density=400.0, pages=pages)
+        assert len(tiles(ob)) <= pages and "the density was lowered" in report(ob)["notes"]
+        assert f"{density(ob):.0f}" == f"{float(report(ob)['pixels per unit']):.0f}"
+        found.append(density(ob))
+    assert found[0] < found[1] < found[2] < 400, "more tiles, more density"
+
+
+def test_textures_are_drawn_anew_on_one_tile_and_more_are_refused_before_the_work():
+    ob = wooden()
+    before, image = uvs(ob), shown(ob)
+    refused(lambda: bpy.ops.uv.atlasfit_unwrap(pages=2, density=100.0), "turn Keep Textures off")
+    assert (uvs(ob) == before).all() and shown(ob) == image
+    bpy.ops.uv.atlasfit_unwrap(pages=2, density=100.0, textures=False)
+    bpy.ops.uv.atlasfit_unwrap(density=100.0)
+    assert tiles(ob) == {(0, 0)}
