@@ -122,8 +122,8 @@ def legacy(library, out):
 
 
 def extension(wheel_path, out):
-    """The extension with the wheel inside. Its files are in a folder, so that an older Blender, which takes it
-    for an add-on, keeps them together, and the add-on can say what to install instead (native.py).
+    """The extension with the wheel inside. Its files are in a folder, so that an older Blender, which takes
+    it for an add-on, keeps them together, and the add-on can say what to install instead (native.py).
     """
     files = []
     for name, content in sources(ADDON):

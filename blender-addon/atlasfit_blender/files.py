@@ -105,7 +105,8 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
             for i, path in enumerate(paths):
                 how = {"progress": within(progress, i / len(paths), (i + 1) / len(paths)), "cancel": cancel}
                 name, end = os.path.splitext(os.path.basename(path))
-                out.append((name, up == "Y" or up == "AUTO" and end.lower() in Y_UP, atlasfit.load(path, **how)))
+                y_up = up == "Y" or up == "AUTO" and end.lower() in Y_UP
+                out.append((name, y_up, atlasfit.load(path, **how)))
             return out
 
         return work

@@ -85,7 +85,7 @@ class Layout(LongOperator):
         return work
 
     def old_textures(self, obs, given, obstacle=None):
-        """What the triangles show through their UVs, to be drawn anew; None where nothing is, or cannot be."""
+        """What the triangles show through their UVs, to be drawn anew; None where there is nothing."""
         obstacle = obstacle if self.textures else "Keep Textures is off"
         if any(len(part.loops) < len(ob.data.loop_triangles) for ob, part in zip(obs, given.parts)):
             obstacle = obstacle or "some of the faces that show it keep their UVs"

@@ -107,8 +107,8 @@ class LongOperator:
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
-        """For scripts and background runs: returns when all is done. Of the redo panel and Repeat Last: starts
-        a modal run.
+        """For scripts and background runs: returns when all is done. For the redo panel and Repeat Last:
+        starts a modal run.
         """
         if self.options.is_repeat or self.options.is_repeat_last:
             if context.window is not None and not bpy.app.background:
@@ -170,9 +170,9 @@ class LongOperator:
         return {"FINISHED"}
 
     def _again(self, context):
-        """Redo: Blender has undone the last run, calls execute(), and does what was undone once more where that
-        ends without a result. So it ends so; right after, the last run is undone for good and a modal run
-        with the new settings begins. Where that is given up the last run comes back.
+        """Redo: Blender has undone the last run, calls execute(), and where that ends without a result does
+        what was undone once more. So it ends so; right after, the last run is undone for good and a modal
+        run with the new settings begins. Where that is given up the last run comes back.
         """
         if Status.label:
             return {"CANCELLED"}

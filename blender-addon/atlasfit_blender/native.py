@@ -8,8 +8,8 @@ import bpy
 
 EXTENSIONS = (4, 2, 0)  # the first Blender that knows them
 REFUSAL = (
-    "This is Atlasfit's extension for Blender 4.2 and later: in this Blender install the zip with \"legacy\" in"
-    " its name (atlasfit_blender-VERSION-legacy-PLATFORM.zip) instead"
+    "This is Atlasfit's extension for Blender 4.2 and later: in this Blender install the zip with \"legacy\""
+    " in its name (atlasfit_blender-VERSION-legacy-PLATFORM.zip) instead"
 )
 
 

@@ -202,10 +202,8 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         if self.drop and self.result == "SHAPE":
             raise Refused("a shape key keeps all points: turn Delete Outliers off, or choose another result")
         if mesh.is_cloud(me) and (self.drop or self.result == "SHAPE"):
-            raise Refused(
-                "a point cloud object has no shape keys, and its points cannot be deleted: choose another"
-                " result, or convert it to a mesh first (Object, Convert)"
-            )
+            what = "a point cloud object has no shape keys, and its points cannot be deleted"
+            raise Refused(f"{what}: choose another result, or convert it to a mesh first (Object, Convert)")
         matrix = mesh.linear(ob)
         points = mesh.positions(me)[chosen] @ matrix.T
         normals = _normals(me, matrix)
@@ -393,10 +391,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, paint = (
-            self.texture_size or atlasfit.texture_side(len(points)),
-            bake.srgb(colors) if self.bake and colors is not None else None,
-        )
+        size = self.texture_size or atlasfit.texture_side(len(points))
+        paint = bake.srgb(colors) if self.bake and colors is not None else None
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mark Seams: the edges where a UV map is cut become seams, so that one can edit the cuts and unwrap again."""
+"""Mark Seams: the edges where a UV map is cut become seams, to be edited and unwrapped again."""
 
 import bpy
 import numpy as np

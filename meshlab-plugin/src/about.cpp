@@ -51,7 +51,7 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"grow wide. <b>Networks</b>: the paper's networks, "
 			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of "
 			"them. <b>Level set</b>: one network for all, closed surfaces only.",
-			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, false},
+			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, true},
 		{Parameter::INT, "charts", double(o.charts), "Charts",
 			"Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
 	};

@@ -1,7 +1,7 @@
 """The add-on in a Blender with a window: drives itself, takes pictures, checks Esc, undo and the interface,
 and quits.
 
-    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1200 800
+    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1366 768
         --python gui.py
 
 ADDON_ZIP names the legacy zip, PICTURES the folder for pictures (taken with scrot). Prints one line per
@@ -27,11 +27,12 @@ mesh, Status = addon.mesh, addon.long.Status
 PICTURES = os.environ["PICTURES"]
 WAIT_S = 180  # for one run, on a loaded machine
 failed = []
-# Where the mouse must click, from the window's top left: neither the sidebar's tab nor the redo panel can be
+# Where the mouse must click, from a corner of the 3D view: neither the sidebar's tab nor the redo panel can be
 # opened by script in 3.4.
-TAB = (978, 247)
-REDO_PANEL = (76, 705)
-SEAMS_OF_REDO_PANEL = (188, 514)
+TAB = (-12, -219)  # from the right and the top
+REDO_PANEL = (75, 15)  # from the left and the bottom
+SEAMS_OF_REDO_PANEL = (187, 206)
+ROWS_OF_REDO_PANEL = 410  # its height when it is open
 
 
 def window():
@@ -46,6 +47,12 @@ def within(kind):
     a = area(kind)
     region = next(r for r in a.regions if r.type == "WINDOW")
     return bpy.context.temp_override(window=window(), screen=window().screen, area=a, region=region)
+
+
+def place(x, y):
+    """A place in the 3D view, from the window's bottom left: negative ones are from the right and the top."""
+    a = area("VIEW_3D")
+    return a.x + (x if x > 0 else a.width + x), a.y + (y if y > 0 else a.height + y)
 
 
 def key(kind, value="PRESS", x=300, y=400):
@@ -112,8 +119,8 @@ def waited():
 
 
 def click(x, y):
-    """x from the left, y from the top of the window."""
-    y = window().height - y
+    """A click on a place of the 3D view."""
+    x, y = place(x, y)
     key("MOUSEMOVE", "NOTHING", x, y)
     yield 0.5
     key("LEFTMOUSE", "PRESS", x, y)
@@ -127,8 +134,7 @@ def uvs():
 
 def changed_in_the_redo_panel():
     """Switches Seams in the panel of Atlas Unwrap, and waits until the run has begun."""
-    x, y = SEAMS_OF_REDO_PANEL
-    y = window().height - y
+    x, y = place(*SEAMS_OF_REDO_PANEL)
     key("MOUSEMOVE", "NOTHING", x, y)
     yield 0.5
     key("LEFTMOUSE", "PRESS", x, y)
@@ -241,6 +247,10 @@ def script():
     yield 1.0
     check("the UV map is written", layers() == ["Atlas"])
     yield from click(*REDO_PANEL)
+    check(
+        f"the redo panel is whole at {window().width} x {window().height}",
+        ROWS_OF_REDO_PANEL < area("VIEW_3D").height,
+    )
     picture("panel.png")
     yield from redo_is_modal()
     bpy.ops.ed.undo()

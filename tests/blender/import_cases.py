@@ -127,7 +127,8 @@ def test_the_axis_that_is_up_is_that_of_blenders_own_importers_or_the_one_asked_
         assert np.allclose(ordered(up(filepath=path, up="Z")), points), end
         if end == "obj" and hasattr(bpy.ops.wm, "obj_import"):
             bpy.ops.wm.obj_import(filepath=path)
-            theirs = np.array([bpy.context.object.matrix_world @ v.co for v in bpy.context.object.data.vertices])
+            ob = bpy.context.object
+            theirs = np.array([ob.matrix_world @ v.co for v in ob.data.vertices])
             assert np.allclose(ordered(theirs), turned, atol=1e-5)
     atlasfit.save(f"{where}/b.ply", points, normals=normals)
     up(filepath=f"{where}/b.ply", up="Y")

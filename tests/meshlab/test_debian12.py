@@ -14,7 +14,6 @@ pytestmark = pytest.mark.skipif(
 # meshlabserver wants every parameter that the dialog has, and no other.
 FIT = {
     "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0),
-    "prior": ("Enum", 0),
 }
 PARAMETERS = {
     "Surface Reconstruction: Atlas": {
@@ -93,7 +92,8 @@ def test_unwrapping_and_measuring(folder, scan, atlasfit):
     atlasfit("denoise", scan, "--no-uv", "-o", folder / "plain.ply")
     code, said = serve(
         folder, folder / "plain.ply", "unwrapped.obj",
-        ("Parametrization: Atlas", {"texture": 1}), ("Parametrization: Pack Charts", {}), ("UV Distortion", {}),
+        ("Parametrization: Atlas", {"texture": 1}), ("Parametrization: Pack Charts", {}),
+        ("UV Distortion", {}),
     )
     assert code == 0, said
     uv = atlasfit("measure", folder / "unwrapped.obj")["uv"]

@@ -68,7 +68,8 @@ def test_packing_draws_a_texture_anew(folder):
     (file,) = out.glob("*.png")
     new = np.asarray(Image.open(file).convert("RGB"))
     uv = ms.current_mesh().wedge_tex_coord_matrix().reshape(-1, 3, 2).mean(axis=1)
-    middle = ms.current_mesh().vertex_matrix()[ms.current_mesh().face_matrix()][:, :, :2].mean(axis=1) / [2, 1]
+    m = ms.current_mesh()
+    middle = m.vertex_matrix()[m.face_matrix()][:, :, :2].mean(axis=1) / [2, 1]
     assert np.abs(colours_at(new, uv) - colours_at(old, middle)).max() < 6
 
 

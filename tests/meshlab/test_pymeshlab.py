@@ -266,7 +266,8 @@ def squares(sizes):
 
 def test_packing_keeps_charts_as_they_are_and_gives_them_one_density(folder):
     vertices, faces = squares([2.0, 1.0, 0.5])
-    piled = np.concatenate([(vertices[f][:, :2] - vertices[f[0]][:2]) / np.ptp(vertices[f][:, 0]) for f in faces])
+    flat = vertices[faces][:, :, :2]
+    piled = ((flat - flat[:, :1]) / np.ptp(flat[:, :, :1], axis=1, keepdims=True)).reshape(-1, 2)
     ms = textured(folder, vertices, faces, piled)
     assert ms.apply_filter(DISTORTION)["overlapping_faces"] > 0
     values = ms.apply_filter(PACK)
