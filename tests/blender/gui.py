@@ -251,6 +251,7 @@ def script():
         f"the redo panel is whole at {window().width} x {window().height}",
         ROWS_OF_REDO_PANEL < area("VIEW_3D").height,
     )
+    yield 2.0  # a large window is drawn slowly
     picture("panel.png")
     yield from redo_is_modal()
     bpy.ops.ed.undo()
