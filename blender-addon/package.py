@@ -122,18 +122,19 @@ def legacy(library, out):
 
 
 def extension(wheel_path, out):
-    """The extension with the wheel inside; its files are at the archive's root."""
+    """The extension with the wheel inside. Its files are in a folder, so that an older Blender, which takes
+    it for an add-on, keeps them together, and the add-on can say what to install instead (native.py).
+    """
     files = []
     for name, content in sources(ADDON):
-        name = name.removeprefix(f"{ADDON}/")
-        if name == "blender_manifest.toml":
+        if name.endswith("blender_manifest.toml"):
             text = content.decode().replace(
                 "# package.py adds `platforms` and `wheels`.\n",
                 f'platforms = ["{blender_platform()}"]\nwheels = ["./wheels/{wheel_path.name}"]\n',
             )
             content = text.encode()
         files.append((name, content))
-    files.append((f"wheels/{wheel_path.name}", wheel_path.read_bytes()))
+    files.append((f"{ADDON}/wheels/{wheel_path.name}", wheel_path.read_bytes()))
     return write_zip(out / f"{ADDON}-{VERSION}-{blender_platform()}.zip", files)
 
 

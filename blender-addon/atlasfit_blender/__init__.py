@@ -16,9 +16,9 @@ bl_info = {
     "category": "UV",
 }
 
-from . import files, menus, scan, uv
+from . import files, menus, pack, scan, seams, stretch, uv
 
-_parts = (uv, scan, files, menus)
+_parts = (uv, seams, pack, stretch, scan, files, menus)
 
 
 def register():

@@ -5,7 +5,7 @@ import os
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, CollectionProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
 from . import bake, mesh
 from .long import LongOperator, Refused, within
@@ -28,6 +28,7 @@ EXTENSIONS = (
     "glb",
     "gltf",
 )
+Y_UP = (".obj", ".glb", ".gltf")  # the axis that is up in these, as Blender's own importers take it
 # Blender's numbers have 24 bits: so many times its own size away from the origin a scan loses digits that one
 # can see.
 FAR = 100.0
@@ -56,16 +57,29 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
         default=True,
     )
 
+    up: EnumProperty(
+        name="Up",
+        description="The axis of the file that is up; Z is in Blender",
+        items=(
+            ("AUTO", "By Format", "Y in OBJ and glTF files, Z in all others, as in Blender's own importers"),
+            ("Y", "Y", "The file's Y is up: the scan is turned"),
+            ("Z", "Z", "The file's Z is up: coordinates stay as they are"),
+        ),
+        default="AUTO",
+    )
+
     @classmethod
     def poll(cls, context):
         return context.mode == "OBJECT"
 
     def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.prop(self, "up")
         self.layout.prop(self, "to_origin")
 
     def invoke(self, context, event):
         """Asks for the files, unless they are named."""
-        if self.filepath:
+        if self.filepath or self.files:
             return super().invoke(context, event)
         self._browsed = True
         context.window_manager.fileselect_add(self)
@@ -84,12 +98,15 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
         paths = [bpy.path.abspath(path) for path in paths or [self.filepath] if path]
         if not paths:
             raise Refused("no file is named")
+        up = self.up
 
         def work(progress, cancel):
             out = []
             for i, path in enumerate(paths):
                 how = {"progress": within(progress, i / len(paths), (i + 1) / len(paths)), "cancel": cancel}
-                out.append((os.path.splitext(os.path.basename(path))[0], atlasfit.load(path, **how)))
+                name, end = os.path.splitext(os.path.basename(path))
+                y_up = up == "Y" or up == "AUTO" and end.lower() in Y_UP
+                out.append((name, y_up, atlasfit.load(path, **how)))
             return out
 
         return work
@@ -99,23 +116,28 @@ class IMPORT_OT_atlasfit_scan(LongOperator, bpy.types.Operator):
         notes = []
         for other in context.selected_objects:
             other.select_set(False)
-        for name, found in result:
-            me, said = _mesh(name, found, self.to_origin)
+        for name, y_up, found in result:
+            me, said = _mesh(name, found, y_up, self.to_origin)
             notes += [f"{name}: {note}" for note in said] if len(result) > 1 else said
             ob = bpy.data.objects.new(name, me)
             context.collection.objects.link(ob)
             ob.select_set(True)
             context.view_layer.objects.active = ob
-        mesh.show_result(context, colors=any(found.colors is not None for _, found in result))
-        points = sum(len(found.points) for _, found in result)
-        faces = sum(len(found.triangles) for _, found in result)
+        mesh.show_result(context, colors=any(found.colors is not None for *_, found in result))
+        points = sum(len(found.points) for *_, found in result)
+        faces = sum(len(found.triangles) for *_, found in result)
         text = f"{points} points" + (f", {faces} triangles" if faces else "")
         self.report({"WARNING"} if notes else {"INFO"}, "; ".join([text, *notes]))
 
 
-def _mesh(name, found, to_origin):
+def _turned(vectors, y_up):
+    """Vectors of a file as Blender has them: its Y becomes Z, by a turn about X."""
+    return vectors[..., [0, 2, 1]] * np.array([1, -1, 1], vectors.dtype) if y_up else vectors
+
+
+def _mesh(name, found, y_up, to_origin):
     """A mesh of what a file holds, and what to tell."""
-    notes, points = list(found.notes), found.points
+    notes, points = list(found.notes), _turned(found.points, y_up)
     finite = np.isfinite(points).all(axis=1)
     if not finite.any():
         raise Refused(f"{name} has no point with a finite position")
@@ -128,7 +150,7 @@ def _mesh(name, found, to_origin):
     if origin.any():
         me["atlasfit_origin"] = origin.tolist()
     if found.viewpoint is not None:
-        me[mesh.VIEWPOINT] = (found.viewpoint - origin).tolist()
+        me[mesh.VIEWPOINT] = (_turned(found.viewpoint, y_up) - origin).tolist()
     if found.corner_uv is not None:
         layer = me.uv_layers.new(name="UVMap")
         mesh.uv_put(me.uv_layers[layer.name], found.corner_uv)
@@ -136,7 +158,7 @@ def _mesh(name, found, to_origin):
         mesh.add_attribute(me, "Color", "BYTE_COLOR", bake.linear(found.colors))
         me.color_attributes.active_color = me.color_attributes["Color"]
     if found.normals is not None and not len(found.triangles):
-        mesh.add_attribute(me, mesh.NORMAL, "FLOAT_VECTOR", found.normals)
+        mesh.add_attribute(me, mesh.NORMAL, "FLOAT_VECTOR", _turned(found.normals, y_up))
     left = []
     for column, values in found.attributes.items():
         kind = _kind(values)

@@ -5,6 +5,8 @@ reports.
 An operator gives `prepare(context)`, which reads the scene and returns the work, and `finish(context,
 result)`, which writes the result. The work runs without bpy: `work(progress, cancel)`. Nothing is written
 before it has ended well, so that a cancelled run changes nothing.
+
+Redo (the panel Adjust Last Operation) runs as a modal operator too: see _again().
 """
 
 import threading
@@ -15,6 +17,21 @@ import bpy
 from .native import atlasfit
 
 TICK_S = 0.05  # between looks at the thread: well inside the 100 ms that Esc may take
+# What goes through to the window while a run is under way: it turns the view and changes nothing.
+VIEW = {
+    "MIDDLEMOUSE",
+    "MOUSEMOVE",
+    "INBETWEEN_MOUSEMOVE",
+    "WHEELUPMOUSE",
+    "WHEELDOWNMOUSE",
+    "TRACKPADPAN",
+    "TRACKPADZOOM",
+    "MOUSEROTATE",
+    "MOUSESMARTZOOM",
+    "NDOF_MOTION",
+    "HOME",
+    *(f"NUMPAD_{n}" for n in (*range(10), "PLUS", "MINUS", "PERIOD")),
+}
 FAILURES = (atlasfit.Error, ValueError, TypeError, ImportError, OSError, MemoryError)
 
 
@@ -33,6 +50,7 @@ class Status:
     stage = ""
     share = 0.0
     left = ""
+    redone = False  # the run to come, or the one under way, takes the place of one that was undone
 
 
 def time_left(seconds, share):
@@ -46,6 +64,12 @@ def time_left(seconds, share):
 def within(progress, begin, end):
     """`progress` for one of several calls: it goes from one share of all the work to another."""
     return lambda stage, share: progress(stage, begin + (end - begin) * share)
+
+
+def context_of(window, area, region):
+    """The context of a place in a window, for timers, which have none."""
+    place = {"window": window, "area": area, "region": region}
+    return bpy.context.temp_override(**{name: value for name, value in place.items() if value is not None})
 
 
 class Job:
@@ -83,7 +107,12 @@ class LongOperator:
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
-        """For scripts, background runs and the redo panel: returns when all is done."""
+        """For scripts and background runs: returns when all is done. For the redo panel and Repeat Last:
+        starts a modal run.
+        """
+        if self.options.is_repeat or self.options.is_repeat_last:
+            if context.window is not None and not bpy.app.background:
+                return self._again(context)
         window_manager = context.window_manager
         window_manager.progress_begin(0, 100)
         self._started = time.monotonic()
@@ -104,10 +133,11 @@ class LongOperator:
         if bpy.app.background or context.window is None:
             return self.execute(context)
         self._started = time.monotonic()
+        self._redone, Status.redone = Status.redone, False
         try:
             self._job = Job(self.prepare(context))
         except FAILURES as failure:
-            return self._failed(failure)
+            return self._given_up(context, failure)
         window_manager = context.window_manager
         window_manager.progress_begin(0, 100)
         self._area, self._text = context.area, None
@@ -121,6 +151,8 @@ class LongOperator:
         if event.type == "ESC":
             job.stop()
             job.thread.join(2 * TICK_S)
+        elif event.type in VIEW and not event.ctrl:
+            return {"PASS_THROUGH"}
         elif event.type != "TIMER":
             return {"RUNNING_MODAL"}  # swallowed: the scene must not change meanwhile
         if job.thread.is_alive():
@@ -129,13 +161,54 @@ class LongOperator:
         self._hide(context)
         if job.failure is not None:
             if isinstance(job.failure, (Stopped, *FAILURES)):
-                return self._failed(job.failure)
+                return self._given_up(context, job.failure)
             raise job.failure
         try:
             self.finish(context, job.result)
         except FAILURES as failure:
-            return self._failed(failure)
+            return self._given_up(context, failure)
         return {"FINISHED"}
+
+    def _again(self, context):
+        """Redo: Blender has undone the last run, calls execute(), and where that ends without a result does
+        what was undone once more. So it ends so; right after, the last run is undone for good and a modal
+        run with the new settings begins. Where that is given up the last run comes back.
+        """
+        if Status.label:
+            return {"CANCELLED"}
+        window, area, undone = context.window, context.area, self.options.is_repeat
+        settings = {}
+        for key, value in self.as_keywords().items():
+            items = isinstance(value, bpy.types.bpy_prop_collection)
+            settings[key] = [{"name": item.name} for item in value] if items else value
+        group, name = self.bl_idname.split("_OT_")  # as Blender keeps it
+        operator = getattr(getattr(bpy.ops, group.lower()), name)
+        region = next((r for r in area.regions if r.type == "WINDOW"), None) if area is not None else None
+
+        def begin():
+            with context_of(window, area, region):
+                if undone:
+                    bpy.ops.ed.undo()
+                Status.redone = undone
+                try:
+                    operator("INVOKE_DEFAULT", True, **settings)
+                except RuntimeError:
+                    pass  # refused: reported, and what was undone comes back
+
+        bpy.app.timers.register(begin, first_interval=0.0)
+        return {"CANCELLED"}
+
+    def _given_up(self, context, failure):
+        """Of a modal run that ends without a result."""
+        if self._redone:
+            window, area = context.window, context.area
+
+            def back():
+                with context_of(window, area, None):
+                    bpy.ops.ed.redo()
+
+            bpy.app.timers.register(back, first_interval=0.0)
+        return self._failed(failure)
 
     def cancel(self, context):
         """Blender ends the operator: its window was closed, another file is loaded."""

@@ -8,10 +8,13 @@ import bpy
 from . import mesh
 from .files import IMPORT_OT_atlasfit_scan
 from .long import Status
+from .pack import UV_OT_atlasfit_pack
 from .scan import OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct
-from .uv import UV_OT_atlasfit_stretch, UV_OT_atlasfit_unwrap
+from .seams import UV_OT_atlasfit_mark_seams
+from .stretch import UV_OT_atlasfit_stretch
+from .uv import UV_OT_atlasfit_unwrap
 
-UV_OPERATORS = (UV_OT_atlasfit_unwrap, UV_OT_atlasfit_stretch)
+UV_OPERATORS = (UV_OT_atlasfit_unwrap, UV_OT_atlasfit_mark_seams, UV_OT_atlasfit_pack, UV_OT_atlasfit_stretch)
 SCAN_OPERATORS = (OBJECT_OT_atlasfit_denoise, OBJECT_OT_atlasfit_reconstruct)
 
 
@@ -59,7 +62,7 @@ class _Panel:
         for operator in self.operators:
             column.operator(operator.bl_idname)
         ob = context.view_layer.objects.active
-        report = ob.data.get(mesh.REPORT) if ob is not None and ob.type == "MESH" else None
+        report = ob.data.get(mesh.REPORT) if mesh.is_scan(ob) else None
         if report is None:
             return
         box = layout.box()

@@ -2,7 +2,7 @@
 """Blender's meshes as numpy arrays, and back. Bulk copies only; no operator calls but for the mode."""
 
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -144,6 +144,16 @@ class Triangles:
     face_polygons: np.ndarray
     parts: list
 
+    def some(self, wanted):
+        """Those triangles only, of the same vertices."""
+        parts, at = [], 0
+        for part in self.parts:
+            mine = wanted[at : at + len(part.loops)]
+            at += len(part.loops)
+            if mine.any():
+                parts.append(replace(part, loops=part.loops[mine], polygons=part.polygons[mine]))
+        return Triangles(self.vertices, self.faces[wanted], self.face_polygons[wanted], parts)
+
 
 def triangles(obs, only_selected):
     """The objects' triangles in one array, scaled as one sees them. Refuses where there is none."""
@@ -160,8 +170,7 @@ def triangles(obs, only_selected):
         else:
             polygon = get(me.loop_triangles, "polygon_index", 1, np.int32)
         if only_selected:
-            wanted = get(me.polygons, "select", 1, np.bool_) & ~get(me.polygons, "hide", 1, np.bool_)
-            mine = wanted[polygon]
+            mine = selected(me)[polygon]
             corners, verts, polygon = corners[mine], verts[mine], polygon[mine]
         if len(verts) == 0:
             continue
@@ -177,6 +186,11 @@ def triangles(obs, only_selected):
     return Triangles(join(vertices), join(faces), join(polygons), parts)
 
 
+def selected(me):
+    """Whether each polygon is selected and seen."""
+    return get(me.polygons, "select", 1, np.bool_) & ~get(me.polygons, "hide", 1, np.bool_)
+
+
 def triangle_vertices(me):
     """The vertices of the triangles that polygons are cut into, (m, 3)."""
     me.calc_loop_triangles()
@@ -186,8 +200,44 @@ def triangle_vertices(me):
     return get(me.loop_triangles, "vertices", 3, np.int32)
 
 
+def is_scan(ob):
+    """Whether an object has points: a mesh, or a point cloud (Blender 5)."""
+    return ob is not None and ob.type in {"MESH", "POINTCLOUD"}
+
+
+def is_cloud(me):
+    """Whether this is the data of a point cloud object: it has the attributes of a mesh and no faces."""
+    return hasattr(me, "points")
+
+
+def has_faces(me):
+    """Whether there are faces."""
+    return not is_cloud(me) and len(me.polygons) > 0
+
+
+def count(me):
+    """The number of vertices, or of points."""
+    return len(me.points if is_cloud(me) else me.vertices)
+
+
+def put_positions(me, values):
+    """The reverse of positions()."""
+    if is_cloud(me):
+        put(me.attributes["position"].data, "vector", values)
+    else:
+        put(me.vertices, "co", values)
+
+
+def updated(me):
+    """Says that the data were changed."""
+    if is_cloud(me):
+        me.update_tag()
+    else:
+        me.update()
+
+
 def positions(me):
-    """Vertex positions, (n, 3) float32."""
+    """Positions of vertices or points, (n, 3) float32."""
     attribute = me.attributes.get("position")  # a plain copy where Blender keeps positions so (3.5 and later)
     if attribute is not None:
         return get(attribute.data, "vector", 3, np.float32)
@@ -245,6 +295,14 @@ def uv_put(layer, values):
         put(layer.data, "uv", values)
 
 
+def corner_uvs(obs, parts, purpose):
+    """The UVs of the triangles in the active UV maps, (m, 3, 2)."""
+    for ob in obs:
+        if not ob.data.uv_layers:
+            raise Refused(f"{ob.name} has no UV map {purpose}")
+    return np.concatenate([uv_get(ob.data.uv_layers.active)[part.loops] for ob, part in zip(obs, parts)])
+
+
 def pinned(layer):
     """Whether each corner is pinned."""
     if hasattr(layer, "pin"):
@@ -289,7 +347,9 @@ def own_colors(me):
     found = [a for a in me.color_attributes if not shows_stretch(a)]
     if not found:
         return None
-    active, rendered = me.color_attributes.active_color, me.color_attributes.render_color_index
+    # Those of a point cloud have neither.
+    active = getattr(me.color_attributes, "active_color", None)
+    rendered = getattr(me.color_attributes, "render_color_index", -1)
     wanted = [active.name if active is not None else None, me.get(COLOR)]
     if 0 <= rendered < len(me.color_attributes):
         wanted.append(me.color_attributes[rendered].name)

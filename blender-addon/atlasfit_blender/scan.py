@@ -15,8 +15,8 @@ FITTED = 0.9  # share of the progress that fitting takes where colours are baked
 
 def _active(context):
     ob = context.view_layer.objects.active
-    if ob is None or ob.type != "MESH":
-        raise Refused("the active object is no mesh")
+    if not mesh.is_scan(ob):
+        raise Refused("the active object is no mesh and no point cloud")
     return ob
 
 
@@ -24,7 +24,7 @@ def _normals(me, matrix):
     """Which side is outside, of meshes that have faces, in the frame that the matrix leads to.
 
     Of points without faces those that they were imported with; None without."""
-    if me.polygons:
+    if mesh.has_faces(me):
         normals = mesh.get(me.vertices, "normal", 3, np.float32)
     else:
         known = me.attributes.get(mesh.NORMAL)
@@ -129,7 +129,7 @@ class Fit(LongOperator):
     @classmethod
     def poll(cls, context):
         ob = context.view_layer.objects.active
-        return ob is not None and ob.type == "MESH" and context.mode in {"OBJECT", "EDIT_MESH"}
+        return mesh.is_scan(ob) and context.mode in {"OBJECT", "EDIT_MESH"}
 
     def fit_options(self):
         """Of the fit: the operator must not be touched from the thread that works."""
@@ -195,19 +195,22 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         chosen = (
             np.flatnonzero(mesh.get(me.vertices, "select", 1, np.bool_))
             if self._edit
-            else np.arange(len(me.vertices))
+            else np.arange(mesh.count(me))
         )
         if len(chosen) == 0:
             raise Refused("no vertex is selected" if self._edit else "the mesh has no vertices")
         if self.drop and self.result == "SHAPE":
             raise Refused("a shape key keeps all points: turn Delete Outliers off, or choose another result")
+        if mesh.is_cloud(me) and (self.drop or self.result == "SHAPE"):
+            what = "a point cloud object has no shape keys, and its points cannot be deleted"
+            raise Refused(f"{what}: choose another result, or convert it to a mesh first (Object, Convert)")
         matrix = mesh.linear(ob)
         points = mesh.positions(me)[chosen] @ matrix.T
         normals = _normals(me, matrix)
         normals = None if normals is None else normals[chosen]
-        self._source = (ob.name, len(me.vertices), chosen, matrix)
+        self._source = (ob.name, mesh.count(me), chosen, matrix)
         # Outliers that are deleted follow nothing.
-        triangles = None if self.drop else self._triangles(me, chosen)
+        triangles = None if self.drop or mesh.is_cloud(me) else self._triangles(me, chosen)
         return points, normals, triangles
 
     @staticmethod
@@ -222,7 +225,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         """Moves the vertices of the object or of a copy."""
         name, count, chosen, matrix = self._source
         ob = bpy.data.objects.get(name)
-        if ob is None or len(ob.data.vertices) != count:
+        if ob is None or mesh.count(ob.data) != count:
             raise Refused(f"the object {name} was changed meanwhile. Run it again")
         with mesh.object_mode(context, [ob]):
             if self.result == "OBJECT" and not self._edit:
@@ -238,11 +241,12 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
                 mesh.put(key.data, "co", new)
                 key.value = 1.0
             else:
-                mesh.put(me.vertices, "co", new)
+                mesh.put_positions(me, new)
                 # Each shape is moved along: what it adds to the rest stays the same.
-                for key in me.shape_keys.key_blocks if me.shape_keys else ():
+                shapes = getattr(me, "shape_keys", None)
+                for key in shapes.key_blocks if shapes else ():
                     mesh.put(key.data, "co", mesh.get(key.data, "co", 3, np.float32) + (new - old))
-            if not me.polygons and not self._edit:
+            if not mesh.has_faces(me) and not self._edit:
                 known = me.attributes.get(mesh.NORMAL)
                 if known is not None:
                     me.attributes.remove(known)
@@ -251,7 +255,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
             outliers = chosen[result.charts == atlasfit.NO_CHART]
             if self.drop and len(outliers):
                 self._delete(me, outliers)
-            me.update()
+            mesh.updated(me)
             notes = _notes(result.report)
             _report(me, self.bl_label, result.report, self.seconds(), notes)
         moved = np.sqrt(np.mean(np.sum((np.asarray(new, np.float64) - old)[chosen] ** 2, axis=1)))
@@ -387,10 +391,8 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         ob = _active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
-        size, paint = (
-            self.texture_size or atlasfit.texture_side(len(points)),
-            bake.srgb(colors) if self.bake and colors is not None else None,
-        )
+        size = self.texture_size or atlasfit.texture_side(len(points))
+        paint = bake.srgb(colors) if self.bake and colors is not None else None
         options = self.fit_options() | {
             "detail": self.detail,
             "fill_holes": self.fill_holes,
@@ -434,20 +436,22 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         matrix = mesh.linear(ob)
         self._source = (ob.name, matrix)
         evaluated = ob.evaluated_get(context.evaluated_depsgraph_get())
-        me = evaluated.to_mesh()
+        made = evaluated.to_mesh() if ob.type == "MESH" else None
+        me = evaluated.data if made is None else made
         try:
-            if not me.vertices:
+            if not mesh.count(me):
                 raise Refused("the mesh has no vertices")
             columns, self._left = mesh.attributes(me)
             self._kinds = {a.name: a.data_type for a in me.attributes if a.name in columns}
             colors, self._color = mesh.point_colors(me)
             columns.pop(self._color, None)
-            if not me.polygons:
+            if not mesh.has_faces(me):
                 columns.pop(mesh.NORMAL, None)  # the surface has its own
             self._viewpoint = _viewpoint(ob.data, matrix)
             return mesh.positions(me) @ matrix.T, _normals(me, matrix), colors, columns
         finally:
-            evaluated.to_mesh_clear()
+            if made is not None:
+                evaluated.to_mesh_clear()
 
     def finish(self, context, result):
         """The new object."""

@@ -51,7 +51,7 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"grow wide. <b>Networks</b>: the paper's networks, "
 			"trained on the scan first; many times slower. <b>Convolutional networks</b>: another kind of "
 			"them. <b>Level set</b>: one network for all, closed surfaces only.",
-			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, false},
+			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, true},
 		{Parameter::INT, "charts", double(o.charts), "Charts",
 			"Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
 	};
@@ -73,11 +73,12 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Whether only the largest connected part of the surface is kept, by area.", {}, false});
 		list.push_back({Parameter::INT, "faces", double(o.faces), "Triangles",
 			"Triangles that the surface should have at the most. 0 = about as many as points.", {}, false});
-		list.push_back({Parameter::FLOAT, "maxError", o.max_error, "Largest error (length)",
-			"How far the surface may move to have fewer triangles, in the layer's unit. 0 = all triangles that "
-			"it is made with; -1 = as far as Triangles asks for, without that a quarter of the noise or a "
-			"twentieth of the spacing.",
+		list.push_back({Parameter::LENGTH, "maxError", 0, "Largest error",
+			"How far the surface may move to have fewer triangles. 0 = as far as Triangles asks for, without "
+			"that a quarter of the noise or a twentieth of the spacing.",
 			{}, false});
+		list.push_back({Parameter::BOOL, "simplify", 1, "Fewer triangles where it is flat",
+			"Off: all triangles that the surface is made with, four to ten times as many.", {}, true});
 		list.push_back({Parameter::BOOL, "watertight", double(o.watertight), "Watertight",
 			"Whether the surface is to be that of a solid, for printing: closed, without self-intersections.", {},
 			false});
@@ -94,10 +95,31 @@ std::vector<Parameter> denoise_parameters(bool surface)
 	return list;
 }
 
-std::vector<Parameter> unwrap_parameters()
+/// What the filters that put charts on pages have in common.
+std::vector<Parameter> page_parameters()
 {
 	const atlasfit_unwrap_options o = defaults(atlasfit_unwrap_options_init);
 	return {
+		texture_size_parameter(o.page_width),
+		texture_parameter(),
+		{Parameter::INT, "padding", double(o.padding), "Padding (texels)",
+			"Free texels between charts and at the page's border.", {}, true},
+		{Parameter::INT, "pages", double(o.pages), "Most pages",
+			"0 = one page, or with a density as many as that needs. Where a density needs more than these, it "
+			"is lowered.", {}, true},
+		{Parameter::FLOAT, "density", o.texels_per_unit, "Density (texels per unit)",
+			"Texels per unit of length on the surface. 0 = what fills the pages.", {}, true},
+		{Parameter::ENUM, "packer", double(o.packer), "Packing",
+			"How charts are put on the page. <b>Shapes</b>: in each other's bays and holes. <b>Boxes</b>: by "
+			"their bounding boxes, fastest.",
+			{"Shapes", "Boxes"}, true},
+	};
+}
+
+std::vector<Parameter> unwrap_parameters()
+{
+	const atlasfit_unwrap_options o = defaults(atlasfit_unwrap_options_init);
+	std::vector<Parameter> list{
 		{Parameter::ENUM, "preset", double(ATLASFIT_PRESET_BALANCED), "Preset",
 			"What matters most; it stands for a bound on the stretch. <b>Few seams</b>: few charts and short "
 			"seams, also for meshes of few faces. <b>Low stretch</b>: lengths are kept best, with most "
@@ -113,19 +135,10 @@ std::vector<Parameter> unwrap_parameters()
 			"Seams of the texture coordinates that the mesh has stay seams.", {}, false},
 		{Parameter::FLOAT, "hardEdges", o.hard_edge_angle, "Cut at angles above (degrees)",
 			"Edges bent by more than this become seams, 0 to 180; 180 = none do for that reason.", {}, false},
-		texture_size_parameter(o.page_width),
-		texture_parameter(),
-		{Parameter::INT, "padding", double(o.padding), "Padding (texels)",
-			"Free texels between charts and at the page's border.", {}, true},
-		{Parameter::INT, "pages", double(o.pages), "Most pages",
-			"0 = one page, or with a density as many as that needs.", {}, true},
-		{Parameter::FLOAT, "density", o.texels_per_unit, "Density (texels per unit)",
-			"Texels per unit of length on the surface. 0 = what fills the pages.", {}, true},
-		{Parameter::ENUM, "packer", double(o.packer), "Packing",
-			"How charts are put on the page. <b>Shapes</b>: in each other's bays and holes. <b>Boxes</b>: by "
-			"their bounding boxes, fastest.",
-			{"Shapes", "Boxes"}, true},
 	};
+	for (const Parameter& p : page_parameters())
+		list.push_back(p);
+	return list;
 }
 
 } // namespace
@@ -157,6 +170,15 @@ const About& about(int filter)
 					"Any mesh will do: open, closed, of any genus, with non-manifold edges.") +
 				FRAME + PAPER + STRETCH_PAPER,
 			Host::Texture, MeshModel::MM_FACENUMBER, MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
+		{"Parametrization: Pack Charts", "compute_texcoord_packing_atlas",
+			QString("UV packing: the charts of the per-wedge texture coordinates (UVs) that the current mesh has "
+					"are moved, turned and scaled to one density, and packed on square pages by their shapes. "
+					"They stay as they are otherwise; what flips or overlaps in a chart is cut. Charts of "
+					"several pages come together. Textures that the layer has are drawn anew at no lower "
+					"density.") +
+				FRAME,
+			Host::Texture, MeshModel::MM_FACENUMBER | MeshModel::MM_WEDGTEXCOORD,
+			MeshModel::MM_WEDGTEXCOORD | MeshModel::MM_FACENUMBER},
 		{"UV Distortion", "compute_scalar_by_uv_distortion_per_face",
 			QString("Quality of a parametrization: measures the per-wedge texture coordinates (UVs) of the current "
 					"mesh, whoever made them. Face quality becomes the stretch: the largest factor by which a "
@@ -177,6 +199,7 @@ std::vector<Parameter> parameters(int filter)
 	case RECONSTRUCT: list = denoise_parameters(true); break;
 	case DENOISE: list = denoise_parameters(false); break;
 	case PARAMETRIZE: list = unwrap_parameters(); break;
+	case PACK: list = page_parameters(); break;
 	case DISTORTION:
 		list = {{Parameter::BOOL, "colorize", 1, "Colorize",
 			"Faces are coloured by their stretch, from blue (none) to red (1.5 and more).", {}, false}};

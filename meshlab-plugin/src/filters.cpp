@@ -14,6 +14,7 @@ Outcome apply(int filter, const RichParameterList& par, MeshDocument& md, vcg::C
 	case RECONSTRUCT: reconstruct(md, par, bar, outcome); break;
 	case DENOISE: denoise_vertices(md, par, bar, outcome); break;
 	case PARAMETRIZE: parametrize(md, par, bar, outcome); break;
+	case PACK: pack(md, par, bar, outcome); break;
 	case DISTORTION: distortion(md, par, bar, outcome); break;
 	default: throw std::runtime_error("atlasfit: no such filter");
 	}

@@ -7,7 +7,7 @@
 #include "host.h"
 
 /// The filters, by the number that the host knows them by.
-enum Filter { RECONSTRUCT, DENOISE, PARAMETRIZE, DISTORTION, FILTERS };
+enum Filter { RECONSTRUCT, DENOISE, PARAMETRIZE, PACK, DISTORTION, FILTERS };
 
 /// Choices of the parameter "texture". Colours are those of the textures that a layer has, else of its
 /// vertices, else there is no page.

@@ -91,7 +91,8 @@ Denoised denoise(const Scan& scan, const Triangles* faces, const RichParameterLi
 		options.min_part = number(par, "minPart");
 		options.largest = par.getBool("largest") ? 1 : 0;
 		options.faces = count(par, "faces");
-		options.max_error = number(par, "maxError");
+		const double own = length(par, "maxError");
+		options.max_error = !par.getBool("simplify") ? 0 : own > 0 ? own : options.max_error;
 		options.watertight = par.getBool("watertight") ? 1 : 0;
 		options.uv = par.getBool("uv") ? 1 : 0;
 		options.texture_size = count(par, "textureSize");

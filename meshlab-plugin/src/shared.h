@@ -37,4 +37,5 @@ template <class Handle, class Get> void warn(const Handle* handle, Get get, Outc
 void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome);
 void denoise_vertices(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome);
 void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome);
+void pack(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome);
 void distortion(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome);

@@ -36,22 +36,14 @@ void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float
 		outcome.values.push_back(v);
 }
 
-} // namespace
-
-void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
+/// Lays out UVs as `options` say, and draws pages for them.
+void lay_out(MeshModel& layer, atlasfit_unwrap_options options, const RichParameterList& par, Bar& bar,
+	Outcome& outcome)
 {
-	MeshModel& layer = current(md);
 	check_page(par);
 	const Frame frame(layer.cm);
 	const Points from = points(layer.cm, frame, false);
 	const Triangles faces = triangles(layer.cm, from);
-	atlasfit_unwrap_options options = defaults(atlasfit_unwrap_options_init);
-	check(atlasfit_unwrap_options_set_preset(&options, uint32_t(par.getEnum("preset"))));
-	if (const double own = number(par, "maxStretch"); own != 0)
-		options.max_stretch = own;
-	options.max_charts = count(par, "maxCharts");
-	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
-	options.hard_edge_angle = number(par, "hardEdges");
 	options.page_width = options.page_height = count(par, "textureSize");
 	options.padding = count(par, "padding");
 	options.pages = count(par, "pages");
@@ -59,12 +51,18 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	options.packer = par.getEnum("packer") == 0 ? ATLASFIT_PACK_SHAPES : ATLASFIT_PACK_BOXES;
 	atlasfit_mesh in = mesh(from.xyz, faces.corners);
 	std::vector<float> old;
-	if (options.keep_uv_seams) {
+	std::vector<uint32_t> old_pages;
+	if (options.keep_uv_seams || options.keep_uvs) {
 		if (!layer.hasDataMask(MeshModel::MM_WEDGTEXCOORD))
-			throw std::runtime_error(
-				"atlasfit: the layer has no per-wedge texture coordinates whose seams could be kept");
+			throw std::runtime_error(std::string("atlasfit: the layer has no per-wedge texture coordinates ") +
+				(options.keep_uvs ? "that could be packed. Use \"Parametrization: Atlas\" first"
+								  : "whose seams could be kept"));
 		old = corner_uv(layer.cm, faces);
 		in.corner_uv = old.data();
+	}
+	if (options.keep_uvs) {
+		old_pages = face_pages(layer.cm, faces);
+		in.face_group = old_pages.data(); // charts of two pages may meet at the same coordinates
 	}
 	// Colours that the layer's textures have go on a page that keeps their detail.
 	const OldTextures textures = par.getEnum("texture") == TEXTURE_COLORS ? OldTextures(layer, faces, outcome)
@@ -131,6 +129,29 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	outcome.values.push_back({"pages", double(info.pages)});
 	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
 	measure(laid, run(par, nullptr), nullptr, outcome);
+}
+
+} // namespace
+
+void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
+{
+	MeshModel& layer = current(md);
+	atlasfit_unwrap_options options = defaults(atlasfit_unwrap_options_init);
+	check(atlasfit_unwrap_options_set_preset(&options, uint32_t(par.getEnum("preset"))));
+	if (const double own = number(par, "maxStretch"); own != 0)
+		options.max_stretch = own;
+	options.max_charts = count(par, "maxCharts");
+	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
+	options.hard_edge_angle = number(par, "hardEdges");
+	lay_out(layer, options, par, bar, outcome);
+}
+
+void pack(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)
+{
+	MeshModel& layer = current(md);
+	atlasfit_unwrap_options options = defaults(atlasfit_unwrap_options_init);
+	options.keep_uvs = 1;
+	lay_out(layer, options, par, bar, outcome);
 }
 
 void distortion(MeshDocument& md, const RichParameterList& par, Bar& bar, Outcome& outcome)

@@ -26,7 +26,7 @@ bpy.ops.extensions.package_install_files(
 )
 import bl_ext.user_default.atlasfit_blender as addon
 
-mesh, atlasfit = addon.mesh, addon.uv.atlasfit
+mesh, atlasfit = addon.mesh, addon.native.atlasfit
 
 
 def read_ply(path):

@@ -8,6 +8,7 @@ starts from an empty scene.
 """
 
 import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -25,6 +26,7 @@ from made import torus, triangles
 from color_cases import *  # noqa: F403
 from denoise_cases import *  # noqa: F403
 from import_cases import *  # noqa: F403
+from layout_cases import *  # noqa: F403
 from texture_cases import *  # noqa: F403
 
 
@@ -401,6 +403,26 @@ def test_it_can_be_turned_off_and_on():
     assert on == draws()
     monkey()
     assert bpy.ops.uv.atlasfit_unwrap() == {"FINISHED"}
+
+
+def test_where_extensions_are_unknown_theirs_is_refused_with_a_sentence_that_names_the_other_zip():
+    if EXTENSION:
+        return
+    code = (
+        f"import bpy; bpy.ops.preferences.addon_install(filepath={os.environ['EXTENSION_ZIP']!r}); "
+        "print('enabled:', bpy.ops.preferences.addon_enable(module='atlasfit_blender'), "
+        "hasattr(bpy.types, 'UV_OT_atlasfit_unwrap'))"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [bpy.app.binary_path, "--background", "--factory-startup", "--python-expr", code],
+            env=os.environ | {"BLENDER_USER_SCRIPTS": folder},
+            capture_output=True,
+            text=True,
+        )
+        assert os.listdir(f"{folder}/addons") == ["atlasfit_blender"], "nothing lies about"
+    assert "enabled: {'CANCELLED'} False" in done.stdout, done.stdout + done.stderr
+    assert "atlasfit_blender-VERSION-legacy-PLATFORM.zip" in done.stdout and "Traceback" not in done.stdout
 
 
 def main():

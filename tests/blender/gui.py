@@ -1,7 +1,7 @@
 """The add-on in a Blender with a window: drives itself, takes pictures, checks Esc, undo and the interface,
 and quits.
 
-    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1200 800
+    xvfb-run ... blender --factory-startup --enable-event-simulate --window-geometry 0 0 1366 768
         --python gui.py
 
 ADDON_ZIP names the legacy zip, PICTURES the folder for pictures (taken with scrot). Prints one line per
@@ -27,10 +27,12 @@ mesh, Status = addon.mesh, addon.long.Status
 PICTURES = os.environ["PICTURES"]
 WAIT_S = 180  # for one run, on a loaded machine
 failed = []
-# Where the mouse must click, from the window's top left: neither the sidebar's tab nor the redo panel can be
+# Where the mouse must click, from a corner of the 3D view: neither the sidebar's tab nor the redo panel can be
 # opened by script in 3.4.
-TAB = (978, 247)
-REDO_PANEL = (76, 705)
+TAB = (-12, -219)  # from the right and the top
+REDO_PANEL = (75, 15)  # from the left and the bottom
+SEAMS_OF_REDO_PANEL = (187, 206)
+ROWS_OF_REDO_PANEL = 410  # its height when it is open
 
 
 def window():
@@ -45,6 +47,12 @@ def within(kind):
     a = area(kind)
     region = next(r for r in a.regions if r.type == "WINDOW")
     return bpy.context.temp_override(window=window(), screen=window().screen, area=a, region=region)
+
+
+def place(x, y):
+    """A place in the 3D view, from the window's bottom left: negative ones are from the right and the top."""
+    a = area("VIEW_3D")
+    return a.x + (x if x > 0 else a.width + x), a.y + (y if y > 0 else a.height + y)
 
 
 def key(kind, value="PRESS", x=300, y=400):
@@ -111,13 +119,81 @@ def waited():
 
 
 def click(x, y):
-    """x from the left, y from the top of the window."""
-    y = window().height - y
+    """A click on a place of the 3D view."""
+    x, y = place(x, y)
     key("MOUSEMOVE", "NOTHING", x, y)
     yield 0.5
     key("LEFTMOUSE", "PRESS", x, y)
     key("LEFTMOUSE", "RELEASE", x, y)
     yield 1.0
+
+
+def uvs():
+    return mesh.uv_get(active().data.uv_layers.active).tobytes()
+
+
+def changed_in_the_redo_panel():
+    """Switches Seams in the panel of Atlas Unwrap, and waits until the run has begun."""
+    x, y = place(*SEAMS_OF_REDO_PANEL)
+    key("MOUSEMOVE", "NOTHING", x, y)
+    yield 0.5
+    key("LEFTMOUSE", "PRESS", x, y)
+    key("LEFTMOUSE", "RELEASE", x, y)
+    until = time.monotonic() + WAIT_S
+    while not Status.label and time.monotonic() < until:
+        yield 0.01
+
+
+class Held:
+    """The library's unwrap() that does not begin before it is let go, so that no check races with it."""
+
+    def __init__(self):
+        self.atlasfit, self.held = addon.layout.atlasfit, True
+        self.unwrap, self.atlasfit.unwrap = self.atlasfit.unwrap, self
+
+    def __call__(self, *given, progress, **options):
+        until = time.monotonic() + WAIT_S
+        while self.held and time.monotonic() < until and progress("held", 0.0):
+            time.sleep(0.01)
+        return self.unwrap(*given, progress=progress, **options)
+
+    def let_go(self):
+        self.held, self.atlasfit.unwrap = False, self.unwrap
+
+
+def redo_is_modal():
+    """A setting that is changed in the redo panel: the view turns meanwhile, Esc keeps the earlier result."""
+    first, view, held = uvs(), area("VIEW_3D").spaces[0].region_3d, Held()
+    yield from changed_in_the_redo_panel()
+    check("redo works in a thread", Status.label == "Atlas Unwrap")
+    check("and the scene is as before the first run meanwhile", layers() == [])
+    turned = view.view_rotation.copy()
+    key("MIDDLEMOUSE", "PRESS", 500, 400)
+    for x in range(500, 600, 10):
+        key("MOUSEMOVE", "NOTHING", x, 420)
+    key("MIDDLEMOUSE", "RELEASE", 600, 420)
+    until = time.monotonic() + WAIT_S
+    while view.view_rotation == turned and time.monotonic() < until:
+        yield 0.05
+    check("the view turns meanwhile", view.view_rotation != turned and Status.label == "Atlas Unwrap")
+    held.let_go()
+    yield from waited()
+    yield 0.5
+    check("redo leaves one UV map", layers() == ["Atlas"])
+    check("with the new setting", not bpy.context.window_manager.operators[-1].seams)
+    second = uvs()
+    check("and other UVs", second != first)
+    held = Held()
+    yield from changed_in_the_redo_panel()
+    check("redo works again", Status.label == "Atlas Unwrap" and layers() == [])
+    key("ESC")
+    key("ESC", "RELEASE")
+    yield from waited()
+    held.let_go()
+    yield 1.0
+    check("Esc in redo keeps the earlier result", layers() == ["Atlas"] and uvs() == second)
+    with within("VIEW_3D"):
+        bpy.ops.view3d.view_axis(type="FRONT")
 
 
 def first_look():
@@ -160,6 +236,8 @@ def script():
         bpy.ops.object.shade_smooth()
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_selected()
+        for edge in active().data.edges:  # for a setting to change
+            edge.use_seam = all(abs(active().data.vertices[v].co.x) < 1e-4 for v in edge.vertices)
         bpy.ops.ed.undo_push(message="scene made")
 
     with within("VIEW_3D"):
@@ -169,8 +247,13 @@ def script():
     yield 1.0
     check("the UV map is written", layers() == ["Atlas"])
     yield from click(*REDO_PANEL)
+    check(
+        f"the redo panel is whole at {window().width} x {window().height}",
+        ROWS_OF_REDO_PANEL < area("VIEW_3D").height,
+    )
+    yield 2.0  # a large window is drawn slowly
     picture("panel.png")
-    yield from click(*REDO_PANEL)
+    yield from redo_is_modal()
     bpy.ops.ed.undo()
     yield 0.5
     check("undo takes it back in one step", layers() == [])

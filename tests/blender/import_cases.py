@@ -112,6 +112,70 @@ def test_survey_coordinates_are_moved_to_the_origin_so_that_no_digit_is_lost():
     assert mesh.positions(bpy.context.object.data)[:, 1].min() > 5e6
 
 
+def test_the_axis_that_is_up_is_that_of_blenders_own_importers_or_the_one_asked_for():
+    where = folder()
+    points = np.float32([[1, 2, 3], [4, 5, 6], [7, 8, 10]])
+    normals = np.float32([[0, 1, 0]] * 3)
+    turned = points[:, [0, 2, 1]] * np.float32([1, -1, 1])
+    up = lambda **how: bpy.ops.import_mesh.atlasfit_scan(**how) and mesh.positions(bpy.context.object.data)
+    for end, y_up in (("obj", True), ("glb", True), ("ply", False), ("off", False), ("stl", False)):
+        path = f"{where}/a.{end}"
+        atlasfit.save(path, points, [[0, 1, 2]])
+        ordered = lambda values: values[np.argsort(values[:, 0])]
+        assert np.allclose(ordered(up(filepath=path)), turned if y_up else points), end
+        assert np.allclose(ordered(up(filepath=path, up="Y")), turned), end
+        assert np.allclose(ordered(up(filepath=path, up="Z")), points), end
+        if end == "obj" and hasattr(bpy.ops.wm, "obj_import"):
+            bpy.ops.wm.obj_import(filepath=path)
+            ob = bpy.context.object
+            theirs = np.array([ob.matrix_world @ v.co for v in ob.data.vertices])
+            assert np.allclose(ordered(theirs), turned, atol=1e-5)
+    atlasfit.save(f"{where}/b.ply", points, normals=normals)
+    up(filepath=f"{where}/b.ply", up="Y")
+    found = mesh.get(bpy.context.object.data.attributes[mesh.NORMAL].data, "vector", 3, np.float32)
+    assert np.allclose(found, [0, 0, 1]), "normals turn too"
+
+
+def cloud(n=3000):
+    """A sphere of points as a point cloud object."""
+    ob = scan(n)
+    co = mesh.positions(ob.data)
+    mesh.add_attribute(ob.data, "Paint", "FLOAT_COLOR", np.c_[0.5 + 0.5 * np.clip(co, -1, 1), np.ones(n)])
+    mesh.add_attribute(ob.data, "label", "INT", (co[:, 2] > 0) * 7)
+    bpy.context.view_layer.update()
+    select(ob)
+    bpy.ops.object.convert(target="POINTCLOUD")
+    return bpy.context.object
+
+
+def test_point_cloud_objects_are_scans():
+    if bpy.app.version < (5, 0, 0):  # it has none
+        return
+    ob = cloud()
+    assert ob.type == "POINTCLOUD"
+    before = mesh.positions(ob.data)
+    assert bpy.ops.object.atlasfit_reconstruct() == {"FINISHED"}
+    new = bpy.context.object
+    assert new.type == "MESH" and ob.hide_get()
+    p = mesh.positions(new.data)
+    assert np.abs(np.linalg.norm(p, axis=1) - 1).max() < 0.05 and len(new.data.polygons) < 1.5 * 2 * 3000
+    colors = mesh.get(new.data.color_attributes["Paint"].data, "color", 4, np.float32)
+    assert np.abs(colors[:, :3] - (0.5 + 0.5 * p)).mean() < 0.03
+    assert set(mesh.get(new.data.attributes["label"].data, "value", 1, np.int32)) == {0, 7}
+    ob.hide_set(False)
+    select(ob)
+    assert bpy.ops.object.atlasfit_denoise() == {"FINISHED"}
+    moved = bpy.context.object
+    assert moved.type == "POINTCLOUD" and moved != ob and (mesh.positions(ob.data) == before).all()
+    off = lambda points: np.abs(np.linalg.norm(points, axis=1) - 1).mean()
+    assert off(mesh.positions(moved.data)) < 0.6 * off(before)
+    assert moved.data[mesh.REPORT]["title"] == "Denoise Scan"
+    select(moved)
+    bpy.ops.object.atlasfit_denoise(result="PLACE")
+    refused(lambda: bpy.ops.object.atlasfit_denoise(result="SHAPE"), "convert it to a mesh first")
+    refused(lambda: bpy.ops.object.atlasfit_denoise(drop=True), "convert it to a mesh first")
+
+
 def test_files_that_are_none_are_refused_and_nothing_is_made():
     where = folder()
     with open(f"{where}/bad.las", "wb") as file:
@@ -199,6 +263,7 @@ def test_the_page_grows_with_the_scan():
     ob.data.color_attributes.active_color = ob.data.color_attributes["Paint"]
     bpy.ops.object.atlasfit_reconstruct()
     assert tuple(image_of(bpy.context.object).size) == (1024, 1024)
+    assert len(bpy.context.object.data.polygons) < 1.2 * 100_000, "about as many faces as points"
     assert [atlasfit.texture_side(n) for n in (3000, 209_000, 10**7)] == [512, 2048, 8192]
 
 

@@ -19,7 +19,7 @@ bpy.ops.extensions.package_install_files(
 )
 import bl_ext.user_default.atlasfit_blender as addon
 
-mesh, package = addon.mesh, sys.modules[addon.uv.atlasfit.unwrap.__module__]
+mesh, package = addon.mesh, sys.modules[addon.native.atlasfit.unwrap.__module__]
 spent = []
 
 
@@ -31,7 +31,7 @@ class Timed:
     """The library with its unwrap timed."""
 
     def __getattr__(self, name):
-        function = getattr(addon.uv.atlasfit._abi.lib(), name)
+        function = getattr(addon.native.atlasfit._abi.lib(), name)
         if name != "atlasfit_unwrap":
             return function
 

@@ -19,7 +19,7 @@ else:
     bpy.ops.preferences.addon_install(filepath=os.environ["ADDON_ZIP"], overwrite=True)
     bpy.ops.preferences.addon_enable(module="atlasfit_blender")
     import atlasfit_blender as addon
-atlasfit, mesh = addon.uv.atlasfit, addon.mesh
+atlasfit, mesh = addon.native.atlasfit, addon.mesh
 
 
 # ---- scenes

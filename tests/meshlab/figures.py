@@ -137,19 +137,20 @@ def scans(folder=ROOT.parent / "shared/data/scans"):
     nearest = sorted(sizes, key=lambda path: abs(sizes[path] - 100_000))[:5]
     print("\n| scan | points | surface | CPU s | RMS | mean | 95 % below | vertices |\n" + "|---" * 8 + "|")
     for path in nearest:
-        ms = document()
-        ms.load_new_mesh(str(path))
-        points = ms.current_mesh().vertex_matrix()
-        diagonal = np.linalg.norm(np.ptp(points, axis=0))
         for name in ("atlas", "screened Poisson (depth 9)"):
-            ms.set_current_mesh(0)
+            ms = document()
+            ms.load_new_mesh(str(path))
+            points = ms.current_mesh().vertex_matrix().copy()
             _, seconds = timed(lambda: reconstruct_scan(ms, name), time.process_time)
             surface = ms.current_mesh_id()
+            ms.add_mesh(ml.Mesh(points))  # cleaning before Poisson may take points away
             ms.apply_filter(
-                "get_hausdorff_distance", sampledmesh=0, targetmesh=surface, samplevert=True,
-                sampleedge=False, sampleface=False, samplenum=len(points), maxdist=ml.PercentageValue(50),
+                "get_hausdorff_distance", sampledmesh=ms.current_mesh_id(), targetmesh=surface,
+                samplevert=True, sampleedge=False, sampleface=False, samplenum=len(points),
+                maxdist=ml.PercentageValue(50),
             )
-            d = np.abs(ms.mesh(0).vertex_scalar_array()) / diagonal
+            d = np.abs(ms.current_mesh().vertex_scalar_array())
+            d /= np.linalg.norm(np.ptp(points, axis=0))
             print(
                 f"| {path.stem} | {len(points):,} | {name} | {seconds:.1f} "
                 f"| {1e5 * np.sqrt(np.mean(d**2)):.2f} | {1e5 * d.mean():.2f} "
@@ -166,7 +167,8 @@ def reconstruct_scan(ms, name):
         return
     if not np.any(ms.current_mesh().vertex_normal_matrix()):
         ms.apply_filter("compute_normal_for_point_clouds", k=20)
-    ms.apply_filter("generate_surface_reconstruction_screened_poisson", depth=9)
+    # Points of no face have no normal in scans with faces: Poisson refuses them without this.
+    ms.apply_filter("generate_surface_reconstruction_screened_poisson", depth=9, preclean=True)
 
 
 def overhead():

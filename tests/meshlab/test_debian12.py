@@ -14,12 +14,11 @@ pytestmark = pytest.mark.skipif(
 # meshlabserver wants every parameter that the dialog has, and no other.
 FIT = {
     "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0),
-    "prior": ("Enum", 0),
 }
 PARAMETERS = {
     "Surface Reconstruction: Atlas": {
         "visibleLayers": ("Bool", "false"), **FIT, "detail": ("Float", 1), "fillHoles": ("AbsPerc", 0),
-        "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("Float", -1),
+        "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("AbsPerc", 0),
         "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
         "texture": ("Enum", 0),
     },
@@ -29,6 +28,7 @@ PARAMETERS = {
         "keepSeams": ("Bool", "false"), "hardEdges": ("Float", 180), "textureSize": ("Int", 1024),
         "texture": ("Enum", 0),
     },
+    "Parametrization: Pack Charts": {"textureSize": ("Int", 1024), "texture": ("Enum", 0)},
     "UV Distortion": {"colorize": ("Bool", "true")},
 }
 
@@ -92,7 +92,8 @@ def test_unwrapping_and_measuring(folder, scan, atlasfit):
     atlasfit("denoise", scan, "--no-uv", "-o", folder / "plain.ply")
     code, said = serve(
         folder, folder / "plain.ply", "unwrapped.obj",
-        ("Parametrization: Atlas", {"texture": 1}), ("UV Distortion", {}),
+        ("Parametrization: Atlas", {"texture": 1}), ("Parametrization: Pack Charts", {}),
+        ("UV Distortion", {}),
     )
     assert code == 0, said
     uv = atlasfit("measure", folder / "unwrapped.obj")["uv"]

@@ -11,7 +11,7 @@ from PIL import Image
 from conftest import ROOT
 from pages import bold, code
 from test_pymeshlab import (
-    DENOISE, DISTORTION, RECONSTRUCT, UNWRAP, document, holding, layers, opened, textured,
+    DENOISE, DISTORTION, PACK, RECONSTRUCT, UNWRAP, document, holding, layers, opened, textured,
 )
 
 pytestmark = pytest.mark.usefixtures("plugin")
@@ -55,6 +55,22 @@ def test_a_texture_is_drawn_anew_for_the_new_uvs(folder):
         assert np.abs(after - before).mean() < 2
     texels = values["texels_per_unit"] * new.shape[0] / 1024
     assert texels >= 200, "no lower density"
+
+
+def test_packing_draws_a_texture_anew(folder):
+    y, x = np.mgrid[0:200, 0:400] / [[[200]], [[400]]]
+    old = np.uint8(np.stack([255 * x, 255 * y, 128 + 0 * x], 2))
+    ms = painted_with(folder, old)
+    assert ms.apply_filter(PACK)["charts"] == 1 and ms.current_mesh().texture_number() == 1
+    out = folder / "packed"
+    out.mkdir(exist_ok=True)
+    ms.save_current_mesh(str(out / "square.obj"))
+    (file,) = out.glob("*.png")
+    new = np.asarray(Image.open(file).convert("RGB"))
+    uv = ms.current_mesh().wedge_tex_coord_matrix().reshape(-1, 3, 2).mean(axis=1)
+    m = ms.current_mesh()
+    middle = m.vertex_matrix()[m.face_matrix()][:, :, :2].mean(axis=1) / [2, 1]
+    assert np.abs(colours_at(new, uv) - colours_at(old, middle)).max() < 6
 
 
 def test_a_mesh_without_colours_gets_no_page(torus):
@@ -136,7 +152,7 @@ def test_the_page_for_meshlab_works_to_the_letter(scan, tmp_path):
 def test_names_and_help_are_what_people_look_for():
     about = (ROOT / "meshlab-plugin/src/about.cpp").read_text()
     names = ("Surface Reconstruction", "Denoise", "Parametrization")
-    for name in (*(f"{name}: Atlas" for name in names), "UV Distortion"):
+    for name in (*(f"{name}: Atlas" for name in names), "Parametrization: Pack Charts", "UV Distortion"):
         assert f'{{"{name}", ' in about
     assert "(deep manifold prior)" not in about
     text = re.sub(r'"\s+"', "", about)

@@ -16,6 +16,7 @@ from conftest import ROOT
 RECONSTRUCT = "generate_surface_reconstruction_atlas"
 DENOISE = "apply_coord_denoising_atlas"
 UNWRAP = "compute_texcoord_parametrization_atlas"
+PACK = "compute_texcoord_packing_atlas"
 DISTORTION = "compute_scalar_by_uv_distortion_per_face"
 DATA = ROOT.parent / "shared/data"
 
@@ -253,6 +254,53 @@ def test_several_pages_have_a_texture_each(torus):
     values = ms.apply_filter(UNWRAP, pages=4, density=100.0, texturesize=256, texture="Checker")
     assert values["pages"] > 1 and ms.current_mesh().texture_number() == values["pages"]
     assert ms.apply_filter(DISTORTION)["overlapping_faces"] == 0
+
+
+def squares(sizes):
+    """Squares beside each other, of these sides: vertices and faces."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    vertices = np.concatenate([side * corners + [3 * i, 0, 0] for i, side in enumerate(sizes)])
+    faces = [[4 * i + k for k in t] for i in range(len(sizes)) for t in ((0, 1, 2), (0, 2, 3))]
+    return vertices, np.array(faces)
+
+
+def test_packing_keeps_charts_as_they_are_and_gives_them_one_density(folder):
+    vertices, faces = squares([2.0, 1.0, 0.5])
+    flat = vertices[faces][:, :, :2]
+    piled = ((flat - flat[:, :1]) / np.ptp(flat[:, :, :1], axis=1, keepdims=True)).reshape(-1, 2)
+    ms = textured(folder, vertices, faces, piled)
+    assert ms.apply_filter(DISTORTION)["overlapping_faces"] > 0
+    values = ms.apply_filter(PACK)
+    assert values["charts"] == 3 and values["overlapping_faces"] == values["flips"] == 0
+    assert values["inside"] == 1 and values["coverage"] > 0.5 and values["stretch_linf"] < 1.001
+    m = ms.current_mesh()
+    assert np.array_equal(m.vertex_matrix(), vertices) and np.array_equal(m.face_matrix(), faces)
+    assert m.texture_number() == 0
+
+
+def test_packing_what_is_packed_keeps_its_charts_and_its_stretch(torus):
+    ms = holding(*torus)
+    first = ms.apply_filter(UNWRAP)
+    before = ms.current_mesh().face_scalar_array().copy() if ms.apply_filter(DISTORTION) else None
+    packed = ms.apply_filter(PACK, padding=8, texturesize=512)
+    ms.apply_filter(DISTORTION)
+    assert packed["charts"] == first["charts"] and packed["overlapping_faces"] == 0
+    assert np.allclose(ms.current_mesh().face_scalar_array(), before, rtol=0.01)
+
+
+def test_packing_needs_texture_coordinates(torus):
+    with pytest.raises(ml.PyMeshLabException, match="(?i)per.wedge texture coord"):
+        holding(*torus).apply_filter(PACK)
+
+
+def test_the_largest_error_of_a_surface_is_a_length_or_a_share_and_all_triangles_can_be_kept(scan):
+    diagonal = np.linalg.norm(np.ptp(opened(scan).current_mesh().vertex_matrix(), axis=0))
+    pure = getattr(ml, "PureValue", getattr(ml, "AbsoluteValue", None))
+    share = getattr(ml, "PercentageValue", getattr(ml, "Percentage", None))
+    faces = lambda **how: opened(scan).apply_filter(RECONSTRUCT, uv=False, **how)["faces"]
+    plain, light = faces(), faces(maxerror=share(1.0))
+    assert light == faces(maxerror=pure(0.01 * diagonal)) < 0.5 * plain
+    assert faces(simplify=False) > 2 * plain
 
 
 def test_distortion_of_known_uvs(folder):

@@ -464,3 +464,22 @@ fn the_viewpoint_of_pcd_is_the_scanner_s_place_unless_it_is_the_origin() {
     assert_eq!((scanners.positions, scanners.of_point), (vec![[1.0, -2.0, 3.5]], vec![0, 0]));
     assert_eq!(read("0 0 0 1 0 0 0"), None);
 }
+
+#[test]
+fn a_name_that_ends_in_gltf_gives_json_with_its_buffer_and_image_beside_it() {
+    let folder = Folder::new();
+    let options = SaveMesh::default().with_texture(Some(Texture::Png(b"\x89PNG")));
+    let text = save_mesh(&folder.join("a b.gltf"), &cube(), &options).unwrap();
+    let names: Vec<_> = text.files.iter().map(|f| f.file_name().unwrap().to_string_lossy()).collect();
+    assert_eq!(names, ["a b.gltf", "a_b.png", "a_b.bin"]);
+    let json = std::fs::read_to_string(&text.files[0]).unwrap();
+    assert!(json.starts_with('{') && json.contains("\"uri\":\"a_b.bin\""), "{json}");
+    assert_eq!(std::fs::read(&text.files[1]).unwrap(), b"\x89PNG");
+    let binary = save_mesh(&folder.join("a.glb"), &cube(), &options).unwrap();
+    assert_eq!(binary.files.len(), 1);
+    assert_eq!(text.lost, binary.lost);
+    let read = |path: &Path| load(path, &LoadOptions::default()).unwrap();
+    let (a, b) = (read(&text.files[0]), read(&binary.files[0]));
+    assert_eq!(a.texture, b.texture);
+    assert_eq!(a.into_mesh(), b.into_mesh());
+}

@@ -214,6 +214,44 @@ fn pages_have_the_size_and_the_density_asked_for() {
     }
 }
 
+/// A flat sheet of two triangles for each unit square.
+fn sheet(width: u32, height: u32) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    for k in 0..(width + 1) * (height + 1) {
+        mesh.positions.push([f64::from(k % (width + 1)), f64::from(k / (width + 1)), 0.0]);
+    }
+    for k in 0..width * height {
+        let a = k / width * (width + 1) + k % width;
+        let b = a + width + 1;
+        mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+    }
+    mesh
+}
+
+#[test]
+fn a_chart_larger_than_a_page_is_cut_so_that_the_density_is_kept() {
+    for (width, height) in [(80, 10), (40, 40)] {
+        let mesh = sheet(width, height);
+        for packer in [Packer::Shapes, Packer::Boxes] {
+            // Pages of 25.6 units.
+            let dense = UnwrapOptions::default().with_page_size([256; 2]).with_texels_per_unit(Some(10.0));
+            let options = dense.with_packer(packer);
+            let uv = run(&mesh, &options, 0).unwrap();
+            check(&mesh, &uv);
+            assert!((uv.texels_per_unit - 10.0).abs() < 1e-6 && uv.warnings.is_empty(), "{:?}", uv.warnings);
+            assert!(uv.pages > 1 && uv.charts > 1, "{} charts on {} pages", uv.charts, uv.pages);
+            // On one page the density gives way, and nothing is cut for a page that is not there.
+            let one = run(&mesh, &options.clone().with_pages(Some(1)), 0).unwrap();
+            check(&mesh, &one);
+            assert!(one.pages == 1 && one.texels_per_unit < 10.0, "{}", one.texels_per_unit);
+            assert!(if width == height { one.charts == 1 } else { one.charts <= uv.charts });
+            // Who allows no more charts gets none.
+            let whole = run(&mesh, &options.with_max_charts(Some(1)), 0).unwrap();
+            assert!(whole.charts == 1 && whole.texels_per_unit < 10.0);
+        }
+    }
+}
+
 #[test]
 fn what_could_not_be_kept_is_reported() {
     let plain = run(&cube(), &UnwrapOptions::default(), 0).unwrap();

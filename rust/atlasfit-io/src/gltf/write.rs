@@ -1,7 +1,7 @@
-//! Writes GLB.
+//! Writes GLB, and glTF as text with its buffer and its image beside it.
 
 use super::color::to_linear;
-use crate::job::{Job, Texture, Written};
+use crate::job::{FileBeside, Job, Texture, Written};
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{Error, Result, Write};
@@ -252,19 +252,24 @@ fn columns(
     out
 }
 
-/// The material of a mesh as JSON, and in front of it the texture, whose bytes go to the buffer.
-fn material(job: &Job<'_>, buffer: &mut Buffer) -> String {
+/// Whether the file is JSON: its buffer and its image lie beside it then.
+fn is_text(job: &Job<'_>) -> bool {
+    job.extension == "gltf"
+}
+
+/// The material of a mesh as JSON, and in front of it the texture, whose bytes go to the buffer of a GLB.
+fn material(job: &Job<'_>, buffer: &mut Buffer, written: &mut Written) -> String {
     let mut json = String::new();
     let mut base = "";
-    if let Some(texture) = job.texture {
-        let image = match texture {
-            Texture::Png(bytes) => {
-                let from = buffer.bytes.len();
-                buffer.bytes.extend_from_slice(bytes);
-                format!("{{\"bufferView\":{},\"mimeType\":\"image/png\"}}", buffer.view(from, None))
-            }
-            Texture::File(name) => format!("{{\"uri\":{}}}", quoted(name)),
-        };
+    let image = match job.texture {
+        Some(Texture::Png(bytes)) if !is_text(job) => {
+            let from = buffer.bytes.len();
+            buffer.bytes.extend_from_slice(bytes);
+            Some(format!("{{\"bufferView\":{},\"mimeType\":\"image/png\"}}", buffer.view(from, None)))
+        }
+        _ => job.texture_file(written).map(|name| format!("{{\"uri\":{}}}", quoted(&name))),
+    };
+    if let Some(image) = image {
         let _ = write!(json, "\"images\":[{image}],\"textures\":[{{\"source\":0}}],");
         base = "\"baseColorTexture\":{\"index\":0},";
     }
@@ -306,15 +311,22 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     }
     let _ = write!(json, "}}],\"meshes\":[{{\"primitives\":[{{{primitive}}}]}}],");
     if !triangles.is_empty() {
-        json.push_str(&material(job, &mut buffer));
+        json.push_str(&material(job, &mut buffer, &mut written));
     }
+    let name = format!("{}.bin", job.stem);
+    let uri = if is_text(job) { format!("\"uri\":{},", quoted(&name)) } else { String::new() };
     let _ = write!(
         json,
-        "\"accessors\":[{}],\"bufferViews\":[{}],\"buffers\":[{{\"byteLength\":{}}}]}}",
+        "\"accessors\":[{}],\"bufferViews\":[{}],\"buffers\":[{{{uri}\"byteLength\":{}}}]}}",
         buffer.accessors.join(","),
         buffer.views.join(","),
         buffer.bytes.len()
     );
+    if is_text(job) {
+        out.write_all(json.as_bytes())?;
+        written.beside.push(FileBeside { name, bytes: buffer.bytes });
+        return Ok(written);
+    }
     while !json.len().is_multiple_of(4) {
         json.push(' ');
     }

@@ -168,11 +168,7 @@ fn packed_by(
     };
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
-    let list = if options.fills_one_page() && options.max_charts.is_none() && !options.keep_uvs {
-        shorten::shorten(&s, list, options.page_size, bound, ctx)?
-    } else {
-        list
-    };
+    let list = shorten::shorten(&s, list, options, bound, ctx)?;
     let checked = pack_checked(&s, list, options, packing, ctx)?;
     let [width, height] = options.page_size;
     let known = UvLayout {

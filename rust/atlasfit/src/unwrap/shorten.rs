@@ -1,12 +1,14 @@
-//! Cuts charts across that are so long that one of them would decide the page and leave most of it empty.
+//! Cuts charts across that are so long that one of them would decide the page and leave most of it empty, or
+//! that fit on no page at the density asked for.
 //!
-//! In: flattened charts that are to fill one page. Out: the same, long ones in pieces that stay as they lie.
+//! In: flattened charts. Out: the same, long ones in pieces that stay as they lie.
 
 use super::chart::Chart;
 use super::constants::UNWRAP;
 use super::cut::{adjacent_faces, cut};
 use super::flatten::shape::over_area;
-use super::pack::PACK;
+use super::options::UnwrapOptions;
+use super::pack::{PACK, room};
 use super::planar::{bounds, hull, rotated, upright};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
@@ -15,23 +17,53 @@ use crate::numeric::sort::sort_by;
 use crate::run::Context;
 use rustc_hash::FxHashMap;
 
-/// Halves long charts until none is too long for a page of this shape. `bound` is that of the stretch.
+/// Halves long charts until none is too long for the pages asked for. `bound` is that of the stretch.
 pub(crate) fn shorten(
     s: &Surface,
     list: Vec<Chart>,
-    page: [u32; 2],
+    options: &UnwrapOptions,
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Chart>> {
-    let page = page.map(f64::from);
-    // The area of a page that the charts would fill as charts do.
-    let expected = list.iter().map(|c| c.area).sum::<f64>() / PACK.expected_fill;
+    if options.max_charts.is_some() || options.keep_uvs {
+        return Ok(list);
+    }
+    let area = list.iter().map(|c| c.area).sum::<f64>();
+    if options.fills_one_page() {
+        let page = options.page_size.map(f64::from);
+        // The area of a page that the charts would fill as charts do.
+        let most = UNWRAP.too_large * (area / PACK.expected_fill);
+        let too_long = |hull: &[[f64; 2]]| least_page(hull, page, UNWRAP.page_turns) > most;
+        return halved(s, list, too_long, bound, ctx);
+    }
+    let Some(density) = options.texels_per_unit else { return Ok(list) };
+    // Where all pages together have too few texels the density is lowered: to this at the most.
+    let texels = options.page_size.iter().map(|&p| f64::from(p)).product::<f64>();
+    let all = (texels * f64::from(options.most_pages()) * PACK.expected_fill / area).sqrt();
+    let density = (density * s.unit).min(all);
+    let page = room(options.page_size, options.padding_px);
+    let most = page[0] * page[1] / (density * density);
+    let too_long = |hull: &[[f64; 2]]| {
+        // As the packer turns it.
+        least_page(&rotated(hull, upright(hull)), page, 2 * PACK.turns_fixed) > most
+    };
+    halved(s, list, too_long, bound, ctx)
+}
+
+/// Halves charts until none of their hulls is too long.
+fn halved(
+    s: &Surface,
+    list: Vec<Chart>,
+    too_long: impl Fn(&[[f64; 2]]) -> bool,
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<Chart>> {
     let mut out = Vec::with_capacity(list.len());
     let mut open: Vec<Chart> = list.into_iter().rev().collect();
     while let Some(c) = open.pop() {
         ctx.check()?;
         let hull = hull(&c.outline());
-        if least_page(&hull, page) <= UNWRAP.too_large * expected || c.faces.len() == 1 {
+        if c.faces.len() == 1 || !too_long(&hull) {
             out.push(c);
             continue;
         }
@@ -100,11 +132,11 @@ fn across(s: &Surface, c: &Chart, turn: [f64; 2], ctx: &Context<'_>) -> Result<V
     Ok(side)
 }
 
-/// Area of the smallest page of a shape on which the points lie in some rotation.
-fn least_page(points: &[[f64; 2]], [width, height]: [f64; 2]) -> f64 {
-    (0..UNWRAP.page_turns)
+/// Area of the smallest page of a shape on which the points lie in one of so many rotations in a half turn.
+fn least_page(points: &[[f64; 2]], [width, height]: [f64; 2], turns: usize) -> f64 {
+    (0..turns)
         .map(|turn| {
-            let (s, c) = (std::f64::consts::PI * turn as f64 / UNWRAP.page_turns as f64).sin_cos();
+            let (s, c) = (std::f64::consts::PI * turn as f64 / turns as f64).sin_cos();
             let (lo, hi) = bounds(&rotated(points, [c, s]));
             ((hi[0] - lo[0]) / width).max((hi[1] - lo[1]) / height).powi(2) * width * height
         })

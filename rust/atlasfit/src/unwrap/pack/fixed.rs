@@ -66,6 +66,24 @@ pub(super) fn several_pages(
     Ok(low)
 }
 
+/// Texels per cell of a page.
+fn texels_per_cell(page: [u32; 2]) -> f64 {
+    (f64::from(page[0].max(page[1])) / CELLS).max(1.0)
+}
+
+/// Cells round a chart that are kept free of others.
+fn margin(padding: u32, texels: f64) -> usize {
+    ((f64::from(padding) / texels).ceil() as usize).max(1)
+}
+
+/// Texels of the largest chart that finds room on an empty page: the margin lies on both sides, and a chart
+/// covers up to two cells more than its length.
+pub(crate) fn room(page: [u32; 2], padding: u32) -> [f64; 2] {
+    let texels = texels_per_cell(page);
+    let around = 2.0 * margin(padding, texels) as f64 + 2.0;
+    page.map(|p| ((f64::from(p) / texels).floor() - around).max(1.0) * texels)
+}
+
 /// Places the charts at a density on at most as many pages as allowed, by shape.
 fn fill_shapes(
     charts: &[Chart],
@@ -75,7 +93,7 @@ fn fill_shapes(
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<Placement>>> {
     ctx.check()?;
-    let texels = (f64::from(job.page[0].max(job.page[1])) / CELLS).max(1.0);
+    let texels = texels_per_cell(job.page);
     let cell = texels / density;
     let [width, height] = job.page.map(|p| (f64::from(p) / texels) as usize);
     // What is larger than a page fits on none: found before its mask takes memory.
@@ -87,7 +105,7 @@ fn fill_shapes(
     if charts.iter().any(too_large) {
         return Ok(None);
     }
-    let grow = ((f64::from(job.padding) / texels).ceil() as usize).max(1);
+    let grow = margin(job.padding, texels);
     let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
         .map(|(c, &r)| ctx.check().map(|()| poses(c, r, cell, grow, PACK.turns_fixed)))
         .collect::<Result<_>>()?;

@@ -23,6 +23,7 @@ mod strip;
 mod tighten;
 
 pub(crate) use constants::PACK;
+pub(crate) use fixed::room;
 pub use packer::{ChartPosition, FlatChart, PagePacker, Pages};
 pub(crate) use placement::{PackJob, Packed, Packing};
 
