@@ -1,6 +1,8 @@
 //! A mesh of the caller: borrowed arrays, copied into the core's [`TriMesh`] and the columns beside it.
 
-use crate::arrays::{ATLASFIT_F32, Colors, MOST, Positions, checked_count, colors, packed, positions};
+use crate::arrays::{
+    ATLASFIT_F32, Colors, MOST, Positions, checked_count, colors, column, packed, positions,
+};
 use crate::faces::{self, Faces, atlasfit_faces};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
@@ -213,11 +215,6 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
         })?;
         Ok(out)
     }
-}
-
-/// A column that may be left out.
-unsafe fn column<T: Copy>(base: *const T, count: usize, name: &str) -> Outcome<Option<Vec<T>>> {
-    if base.is_null() { Ok(None) } else { unsafe { packed(base, count, name) }.map(Some) }
 }
 
 /// The triangles of a mesh, or else its faces: where they are given as such, or some are ignored.

@@ -1,6 +1,7 @@
 //! UVs for a mesh of the caller's.
 
 use crate::handle;
+use crate::log;
 use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
@@ -227,6 +228,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
             Ok((Layout::new(layout, &mesh, ctx)?, end.elapsed()))
         })?;
         layout.seconds = start.elapsed().saturating_sub(after).as_secs_f64();
+        log::warn(&layout.layout.warnings);
         handle::give(Arc::new(layout), out);
         Ok(())
     })
