@@ -97,7 +97,6 @@ impl Row {
 struct Smoothed {
     method: String,
     accuracy: f64,
-    chamfer: f64,
     points: usize,
     seconds: f64,
 }
@@ -105,16 +104,13 @@ struct Smoothed {
 impl Smoothed {
     fn json(&self) -> Value {
         json!({
-            "method": self.method, "accuracy": self.accuracy, "chamfer": self.chamfer,
-            "points": self.points, "seconds": self.seconds,
+            "method": self.method, "accuracy": self.accuracy, "points": self.points,
+            "seconds": self.seconds,
         })
     }
 
     fn line(&self) -> String {
-        format!(
-            "{} | {:.3} | {:.3} | {} | {:.2} |",
-            self.method, self.accuracy, self.chamfer, self.points, self.seconds
-        )
+        format!("{} | {:.3} | {} | {:.2} |", self.method, self.accuracy, self.points, self.seconds)
     }
 
     /// The medians of several.
@@ -123,7 +119,6 @@ impl Smoothed {
         Self {
             method: String::new(),
             accuracy: of(|r| r.accuracy),
-            chamfer: of(|r| r.chamfer),
             points: of(|r| r.points as f64) as usize,
             seconds: of(|r| r.seconds),
         }
@@ -141,8 +136,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     let mut surfaces =
         String::from("| scan | surface | acc | com | parts | boundary | not manifold | faces | s |\n");
     surfaces += "|---|---|---|---|---|---|---|---|---|\n";
-    let mut points =
-        String::from("| scan | points | acc | chamfer | count | s |\n|---|---|---|---|---|---|\n");
+    let mut points = String::from("| scan | points | acc | count | s |\n|---|---|---|---|---|\n");
     let (mut cells, mut said) = (Vec::new(), Vec::new());
     for path in &args.truths {
         let truth = files::load(path, &args.run, console)?.into_mesh();
@@ -250,7 +244,7 @@ fn cell(truth: &TriMesh, sigma: f64, args: &Args, folder: &Path, console: &Conso
     surfaces
         .iter_mut()
         .for_each(|r| (r.accuracy, r.completeness) = (r.accuracy * scale, r.completeness * scale));
-    smoothed.iter_mut().for_each(|r| (r.accuracy, r.chamfer) = (r.accuracy * scale, r.chamfer * scale));
+    smoothed.iter_mut().for_each(|r| r.accuracy *= scale);
     Ok(Cell { surfaces, points: smoothed })
 }
 
@@ -313,11 +307,5 @@ fn measured_points(
 ) -> Result<Smoothed> {
     let options = DistanceOptions::default();
     let d = console.start_silent(&args.run).execute(|ctx| measure::points(cloud, truth, &options, ctx))?;
-    Ok(Smoothed {
-        method: method.to_owned(),
-        accuracy: d.accuracy.rms,
-        chamfer: d.chamfer,
-        points: cloud.len(),
-        seconds,
-    })
+    Ok(Smoothed { method: method.to_owned(), accuracy: d.accuracy.rms, points: cloud.len(), seconds })
 }
