@@ -22,8 +22,8 @@ fn bridge(name: &str) -> cc::Build {
     build
 }
 
-/// With the flag that CGAL's own CMake target sets for compilers like GCC: its interval arithmetic changes the
-/// rounding mode. Debian's CGAL is headers only; its numbers are GMP's.
+/// With the flag that CGAL's own CMake target sets for compilers like GCC: its interval arithmetic changes
+/// the rounding mode. Debian's CGAL is headers only; its numbers are GMP's.
 #[cfg(feature = "cgal")]
 fn cgal() {
     bridge("cgal").flag_if_supported("-frounding-math").compile("atlasfit_cgal");

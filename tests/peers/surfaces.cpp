@@ -1,12 +1,12 @@
-// CGAL's surfaces of oriented points and smoothed scans, for `atlasfit bench surfaces`. It is under the GPL, as
-// CGAL is.
+// CGAL's surfaces of oriented points and smoothed scans, for `atlasfit bench surfaces`. It is under the
+// GPL, as CGAL is.
 //
 //   c++ -std=c++17 -O2 -DNDEBUG -frounding-math -I/usr/include/eigen3 tests/peers/surfaces.cpp -o surfaces \
 //     -lgmp -lmpfr          (Debian: libcgal-dev libeigen3-dev)
 //   surfaces METHOD POINTS.xyz OUT.off SPACING NOISE
 //
-// In: a line "x y z nx ny nz" for each point; the methods that smooth take no notice of normals. Out: a surface,
-// or smoothed points without faces, and the seconds that it took without files.
+// In: a line "x y z nx ny nz" for each point; the methods that smooth take no notice of normals. Out: a
+// surface, or smoothed points without faces, and the seconds that it took without files.
 #include <CGAL/Advancing_front_surface_reconstruction.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>

@@ -13,8 +13,8 @@ pub const ATLASFIT_LOG_WARNING: u32 = 2;
 /// Level of a line of the log: what the call is doing.
 pub const ATLASFIT_LOG_INFO: u32 = 3;
 
-/// A callback that is told what happens in a call, a line each, on the thread that called into the library. It
-/// must return: no longjmp, no C++ exception. It may call the library.
+/// A callback that is told what happens in a call, a line each, on the thread that called into the library.
+/// It must return: no longjmp, no C++ exception. It may call the library.
 ///
 /// @param user  The atlasfit_run's log_user.
 /// @param level #ATLASFIT_LOG_ERROR, #ATLASFIT_LOG_WARNING or #ATLASFIT_LOG_INFO; later versions may add

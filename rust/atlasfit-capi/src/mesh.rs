@@ -11,9 +11,9 @@ use atlasfit::geometry::{Polygons, TriMesh};
 use std::ffi::c_void;
 
 /// A mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there
-/// is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do not
-/// fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners has no
-/// triangle.
+/// is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do
+/// not fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners
+/// has no triangle.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_mesh {
@@ -34,8 +34,8 @@ pub struct atlasfit_mesh {
     /// Number of triangles, below 2^32 / 3.
     pub triangle_count: usize,
     /// Texture coordinates: u, v of each corner of each face (6 floats per triangle), v up. NULL = none.
-    /// Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with keep_uv_seams
-    /// or keep_uvs.
+    /// Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with
+    /// keep_uv_seams or keep_uvs.
     pub corner_uv: *const f32,
     /// A group (material, for example) per face: no UV chart spans two. NULL = one group. Read by
     /// atlasfit_unwrap().

@@ -65,9 +65,10 @@ pub struct atlasfit_run {
     /// Seed of everything random. Same input, options, seed and version give the same bytes on machines of
     /// one type, which have the same vector instructions. Default 0.
     pub seed: u64,
-    /// Worker threads of this call, 0 = all cores, at most 65536. No more than these work at once, the calling
-    /// thread waits meanwhile, and all have ended when the call returns. Many times more than there are cores
-    /// are not started: the report of a denoised scan says so. The result does not depend on it. Default 0.
+    /// Worker threads of this call, 0 = all cores, at most 65536. No more than these work at once, the
+    /// calling thread waits meanwhile, and all have ended when the call returns. Many times more than there
+    /// are cores are not started: the report of a denoised scan says so. The result does not depend on it.
+    /// Default 0.
     pub threads: u32,
     /// Must be 0.
     pub reserved: u32,
@@ -123,8 +124,8 @@ pub unsafe extern "C" fn atlasfit_run_init(run: *mut atlasfit_run, struct_size: 
     guard("atlasfit_run_init", || unsafe { sized::init(run, struct_size) })
 }
 
-/// The core's run. It calls the caller's callbacks, so it must stay on this thread. The run's log becomes that
-/// of the call.
+/// The core's run. It calls the caller's callbacks, so it must stay on this thread. The run's log becomes
+/// that of the call.
 pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>> {
     let r = unsafe { sized::read_or_default(run) }?;
     let log = r.log.map(|tell| Log { tell, user: r.log_user });

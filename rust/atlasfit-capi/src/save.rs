@@ -1,6 +1,7 @@
 //! Files of scans and meshes, written.
 //!
-//! In: a path, the caller's arrays. Out: a file in one of the formats of atlasfit-io, and what it could not hold.
+//! In: a path, the caller's arrays. Out: a file in one of the formats of atlasfit-io, and what it could not
+//! hold.
 
 use crate::arrays::{column, packed};
 use crate::faces::Faces;
@@ -69,22 +70,22 @@ pub unsafe extern "C" fn atlasfit_save_options_init(
     guard("atlasfit_save_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
-/// Writes points, or with their `triangles` or `faces` a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the
-/// name's extension. PLY, OBJ and OFF hold polygons as they are, GLB and STL the triangles that they are cut
-/// into. Faces of fewer than three corners are left out. The file is written whole or not at all; one that
-/// exists is replaced. Images and material libraries go beside it.
+/// Writes points, or with their `triangles` or `faces` a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by
+/// the name's extension. PLY, OBJ and OFF hold polygons as they are, GLB and STL the triangles that they
+/// are cut into. Faces of fewer than three corners are left out. The file is written whole or not at all;
+/// one that exists is replaced. Images and material libraries go beside it.
 ///
 /// @param path     The file's path: UTF-8, on Unix any bytes.
 /// @param points   Positions, normals, colours, attributes, and triangles or faces.
 /// @param options  What the file is to hold besides; NULL = nothing.
 /// @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
-/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
-///                 each, cut where there is no more room. NULL = not wanted.
+/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+///                 line each, cut where there is no more room. NULL = not wanted.
 /// @param capacity Bytes that `lost` has room for.
 /// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
 ///         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
-///         no faces for a format that holds only those), #ATLASFIT_INDEX_OUT_OF_RANGE (a corner of `faces` that
-///         names no vertex), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+///         no faces for a format that holds only those), #ATLASFIT_INDEX_OUT_OF_RANGE (a corner of
+///         `faces` that names no vertex), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_file_save(
     path: *const c_char,

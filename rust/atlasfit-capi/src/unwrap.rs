@@ -58,9 +58,9 @@ pub struct atlasfit_unwrap_options {
     /// Edges whose triangles meet at an angle of more than this many degrees are seams, 0 to 180; 180 = none
     /// are for that reason. Default 180.
     pub hard_edge_angle: f64,
-    /// 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved, turned
-    /// and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new ones. Default
-    /// 0.
+    /// 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved,
+    /// turned and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new
+    /// ones. Default 0.
     pub keep_uvs: u32,
     /// Must be 0.
     pub reserved_too: u32,

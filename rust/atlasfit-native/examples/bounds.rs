@@ -2,8 +2,8 @@
 //!
 //!     cargo run -p atlasfit-native --features cgal,openmesh --example bounds -- [RINGS]
 //!
-//! On a bowl of 4 x RINGS^2 triangles each call is run whole, then again and again and asked to stop at evenly
-//! spaced moments. Printed: seconds of the whole call, the longest time from asking to the return in
+//! On a bowl of 4 x RINGS^2 triangles each call is run whole, then again and again and asked to stop at
+//! evenly spaced moments. Printed: seconds of the whole call, the longest time from asking to the return in
 //! milliseconds, and by how much memory peaked (Linux), in bytes for a triangle that goes in or comes out.
 
 use atlasfit::geometry::TriMesh;

@@ -22,7 +22,8 @@ void self_intersections(Numbers xyz, Indices triangles, const Stop &stop, rust::
 void exact_distances(Numbers xyz, Indices triangles, Numbers points, const Stop &stop,
                      rust::Vec<double> &distances);
 
-/// Triangles with sides of about `length`, on the surface; false where they are no surface of a halfedge mesh.
+/// Triangles with sides of about `length`, on the surface; false where they are no surface of a halfedge
+/// mesh.
 bool remesh(Numbers xyz, Indices triangles, double length, std::uint32_t iterations, const Stop &stop,
             rust::Vec<double> &new_xyz, rust::Vec<std::uint32_t> &new_triangles);
 

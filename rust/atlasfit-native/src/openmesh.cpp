@@ -26,7 +26,7 @@ bool fill(Mesh &mesh, rust::Slice<const double> xyz, rust::Slice<const std::uint
     if (!vertex[v].is_valid()) vertex[v] = mesh.add_vertex({xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]});
   for (std::size_t c = 0; c + 2 < triangles.size(); c += 3) {
     const std::uint32_t a = triangles[c], b = triangles[c + 1], d = triangles[c + 2];
-    if (a == b || b == d || d == a || !mesh.add_face(vertex[a], vertex[b], vertex[d]).is_valid()) return false;
+    if (!mesh.add_face(vertex[a], vertex[b], vertex[d]).is_valid()) return false;
   }
   // OpenMesh takes vertices that hold two sheets together, but its steps do not.
   return std::all_of(mesh.vertices_begin(), mesh.vertices_end(),
@@ -72,8 +72,8 @@ std::unique_ptr<Subdivider> begun(rust::Slice<const double> xyz, rust::Slice<con
 
 }  // namespace
 
-std::unique_ptr<Subdivider> subdivider(rust::Slice<const double> xyz, rust::Slice<const std::uint32_t> triangles,
-                                       bool sqrt3) {
+std::unique_ptr<Subdivider> subdivider(rust::Slice<const double> xyz,
+                                       rust::Slice<const std::uint32_t> triangles, bool sqrt3) {
   namespace uniform = OpenMesh::Subdivider::Uniform;
   return sqrt3 ? begun<uniform::Sqrt3T<Mesh, double>>(xyz, triangles)
                : begun<uniform::LoopT<Mesh, double>>(xyz, triangles);

@@ -20,7 +20,7 @@ class Subdivider {
 };
 
 /// Begins; null where the triangles are no surface of a halfedge mesh.
-std::unique_ptr<Subdivider> subdivider(rust::Slice<const double> xyz, rust::Slice<const std::uint32_t> triangles,
-                                       bool sqrt3);
+std::unique_ptr<Subdivider> subdivider(rust::Slice<const double> xyz,
+                                       rust::Slice<const std::uint32_t> triangles, bool sqrt3);
 
 }  // namespace atlasfit_native

@@ -28,12 +28,14 @@ pub(crate) struct SimplifyConstants {
     /// Sweeps at one cost, at the most. Source: chosen.
     /// Halved: acc 0.97 (ring 0.90), com 0.98 (ring 0.91); doubled: no figure changes by 1 %.
     pub sweeps: usize,
-    /// Passes over a block at one cost where a number of triangles is asked for, at the most. Source: measured
-    /// (tests/peers/simplify, the scanned bunny): with 2 the error is 1.03 times as large, in as many rounds.
+    /// Passes over a block at one cost where a number of triangles is asked for, at the most. Source:
+    /// measured (tests/peers/simplify, the scanned bunny): with 2 the error is 1.03 times as large, in as
+    /// many rounds.
     pub passes: usize,
-    /// So many of the cheapest edges may go in a round where a number of triangles is asked for, as a share of
-    /// those that must go in all. Source: measured (tests/peers/simplify, the scanned bunny and, with growth 2,
-    /// the dragon): 0.7 takes a third more rounds for the same error, 1.5 has 1.19 times the error on the dragon.
+    /// So many of the cheapest edges may go in a round where a number of triangles is asked for, as a share
+    /// of those that must go in all. Source: measured (tests/peers/simplify, the scanned bunny and, with
+    /// growth 2, the dragon): 0.7 takes a third more rounds for the same error, 1.5 has 1.19 times the
+    /// error on the dragon.
     pub rank: f64,
     /// How much more edges may cost when too few of them went. Above 1. Source: measured with `rank`.
     pub growth: f64,
@@ -77,8 +79,8 @@ pub(crate) struct SimplifyConstants {
     /// (0, 1). Source: chosen: only time depends on it.
     /// Halved or doubled: no figure changes by 1 %.
     pub near: f64,
-    /// The same where a number of triangles is asked for: half of the distance that is allowed is what edges may
-    /// cost, so that most vertices are within. Source: chosen: only time depends on it.
+    /// The same where a number of triangles is asked for: half of the distance that is allowed is what
+    /// edges may cost, so that most vertices are within. Source: chosen: only time depends on it.
     pub near_ranked: f64,
     /// Cosine between the normals of triangles that are smooth together: only there edges are flipped and
     /// vertices moved. Source: chosen, 25 degrees.

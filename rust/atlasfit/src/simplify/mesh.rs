@@ -42,7 +42,8 @@ pub struct SimplifiedMesh {
     pub warnings: Vec<String>,
 }
 
-/// Bytes for one vertex, and for one triangle, at the peak of one thread. Source: upper bounds of the peaks that
+/// Bytes for one vertex, and for one triangle, at the peak of one thread. Source: upper bounds of the peaks
+/// that
 /// `tests/memory.py PROGRAM --only simplify --measure` prints: 340 and 60, by loose triangles, grids, and a
 /// dragon with the UVs of `unwrap`.
 const BYTES: [u64; 2] = [450, 100];

@@ -12,8 +12,8 @@
 //! that it shares with others; then the grid is shifted by half a cell, and the seams are done. What is done
 //! in a block depends on nothing else: the result is the same for any number of threads.
 //!
-//! A mesh with UVs is cut along its seams (`cut_seams`); both sides of a seam are collapsed together (`seam`),
-//! and no triangle turns over in UV space (`uv`).
+//! A mesh with UVs is cut along its seams (`cut_seams`); both sides of a seam are collapsed together
+//! (`seam`), and no triangle turns over in UV space (`uv`).
 
 mod block;
 mod collapse;

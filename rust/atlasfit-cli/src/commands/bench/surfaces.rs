@@ -1,7 +1,8 @@
 //! `atlasfit bench surfaces`: our surface beside CGAL's alpha wrap, advancing front and Poisson of the same
 //! denoised, oriented points; and our points beside the same scans smoothed by CGAL.
 //!
-//! True surfaces are sampled with noise here; `tests/peers/surfaces.cpp` makes the peers' surfaces and points.
+//! True surfaces are sampled with noise here; `tests/peers/surfaces.cpp` makes the peers' surfaces and
+//! points.
 
 use super::shared::{cancelled, median};
 use crate::console::{Console, RunArgs};
