@@ -49,6 +49,8 @@ class By : public Subdivider {
     scheme_.attach(mesh_);
     return true;
   }
+  // The scheme's own destructor would call what is gone by then.
+  ~By() override { scheme_.detach(); }
   void step() override { scheme_(1); }
   void copy(rust::Vec<double> &xyz, rust::Vec<std::uint32_t> &triangles) const override {
     for (const auto v : mesh_.vertices())
@@ -59,7 +61,6 @@ class By : public Subdivider {
 
  private:
   Mesh mesh_;
-  // It lets go of the mesh first.
   Scheme scheme_;
 };
 
