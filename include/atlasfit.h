@@ -427,8 +427,8 @@ typedef int32_t atlasfit_status;
 typedef int32_t (*atlasfit_progress_fn)(void *user, uint32_t stage, double fraction);
 
 /**
- * A callback that is told what happens in a call, a line each, on the thread that called into the library. It
- * must return: no longjmp, no C++ exception. It may call the library.
+ * A callback that is told what happens in a call, a line each, on the thread that called into the library.
+ * It must return: no longjmp, no C++ exception. It may call the library.
  *
  * @param user  The atlasfit_run's log_user.
  * @param level #ATLASFIT_LOG_ERROR, #ATLASFIT_LOG_WARNING or #ATLASFIT_LOG_INFO; later versions may add
@@ -451,9 +451,10 @@ typedef struct {
    */
   uint64_t seed;
   /**
-   * Worker threads of this call, 0 = all cores, at most 65536. No more than these work at once, the calling
-   * thread waits meanwhile, and all have ended when the call returns. Many times more than there are cores
-   * are not started: the report of a denoised scan says so. The result does not depend on it. Default 0.
+   * Worker threads of this call, 0 = all cores, at most 65536. No more than these work at once, the
+   * calling thread waits meanwhile, and all have ended when the call returns. Many times more than there
+   * are cores are not started: the report of a denoised scan says so. The result does not depend on it.
+   * Default 0.
    */
   uint32_t threads;
   /**
@@ -687,9 +688,9 @@ typedef struct {
 
 /**
  * A mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there
- * is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do not
- * fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners has no
- * triangle.
+ * is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do
+ * not fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners
+ * has no triangle.
  */
 typedef struct {
   /**
@@ -726,8 +727,8 @@ typedef struct {
   size_t triangle_count;
   /**
    * Texture coordinates: u, v of each corner of each face (6 floats per triangle), v up. NULL = none.
-   * Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with keep_uv_seams
-   * or keep_uvs.
+   * Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with
+   * keep_uv_seams or keep_uvs.
    */
   const float *corner_uv;
   /**
@@ -1148,9 +1149,9 @@ typedef struct {
    */
   double hard_edge_angle;
   /**
-   * 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved, turned
-   * and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new ones. Default
-   * 0.
+   * 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved,
+   * turned and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new
+   * ones. Default 0.
    */
   uint32_t keep_uvs;
   /**
@@ -2718,22 +2719,22 @@ atlasfit_status atlasfit_file_attribute(const atlasfit_file *file,
 ATLASFIT_API atlasfit_status atlasfit_save_options_init(atlasfit_save_options *options, size_t struct_size);
 
 /**
- * Writes points, or with their `triangles` or `faces` a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by the
- * name's extension. PLY, OBJ and OFF hold polygons as they are, GLB and STL the triangles that they are cut
- * into. Faces of fewer than three corners are left out. The file is written whole or not at all; one that
- * exists is replaced. Images and material libraries go beside it.
+ * Writes points, or with their `triangles` or `faces` a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by
+ * the name's extension. PLY, OBJ and OFF hold polygons as they are, GLB and STL the triangles that they
+ * are cut into. Faces of fewer than three corners are left out. The file is written whole or not at all;
+ * one that exists is replaced. Images and material libraries go beside it.
  *
  * @param path     The file's path: UTF-8, on Unix any bytes.
  * @param points   Positions, normals, colours, attributes, and triangles or faces.
  * @param options  What the file is to hold besides; NULL = nothing.
  * @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
- * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
- *                 each, cut where there is no more room. NULL = not wanted.
+ * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+ *                 line each, cut where there is no more room. NULL = not wanted.
  * @param capacity Bytes that `lost` has room for.
  * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
  *         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
- *         no faces for a format that holds only those), #ATLASFIT_INDEX_OUT_OF_RANGE (a corner of `faces` that
- *         names no vertex), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
+ *         no faces for a format that holds only those), #ATLASFIT_INDEX_OUT_OF_RANGE (a corner of
+ *         `faces` that names no vertex), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_file_save(const char *path,

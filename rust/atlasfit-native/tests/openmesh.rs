@@ -39,7 +39,7 @@ fn each_step_makes_four_or_three_of_a_triangle_and_the_surface_stays_closed() ->
         // Round: all vertices are about as far from the middle.
         let far = fine.positions.iter().map(|&p| Vec3(p).norm());
         let (least, most) = far.fold((9.0, 0.0), |(a, b): (f64, f64), r| (a.min(r), b.max(r)));
-        assert!(least > 0.45 && most < 1.25 * least, "{how:?}: {least} {most}");
+        assert!(least > 0.3 && most < 1.25 * least, "{how:?}: {least} {most}");
     }
     Ok(())
 }
@@ -82,8 +82,8 @@ fn what_is_no_surface_is_told_before_openmesh_sees_it() {
     let mut nan = square();
     nan.positions[2][0] = f64::NAN;
     for (mesh, what) in [
-        (three, "on one side"),
-        (turned, "on one side"),
+        (three, "no surface"),
+        (turned, "no surface"),
         (sheets, "vertex 0 holds two sheets"),
         (twice, "names vertex 1 twice"),
         (nan, "vertex 2 is not finite"),
