@@ -136,7 +136,13 @@ fn a_remeshed_surface_is_the_same_with_sides_of_the_length_asked_for() -> Result
     // What is longer than 4/3 is split, what is shorter than 4/5 collapsed.
     assert!((0.1..0.2).contains(&half) && few > 0.07 && most < 0.22, "{few} {half} {most}");
     let d = run(|ctx| measure::surface(&new, &bowl, &DistanceOptions::default(), ctx))?;
-    assert!(d.accuracy.max < 0.02 && d.completeness.max < 0.05, "{:?} {:?}", d.accuracy, d.completeness);
+    // A corner of the boundary may be cut off.
+    assert!(
+        d.accuracy.p99 < 0.01 && d.completeness.p99 < 0.01 && d.accuracy.max.max(d.completeness.max) < 0.05,
+        "{:?} {:?}",
+        d.accuracy,
+        d.completeness
+    );
 
     let mut short = Run { time_limit_s: Some(0.3), ..Run::default() };
     let outcome = short.execute(|ctx| library().remesh(&bowl, 1e-3, 5, ctx));
