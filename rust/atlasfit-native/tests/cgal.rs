@@ -145,10 +145,10 @@ fn a_remeshed_surface_is_the_same_with_sides_of_the_length_asked_for() -> Result
     );
 
     let mut short = Run { time_limit_s: Some(0.3), ..Run::default() };
-    let outcome = short.execute(|ctx| library().remesh(&bowl, 1e-3, 5, ctx));
+    let outcome = short.execute(|ctx| library().remesh(&bowl, 8e-3, 5, ctx));
     assert!(matches!(outcome, Err(Error::TimedOut { .. })), "{outcome:?}");
     let mut small = Run { memory_limit_bytes: Some(1 << 24), ..Run::default() };
-    let outcome = small.execute(|ctx| library().remesh(&bowl, 1e-3, 5, ctx));
+    let outcome = small.execute(|ctx| library().remesh(&bowl, 8e-3, 5, ctx));
     assert!(matches!(outcome, Err(Error::OutOfMemory { .. })), "{outcome:?}");
     let mut folded = bowl.clone();
     folded.triangles.push([bowl.triangles[9][1], bowl.triangles[9][0], bowl.triangles[9][2]]);
