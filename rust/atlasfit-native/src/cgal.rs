@@ -99,8 +99,8 @@ where
     Ok(out)
 }
 
-/// Bytes of remeshing for a triangle of the mesh, and of the result. Source: the peaks of resident memory of
-/// `cargo run -p atlasfit-native --features cgal,openmesh --example bounds`, rounded up.
+/// Bytes of remeshing for a triangle of the mesh, and of the result. Source: guessed; `cargo run -p
+/// atlasfit-native --features cgal,openmesh --example bounds` measures them.
 const REMESH_BYTES: [u64; 2] = [1500, 1000];
 
 fn remesh(mesh: &TriMesh, length: f64, iterations: u32, ctx: &Context<'_>) -> Result<TriMesh> {

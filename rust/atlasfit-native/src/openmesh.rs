@@ -22,8 +22,8 @@ mod bridge {
     }
 }
 
-/// Bytes for a triangle of the result. Source: the peaks of resident memory of `cargo run -p atlasfit-native
-/// --features cgal,openmesh --example bounds`, rounded up.
+/// Bytes for a triangle of the result. Source: guessed; `cargo run -p atlasfit-native --features cgal,openmesh
+/// --example bounds` measures them.
 const BYTES: u64 = 500;
 /// Triangles that fit the library's indices.
 const MOST: u64 = (u32::MAX / 3) as u64;
