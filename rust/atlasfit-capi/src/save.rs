@@ -142,13 +142,22 @@ pub unsafe extern "C" fn atlasfit_file_save(
 struct Whole {
     mesh: TriMesh,
     polygons: Option<Polygons>,
-    /// Faces that are still to be cut; UVs of their corners, and their charts.
-    uncut: Option<(Faces, Option<Vec<[f32; 2]>>, Option<Vec<u32>>)>,
+    uncut: Option<Uncut>,
+}
+
+/// Faces that are still to be cut.
+struct Uncut {
+    faces: Faces,
+    /// UVs of their corners.
+    uv: Option<Vec<[f32; 2]>>,
+    /// The chart of each.
+    charts: Option<Vec<u32>>,
 }
 
 impl Whole {
     fn cut(&mut self, ctx: &Context<'_>) -> atlasfit::Result<()> {
-        let Some((Faces { corners, offsets }, uv, charts)) = self.uncut.take() else { return Ok(()) };
+        let Some(Uncut { faces, uv, charts }) = self.uncut.take() else { return Ok(()) };
+        let Faces { corners, offsets } = faces;
         let mesh = &mut self.mesh;
         let cut = geometry::Polygons::new(&mesh.positions, corners, offsets, None, ctx)?;
         let (mut sizes, mut corners) = (Vec::with_capacity(cut.len()), Vec::with_capacity(cut.corners.len()));
@@ -176,7 +185,7 @@ unsafe fn whole_of(points: *const atlasfit_points, o: &atlasfit_save_options) ->
         let uncut = match faces {
             Some(faces) => {
                 let uv = column(o.corner_uv.cast::<[f32; 2]>(), faces.corners.len(), "corner_uv")?;
-                Some((faces, uv, charts))
+                Some(Uncut { faces, uv, charts })
             }
             None => {
                 mesh.corner_uv = column(o.corner_uv.cast::<[[f32; 2]; 3]>(), count, "corner_uv")?;

@@ -55,7 +55,7 @@ pub enum Subdivision {
 /// What OpenMesh does for meshes.
 pub trait OpenMesh: Sync {
     /// Subdivides a mesh some times. Columns and UVs are left out, and vertices without a triangle. It asks
-    /// between two steps whether to stop: a step is guessed to take a second per million triangles that it makes.
+    /// between two steps whether to stop: a step is guessed to take a second per million triangles.
     ///
     /// # Errors
     /// Those of [`TriMesh::validate`] and [`Context::check`]; [`atlasfit::Error::InvalidArgument`] for
