@@ -150,6 +150,21 @@
 #define ATLASFIT_INTERNAL 100
 
 /**
+ * Level of a line of the log: why the call fails. It is the text of atlasfit_last_error().
+ */
+#define ATLASFIT_LOG_ERROR 1
+
+/**
+ * Level of a line of the log: what the user should hear of the result.
+ */
+#define ATLASFIT_LOG_WARNING 2
+
+/**
+ * Level of a line of the log: what the call is doing.
+ */
+#define ATLASFIT_LOG_INFO 3
+
+/**
  * Length of stage_seconds in #atlasfit_report: no version numbers more stages.
  */
 #define ATLASFIT_STAGE_LIMIT 16
@@ -412,6 +427,17 @@ typedef int32_t atlasfit_status;
 typedef int32_t (*atlasfit_progress_fn)(void *user, uint32_t stage, double fraction);
 
 /**
+ * A callback that is told what happens in a call, a line each, on the thread that called into the library.
+ * It must return: no longjmp, no C++ exception. It may call the library.
+ *
+ * @param user  The atlasfit_run's log_user.
+ * @param level #ATLASFIT_LOG_ERROR, #ATLASFIT_LOG_WARNING or #ATLASFIT_LOG_INFO; later versions may add
+ *              levels, with larger numbers for what matters less.
+ * @param text  UTF-8 that ends in a 0, in English, without a line's end. It is gone after the call.
+ */
+typedef void (*atlasfit_log_fn)(void *user, uint32_t level, const char *text);
+
+/**
  * How long work is run. Fill it with atlasfit_run_init(); a NULL pointer to one means the defaults.
  */
 typedef struct {
@@ -425,8 +451,10 @@ typedef struct {
    */
   uint64_t seed;
   /**
-   * Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
-   * the report of a denoised scan says so. The result does not depend on it. Default 0.
+   * Worker threads of this call, 0 = all cores, at most 65536. No more than these work at once, the
+   * calling thread waits meanwhile, and all have ended when the call returns. Many times more than there
+   * are cores are not started: the report of a denoised scan says so. The result does not depend on it.
+   * Default 0.
    */
   uint32_t threads;
   /**
@@ -459,6 +487,15 @@ typedef struct {
    * one bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
    */
   double *overall;
+  /**
+   * A callback that is told what happens: each stage that begins and takes more than a few hundredths of a
+   * second, what the user should hear of the result, why the call fails; may be NULL. Default NULL.
+   */
+  atlasfit_log_fn log;
+  /**
+   * Handed to that callback as it is. Default NULL.
+   */
+  void *log_user;
 } atlasfit_run;
 
 /**
@@ -651,9 +688,9 @@ typedef struct {
 
 /**
  * A mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there
- * is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do not
- * fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners has no
- * triangle.
+ * is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do
+ * not fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners
+ * has no triangle.
  */
 typedef struct {
   /**
@@ -690,8 +727,8 @@ typedef struct {
   size_t triangle_count;
   /**
    * Texture coordinates: u, v of each corner of each face (6 floats per triangle), v up. NULL = none.
-   * Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with keep_uv_seams
-   * or keep_uvs.
+   * Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with
+   * keep_uv_seams or keep_uvs.
    */
   const float *corner_uv;
   /**
@@ -1112,9 +1149,9 @@ typedef struct {
    */
   double hard_edge_angle;
   /**
-   * 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved, turned
-   * and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new ones. Default
-   * 0.
+   * 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved,
+   * turned and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new
+   * ones. Default 0.
    */
   uint32_t keep_uvs;
   /**
@@ -1662,11 +1699,11 @@ typedef struct {
    */
   size_t struct_size;
   /**
-   * u, v of each corner of each triangle of the points, v up. NULL = none. Default NULL.
+   * u, v of each corner of each triangle or face of the points, v up. NULL = none. Default NULL.
    */
   const float *corner_uv;
   /**
-   * UV chart of each triangle. NULL = none. Default NULL.
+   * UV chart of each triangle or face. NULL = none. Default NULL.
    */
   const uint32_t *face_charts;
   /**
@@ -2682,22 +2719,22 @@ atlasfit_status atlasfit_file_attribute(const atlasfit_file *file,
 ATLASFIT_API atlasfit_status atlasfit_save_options_init(atlasfit_save_options *options, size_t struct_size);
 
 /**
- * Writes points, or with their `triangles` a mesh (not with `faces`), to a file: PLY, OBJ, GLB, OFF, STL, XYZ,
- * by the name's extension. The file is written whole or not at all; one that exists is replaced. Images and
- * material libraries go beside it.
+ * Writes points, or with their `triangles` or `faces` a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by
+ * the name's extension. PLY, OBJ and OFF hold polygons as they are, GLB and STL the triangles that they
+ * are cut into. Faces of fewer than three corners are left out. The file is written whole or not at all;
+ * one that exists is replaced. Images and material libraries go beside it.
  *
  * @param path     The file's path: UTF-8, on Unix any bytes.
- * @param points   Positions, normals, colours, attributes and triangles.
+ * @param points   Positions, normals, colours, attributes, and triangles or faces.
  * @param options  What the file is to hold besides; NULL = nothing.
  * @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
- * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
- *                 each, cut where there is no more room. NULL = not wanted.
+ * @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+ *                 line each, cut where there is no more room. NULL = not wanted.
  * @param capacity Bytes that `lost` has room for.
  * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
  *         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
- *         no
- *         faces for a format that holds only those), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
- *         #ATLASFIT_OUT_OF_MEMORY.
+ *         no faces for a format that holds only those), #ATLASFIT_INDEX_OUT_OF_RANGE (a corner of
+ *         `faces` that names no vertex), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
  */
 ATLASFIT_API
 atlasfit_status atlasfit_file_save(const char *path,

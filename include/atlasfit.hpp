@@ -374,6 +374,8 @@ struct Run {
   /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress; it never
   /// falls. May be null.
   double *overall = nullptr;
+  /// Told what happens in the call, a line each, on the calling thread: ATLASFIT_LOG_INFO, ...
+  std::function<void(std::uint32_t level, const std::string &line)> log;
 };
 
 namespace detail {
@@ -394,6 +396,10 @@ class Call {
       c_.progress = &Call::told;
       c_.progress_user = this;
     }
+    if (run.log) {
+      c_.log = &Call::logged;
+      c_.log_user = this;
+    }
   }
   Call(const Call &) = delete;
   Call &operator=(const Call &) = delete;
@@ -412,6 +418,15 @@ class Call {
     } catch (...) {
       self->thrown_ = std::current_exception();
       return 0;
+    }
+  }
+  static void logged(void *user, std::uint32_t level, const char *line) {
+    Call *self = static_cast<Call *>(user);
+    if (self->thrown_) return;
+    try {
+      self->run_.log(level, line);
+    } catch (...) {
+      self->thrown_ = std::current_exception();
     }
   }
   const Run &run_;

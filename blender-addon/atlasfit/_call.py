@@ -5,6 +5,7 @@ themselves.
 from __future__ import annotations
 
 import ctypes
+import logging
 import signal
 import threading
 from ctypes import byref
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from types import FrameType
 
     from numpy.typing import NDArray
+
+# Levels of the library's log, as the module logging has them.
+_LEVELS = {1: logging.ERROR, 2: logging.WARNING, 3: logging.INFO}
+
 
 class Error(RuntimeError):
     """A call failed. The text says what was wrong, where, and what to do.
@@ -63,6 +68,9 @@ class RunOptions(TypedDict, total=False):
                   it
                   raises ends the run and is raised by the function.
     cancel        a token that cancels the run from another thread.
+    log           a function of level and line, on the calling thread, which is told stages, warnings and
+                  why a call fails; levels are those of the module logging: logging.getLogger("atlasfit").log fits.
+                  What it raises is raised by the function.
     """
 
     seed: int
@@ -71,6 +79,7 @@ class RunOptions(TypedDict, total=False):
     memory_limit: int
     progress: Progress | Bar | bool | None
     cancel: Cancel | None
+    log: Callable[[int, str], object] | None
 
 
 class Handle:
@@ -170,6 +179,13 @@ def _run(call: Callable[[Any], int], options: RunOptions, progress: Progress | N
                 return 0
         return held.exception is None
 
+    log = options.get("log")
+
+    @_abi.log_fn  # type: ignore[untyped-decorator]
+    def told(_user: object, level: int, line: bytes) -> None:
+        if log is not None and held.exception is None:
+            held.call(log, _LEVELS.get(level, logging.DEBUG), line.decode())
+
     settings = _abi.atlasfit_run()
     check(lib().atlasfit_run_init(byref(settings), settings.struct_size))
     settings.overall = ctypes.addressof(overall)
@@ -181,6 +197,8 @@ def _run(call: Callable[[Any], int], options: RunOptions, progress: Progress | N
     ):
         if ours in options:
             setattr(settings, name, plain(options[ours]))  # type: ignore[literal-required]
+    if log is not None:
+        settings.log = told
     if cancel is not None:
         settings.cancel = cancel._handle.pointer
 

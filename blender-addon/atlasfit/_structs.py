@@ -20,6 +20,7 @@ from ctypes import (
 STAGE_LIMIT = 16
 status = c_int32
 progress_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_double)
+log_fn = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, ctypes.c_char_p)
 
 
 class Sized(Structure):
@@ -114,6 +115,8 @@ class atlasfit_run(Sized):
         ("progress_user", c_void_p),
         ("cancel", c_void_p),
         ("overall", c_void_p),
+        ("log", log_fn),
+        ("log_user", c_void_p),
     ]
 
 

@@ -1,6 +1,7 @@
 """How a call runs: progress, cancel, Ctrl-C, the time limit, threads."""
 
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -34,6 +35,25 @@ def test_what_a_callback_raises_comes_out(sphere):
 
     with pytest.raises(KeyError, match="mine"):
         atlasfit.denoise(sphere, progress=progress)
+
+
+def test_the_log_is_told_stages_and_why_a_call_fails(sphere, caplog):
+    log = logging.getLogger("atlasfit.test")
+    with caplog.at_level(logging.INFO, log.name):
+        atlasfit.denoise(sphere, log=log.log)
+        with pytest.raises(atlasfit.Error) as failed:
+            atlasfit.load("no-such-file.ply", log=log.log)
+    said = [(r.levelno, r.getMessage()) for r in caplog.records]
+    assert (logging.INFO, "fitting charts") in said
+    assert said[-1] == (logging.ERROR, str(failed.value))
+
+
+def test_what_a_log_raises_comes_out(sphere):
+    def log(level, line):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        atlasfit.denoise(sphere, log=log)
 
 
 def test_the_time_limit(sphere):

@@ -128,6 +128,24 @@ int main() {
        "a label comes back with its type");
   want(status_of([&] { atlasfit::File::load(saved); }) == ATLASFIT_IO, "a file that is not there");
 
+  // A square of one face and a triangle beside it.
+  const std::vector<double> corners5 = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0};
+  const std::vector<std::int64_t> around = {0, 1, 2, 3, 1, 4, 2}, starts = {0, 4, 7};
+  const std::string quads = "atlasfit_wrapper.off";
+  atlasfit::save(quads, atlasfit::Points(corners5).faces(atlasfit::Faces(around.data(), starts.data(), 2)));
+  const atlasfit::File polygons = atlasfit::File::load(quads);
+  std::remove(quads.c_str());
+  want(polygons.triangles().size() == 9, "a saved quad is two triangles when it is read");
+
+  atlasfit::Run logged;
+  std::vector<std::string> told;
+  logged.log = [&](std::uint32_t level, const std::string &line) {
+    if (level == ATLASFIT_LOG_ERROR) told.push_back(line);
+  };
+  want(status_of([&] { atlasfit::File::load(quads, logged); }) == ATLASFIT_IO && told.size() == 1 &&
+           told[0].find(quads) != std::string::npos,
+       "the log is told why a call fails");
+
   const std::uint64_t needed = atlasfit::denoise_memory_needed(3000);
   want(atlasfit::denoise_memory_needed(6000) > needed && needed > 100 * 3000, "denoising tells its memory");
   want(atlasfit::unwrap_memory_needed(6000, 12000) > atlasfit::unwrap_memory_needed(3000, 6000),

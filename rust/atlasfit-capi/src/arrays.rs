@@ -99,6 +99,11 @@ pub(crate) unsafe fn packed<T: Copy>(base: *const T, count: usize, name: &str) -
     unsafe { strided(base.cast(), count, 0, size_of::<T>(), name, |p| p.cast::<T>().read_unaligned()) }
 }
 
+/// A column that may be left out.
+pub(crate) unsafe fn column<T: Copy>(base: *const T, count: usize, name: &str) -> Outcome<Option<Vec<T>>> {
+    if base.is_null() { Ok(None) } else { unsafe { packed(base, count, name) }.map(Some) }
+}
+
 /// Positions of the caller: where they are, how many, the bytes from one to the next, and from x to y to z.
 #[derive(Clone, Copy)]
 pub(crate) struct Positions {

@@ -2,6 +2,7 @@
 
 use crate::faces::Faces;
 use crate::handle;
+use crate::log;
 use crate::points::{self, atlasfit_points};
 use crate::result::{DenoiseResult, atlasfit_result};
 use crate::run::{atlasfit_run, core_run, number_out};
@@ -312,6 +313,7 @@ pub unsafe extern "C" fn atlasfit_denoise(
             run.execute(|ctx| atlasfit_native::wrap(&mut denoised, cgal, &options, ctx))?;
         }
         drop((cloud, triangles));
+        log::warn(&denoised.report.warnings);
         handle::give(Arc::new(DenoiseResult::new(denoised)?), out);
         Ok(())
     })

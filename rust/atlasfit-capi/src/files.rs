@@ -9,6 +9,7 @@ use crate::arrays::{
     ATLASFIT_U32, available, copy_lines, copy_out, text,
 };
 use crate::handle::{self, Handle};
+use crate::log;
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{
@@ -106,6 +107,7 @@ pub unsafe extern "C" fn atlasfit_file_load(
             let how = LoadOptions::default().with_max_memory_bytes(limit).with_stop(ctx.stop());
             Ok(atlasfit_io::load(&path, &how))
         })??;
+        log::warn(&notes(&loaded));
         handle::give(Arc::new(loaded), out);
         Ok(())
     })
@@ -195,11 +197,15 @@ pub unsafe extern "C" fn atlasfit_file_notes(
     length: *mut usize,
 ) -> atlasfit_status {
     guard("atlasfit_file_notes", || unsafe {
-        let f = handle::get(file)?;
-        let repairs = f.report.notes.iter().map(ToString::to_string);
-        let left_out = f.left_out.iter().map(|l| format!("left out: {l}"));
-        copy_lines(&repairs.chain(left_out).collect::<Vec<_>>(), text, capacity, length)
+        copy_lines(&notes(&*handle::get(file)?), text, capacity, length)
     })
+}
+
+/// What was mended while reading, and what was left out.
+fn notes(f: &Loaded) -> Vec<String> {
+    let repairs = f.report.notes.iter().map(ToString::to_string);
+    let left_out = f.left_out.iter().map(|l| format!("left out: {l}"));
+    repairs.chain(left_out).collect()
 }
 
 /// Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are

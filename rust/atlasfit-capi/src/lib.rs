@@ -18,6 +18,8 @@
 // cbindgen writes the header in the order of these lines.
 pub mod status;
 
+pub mod log;
+
 pub mod run;
 
 pub mod arrays;

@@ -1,6 +1,8 @@
 //! A mesh of the caller: borrowed arrays, copied into the core's [`TriMesh`] and the columns beside it.
 
-use crate::arrays::{ATLASFIT_F32, Colors, MOST, Positions, checked_count, colors, packed, positions};
+use crate::arrays::{
+    ATLASFIT_F32, Colors, MOST, Positions, checked_count, colors, column, packed, positions,
+};
 use crate::faces::{self, Faces, atlasfit_faces};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
@@ -9,9 +11,9 @@ use atlasfit::geometry::{Polygons, TriMesh};
 use std::ffi::c_void;
 
 /// A mesh, borrowed for the call and never changed. Fill it with atlasfit_mesh_init(), then set what there
-/// is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do not
-/// fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners has no
-/// triangle.
+/// is. Its faces are `triangles`, or `faces` of any number of corners, which are cut into triangles that do
+/// not fold: quads along the shorter diagonal, others by ear clipping. A face of fewer than three corners
+/// has no triangle.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct atlasfit_mesh {
@@ -32,8 +34,8 @@ pub struct atlasfit_mesh {
     /// Number of triangles, below 2^32 / 3.
     pub triangle_count: usize,
     /// Texture coordinates: u, v of each corner of each face (6 floats per triangle), v up. NULL = none.
-    /// Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with keep_uv_seams
-    /// or keep_uvs.
+    /// Read by atlasfit_measure_uv(), atlasfit_bake(), atlasfit_simplify(), and atlasfit_unwrap() with
+    /// keep_uv_seams or keep_uvs.
     pub corner_uv: *const f32,
     /// A group (material, for example) per face: no UV chart spans two. NULL = one group. Read by
     /// atlasfit_unwrap().
@@ -213,11 +215,6 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
         })?;
         Ok(out)
     }
-}
-
-/// A column that may be left out.
-unsafe fn column<T: Copy>(base: *const T, count: usize, name: &str) -> Outcome<Option<Vec<T>>> {
-    if base.is_null() { Ok(None) } else { unsafe { packed(base, count, name) }.map(Some) }
 }
 
 /// The triangles of a mesh, or else its faces: where they are given as such, or some are ignored.

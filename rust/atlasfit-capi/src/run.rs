@@ -1,6 +1,7 @@
 //! How long work is run: seed, threads, limits, progress, cancel.
 
 use crate::handle::{self, Handle};
+use crate::log::{self, ATLASFIT_LOG_INFO, Log, atlasfit_log_fn};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use atlasfit::{CancelToken, Run, Stage};
@@ -64,8 +65,10 @@ pub struct atlasfit_run {
     /// Seed of everything random. Same input, options, seed and version give the same bytes on machines of
     /// one type, which have the same vector instructions. Default 0.
     pub seed: u64,
-    /// Worker threads, 0 = all cores, at most 65536. Many times more than there are cores are not started:
-    /// the report of a denoised scan says so. The result does not depend on it. Default 0.
+    /// Worker threads of this call, 0 = all cores, at most 65536. No more than these work at once, the
+    /// calling thread waits meanwhile, and all have ended when the call returns. Many times more than there
+    /// are cores are not started: the report of a denoised scan says so. The result does not depend on it.
+    /// Default 0.
     pub threads: u32,
     /// Must be 0.
     pub reserved: u32,
@@ -83,6 +86,11 @@ pub struct atlasfit_run {
     /// Where the share of the whole call that is done, in [0, 1], is put before each call of progress, for
     /// one bar: it never falls, while fraction begins anew with each stage. NULL = nowhere. Default NULL.
     pub overall: *mut f64,
+    /// A callback that is told what happens: each stage that begins and takes more than a few hundredths of a
+    /// second, what the user should hear of the result, why the call fails; may be NULL. Default NULL.
+    pub log: atlasfit_log_fn,
+    /// Handed to that callback as it is. Default NULL.
+    pub log_user: *mut c_void,
 }
 
 // SAFETY: numbers and pointers, size first.
@@ -101,6 +109,8 @@ unsafe impl Sized for atlasfit_run {
             progress_user: std::ptr::null_mut(),
             cancel: std::ptr::null(),
             overall: std::ptr::null_mut(),
+            log: None,
+            log_user: std::ptr::null_mut(),
         }
     }
 }
@@ -114,9 +124,12 @@ pub unsafe extern "C" fn atlasfit_run_init(run: *mut atlasfit_run, struct_size: 
     guard("atlasfit_run_init", || unsafe { sized::init(run, struct_size) })
 }
 
-/// The core's run. It calls the caller's callback, so it must stay on this thread.
+/// The core's run. It calls the caller's callbacks, so it must stay on this thread. The run's log becomes
+/// that of the call.
 pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>> {
     let r = unsafe { sized::read_or_default(run) }?;
+    let log = r.log.map(|tell| Log { tell, user: r.log_user });
+    log::replace(log);
     sized::zero(r.reserved)?;
     if !(r.time_limit_s >= 0.0 && r.time_limit_s.is_finite()) {
         return Err(Failure::invalid(format!(
@@ -131,16 +144,27 @@ pub(crate) unsafe fn core_run(run: *const atlasfit_run) -> Outcome<Run<'static>>
         time_limit_s: (r.time_limit_s > 0.0).then_some(r.time_limit_s),
         memory_limit_bytes: (r.memory_limit_bytes > 0).then_some(r.memory_limit_bytes),
         cancel,
-        progress: r.progress.map(|callback| -> Box<dyn FnMut(atlasfit::Progress) -> bool> {
-            // SAFETY: the caller's function, with the caller's pointers, on the caller's thread.
-            Box::new(move |p| unsafe {
-                if let Some(overall) = r.overall.as_mut() {
-                    *overall = p.overall;
-                }
-                callback(r.progress_user, p.stage as u32, p.fraction) != 0
-            })
-        }),
+        progress: (r.progress.is_some() || log.is_some()).then(|| progress(r, log)),
         ..Run::default()
+    })
+}
+
+/// Calls the caller's callbacks.
+fn progress(r: atlasfit_run, log: Option<Log>) -> Box<dyn FnMut(atlasfit::Progress) -> bool> {
+    let mut last = None;
+    Box::new(move |p| {
+        if let Some(log) = log
+            && last.replace(p.stage) != Some(p.stage)
+        {
+            log.line(ATLASFIT_LOG_INFO, p.stage.name());
+        }
+        // SAFETY: the caller's function, with the caller's pointers, on the caller's thread.
+        unsafe {
+            if let Some(overall) = r.overall.as_mut() {
+                *overall = p.overall;
+            }
+            r.progress.is_none_or(|callback| callback(r.progress_user, p.stage as u32, p.fraction) != 0)
+        }
     })
 }
 

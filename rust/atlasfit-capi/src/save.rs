@@ -1,16 +1,19 @@
 //! Files of scans and meshes, written.
 //!
-//! In: a path, the caller's arrays. Out: a file in one of the formats of atlasfit-io, and what it could not hold.
+//! In: a path, the caller's arrays. Out: a file in one of the formats of atlasfit-io, and what it could not
+//! hold.
 
-use crate::arrays::packed;
+use crate::arrays::{column, packed};
+use crate::faces::Faces;
 use crate::files::path_of;
+use crate::log;
 use crate::points::{self, atlasfit_points};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_BAD_FILE, Failure, Outcome, atlasfit_status, copy_text, guard};
-use atlasfit::geometry::{PointCloud, TriMesh};
-use atlasfit::{Stage, Stop};
-use atlasfit_io::{Format, SaveCloud, SaveMesh, Saved, Texture};
+use atlasfit::geometry::{self, PointCloud, TriMesh};
+use atlasfit::{Context, Stage, Stop};
+use atlasfit_io::{Format, Polygons, SaveCloud, SaveMesh, Saved, Texture};
 use std::ffi::c_char;
 use std::path::Path;
 
@@ -22,9 +25,9 @@ use std::path::Path;
 pub struct atlasfit_save_options {
     /// sizeof(atlasfit_save_options).
     pub struct_size: usize,
-    /// u, v of each corner of each triangle of the points, v up. NULL = none. Default NULL.
+    /// u, v of each corner of each triangle or face of the points, v up. NULL = none. Default NULL.
     pub corner_uv: *const f32,
-    /// UV chart of each triangle. NULL = none. Default NULL.
+    /// UV chart of each triangle or face. NULL = none. Default NULL.
     pub face_charts: *const u32,
     /// The bytes of a PNG file that the UVs show. GLB holds it inside, else it goes to a file beside the
     /// output.
@@ -67,22 +70,22 @@ pub unsafe extern "C" fn atlasfit_save_options_init(
     guard("atlasfit_save_options_init", || unsafe { sized::init(options, struct_size) })
 }
 
-/// Writes points, or with their `triangles` a mesh (not with `faces`), to a file: PLY, OBJ, GLB, OFF, STL, XYZ,
-/// by the name's extension. The file is written whole or not at all; one that exists is replaced. Images and
-/// material libraries go beside it.
+/// Writes points, or with their `triangles` or `faces` a mesh, to a file: PLY, OBJ, GLB, OFF, STL, XYZ, by
+/// the name's extension. PLY, OBJ and OFF hold polygons as they are, GLB and STL the triangles that they
+/// are cut into. Faces of fewer than three corners are left out. The file is written whole or not at all;
+/// one that exists is replaced. Images and material libraries go beside it.
 ///
 /// @param path     The file's path: UTF-8, on Unix any bytes.
-/// @param points   Positions, normals, colours, attributes and triangles.
+/// @param points   Positions, normals, colours, attributes, and triangles or faces.
 /// @param options  What the file is to hold besides; NULL = nothing.
 /// @param run      Memory and time limit, progress and cancel of the writing; NULL = the defaults.
-/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a line
-///                 each, cut where there is no more room. NULL = not wanted.
+/// @param lost     Room for `capacity` bytes, filled with UTF-8 and a 0: what the format could not hold, a
+///                 line each, cut where there is no more room. NULL = not wanted.
 /// @param capacity Bytes that `lost` has room for.
 /// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT, #ATLASFIT_ABI_MISMATCH, #ATLASFIT_IO (the file cannot be
 ///         written), #ATLASFIT_BAD_FILE (an extension that is not written, a triangle that names no vertex,
-///         no
-///         faces for a format that holds only those), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT,
-///         #ATLASFIT_OUT_OF_MEMORY.
+///         no faces for a format that holds only those), #ATLASFIT_INDEX_OUT_OF_RANGE (a corner of
+///         `faces` that names no vertex), #ATLASFIT_CANCELLED, #ATLASFIT_TIMED_OUT, #ATLASFIT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn atlasfit_file_save(
     path: *const c_char,
@@ -97,29 +100,30 @@ pub unsafe extern "C" fn atlasfit_file_save(
         sized::zero(o.reserved)?;
         let ascii = sized::flag(o.ascii, "ascii")?;
         // SAFETY: the caller's arrays have an entry per point, triangle or byte.
-        let (mut run, mesh, texture) = unsafe {
+        let (mut run, mut whole, texture) = unsafe {
             let texture = packed(o.texture, o.texture_bytes, "bytes of the texture")?;
-            (core_run(run)?, mesh_of(points, &o)?, texture)
+            (core_run(run)?, whole_of(points, &o)?, texture)
         };
-        if mesh.triangles.is_empty() && Format::from_path(&path).is_some_and(|f| !f.holds_points()) {
+        let format = Format::from_path(&path);
+        // A cancel that was asked for before is heard here.
+        run.execute(|ctx| {
+            ctx.stage(Stage::Write, 1);
+            whole.cut(ctx)?;
+            let uv = whole.mesh.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
+            let bytes = whole.mesh.bytes() + texture.len() as u64;
+            let needed = format.map_or(0, |f| f.memory_to_write(bytes, uv as u64));
+            ctx.reserve(needed, "Raise the limit, or write a PLY file")
+        })?;
+        if whole.mesh.triangles.is_empty() && format.is_some_and(|f| !f.holds_points()) {
             return Err(Failure::new(
                 ATLASFIT_BAD_FILE,
                 "there are no triangles, and a file of this format holds nothing else. Use .ply or .xyz",
             ));
         }
-        let needed = Format::from_path(&path).map_or(0, |f| {
-            let uv = mesh.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
-            f.memory_to_write(mesh.bytes() + texture.len() as u64, uv as u64)
-        });
-        // A cancel that was asked for before is heard here.
-        run.execute(|ctx| {
-            ctx.stage(Stage::Write, 1);
-            ctx.reserve(needed, "Raise the limit, or write a PLY file")
-        })?;
         let mut written = None;
         let ended = run.execute(|ctx| {
             ctx.stage(Stage::Write, 1);
-            written = Some(write(&path, mesh, &texture, ascii, &ctx.stop()));
+            written = Some(write(&path, whole, &texture, ascii, &ctx.stop()));
             Ok(())
         });
         let saved = match written {
@@ -127,39 +131,79 @@ pub unsafe extern "C" fn atlasfit_file_save(
             Some(saved) => saved?,
             None => return Err(ended.err().unwrap_or(atlasfit::Error::Cancelled).into()),
         };
+        log::warn(&saved.lost);
         unsafe { copy_text(&saved.lost.join("\n"), lost, capacity) };
         Ok(())
     })
 }
 
-/// The caller's points, triangles and their columns as a mesh of the core's.
-unsafe fn mesh_of(points: *const atlasfit_points, o: &atlasfit_save_options) -> Outcome<TriMesh> {
-    // SAFETY: the caller's arrays have an entry per point or triangle.
+/// What a file is to hold. After [`Whole::cut`] all faces are triangles of the mesh, and `polygons` says what
+/// those were cut from.
+struct Whole {
+    mesh: TriMesh,
+    polygons: Option<Polygons>,
+    uncut: Option<Uncut>,
+}
+
+/// Faces that are still to be cut.
+struct Uncut {
+    faces: Faces,
+    /// UVs of their corners.
+    uv: Option<Vec<[f32; 2]>>,
+    /// The chart of each.
+    charts: Option<Vec<u32>>,
+}
+
+impl Whole {
+    fn cut(&mut self, ctx: &Context<'_>) -> atlasfit::Result<()> {
+        let Some(Uncut { faces, uv, charts }) = self.uncut.take() else { return Ok(()) };
+        let Faces { corners, offsets } = faces;
+        let mesh = &mut self.mesh;
+        let cut = geometry::Polygons::new(&mesh.positions, corners, offsets, None, ctx)?;
+        let (mut sizes, mut corners) = (Vec::with_capacity(cut.len()), Vec::with_capacity(cut.corners.len()));
+        for ends in cut.offsets.windows(2).filter(|ends| ends[1] - ends[0] >= 3) {
+            sizes.push(ends[1] - ends[0]);
+            corners.extend_from_slice(&cut.corners[ends[0] as usize..ends[1] as usize]);
+        }
+        self.polygons = Some(Polygons { sizes, corners });
+        mesh.corner_uv = uv.map(|uv| cut.of_triangle_corners(&uv));
+        mesh.face_chart = charts.map(|charts| cut.of_triangles(&charts));
+        mesh.triangles = cut.triangles;
+        Ok(())
+    }
+}
+
+/// The caller's points, triangles or faces, and their columns.
+unsafe fn whole_of(points: *const atlasfit_points, o: &atlasfit_save_options) -> Outcome<Whole> {
+    // SAFETY: the caller's arrays have an entry per point, triangle, face or corner.
     unsafe {
         let PointCloud { positions, normals, colors, attributes, .. } = points::cloud(points)?;
         let (triangles, faces) = points::faces(points)?;
-        if faces.is_some() {
-            return Err(Failure::invalid(
-                "files are written from triangles. Give triangles instead of faces",
-            ));
-        }
-        let n = triangles.len();
-        let corner_uv = if o.corner_uv.is_null() {
-            None
-        } else {
-            Some(packed(o.corner_uv.cast::<[[f32; 2]; 3]>(), n, "corner_uv")?)
+        let count = faces.as_ref().map_or(triangles.len(), |f| f.offsets.len() - 1);
+        let charts = column(o.face_charts, count, "face_charts")?;
+        let mut mesh = TriMesh { normals, colors, attributes, ..TriMesh::new(positions, triangles) };
+        let uncut = match faces {
+            Some(faces) => {
+                let uv = column(o.corner_uv.cast::<[f32; 2]>(), faces.corners.len(), "corner_uv")?;
+                Some(Uncut { faces, uv, charts })
+            }
+            None => {
+                mesh.corner_uv = column(o.corner_uv.cast::<[[f32; 2]; 3]>(), count, "corner_uv")?;
+                mesh.face_chart = charts;
+                None
+            }
         };
-        let face_chart =
-            if o.face_charts.is_null() { None } else { Some(packed(o.face_charts, n, "face_charts")?) };
-        Ok(TriMesh { positions, triangles, normals, colors, attributes, corner_uv, face_chart })
+        Ok(Whole { mesh, polygons: None, uncut })
     }
 }
 
 /// Writes a mesh, or a cloud where there are no triangles.
-fn write(path: &Path, mesh: TriMesh, texture: &[u8], ascii: bool, stop: &Stop) -> atlasfit_io::Result<Saved> {
+fn write(path: &Path, whole: Whole, texture: &[u8], ascii: bool, stop: &Stop) -> atlasfit_io::Result<Saved> {
+    let Whole { mesh, polygons, .. } = whole;
     if !mesh.triangles.is_empty() {
         let png = (!texture.is_empty()).then_some(Texture::Png(texture));
         let how = SaveMesh::default().with_ascii(ascii).with_stop(stop.clone()).with_texture(png);
+        let how = how.with_polygons(polygons.as_ref());
         return atlasfit_io::save_mesh(path, &mesh, &how);
     }
     let TriMesh { positions, normals, colors, attributes, .. } = mesh;

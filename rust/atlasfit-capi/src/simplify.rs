@@ -2,6 +2,7 @@
 
 use crate::arrays::{available, copy_lines, copy_out};
 use crate::handle::{self, Handle};
+use crate::log;
 use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run};
 use crate::sized::{self, Sized};
@@ -83,6 +84,7 @@ pub unsafe extern "C" fn atlasfit_simplify(
             mesh.cut(ctx)?;
             simplify_mesh(&mesh.mesh, &options, ctx)
         })?;
+        log::warn(&light.warnings);
         handle::give(Arc::new(light), out);
         Ok(())
     })

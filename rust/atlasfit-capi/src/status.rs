@@ -1,5 +1,6 @@
 //! Statuses, the last error of a thread, and the guard around every entry point.
 
+use crate::log;
 use atlasfit::Error;
 use std::any::Any;
 use std::cell::RefCell;
@@ -103,7 +104,10 @@ thread_local! {
 
 fn fail(entry: &str, failure: &Failure) -> i32 {
     // A thread that is shutting down has no text any more; the status is still right.
-    let _ = LAST_ERROR.try_with(|e| *e.borrow_mut() = format!("{entry}: {}", failure.text));
+    let text = format!("{entry}: {}", failure.text);
+    // First the log: a call that it makes may fail too.
+    log::tell(log::ATLASFIT_LOG_ERROR, &text);
+    let _ = LAST_ERROR.try_with(|e| *e.borrow_mut() = text);
     failure.status
 }
 
@@ -119,13 +123,17 @@ fn panic_text(panic: Box<dyn Any + Send>) -> String {
 }
 
 /// Runs the body of the entry point `entry`. A failure becomes the thread's last error and a status, a panic
-/// becomes [`ATLASFIT_INTERNAL`]: nothing unwinds into the caller.
+/// becomes [`ATLASFIT_INTERNAL`]: nothing unwinds into the caller. The log that the body's run names is told
+/// why, and is forgotten.
 pub(crate) fn guard(entry: &str, body: impl FnOnce() -> Outcome) -> i32 {
-    match catch_unwind(AssertUnwindSafe(body)) {
+    let outer = log::replace(None);
+    let status = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => ATLASFIT_OK,
         Ok(Err(failure)) => fail(entry, &failure),
         Err(panic) => fail(entry, &Failure::new(ATLASFIT_INTERNAL, panic_text(panic))),
-    }
+    };
+    log::replace(outer);
+    status
 }
 
 /// The library's version: major << 24 | minor << 16 | patch << 8. Header and library agree where it has the

@@ -1,6 +1,7 @@
 //! UVs for a mesh of the caller's.
 
 use crate::handle;
+use crate::log;
 use crate::mesh::{self, atlasfit_mesh};
 use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
@@ -57,9 +58,9 @@ pub struct atlasfit_unwrap_options {
     /// Edges whose triangles meet at an angle of more than this many degrees are seams, 0 to 180; 180 = none
     /// are for that reason. Default 180.
     pub hard_edge_angle: f64,
-    /// 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved, turned
-    /// and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new ones. Default
-    /// 0.
+    /// 1 if the charts are those of the UVs that the mesh already has (atlasfit_mesh.corner_uv): moved,
+    /// turned and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new
+    /// ones. Default 0.
     pub keep_uvs: u32,
     /// Must be 0.
     pub reserved_too: u32,
@@ -227,6 +228,7 @@ pub unsafe extern "C" fn atlasfit_unwrap(
             Ok((Layout::new(layout, &mesh, ctx)?, end.elapsed()))
         })?;
         layout.seconds = start.elapsed().saturating_sub(after).as_secs_f64();
+        log::warn(&layout.layout.warnings);
         handle::give(Arc::new(layout), out);
         Ok(())
     })

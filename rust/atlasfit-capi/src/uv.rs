@@ -16,7 +16,7 @@ pub struct atlasfit_uv(());
 /// What a UV handle holds.
 pub(crate) struct Layout {
     /// What was found, but for what each face and corner has.
-    layout: UvLayout,
+    pub(crate) layout: UvLayout,
     /// Triangles of the mesh.
     triangles: usize,
     /// UV per corner of the faces that were given.

@@ -42,7 +42,7 @@ fn structs() -> Vec<Struct> {
     layouts! {
         atlasfit_run {
             struct_size seed threads reserved time_limit_s memory_limit_bytes progress progress_user cancel
-            overall
+            overall log log_user
         }
         atlasfit_attribute { struct_size name values stride width scalar }
         atlasfit_points {

@@ -4,6 +4,7 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Exact_rational.h>
+#include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
@@ -51,6 +52,37 @@ struct Visitor : CGAL::Alpha_wraps_3::internal::Wrapping_default_visitor {
   }
   Often often;
 };
+
+using Mesh = CGAL::Surface_mesh<Point>;
+
+/// The places of a mesh's vertices. Remeshing has no visitor, but it looks places up all the time: that asks
+/// whether to stop.
+struct WatchedPoints {
+  using key_type = Mesh::Vertex_index;
+  using value_type = Point;
+  using reference = const Point &;
+  using category = boost::read_write_property_map_tag;
+  Mesh::Property_map<Mesh::Vertex_index, Point> places;
+  Often *often;
+
+  friend reference get(const WatchedPoints &map, key_type v) {
+    (*map.often)();
+    return map.places[v];
+  }
+  friend void put(const WatchedPoints &map, key_type v, const Point &p) { put(map.places, v, p); }
+};
+
+void copy_out(const Mesh &mesh, rust::Vec<double> &xyz, rust::Vec<std::uint32_t> &triangles) {
+  std::vector<std::uint32_t> number(mesh.number_of_vertices() + mesh.number_of_removed_vertices());
+  std::uint32_t count = 0;
+  for (const auto v : mesh.vertices()) {
+    if (mesh.is_isolated(v)) continue;
+    number[v.idx()] = count++;
+    for (int k = 0; k < 3; k++) xyz.push_back(mesh.point(v)[k]);
+  }
+  for (const auto f : mesh.faces())
+    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) triangles.push_back(number[v.idx()]);
+}
 
 std::vector<Point> points_of(Numbers xyz) {
   std::vector<Point> all;
@@ -105,7 +137,7 @@ bool meet(const std::vector<Point> &at, const std::array<std::size_t, 3> &s,
 
 void alpha_wrap(Numbers xyz, Indices triangles, double alpha, double offset, const Stop &stop,
                 rust::Vec<double> &shell_xyz, rust::Vec<std::uint32_t> &shell_triangles) {
-  CGAL::Surface_mesh<Point> shell;
+  Mesh shell;
   Visitor visitor(stop);
   const std::vector<Point> points = points_of(xyz);
   const auto faces = faces_of(triangles);
@@ -113,15 +145,26 @@ void alpha_wrap(Numbers xyz, Indices triangles, double alpha, double offset, con
   CGAL::alpha_wrap_3(points, faces, alpha, offset, shell, CGAL::parameters::default_values(),
                      CGAL::parameters::visitor(visitor));
   check(stop);
-  std::vector<std::uint32_t> number(shell.number_of_vertices() + shell.number_of_removed_vertices());
-  std::uint32_t count = 0;
-  for (const auto v : shell.vertices()) {
-    number[v.idx()] = count++;
-    for (int k = 0; k < 3; k++) shell_xyz.push_back(shell.point(v)[k]);
+  copy_out(shell, shell_xyz, shell_triangles);
+}
+
+bool remesh(Numbers xyz, Indices triangles, double length, std::uint32_t iterations, const Stop &stop,
+            rust::Vec<double> &new_xyz, rust::Vec<std::uint32_t> &new_triangles) {
+  Mesh mesh;
+  Often often(stop);
+  for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) mesh.add_vertex(Point(xyz[i], xyz[i + 1], xyz[i + 2]));
+  const auto vertex = [&](std::size_t c) { return Mesh::Vertex_index(triangles[c]); };
+  for (std::size_t c = 0; c + 2 < triangles.size(); c += 3) {
+    often();
+    if (mesh.add_face(vertex(c), vertex(c + 1), vertex(c + 2)) == Mesh::null_face()) return false;
   }
-  for (const auto f : shell.faces())
-    for (const auto v : shell.vertices_around_face(shell.halfedge(f)))
-      shell_triangles.push_back(number[v.idx()]);
+  const WatchedPoints points{mesh.points(), &often};
+  CGAL::Polygon_mesh_processing::isotropic_remeshing(
+      mesh.faces(), length, mesh,
+      CGAL::parameters::number_of_iterations(iterations).vertex_point_map(points));
+  check(stop);
+  copy_out(mesh, new_xyz, new_triangles);
+  return true;
 }
 
 void self_intersections(Numbers xyz, Indices triangles, const Stop &stop, rust::Vec<std::uint32_t> &pairs) {

@@ -2,26 +2,10 @@
 // NaN without a word. A C++ exception, of CGAL's too, becomes an error.
 #pragma once
 
+#include "atlasfit-native/src/behavior.hpp"
 #include "rust/cxx.h"
 
 #include <cstdint>
-#include <exception>
-
-namespace rust::behavior {
-
-/// cxx's own catches std::exception only.
-template <class Try, class Fail>
-static void trycatch(Try &&work, Fail &&fail) noexcept {
-  try {
-    work();
-  } catch (const std::exception &error) {
-    fail(error.what());
-  } catch (...) {
-    fail("an exception that is no std::exception");
-  }
-}
-
-}  // namespace rust::behavior
 
 namespace atlasfit_native {
 
@@ -37,5 +21,10 @@ void self_intersections(Numbers xyz, Indices triangles, const Stop &stop, rust::
 /// Distances of points from the nearest triangle, exact but for the last rounding.
 void exact_distances(Numbers xyz, Indices triangles, Numbers points, const Stop &stop,
                      rust::Vec<double> &distances);
+
+/// Triangles with sides of about `length`, on the surface; false where they are no surface of a halfedge
+/// mesh.
+bool remesh(Numbers xyz, Indices triangles, double length, std::uint32_t iterations, const Stop &stop,
+            rust::Vec<double> &new_xyz, rust::Vec<std::uint32_t> &new_triangles);
 
 }  // namespace atlasfit_native

@@ -1,4 +1,4 @@
-//! CGAL: watertight shells, self-intersections, exact distances.
+//! CGAL: watertight shells, isotropic remeshing, self-intersections, exact distances.
 //!
 //! In: meshes of the core. Out: meshes, pairs of triangles, distances. Input is checked here first; C++
 //! exceptions are errors. A call stops within about 100 ms of being asked, but for the tree that wrapping
@@ -7,9 +7,10 @@
 //! Unsafe code is cxx's bridge, whose signatures are checked against cgal.hpp.
 #![allow(unsafe_code)]
 
+use crate::checks::{checked, checked_surface, refused};
 use crate::interface::Cgal;
 use atlasfit::geometry::TriMesh;
-use atlasfit::{Context, Error, Result};
+use atlasfit::{Context, Error, Result, Vec3};
 
 /// The run that a call belongs to, as C++ sees it.
 pub struct Stop<'a>(&'a (dyn Fn() -> bool + 'a));
@@ -51,6 +52,15 @@ mod bridge {
             stop: &Stop,
             distances: &mut Vec<f64>,
         ) -> Result<()>;
+        fn remesh(
+            xyz: &[f64],
+            triangles: &[u32],
+            length: f64,
+            iterations: u32,
+            stop: &Stop,
+            new_xyz: &mut Vec<f64>,
+            new_triangles: &mut Vec<u32>,
+        ) -> Result<bool>;
     }
 }
 
@@ -66,6 +76,9 @@ impl Cgal for Library {
     }
     fn exact_distances(&self, mesh: &TriMesh, points: &[[f64; 3]], ctx: &Context<'_>) -> Result<Vec<f64>> {
         exact_distances(mesh, points, ctx)
+    }
+    fn remesh(&self, mesh: &TriMesh, length: f64, iterations: u32, ctx: &Context<'_>) -> Result<TriMesh> {
+        remesh(mesh, length, iterations, ctx)
     }
 }
 
@@ -86,15 +99,37 @@ where
     Ok(out)
 }
 
-/// Fails unless all coordinates are finite and all indices are vertices: CGAL takes both without a word.
-fn checked(mesh: &TriMesh) -> Result<()> {
-    mesh.validate()?;
-    match mesh.positions.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
-        Some(v) => {
-            Err(Error::invalid(format!("vertex {v} is not finite"), "Leave out what is not finite first"))
-        }
-        None => Ok(()),
+/// Bytes of remeshing for a triangle of the mesh, and of the result. Source: guessed; `cargo run -p
+/// atlasfit-native --features cgal,openmesh --example bounds` measures them.
+const REMESH_BYTES: [u64; 2] = [1500, 1000];
+
+fn remesh(mesh: &TriMesh, length: f64, iterations: u32, ctx: &Context<'_>) -> Result<TriMesh> {
+    checked_surface(mesh, ctx)?;
+    if !(length > 0.0 && length.is_finite()) {
+        return Err(Error::invalid(format!("the length is {length}"), "Give a positive length"));
     }
+    // Equal sides of that length cover the area; some more lie between.
+    let area: f64 = mesh.triangles.iter().map(|t| area(mesh, t)).sum();
+    let expected = (1.5 * area / (0.25 * 3f64.sqrt() * length * length)).min(1e15) as u64;
+    let given = mesh.triangles.len() as u64;
+    let bytes =
+        given.saturating_mul(REMESH_BYTES[0]).saturating_add(expected.saturating_mul(REMESH_BYTES[1]));
+    ctx.reserve(bytes, "Raise the limit, or give a larger length")?;
+    let (is_surface, xyz, triangles) = call(ctx, |stop, (is_surface, xyz, triangles)| {
+        let (at, faces) = (mesh.positions.as_flattened(), mesh.triangles.as_flattened());
+        *is_surface = bridge::remesh(at, faces, length, iterations, stop, xyz, triangles)?;
+        Ok(())
+    })?;
+    let (is_surface, xyz, triangles): (bool, Vec<f64>, Vec<u32>) = (is_surface, xyz, triangles);
+    if !is_surface {
+        return Err(refused("CGAL"));
+    }
+    Ok(TriMesh::new(xyz.as_chunks().0.to_vec(), triangles.as_chunks().0.to_vec()))
+}
+
+fn area(mesh: &TriMesh, t: &[u32; 3]) -> f64 {
+    let [a, b, c] = t.map(|v| Vec3(mesh.positions[v as usize]));
+    0.5 * (b - a).cross(c - a).norm()
 }
 
 fn alpha_wrap(surface: &TriMesh, alpha: f64, offset: f64, ctx: &Context<'_>) -> Result<TriMesh> {

@@ -1,4 +1,4 @@
-//! What CGAL is asked for.
+//! What CGAL and OpenMesh are asked for.
 //!
 //! In: meshes of the core. Out: meshes, pairs of triangles, distances.
 
@@ -30,4 +30,36 @@ pub trait Cgal: Sync {
     /// # Errors
     /// As above.
     fn exact_distances(&self, mesh: &TriMesh, points: &[[f64; 3]], ctx: &Context<'_>) -> Result<Vec<f64>>;
+
+    /// A mesh of the same surface whose triangles have sides of 4/5 to 4/3 of `length`, in some rounds of splitting,
+    /// collapsing, flipping and moving along the surface (Botsch and Kobbelt 2004); three are usual. Vertices
+    /// on the boundary stay on it. Columns and UVs are left out. It stops within some milliseconds of being
+    /// asked, as CGAL looks places up all the time, but for the tree over the triangles that it builds first.
+    ///
+    /// # Errors
+    /// As above, and [`atlasfit::Error::InvalidArgument`] for a mesh that halfedges cannot hold,
+    /// [`atlasfit::Error::OutOfMemory`].
+    fn remesh(&self, mesh: &TriMesh, length: f64, iterations: u32, ctx: &Context<'_>) -> Result<TriMesh>;
+}
+
+/// How a mesh is subdivided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subdivision {
+    /// Each triangle becomes four, the surface smooth (Loop 1987).
+    Loop,
+    /// Each triangle becomes three, turned by half a corner; of boundary edges every second step makes three
+    /// (Kobbelt 2000).
+    Sqrt3,
+}
+
+/// What OpenMesh does for meshes.
+pub trait OpenMesh: Sync {
+    /// Subdivides a mesh some times. Columns and UVs are left out, and vertices without a triangle. It asks
+    /// between two steps whether to stop: a step is guessed to take a second per million triangles.
+    ///
+    /// # Errors
+    /// Those of [`TriMesh::validate`] and [`Context::check`]; [`atlasfit::Error::InvalidArgument`] for
+    /// vertices that are not finite, a mesh that halfedges cannot hold, and more triangles than 2^32 / 3;
+    /// [`atlasfit::Error::Degenerate`] for a mesh without a triangle, [`atlasfit::Error::OutOfMemory`].
+    fn subdivide(&self, mesh: &TriMesh, how: Subdivision, times: u32, ctx: &Context<'_>) -> Result<TriMesh>;
 }

@@ -116,3 +116,45 @@ fn bad_input_is_told_and_a_run_that_is_cancelled_stops() {
     let outcome = run(|ctx| library().self_intersections(&mesh, ctx));
     assert!(matches!(outcome, Err(Error::InvalidArgument { .. })));
 }
+
+#[test]
+fn a_remeshed_surface_is_the_same_with_sides_of_the_length_asked_for() -> Result<()> {
+    let bowl = bowl(16);
+    let new = run(|ctx| library().remesh(&bowl, 0.15, 3, ctx))?;
+    let (before, after) =
+        (run(|ctx| measure::topology(&bowl, ctx))?, run(|ctx| measure::topology(&new, ctx))?);
+    assert_eq!((after.euler, after.boundary_loops), (before.euler, before.boundary_loops));
+    assert!(after.non_manifold_edges + after.non_manifold_vertices + after.inconsistent_edges == 0);
+    let side = |t: &[u32; 3], k: usize| {
+        let [a, b] = [t[k], t[(k + 1) % 3]].map(|v| Vec3(new.positions[v as usize]));
+        (b - a).norm()
+    };
+    let mut sides: Vec<f64> = new.triangles.iter().flat_map(|t| (0..3).map(|k| side(t, k))).collect();
+    sides.sort_by(f64::total_cmp);
+    let share = |q: f64| sides[(q * sides.len() as f64) as usize];
+    let [few, half, most] = [0.05, 0.5, 0.95].map(share);
+    // What is longer than 4/3 is split, what is shorter than 4/5 collapsed.
+    assert!((0.1..0.2).contains(&half) && few > 0.07 && most < 0.22, "{few} {half} {most}");
+    let d = run(|ctx| measure::surface(&new, &bowl, &DistanceOptions::default(), ctx))?;
+    // A corner of the boundary may be cut off.
+    assert!(
+        d.accuracy.p99 < 0.01 && d.completeness.p99 < 0.01 && d.accuracy.max.max(d.completeness.max) < 0.05,
+        "{:?} {:?}",
+        d.accuracy,
+        d.completeness
+    );
+
+    let mut short = Run { time_limit_s: Some(0.3), ..Run::default() };
+    let outcome = short.execute(|ctx| library().remesh(&bowl, 8e-3, 5, ctx));
+    assert!(matches!(outcome, Err(Error::TimedOut { .. })), "{outcome:?}");
+    let mut small = Run { memory_limit_bytes: Some(1 << 24), ..Run::default() };
+    let outcome = small.execute(|ctx| library().remesh(&bowl, 8e-3, 5, ctx));
+    assert!(matches!(outcome, Err(Error::OutOfMemory { .. })), "{outcome:?}");
+    let mut folded = bowl.clone();
+    folded.triangles.push([bowl.triangles[9][1], bowl.triangles[9][0], bowl.triangles[9][2]]);
+    for (mesh, length) in [(&folded, 0.1), (&bowl, 0.0), (&bowl, f64::NAN)] {
+        let outcome = run(|ctx| library().remesh(mesh, length, 3, ctx));
+        assert!(matches!(outcome, Err(Error::InvalidArgument { .. })), "{outcome:?}");
+    }
+    Ok(())
+}

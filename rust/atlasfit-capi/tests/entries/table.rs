@@ -186,7 +186,8 @@ impl Table {
     /// A function that takes a run.
     pub fn run(&mut self, function: &'static str, call: impl Fn(*const atlasfit_run) -> i32) {
         let good = init(atlasfit_run_init);
-        self.sized(function, "run", &good, ABI, |r| call(r));
+        let first = std::mem::offset_of!(atlasfit_run, overall);
+        self.sized_grown(function, "run", (&good, first), ABI, |r| call(r));
         let all: [(&str, &dyn Fn(&mut atlasfit_run)); 6] = [
             ("reserved", &|r| r.reserved = 1),
             ("threads", &|r| r.threads = u32::MAX),

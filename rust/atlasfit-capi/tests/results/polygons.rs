@@ -11,6 +11,7 @@ use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
+use atlasfit_capi::save::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
 use atlasfit_capi::uv::*;
@@ -232,4 +233,44 @@ fn results_come_in_the_caller_s_type_and_strides() {
     let expected = |c: u32| if c == u32::MAX { -1 } else { c as i16 };
     assert!((0..n).all(|i| wide[3 * i] == expected(charts[i]) && wide[3 * i + 1..3 * i + 3] == [7, 7]));
     assert!(charts.contains(&u32::MAX), "the strays are on no chart");
+}
+
+#[test]
+fn files_hold_polygons_as_they_are_with_one_uv_per_corner() {
+    let (xyz, _) = cube();
+    let xyz: Vec<f64> = xyz.iter().map(|&x| f64::from(x)).collect();
+    // The six quads, and a face of two corners, which is none.
+    let corners: Vec<i64> = QUADS.iter().map(|&v| i64::from(v)).chain([0, 1]).collect();
+    let starts: Vec<i64> = STARTS.iter().map(|&s| i64::from(s)).chain([26]).collect();
+    let scan = |corners: &[i64]| atlasfit_points {
+        faces: faces(corners.as_ptr().cast(), starts.as_ptr().cast(), 7, ATLASFIT_I64),
+        ..points(&xyz)
+    };
+    let uv: Vec<f32> = (0..26).flat_map(|c| [c as f32 / 32.0, 0.25]).collect();
+    let charts = [0, 1, 2, 3, 4, 5, 6u32];
+    let options = atlasfit_save_options {
+        corner_uv: uv.as_ptr(),
+        face_charts: charts.as_ptr(),
+        ascii: 1,
+        ..init(atlasfit_save_options_init)
+    };
+    let save = |name: &str, points: &atlasfit_points| {
+        let path = format!("{}/{name}", env!("CARGO_TARGET_TMPDIR"));
+        let c = std::ffi::CString::new(path.clone()).expect("no 0 in it");
+        (path, unsafe { atlasfit_file_save(c.as_ptr(), points, &options, null(), null_mut(), 0) })
+    };
+    let (ply, status) = save("quads.ply", &scan(&corners));
+    ok(status);
+    let text = std::fs::read_to_string(ply).expect("it was written");
+    assert!(text.contains("element face 6\n"), "{text}");
+    // Corners, UVs and the chart of the second quad.
+    let second = "4 4 5 7 6 8 0.125 0.25 0.15625 0.25 0.1875 0.25 0.21875 0.25 1";
+    assert!(text.lines().any(|l| l.trim_end() == second), "{text}");
+    // What holds only triangles gets those.
+    let (stl, status) = save("quads.stl", &scan(&corners));
+    ok(status);
+    assert_eq!(std::fs::read_to_string(stl).expect("it was written").matches("endfacet").count(), 12);
+    let mut beyond = corners.clone();
+    beyond[5] = 8;
+    assert_eq!(save("beyond.ply", &scan(&beyond)).1, ATLASFIT_INDEX_OUT_OF_RANGE);
 }

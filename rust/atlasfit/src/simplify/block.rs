@@ -4,6 +4,7 @@
 //! share stay as they are.
 
 use super::constants::SIMPLIFY;
+use super::costs::Costs;
 use super::data::{First, Level, Piece, Role, Whole, Work};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -47,6 +48,10 @@ pub(super) struct Block<'a> {
     pub(super) points: Vec<u32>,
     /// Share of the error within which these stay.
     pub(super) share: f64,
+    /// Whether the cheapest edges come first.
+    pub(super) ranked: bool,
+    /// What edges cost, if they are ranked.
+    pub(super) costs: Costs,
 }
 
 /// What has become of a vertex.
@@ -70,6 +75,7 @@ pub(super) struct Done {
     pub(super) vertices: Vec<Moved>,
     pub(super) owned: Vec<Owned>,
     pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) costs: Costs,
 }
 
 /// What a sweep knows of the block at its start.
@@ -78,6 +84,8 @@ pub(super) struct Around {
     pub(super) star: Lists,
     /// Whether a triangle of the vertex has changed in this sweep.
     pub(super) changed: Vec<bool>,
+    /// Whether the list of the vertex's triangles is out of date.
+    pub(super) stale: Vec<bool>,
 }
 
 /// The square of a triangle's shape: 1 for equal sides, 0 without area (Bhatia and Lawrence 1990). Takes
@@ -169,6 +177,8 @@ impl<'a> Block<'a> {
             head,
             next,
             share: 1.0,
+            ranked: false,
+            costs: Costs::default(),
             points: piece.points.to_vec(),
         }
     }
@@ -180,11 +190,16 @@ impl<'a> Block<'a> {
         }
         let mut surplus = surplus;
         self.share = work.share;
+        self.ranked = work.surplus.is_some();
         if !work.levels.is_empty() {
             self.gather_planes(ctx)?;
         }
         for level in work.levels {
-            self.collapse_at(level, &mut surplus, ctx)?;
+            if self.ranked {
+                self.cheapest(level, &mut surplus, ctx)?;
+            } else {
+                self.collapse_at(level, &mut surplus, ctx)?;
+            }
         }
         self.quadrics = Vec::new();
         for _ in 0..if work.shape { SIMPLIFY.shapings } else { 0 } {
@@ -241,12 +256,23 @@ impl<'a> Block<'a> {
     /// What a sweep starts with.
     pub(super) fn around(&self, ctx: &Context<'_>) -> Result<Around> {
         let star = Lists::new(self.positions.len(), &self.triangles, ctx)?;
-        Ok(Around { star, changed: vec![false; self.positions.len()] })
+        let none = vec![false; self.positions.len()];
+        Ok(Around { star, changed: none.clone(), stale: none })
+    }
+
+    /// The triangles of a vertex, without those that are gone.
+    #[inline]
+    pub(super) fn star<'s>(&'s self, v: u32, around: &'s Around) -> impl Iterator<Item = u32> + Clone {
+        around.star.of(v).iter().copied().filter(|&f| {
+            let t = self.triangles[f as usize];
+            t[0] != t[1]
+        })
     }
 
     #[inline]
     pub(super) fn corners(&self, t: &[u32; 3]) -> [Vec3; 3] {
-        t.map(|v| self.positions[v as usize])
+        // Written out: `map` is not always inlined.
+        [self.positions[t[0] as usize], self.positions[t[1] as usize], self.positions[t[2] as usize]]
     }
 
     /// Greatest length of edges about a vertex.
@@ -295,6 +321,7 @@ impl<'a> Block<'a> {
                 .collect(),
             owned,
             triangles: self.triangles.iter().map(|t| t.map(|v| self.vertices[v as usize])).collect(),
+            costs: self.costs,
         }
     }
 }

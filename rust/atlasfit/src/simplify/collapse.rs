@@ -10,6 +10,7 @@ use super::hand_over::{Change, NewTriangle};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::quadric::Quadric;
 use crate::spatial::triangle::area_vector;
 
 /// Triangles between two looks at the run: a collapse takes some microseconds.
@@ -66,14 +67,14 @@ impl Block<'_> {
     }
 
     /// Collapses an edge if nothing speaks against it; returns how many triangles are gone.
-    fn collapse(
+    pub(super) fn collapse(
         &mut self,
         ends: [u32; 2],
         level: &Level,
         around: &mut Around,
         scratch: &mut Scratch,
     ) -> usize {
-        if ends.iter().any(|&v| around.changed[v as usize]) {
+        if ends.iter().any(|&v| around.stale[v as usize]) {
             return 0;
         }
         let stays = ends.map(|v| self.role[v as usize] != Role::Free);
@@ -84,7 +85,7 @@ impl Block<'_> {
         let ends = if stays[1] { [ends[1], ends[0]] } else { ends };
         let stays = stays[0] || stays[1];
         let [a, b] = ends;
-        let [i, j] = [a as usize, b as usize];
+        let [i, j] = ends.map(|v| v as usize);
         let [p, q] = [self.positions[i], self.positions[j]];
         let length2 = p.dist2(q);
         let longest = self.longest(a).min(self.longest(b));
@@ -93,16 +94,7 @@ impl Block<'_> {
         }
         let rim = ends.map(|v| self.rim[v as usize]);
         let quadric = self.quadrics[i] + self.quadrics[j];
-        let middle = (p + q) * 0.5;
-        let to = match rim {
-            _ if stays => p,
-            [true, false] => p,
-            [false, true] => q,
-            // Along the surface the planes hardly decide: no vertex leaves its edge's neighbourhood.
-            _ => Some(quadric.least(middle, SIMPLIFY.middle))
-                .filter(|x| x.dist2(middle) <= length2)
-                .unwrap_or(middle),
-        };
+        let to = self.place_of(ends, stays, &quadric);
         let most = level.error * self.error(a).min(self.error(b));
         if quadric.mean(to) > most * most {
             return 0;
@@ -129,7 +121,39 @@ impl Block<'_> {
         }
         self.quadrics[i] = quadric;
         scratch.ring.iter().chain(&ends).for_each(|&v| around.changed[v as usize] = true);
+        self.spoil(scratch.ring.iter().chain(&ends), &ends, around);
         gone
+    }
+
+    /// Where an edge's vertex is to be, by the planes about both ends; the first of them where it stays.
+    pub(super) fn place_of(&self, ends: [u32; 2], stays: bool, planes: &Quadric) -> Vec3 {
+        let [i, j] = [ends[0] as usize, ends[1] as usize];
+        let (p, q) = (self.positions[i], self.positions[j]);
+        let middle = (p + q) * 0.5;
+        match [self.rim[i], self.rim[j]] {
+            _ if stays => p,
+            [true, false] => p,
+            [false, true] => q,
+            // Along the surface the planes hardly decide: no vertex leaves its edge's neighbourhood.
+            _ => Some(planes.least(middle, SIMPLIFY.middle))
+                .filter(|x| x.dist2(middle) <= p.dist2(q))
+                .unwrap_or(middle),
+        }
+    }
+
+    /// Marks the vertices whose edges wait for the next sweep: all whose triangles have changed, or where the
+    /// cheapest edges come first, those only whose list of triangles no longer holds.
+    pub(super) fn spoil<'v>(
+        &self,
+        changed: impl Iterator<Item = &'v u32>,
+        ends: &[u32],
+        around: &mut Around,
+    ) {
+        if self.ranked {
+            ends.iter().for_each(|&v| around.stale[v as usize] = true);
+        } else {
+            changed.for_each(|&v| around.stale[v as usize] = true);
+        }
     }
 
     /// The triangles about an edge after its collapse, into `scratch`; returns how many go, or nothing where
@@ -138,7 +162,7 @@ impl Block<'_> {
         let Scratch { ring, change, .. } = scratch;
         change.clear();
         let ([a, b], to) = (edge.ends, edge.to);
-        let (of_a, of_b) = (around.star.of(a), around.star.of(b));
+        let (of_a, of_b) = (self.star(a, around), self.star(b, around));
         let shared = self.link(edge, around, ring)?;
         let dist2 = |v: u32, from: Vec3| self.positions[v as usize].dist2(from);
         let [p, q] = edge.ends.map(|v| self.positions[v as usize]);
@@ -148,11 +172,11 @@ impl Block<'_> {
         }
         let least = SIMPLIFY.shape * SIMPLIFY.shape;
         let (mut worst_before, mut worst) = (least, least);
-        for (k, &f) in of_a.iter().chain(of_b).enumerate() {
+        for (f, again) in of_a.map(|f| (f, false)).chain(of_b.map(|f| (f, true))) {
             let t = self.triangles[f as usize];
             let (has_a, has_b) = (t.contains(&a), t.contains(&b));
             // Triangles with both ends stand in both stars.
-            if has_a && has_b && k >= of_a.len() {
+            if has_a && has_b && again {
                 continue;
             }
             change.old.push(f);
@@ -162,7 +186,8 @@ impl Block<'_> {
                 worst_before = worst_before.min(shape2(&before, m));
                 continue;
             }
-            let corners = t.map(|v| if v == a || v == b { to } else { self.positions[v as usize] });
+            let corner = |v: u32| if v == a || v == b { to } else { self.positions[v as usize] };
+            let corners = [corner(t[0]), corner(t[1]), corner(t[2])];
             let n = area_vector(corners);
             let cosine = m.dot(n);
             if cosine <= 0.0 || cosine * cosine < SIMPLIFY.turn * SIMPLIFY.turn * m.norm2() * n.norm2() {
@@ -176,7 +201,8 @@ impl Block<'_> {
             if !self.keeps_side(t, |v| if v == a || v == b { edge.uv } else { None }) {
                 return None;
             }
-            let vertices = t.map(|v| if v == b { a } else { v });
+            let vertex = |v: u32| if v == b { a } else { v };
+            let vertices = [vertex(t[0]), vertex(t[1]), vertex(t[2])];
             change.new.push(NewTriangle { triangle: f, vertices, corners });
         }
         // At least three triangles stay about an inner vertex.
@@ -189,16 +215,15 @@ impl Block<'_> {
     fn link(&self, edge: &Edge, around: &Around, ring: &mut Vec<u32>) -> Option<usize> {
         ring.clear();
         let ([a, b], rim) = (edge.ends, edge.rim);
-        let (of_a, of_b) = (around.star.of(a), around.star.of(b));
-        let shared = of_a.iter().filter(|&&f| self.triangles[f as usize].contains(&b)).count();
+        let shared = self.star(a, around).filter(|&f| self.triangles[f as usize].contains(&b)).count();
         // An inner edge between two places of the boundary holds the surface together.
         if shared == 0 || shared > 2 || (rim == [true; 2]) != (shared == 1) {
             return None;
         }
         let mut common = 0;
-        for (of, of_b) in [(of_a, false), (of_b, true)] {
+        for (end, of_b) in [(a, false), (b, true)] {
             let from = ring.len();
-            for &f in of {
+            for f in self.star(end, around) {
                 for v in self.triangles[f as usize] {
                     if v == a || v == b || ring[from..].contains(&v) {
                         continue;

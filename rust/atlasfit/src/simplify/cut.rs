@@ -4,6 +4,7 @@
 
 use super::block::{Block, Done};
 use super::constants::SIMPLIFY;
+use super::costs::Costs;
 use super::data::{First, Mesh, Piece, Place, Seams, Simplified, Spot, Whole, Work};
 use crate::error::Result;
 use crate::run::Context;
@@ -43,14 +44,15 @@ impl Mesh {
         self.triangles.iter().map(sides).sum::<f64>() / (3 * self.triangles.len().max(1)) as f64
     }
 
-    /// Works on all blocks once; every other round on a grid that is shifted by half a cell.
+    /// Works on all blocks once; every other round on a grid that is shifted by half a cell. Gives what edges
+    /// cost, if they were ranked.
     pub(super) fn round(
         &mut self,
         first: &First<'_>,
         work: &Work<'_>,
         round: usize,
         ctx: &Context<'_>,
-    ) -> Result<()> {
+    ) -> Result<Costs> {
         let odd = round % 2 == 1;
         // The second of two rounds is on the grid of the first, shifted: no seam is where one was.
         if !odd {
@@ -73,6 +75,7 @@ impl Mesh {
         let surplus = shares(&blocks, work.surplus);
         let mut numbers = vec![Vec::new(); ctx.threads()];
         let mut triangles = Vec::with_capacity(self.triangles.len());
+        let mut costs = Costs::default();
         for start in (0..blocks.len()).step_by(BATCH * ctx.threads()) {
             let batch = start..(start + BATCH * ctx.threads()).min(blocks.len());
             let ids: Vec<usize> = batch.collect();
@@ -92,11 +95,13 @@ impl Mesh {
                 })
                 .collect();
             for block in done.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten() {
+                costs.add(&block.costs);
                 self.put_back(block, &mut triangles);
             }
         }
         self.triangles = triangles;
-        ctx.check()
+        ctx.check()?;
+        Ok(costs)
     }
 
     /// The triangles by the cells that they are in, of a grid that is `shift` of a cell off.
@@ -120,7 +125,7 @@ impl Mesh {
 
     /// Takes over what was done in a block; its triangles come after the others.
     fn put_back(&mut self, done: Done, triangles: &mut Vec<[u32; 3]>) {
-        let Done { vertices, owned, triangles: new } = done;
+        let Done { vertices, owned, triangles: new, .. } = done;
         for v in vertices {
             let i = v.vertex as usize;
             (self.positions[i], self.normals[i], self.from[i], self.open[i]) =

@@ -115,7 +115,8 @@ pub(super) struct Mesh {
 pub(super) struct Work<'a> {
     /// Which edges are collapsed, one level after another.
     pub(super) levels: &'a [Level],
-    /// Triangles that may go; all where nothing is said.
+    /// Triangles that may go, cheapest edges first; all where nothing is said, in the order in which they
+    /// lie.
     pub(super) surplus: Option<usize>,
     /// Share of the error within which vertices of the first mesh stay.
     pub(super) share: f64,

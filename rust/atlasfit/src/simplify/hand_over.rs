@@ -56,6 +56,7 @@ impl Block<'_> {
     pub(super) fn fits(&self, change: &mut Change, place: Vec3) -> bool {
         let Change { old, new, moved } = change;
         moved.clear();
+        let near = if self.ranked { SIMPLIFY.near_ranked } else { SIMPLIFY.near };
         let (dense, goal) = (self.first.dense, self.first.goal);
         let mut nearest = (f64::INFINITY, 0);
         for &f in old.iter() {
@@ -63,7 +64,7 @@ impl Block<'_> {
             for (k, point) in self.points_of(f) {
                 let p = dense.positions[point as usize];
                 let most = (self.share * f64::from(goal.error[point as usize])).powi(2);
-                let enough = SIMPLIFY.near * SIMPLIFY.near * most;
+                let enough = near * near * most;
                 let mut best = (f64::INFINITY, 0);
                 for n in new[own..].iter().chain(&new[..own]) {
                     let d = p.dist2(closest_on_triangle(p, &n.corners));

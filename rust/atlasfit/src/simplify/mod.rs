@@ -12,17 +12,19 @@
 //! that it shares with others; then the grid is shifted by half a cell, and the seams are done. What is done
 //! in a block depends on nothing else: the result is the same for any number of threads.
 //!
-//! A mesh with UVs is cut along its seams (`cut_seams`); both sides of a seam are collapsed together (`seam`),
-//! and no triangle turns over in UV space (`uv`).
+//! A mesh with UVs is cut along its seams (`cut_seams`); both sides of a seam are collapsed together
+//! (`seam`), and no triangle turns over in UV space (`uv`).
 
 mod block;
 mod collapse;
 pub(crate) mod constants;
+mod costs;
 mod cut;
 mod cut_seams;
 mod data;
 mod hand_over;
 mod mesh;
+mod rank;
 mod seam;
 mod shape;
 #[cfg(test)]
@@ -92,26 +94,27 @@ fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Resul
         let levels = [Level { error, length: 1.0 }];
         let work = Work { levels: &levels, surplus: Some(surplus), share: within(error), shape: false };
         mesh.open.fill(true);
-        mesh.round(first, &work, round, ctx)?;
+        let costs = mesh.round(first, &work, round, ctx)?;
         round += 1;
-        let gone = (before - mesh.triangles.len()) as f64;
-        if gone < SIMPLIFY.few * before as f64 && gone < 0.5 * surplus as f64 {
+        let gone = before - mesh.triangles.len();
+        // Each edge has two triangles.
+        let left = 0.5 * SIMPLIFY.rank * surplus.saturating_sub(gone) as f64;
+        let next = costs.of_rank(left as usize).unwrap_or(1.0).max(error);
+        if next > error {
+            error = next;
+        } else if (gone as f64) < SIMPLIFY.few * before as f64 && (gone as f64) < 0.5 * surplus as f64 {
             if error >= 1.0 {
                 break;
             }
-            error = (2.0 * error).min(1.0);
+            error = (SIMPLIFY.growth * error).min(1.0);
         }
     }
     mesh.open.fill(true);
     // Two rounds belong together: one on a grid, one on the same grid shifted.
     round += round % 2;
     for _ in 0..2 {
-        mesh.round(
-            first,
-            &Work { levels: &[], surplus: None, share: within(error), shape: true },
-            round,
-            ctx,
-        )?;
+        let work = Work { levels: &[], surplus: None, share: within(error), shape: true };
+        mesh.round(first, &work, round, ctx)?;
         round += 1;
     }
     Ok(())

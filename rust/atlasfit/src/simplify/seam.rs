@@ -37,9 +37,11 @@ impl Block<'_> {
             if !ready || !self.fits(change, place) || !self.fits(beyond, place) {
                 continue;
             }
-            for f in change.old.iter().chain(&beyond.old) {
-                self.triangles[*f as usize].iter().for_each(|&v| around.changed[v as usize] = true);
-            }
+            let old = change.old.iter().chain(&beyond.old).flat_map(|f| self.triangles[*f as usize]);
+            let old: Vec<u32> = old.collect();
+            old.iter().for_each(|&v| around.changed[v as usize] = true);
+            let ends = pairs.map(|p| [p.gone, p.stays]);
+            self.spoil(old.iter().chain(ends.as_flattened()), ends.as_flattened(), around);
             self.make(change);
             self.make(beyond);
             for p in pairs {
@@ -56,11 +58,11 @@ impl Block<'_> {
     /// cannot go.
     fn across(&self, pair: Pair, around: &Around) -> Option<[Pair; 2]> {
         let Role::Seam(copy) = self.role[pair.gone as usize] else { return None };
-        let meets = |f: &u32| {
-            let t = self.triangles[*f as usize];
+        let meets = |f: u32| {
+            let t = self.triangles[f as usize];
             t.into_iter().find(|&v| v != copy && self.same_place(v, pair.stays))
         };
-        let mut others = around.star.of(copy).iter().filter_map(meets);
+        let mut others = self.star(copy, around).filter_map(meets);
         // On the boundary there is one triangle.
         let (Some(stays), None) = (others.next(), others.next()) else { return None };
         Some([pair, Pair { gone: copy, stays }])
@@ -69,7 +71,7 @@ impl Block<'_> {
     /// Whether all that changes is here and has not changed, the surface stays a surface, and near enough.
     fn may_go(&self, pairs: &[Pair; 2], level: &Level, around: &Around) -> bool {
         let all = pairs.iter().flat_map(|p| [p.gone, p.stays]);
-        if all.clone().any(|v| !self.free[v as usize] || around.changed[v as usize]) {
+        if all.clone().any(|v| !self.free[v as usize] || around.stale[v as usize]) {
             return false;
         }
         let near = |p: &Pair| {
@@ -96,9 +98,12 @@ impl Block<'_> {
             }
             Role::Free | Role::Pinned => return false,
         }
+        if copies.iter().any(|&v| around.stale[v as usize]) {
+            return false;
+        }
         let places = |of: &mut dyn Iterator<Item = u32>| {
             let mut all: Vec<u32> = of
-                .flat_map(|v| around.star.of(v).iter().flat_map(|&f| self.triangles[f as usize]))
+                .flat_map(|v| self.star(v, around).flat_map(|f| self.triangles[f as usize]))
                 .map(|v| self.place[v as usize])
                 .collect();
             all.sort_unstable();
@@ -120,7 +125,7 @@ impl Block<'_> {
         let (mut worst_before, mut worst) = (least, least);
         let [at, uv] = [p.stays as usize; 2];
         let (to, uv) = (self.positions[at], self.uv.get(uv).copied());
-        for &f in around.star.of(p.gone) {
+        for f in self.star(p.gone, around) {
             let t = self.triangles[f as usize];
             change.old.push(f);
             let before = self.corners(&t);

@@ -24,7 +24,7 @@ impl Block<'_> {
             return None;
         }
         let mut best = (f64::INFINITY, None);
-        for &f in around.star.of(ends[0]).iter().chain(around.star.of(ends[1])) {
+        for f in self.star(ends[0], around).chain(self.star(ends[1], around)) {
             let t = self.triangles[f as usize];
             let corners = self.corners(&t);
             let on = closest_on_triangle(to, &corners);

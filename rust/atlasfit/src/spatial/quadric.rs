@@ -3,7 +3,6 @@
 //! In: planes. Out: the mean squared distance of a point; the point where it is least: on the line where two
 //! planes meet, at the corner where three do.
 
-use crate::numeric::dense::{cholesky, cholesky_solve};
 use crate::numeric::vec3::Vec3;
 use std::ops::Add;
 
@@ -20,6 +19,7 @@ pub(crate) struct Quadric {
 
 impl Quadric {
     /// Of the plane through `at` with this unit normal.
+    #[inline]
     pub(crate) fn of_plane(at: Vec3, [x, y, z]: [f64; 3], weight: f64) -> Self {
         let normal = Vec3([x, y, z]);
         let d = -normal.dot(at);
@@ -31,6 +31,7 @@ impl Quadric {
         }
     }
     /// The mean squared distance of a point.
+    #[inline]
     pub(crate) fn mean(&self, p: Vec3) -> f64 {
         let [xx, xy, xz, yy, yz, zz] = self.a;
         let [x, y, z] = p.0;
@@ -44,24 +45,34 @@ impl Quadric {
     }
     /// Where it is least; where the planes do not decide, `near` does: its squared distance counts `pull`
     /// times what all of the planes do.
+    #[inline]
     pub(crate) fn least(&self, near: Vec3, pull: f64) -> Vec3 {
         let pull = pull * self.weight;
         let [xx, xy, xz, yy, yz, zz] = self.a;
-        let mut a = [xx + pull, xy, xz, 0.0, yy + pull, yz, 0.0, 0.0, zz + pull];
-        let mut p = (near * pull - self.b).0;
-        if !cholesky(&mut a, 3) {
+        let Vec3([x, y, z]) = near * pull - self.b;
+        // Elimination, written out: this is what simplifying a mesh does most.
+        let first = xx + pull;
+        let (ly, lz) = (xy / first, xz / first);
+        let (second, yz) = (yy + pull - ly * xy, yz - ly * xz);
+        let l = yz / second;
+        let third = zz + pull - lz * xz - l * yz;
+        if !(first > 0.0 && second > 0.0 && third > 0.0) {
             return near;
         }
-        cholesky_solve(&a, 3, &mut p);
-        Vec3(p)
+        let y = y - ly * x;
+        let z = (z - lz * x - l * y) / third;
+        let y = (y - yz * z) / second;
+        Vec3([(x - xy * y - xz * z) / first, y, z])
     }
 }
 
 impl Add for Quadric {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
+        let (a, b) = (self.a, other.a);
         Self {
-            a: std::array::from_fn(|k| self.a[k] + other.a[k]),
+            a: [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]],
             b: self.b + other.b,
             c: self.c + other.c,
             weight: self.weight + other.weight,

@@ -20,6 +20,7 @@ pub(crate) fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 /// The point of a triangle that is nearest to `p`.
+#[inline]
 pub(crate) fn closest_on_triangle(p: Vec3, t: &[Vec3; 3]) -> Vec3 {
     let [a, b, c] = *t;
     let (ab, ac, ap) = (b - a, c - a, p - a);

@@ -1,7 +1,8 @@
 //! `atlasfit bench surfaces`: our surface beside CGAL's alpha wrap, advancing front and Poisson of the same
-//! denoised, oriented points.
+//! denoised, oriented points; and our points beside the same scans smoothed by CGAL.
 //!
-//! True surfaces are sampled with noise here; `tests/peers/surfaces.cpp` makes the peers' surfaces.
+//! True surfaces are sampled with noise here; `tests/peers/surfaces.cpp` makes the peers' surfaces and
+//! points.
 
 use super::shared::{cancelled, median};
 use crate::console::{Console, RunArgs};
@@ -32,9 +33,12 @@ pub struct Args {
     /// The peers' program: tests/peers/surfaces.cpp, compiled as its head says
     #[arg(long, value_name = "PROGRAM")]
     peers: PathBuf,
-    /// Which of them
+    /// Which surfaces of them
     #[arg(long, value_delimiter = ',', default_value = "alpha-wrap,advancing-front,poisson")]
     methods: Vec<String>,
+    /// Which smoothed scans of them
+    #[arg(long, value_delimiter = ',', default_value = "wlop,jet,bilateral")]
+    smoothing: Vec<String>,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -59,43 +63,26 @@ impl Row {
             "faces": self.faces, "seconds": self.seconds,
         })
     }
-}
 
-/// Measures each truth at each noise, then tells the medians.
-pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
-    let mut text =
-        String::from("| scan | surface | acc | com | parts | boundary | not manifold | faces | s |\n");
-    text += "|---|---|---|---|---|---|---|---|---|\n";
-    let mut all: Vec<Row> = Vec::new();
-    let mut cells = Vec::new();
-    for path in &args.truths {
-        let truth = files::load(path, &args.run, console)?.into_mesh();
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        for &sigma in &args.sigmas {
-            let rows = cell(&truth, sigma, args, folder, console)
-                .with_context(|| format!("{name}, noise {sigma}"))?;
-            for r in &rows {
-                let _ = writeln!(text, "| {name} {sigma} {}", line(r));
-            }
-            cells.push(json!({
-                "truth": files::text(path), "sigma": sigma,
-                "rows": rows.iter().map(Row::json).collect::<Vec<_>>(),
-            }));
-            all.extend(rows);
-        }
+    fn line(&self) -> String {
+        format!(
+            "{} | {:.3} | {:.3} | {} | {} | {} | {} | {:.2} |",
+            self.method,
+            self.accuracy,
+            self.completeness,
+            self.parts,
+            self.boundary,
+            self.non_manifold,
+            self.faces,
+            self.seconds
+        )
     }
-    let mut methods: Vec<&str> = Vec::new();
-    all.iter().for_each(|r| {
-        if !methods.contains(&r.method.as_str()) {
-            methods.push(&r.method)
-        }
-    });
-    for method in methods {
-        let of = |value: fn(&Row) -> f64| {
-            median(&mut all.iter().filter(|r| r.method == method).map(value).collect::<Vec<_>>())
-        };
-        let middle = Row {
-            method: method.to_owned(),
+
+    /// The medians of several.
+    fn median(of: &[&Self]) -> Self {
+        let of = |value: fn(&Self) -> f64| median(&mut of.iter().map(|r| value(r)).collect::<Vec<_>>());
+        Self {
+            method: String::new(),
             accuracy: of(|r| r.accuracy),
             completeness: of(|r| r.completeness),
             parts: of(|r| r.parts as f64) as usize,
@@ -103,18 +90,99 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
             non_manifold: of(|r| r.non_manifold as f64) as usize,
             faces: of(|r| r.faces as f64) as usize,
             seconds: of(|r| r.seconds),
-        };
-        let _ = writeln!(text, "| **median** {}", line(&middle));
+        }
     }
-    console.report(&text, &json!({ "cells": cells }));
+}
+
+/// The points of a scan, smoothed and measured, in the same unit.
+struct Smoothed {
+    method: String,
+    accuracy: f64,
+    points: usize,
+    seconds: f64,
+}
+
+impl Smoothed {
+    fn json(&self) -> Value {
+        json!({
+            "method": self.method, "accuracy": self.accuracy, "points": self.points,
+            "seconds": self.seconds,
+        })
+    }
+
+    fn line(&self) -> String {
+        format!("{} | {:.3} | {} | {:.2} |", self.method, self.accuracy, self.points, self.seconds)
+    }
+
+    /// The medians of several.
+    fn median(of: &[&Self]) -> Self {
+        let of = |value: fn(&Self) -> f64| median(&mut of.iter().map(|r| value(r)).collect::<Vec<_>>());
+        Self {
+            method: String::new(),
+            accuracy: of(|r| r.accuracy),
+            points: of(|r| r.points as f64) as usize,
+            seconds: of(|r| r.seconds),
+        }
+    }
+}
+
+/// What was made of one scan.
+struct Cell {
+    surfaces: Vec<Row>,
+    points: Vec<Smoothed>,
+}
+
+/// Measures each truth at each noise, then tells the medians.
+pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
+    let mut surfaces =
+        String::from("| scan | surface | acc | com | parts | boundary | not manifold | faces | s |\n");
+    surfaces += "|---|---|---|---|---|---|---|---|---|\n";
+    let mut points = String::from("| scan | points | acc | count | s |\n|---|---|---|---|---|\n");
+    let (mut cells, mut said) = (Vec::new(), Vec::new());
+    for path in &args.truths {
+        let truth = files::load(path, &args.run, console)?.into_mesh();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        for &sigma in &args.sigmas {
+            let cell = cell(&truth, sigma, args, folder, console)
+                .with_context(|| format!("{name}, noise {sigma}"))?;
+            for r in &cell.surfaces {
+                let _ = writeln!(surfaces, "| {name} {sigma} | {}", r.line());
+            }
+            for r in &cell.points {
+                let _ = writeln!(points, "| {name} {sigma} | {}", r.line());
+            }
+            said.push(json!({
+                "truth": files::text(path), "sigma": sigma,
+                "rows": cell.surfaces.iter().map(Row::json).collect::<Vec<_>>(),
+                "points": cell.points.iter().map(Smoothed::json).collect::<Vec<_>>(),
+            }));
+            cells.push(cell);
+        }
+    }
+    let rows: Vec<&Row> = cells.iter().flat_map(|c| &c.surfaces).collect();
+    for of in by_method(&rows, |r| &r.method) {
+        let middle = Row { method: of[0].method.clone(), ..Row::median(&of) };
+        let _ = writeln!(surfaces, "| **median** | {}", middle.line());
+    }
+    let rows: Vec<&Smoothed> = cells.iter().flat_map(|c| &c.points).collect();
+    for of in by_method(&rows, |r| &r.method) {
+        let middle = Smoothed { method: of[0].method.clone(), ..Smoothed::median(&of) };
+        let _ = writeln!(points, "| **median** | {}", middle.line());
+    }
+    console.report(&format!("{surfaces}\n{points}"), &json!({ "cells": said }));
     Ok(())
 }
 
-fn line(r: &Row) -> String {
-    format!(
-        "| {} | {:.3} | {:.3} | {} | {} | {} | {} | {:.2} |",
-        r.method, r.accuracy, r.completeness, r.parts, r.boundary, r.non_manifold, r.faces, r.seconds
-    )
+/// The rows of each method, in the order in which methods come first.
+fn by_method<'a, T>(rows: &[&'a T], method: fn(&T) -> &str) -> Vec<Vec<&'a T>> {
+    let mut all: Vec<Vec<&T>> = Vec::new();
+    for &row in rows {
+        match all.iter_mut().find(|of| method(of[0]) == method(row)) {
+            Some(of) => of.push(row),
+            None => all.push(vec![row]),
+        }
+    }
+    all
 }
 
 /// The longest side of a mesh's box.
@@ -126,8 +194,8 @@ fn extent(mesh: &TriMesh) -> f64 {
     (0..3).map(side).fold(0.0, f64::max)
 }
 
-/// All surfaces of one scan.
-fn cell(truth: &TriMesh, sigma: f64, args: &Args, folder: &Path, console: &Console) -> Result<Vec<Row>> {
+/// All surfaces and points of one scan.
+fn cell(truth: &TriMesh, sigma: f64, args: &Args, folder: &Path, console: &Console) -> Result<Cell> {
     console.check(&args.run, "measuring")?;
     let unit = extent(truth);
     let samples =
@@ -137,39 +205,62 @@ fn cell(truth: &TriMesh, sigma: f64, args: &Args, folder: &Path, console: &Conso
     let scan = PointCloud::from_positions(samples.iter().map(|s| s.point).map(noisy).collect());
     let options = DenoiseOptions::default().with_uv(false).with_outliers(Outliers::Drop);
     let made = denoise(&scan, &options, &mut console.start_silent(&args.run))?;
-    let spent = made.report.seconds.iter().find(|(stage, _)| *stage == Stage::Surface);
-    let seconds = spent.map_or(0.0, |(_, s)| *s);
-    let mut rows = vec![measured("atlasfit", &made.surface, truth, seconds, args, console)?];
     let (points, off) = (folder.join("points.xyz"), folder.join("surface.off"));
-    files::write(&points, oriented(&made))?;
-    for method in &args.methods {
+    let ask = |method: &str| -> Result<Option<(TriMesh, f64)>> {
         match peer(method, &made, &points, &off, args) {
-            Ok(seconds) => {
-                let mesh = files::load(&off, &args.run, console)?.into_mesh();
-                rows.push(measured(method, &mesh, truth, seconds, args, console)?);
+            Ok(seconds) => Ok(Some((files::load(&off, &args.run, console)?.into_mesh(), seconds))),
+            Err(e) if cancelled(&e) => Err(e),
+            Err(e) => {
+                console.note(format_args!("{method}: {e:#}"));
+                Ok(None)
             }
-            Err(e) if !cancelled(&e) => console.note(format_args!("{method}: {e:#}")),
-            Err(e) => return Err(e),
+        }
+    };
+    let spent = |last: Stage| {
+        let upto = made.report.seconds.iter().position(|(stage, _)| *stage == last).map_or(0, |k| k + 1);
+        made.report.seconds[..upto].iter().map(|(_, s)| *s).sum::<f64>()
+    };
+    let surface_alone = made.report.seconds.iter().find(|(stage, _)| *stage == Stage::Surface);
+    let seconds = surface_alone.map_or(0.0, |(_, s)| *s);
+    let mut surfaces = vec![measured("atlasfit", &made.surface, truth, seconds, args, console)?];
+    files::write(&points, lines(&made.points))?;
+    for method in &args.methods {
+        if let Some((mesh, seconds)) = ask(method)? {
+            surfaces.push(measured(method, &mesh, truth, seconds, args, console)?);
         }
     }
-    rows.iter_mut().for_each(|r| {
-        r.accuracy *= 1e3 / unit;
-        r.completeness *= 1e3 / unit;
-    });
-    Ok(rows)
+    let before = spent(Stage::Surface) - seconds;
+    let mut smoothed = vec![
+        measured_points("the scan", &scan, truth, 0.0, args, console)?,
+        measured_points("atlasfit", &made.points, truth, before, args, console)?,
+    ];
+    files::write(&points, lines(&scan))?;
+    for method in &args.smoothing {
+        if let Some((mesh, seconds)) = ask(method)? {
+            let cloud = PointCloud::from_positions(mesh.positions);
+            smoothed.push(measured_points(method, &cloud, truth, seconds, args, console)?);
+        }
+    }
+    let scale = 1e3 / unit;
+    surfaces
+        .iter_mut()
+        .for_each(|r| (r.accuracy, r.completeness) = (r.accuracy * scale, r.completeness * scale));
+    smoothed.iter_mut().for_each(|r| r.accuracy *= scale);
+    Ok(Cell { surfaces, points: smoothed })
 }
 
-/// The denoised points with their normals, a line each.
-fn oriented(made: &Denoised) -> String {
-    let normals = made.points.normals.as_deref().unwrap_or_default();
+/// Points with their normals, or with none, a line each.
+fn lines(cloud: &PointCloud) -> String {
+    let normals = cloud.normals.as_deref().unwrap_or_default();
     let mut text = String::new();
-    for (p, n) in made.points.positions.iter().zip(normals) {
+    for (i, p) in cloud.positions.iter().enumerate() {
+        let n = normals.get(i).copied().unwrap_or_default();
         let _ = writeln!(text, "{} {} {} {} {} {}", p[0], p[1], p[2], n[0], n[1], n[2]);
     }
     text
 }
 
-/// Has a peer make its surface; returns the seconds that it took.
+/// Has a peer make its surface or its points; returns the seconds that it took.
 fn peer(method: &str, made: &Denoised, points: &Path, off: &Path, args: &Args) -> Result<f64> {
     let out = Command::new(&args.peers)
         .arg(method)
@@ -205,4 +296,17 @@ fn measured(
         faces: t.faces,
         seconds,
     })
+}
+
+fn measured_points(
+    method: &str,
+    cloud: &PointCloud,
+    truth: &TriMesh,
+    seconds: f64,
+    args: &Args,
+    console: &Console,
+) -> Result<Smoothed> {
+    let options = DistanceOptions::default();
+    let d = console.start_silent(&args.run).execute(|ctx| measure::points(cloud, truth, &options, ctx))?;
+    Ok(Smoothed { method: method.to_owned(), accuracy: d.accuracy.rms, points: cloud.len(), seconds })
 }
