@@ -217,18 +217,13 @@ fn points_face_the_same_way_as_the_surface_outward() {
 }
 
 #[test]
-fn a_spike_thinner_than_a_voxel_keeps_its_length() {
-    // A ball of radius 1 with a spike to 2 whose radius falls from 0.12 to 0.02, all as dense.
-    let mut rng = Rng::new(4);
-    let girth = |x: f64| 0.12 - 0.1 * (x - 1.0);
-    let mut points: Vec<[f64; 3]> = shapes::sphere(6000, 3).noisy(0.1, 4);
-    while points.len() < 6240 {
-        let (x, a) = (1.0 + rng.uniform(), std::f64::consts::TAU * rng.uniform());
-        if 0.12 * rng.uniform() < girth(x) {
-            points.push([x, girth(x) * a.cos(), girth(x) * a.sin()]);
-        }
+fn a_tube_falls_short_of_a_radius_by_what_it_is_thinner() {
+    let (tube, mut rng) = (bent(), Rng::new(7));
+    for _ in 0..200 {
+        let c = tube.axis_at(1.6 * rng.uniform() - 0.8).position;
+        let on = tube.nearest(c.map(|x| x + 0.1 * (rng.uniform() - 0.5))).position;
+        let d = tube.foot(on).d;
+        assert!((tube.shortfall(on, d + 0.02) - 0.02).abs() < 1e-5);
+        assert_eq!(tube.shortfall(on, 0.9 * d), 0.0);
     }
-    let out = shapes::run(&points).expect("a surface");
-    let farthest = out.surface.positions.iter().map(|p| p[0]).fold(0.0, f64::max);
-    assert!(farthest > 1.8, "{farthest}");
 }
