@@ -91,7 +91,7 @@ pub(super) fn build(
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
     smooth::smooth(&mut surface, &charts, touched, ctx)?;
     if votes.is_empty() {
-        cavities::turn_cavities(&mut surface, ctx)?;
+        cavities::turn_closed(&mut surface, ctx)?;
     }
     not_empty(&surface)?;
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
