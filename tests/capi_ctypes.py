@@ -17,6 +17,7 @@ SIMPLE = {
     "double": ctypes.c_double,
     "float": ctypes.c_float,
     "atlasfit_progress_fn": ctypes.c_void_p,
+    "atlasfit_log_fn": ctypes.c_void_p,
 }
 
 

@@ -20,7 +20,7 @@ from ctypes import (
 STAGE_LIMIT = 16
 status = c_int32
 progress_fn = CFUNCTYPE(c_int32, c_void_p, c_uint32, c_double)
-log_fn = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, ctypes.c_char_p)
+log_fn = CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
 
 
 class Sized(Structure):

@@ -19,6 +19,7 @@ SCALARS = {
     "double": ctypes.c_double,
     "atlasfit_status": _abi.status,
     "atlasfit_progress_fn": _abi.progress_fn,
+    "atlasfit_log_fn": _abi.log_fn,
 }
 HANDLES = set(re.findall(r"typedef struct (\w+) \1;", CODE))
 STRUCTS = {name: body for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", CODE, flags=re.S)}
@@ -95,10 +96,13 @@ def test_function_has_the_headers_signature(name):
     assert _abi.FUNCTIONS[name][0] is (ctypes.c_char_p if text else ctype(result))
 
 
-def test_the_progress_callback_has_the_headers_signature():
-    arguments = re.search(r"typedef int32_t \(\*atlasfit_progress_fn\)\((.*?)\);", CODE).group(1)
-    assert list(_abi.progress_fn._argtypes_) == [declaration(a)[1] for a in arguments.split(",")]
-    assert _abi.progress_fn._restype_ is ctypes.c_int32
+@pytest.mark.parametrize(("name", "gives"), [("progress", ctypes.c_int32), ("log", None)])
+def test_a_callback_has_the_headers_signature(name, gives):
+    result, arguments = re.search(rf"typedef (\w+) \(\*atlasfit_{name}_fn\)\((.*?)\);", CODE).groups()
+    ours = getattr(_abi, f"{name}_fn")
+    texts = [ctypes.c_void_p if kind is ctypes.c_char_p else kind for kind in ours._argtypes_]
+    assert texts == [declaration(a)[1] for a in arguments.split(",")]
+    assert ours._restype_ is gives and result == ("void" if gives is None else "int32_t")
 
 
 def test_the_library_exports_every_function():

@@ -8,7 +8,7 @@
 
 namespace {
 
-const char* const PAPER = "<br>See: M. Gadelha, R. Wang, S. Maji, <b>Deep Manifold Prior</b>, 2020.";
+const char* const PAPER = "<br>See: Gadelha et al., <b>Deep Manifold Prior</b>, 2020.";
 const char* const STRETCH_PAPER =
 	"<br>See: P. Sander et al., <b>Texture Mapping Progressive Meshes</b>, SIGGRAPH 2001.";
 const char* const FRAME = "<br>Lengths are those that you see: the layer's matrix is applied.";
@@ -148,9 +148,8 @@ const About& about(int filter)
 	static const std::array<About, FILTERS> all{{
 		{"Surface Reconstruction: Atlas", "generate_surface_reconstruction_atlas",
 			QString("Surface of a noisy scan or point cloud: one clean connected surface in a new layer, with "
-					"normals, colours and UVs. Noise, outliers, charts and smoothness are found from the data; "
-					"normals are not needed. Holes stay open unless you ask for them to be filled, one-sided "
-					"surfaces are possible.") +
+					"normals, colours and UVs. Noise, outliers and charts are found from the data; no normals are "
+					"needed. Holes stay open unless you ask for them to be filled.") +
 				FRAME + PAPER,
 			Host::Remeshing | Host::PointSet, MeshModel::MM_NONE,
 			MeshModel::MM_VERTNUMBER | MeshModel::MM_FACENUMBER},

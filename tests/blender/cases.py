@@ -19,8 +19,8 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from scenes import (
-    EXTENSION, addon, assert_good, atlasfit, cut_edges, cylinder, everything, from_lists, grid,
-    link, mesh, middle, monkey, quality, refused, report, right, scan, select, uvs,
+    EXTENSION, addon, assert_good, atlasfit, cut_edges, cylinder, edit, everything, from_lists, grid,
+    link, mesh, middle, monkey, quality, refused, report, right, scan, select, unwrap_apart, uvs,
 )
 from made import torus, triangles
 from color_cases import *  # noqa: F403
@@ -99,10 +99,7 @@ def test_seams_and_sharp_edges_are_cut_and_can_be_left():
 
 def test_seams_of_the_uv_map_are_kept_if_asked():
     ob = grid()
-    bpy.ops.uv.atlasfit_unwrap()
-    uv = uvs(ob)
-    uv[right(ob)[1], 0] += 2
-    mesh.uv_put(ob.data.uv_layers.active, uv)
+    unwrap_apart(ob)
     wanted = cut_edges(ob)
     assert wanted
     bpy.ops.uv.atlasfit_unwrap(keep_uv_seams=True)
@@ -113,10 +110,7 @@ def test_edit_mode_unwraps_the_selected_faces_and_leaves_the_others():
     ob = grid()
     before = uvs(ob)
     chosen, corner = right(ob)
-    for part in (ob.data.vertices, ob.data.edges):
-        part.foreach_set("select", np.zeros(len(part), bool))
-    ob.data.polygons.foreach_set("select", chosen)
-    bpy.ops.object.mode_set(mode="EDIT")
+    edit(ob, "polygons", chosen)
     assert bpy.ops.uv.atlasfit_unwrap() == {"FINISHED"}
     assert bpy.context.mode == "EDIT_MESH"
     bpy.ops.object.mode_set(mode="OBJECT")

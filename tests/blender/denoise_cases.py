@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from scenes import from_lists, mesh, refused, report, scan, select
+from scenes import edit, from_lists, mesh, refused, report, scan, select
 
 
 def radius_error(ob):
@@ -103,10 +103,7 @@ def test_spikes_among_the_selected_vertices_go_between_their_selected_neighbours
     spikes = [np.flatnonzero(co[:, 2] > 0.5)[k] for k in (10, 200)] + [np.flatnonzero(co[:, 2] < -0.5)[10]]
     co[spikes] *= 3
     mesh.put(ob.data.vertices, "co", co)
-    for part in (ob.data.edges, ob.data.polygons):
-        part.foreach_set("select", np.zeros(len(part), bool))
-    ob.data.vertices.foreach_set("select", top)
-    bpy.ops.object.mode_set(mode="EDIT")
+    edit(ob, "vertices", top)
     bpy.ops.object.atlasfit_denoise()
     bpy.ops.object.mode_set(mode="OBJECT")
     after = mesh.positions(ob.data)

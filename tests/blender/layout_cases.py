@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 
 from scenes import (
-    assert_good, cut_edges, cylinder, from_lists, grid, mesh, middle, monkey, quality, refused, report, right,
-    select, uvs,
+    assert_good, cut_edges, cylinder, edit, from_lists, grid, mesh, middle, monkey, quality, refused, report,
+    select, unwrap_apart, uvs,
 )
 from texture_cases import colors, shown, wooden
 
@@ -152,18 +152,12 @@ def test_a_seam_that_was_cleared_is_sewn_and_one_that_was_added_is_cut():
 
 def test_marking_seams_in_edit_mode_leaves_those_of_other_faces():
     ob = grid()
-    bpy.ops.uv.atlasfit_unwrap()
-    uv = uvs(ob)
-    uv[right(ob)[1], 0] += 2
-    mesh.uv_put(ob.data.uv_layers.active, uv)
+    unwrap_apart(ob)
     own = next(e for e in ob.data.edges if all(ob.data.vertices[v].co.x < -0.5 for v in e.vertices))
     own.use_seam = True
     name = tuple(sorted(own.vertices))
     chosen = np.array([p.center.x > -0.3 for p in ob.data.polygons])
-    for part in (ob.data.vertices, ob.data.edges):
-        part.foreach_set("select", np.zeros(len(part), bool))
-    ob.data.polygons.foreach_set("select", chosen)
-    bpy.ops.object.mode_set(mode="EDIT")
+    edit(ob, "polygons", chosen)
     bpy.ops.uv.atlasfit_mark_seams()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert seams(ob) == middle(ob) | {name}

@@ -156,6 +156,22 @@ def right(ob):
     return polygons, np.repeat(polygons, [p.loop_total for p in ob.data.polygons])
 
 
+def unwrap_apart(ob):
+    """Unwraps a grid and moves the UVs of its right half away: its middle is cut."""
+    bpy.ops.uv.atlasfit_unwrap()
+    uv = uvs(ob)
+    uv[right(ob)[1], 0] += 2
+    mesh.uv_put(ob.data.uv_layers.active, uv)
+
+
+def edit(ob, part, chosen):
+    """Edit mode with these vertices or polygons of an object selected, and nothing else."""
+    for name in ("vertices", "edges", "polygons"):
+        of = getattr(ob.data, name)
+        of.foreach_set("select", chosen if name == part else np.zeros(len(of), bool))
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
 def middle(ob, flag=None):
     """Edges on the grid's middle line, as cut_edges() names them; they get the flag."""
     co, out = [v.co for v in ob.data.vertices], set()

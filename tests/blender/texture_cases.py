@@ -6,7 +6,7 @@ import tempfile
 import bpy
 import numpy as np
 
-from scenes import assert_good, grid, mesh, report, right, select, uvs
+from scenes import assert_good, edit, grid, mesh, report, right, select, uvs
 
 
 def picture(name="wood", size=64):
@@ -162,10 +162,7 @@ def test_what_cannot_be_drawn_anew_is_said():
     bpy.ops.uv.atlasfit_unwrap()
     assert "its node goes through a Mapping" in report(ob)["notes"]
     ob = wooden()
-    for part in (ob.data.vertices, ob.data.edges):
-        part.foreach_set("select", np.zeros(len(part), bool))
-    ob.data.polygons.foreach_set("select", right(ob)[0])
-    bpy.ops.object.mode_set(mode="EDIT")
+    edit(ob, "polygons", right(ob)[0])
     bpy.ops.uv.atlasfit_unwrap()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert "keep their UVs" in report(ob)["notes"]

@@ -1,6 +1,6 @@
 """The benchmark's true surfaces and noisy samples. Needs numpy only.
 
-Shapes: ring, spiral, mobius, bumps, knot, room, box are made here; any other name is a binary PLY mesh
+Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes are made here; any other name is a binary PLY mesh
 NAME.ply in the data folder (../shared/data/denoise beside the repository, or --data). Every shape is
 centred and scaled to a bounding box whose longest side is 1. Samples are uniform by area, plus isotropic
 Gaussian noise. The random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are
@@ -72,13 +72,13 @@ def mobius():
     return sheet(400, 40, at, False, False)
 
 
-def bumps():
-    """A ball of radius 1 with bumps of 0.12."""
+def ball(radius):
+    """A ball whose radius is a function of the angles about its axis and from it."""
     rows, columns = 160, 81
 
     def at(s, t):
         a, b = TAU * s, np.pi * t
-        r = 1 + 0.12 * np.sin(3 * a) * np.sin(b) ** 3 * np.cos(5 * b)
+        r = radius(a, b)
         return r * np.cos(a) * np.sin(b), r * np.sin(a) * np.sin(b), r * np.cos(b)
 
     V, F = sheet(rows, columns, at, True, False)
@@ -89,6 +89,11 @@ def bumps():
     F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
     used, F = np.unique(F, return_inverse=True)
     return V[used], F.reshape(-1, 3)
+
+
+def bumps():
+    """A ball of radius 1 with bumps of 0.12."""
+    return ball(lambda a, b: 1 + 0.12 * np.sin(3 * a) * np.sin(b) ** 3 * np.cos(5 * b))
 
 
 def knot():
@@ -147,6 +152,27 @@ def room():
     return together([box((-0.5, -0.4, -0.225), (0.5, 0.4, 0.225), True)] + [box(*b) for b in furniture])
 
 
+def spikes():
+    """A ball of radius 0.5 with 40 spikes of length 0.45, 0.03 thick at their feet and 0.004 at their tips."""
+    golden = np.pi * (3 - 5**0.5)
+
+    def spike(k):
+        z = 1 - (2 * k + 1) / 40
+        axis = np.array([np.cos(golden * k) * (1 - z * z) ** 0.5, np.sin(golden * k) * (1 - z * z) ** 0.5, z])
+        one = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        one /= np.linalg.norm(one)
+        two = np.cross(axis, one)
+
+        def at(s, t):
+            thick = 0.03 - 0.026 * s[:, None]
+            round_ = np.cos(TAU * t)[:, None] * one - np.sin(TAU * t)[:, None] * two
+            return ((0.495 + 0.455 * s[:, None]) * axis + thick * round_).T
+
+        return sheet(30, 16, at, False, True)
+
+    return together([ball(lambda a, b: 0.5 + 0 * a)] + [spike(k) for k in range(40)])
+
+
 def plates(gap):
     """Two parallel squares of side 1, so far apart; they face away from each other."""
     parts = [
@@ -201,6 +227,7 @@ def clean(name, data=DATA):
         "bumps": bumps,
         "knot": knot,
         "room": room,
+        "spikes": spikes,
         "box": lambda: box((-0.5, -0.3, -0.2), (0.5, 0.3, 0.2)),
     }
     if name in made:

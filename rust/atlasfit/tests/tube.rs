@@ -217,13 +217,24 @@ fn points_face_the_same_way_as_the_surface_outward() {
 }
 
 #[test]
-fn a_tube_falls_short_of_a_radius_by_what_it_is_thinner() {
-    let (tube, mut rng) = (bent(), Rng::new(7));
-    for _ in 0..200 {
-        let c = tube.axis_at(1.6 * rng.uniform() - 0.8).position;
-        let on = tube.nearest(c.map(|x| x + 0.1 * (rng.uniform() - 0.5))).position;
-        let d = tube.foot(on).d;
-        assert!((tube.shortfall(on, d + 0.02) - 0.02).abs() < 1e-5);
-        assert_eq!(tube.shortfall(on, 0.9 * d), 0.0);
-    }
+fn a_rod_thinner_than_the_voxels_keeps_its_surface() {
+    // A third of a voxel thick, beside a ball whose spacing makes the voxels.
+    let (radius, mut rng) = (0.012, Rng::new(3));
+    let mut points = shapes::sphere(6000, 3).noisy(0.2, 4);
+    points.extend((0..300).map(|_| {
+        let (x, a) = (1.5 + 4.0 * rng.uniform(), std::f64::consts::TAU * rng.uniform());
+        let r = radius + 0.003 * rng.normal();
+        [x, r * a.cos(), r * a.sin()]
+    }));
+    let out = shapes::run(&points).expect("a surface");
+    let along = (0..35).map(|k| 1.7 + 0.1 * f64::from(k));
+    let near = |x: f64| {
+        let to = |p: &[f64; 3]| (p[0] - x).hypot(p[1]).hypot(p[2]);
+        out.surface.positions.iter().map(to).fold(f64::INFINITY, f64::min)
+    };
+    let bare: Vec<f64> = along.filter(|&x| near(x) > 0.06).collect();
+    assert!(bare.is_empty(), "{bare:?}");
+    let rod = out.surface.positions.iter().filter(|p| p[0] > 1.7);
+    let off = shapes::rms(rod.map(|p| p[1].hypot(p[2]) - radius));
+    assert!(off < 0.02, "{off}");
 }

@@ -2,8 +2,8 @@
 //!
 //! Read: see `read`. Written again with other UVs and all else as it is: see `keep`. Written anew: one GLB
 //! with the texture inside, or, under a name that ends in .gltf, JSON with the buffer (.bin) and the texture
-//! beside it. Vertices are split where texture coordinates differ between corners. Positions are 32-bit floats
-//! in glTF: where that would lose digits they are stored relative to their centre, which becomes the
+//! beside it. Vertices are split where texture coordinates differ between corners. Positions are 32-bit
+//! floats in glTF: where that would lose digits they are stored relative to their centre, which becomes the
 //! translation of the node. Vertex colours are linear light in glTF, sRGB in ours.
 
 #[cfg(feature = "gltf")]

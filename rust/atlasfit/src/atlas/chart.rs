@@ -36,14 +36,6 @@ impl Chart {
             Map::Tube(t) => t.view(p),
         }
     }
-    /// How much thinner than `radius` a tube is beside `p`; 0 where it is not, and for a patch.
-    #[must_use]
-    pub fn shortfall(&self, p: Vec3, radius: f64) -> f64 {
-        match &self.map {
-            Map::Monge(_) => 0.0,
-            Map::Tube(t) => t.shortfall(p, radius),
-        }
-    }
     /// The chart's point nearest to `p`, as far as `p` is near the chart.
     #[must_use]
     pub fn nearest(&self, p: Vec3) -> Foot {

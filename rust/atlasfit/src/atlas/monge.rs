@@ -149,6 +149,7 @@ impl Monge {
             mask: self.mask.value(l.u, l.v),
             weight: Self::weight_at(l.u, l.v),
             normal,
+            radius: f64::INFINITY,
         })
     }
     /// The patch's point nearest to `p`.

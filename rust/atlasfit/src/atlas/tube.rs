@@ -231,14 +231,8 @@ impl Tube {
         if l.s.abs() >= OUTSIDE || l.d > 4.0 * self.mean_radius + 0.3 * self.half_length {
             return None;
         }
-        let Level { distance, normal, .. } = self.level(&l);
-        Some(View { distance, mask: self.mask_at(l.s), weight: Self::weight_at(l.s), normal })
-    }
-    /// How much less than `radius` the tube's radius is beside `p`; 0 where it is more.
-    #[must_use]
-    pub fn shortfall(&self, p: Vec3, radius: f64) -> f64 {
-        let TubeCoordinates { s, theta, .. } = self.local(p);
-        (radius - self.radius_at(s, theta).value).max(0.0)
+        let Level { distance, normal, radius } = self.level(&l);
+        Some(View { distance, mask: self.mask_at(l.s), weight: Self::weight_at(l.s), normal, radius })
     }
     /// The tube's point out from the axis through `p`.
     #[must_use]

@@ -14,6 +14,8 @@ pub struct View {
     pub weight: f64,
     /// Unit normal of the chart, not yet in the atlas's orientation.
     pub normal: Vec3,
+    /// Radius of a tube there; infinite for a patch.
+    pub radius: f64,
 }
 
 /// A point of a chart.

@@ -15,8 +15,9 @@ pub(crate) struct BlendConstants {
     /// lie within sqrt(3), and the rest lets the field be filled in from both sides of a gap. At least 1.74.
     /// Source: derived, and margin.
     pub band: f64,
-    /// Tubes whose radius is smaller, in voxels, are contoured as if it were this, and their vertices put back
-    /// onto them. Source: derived, sqrt(3) / 2: a corner then lies within every piece of a tube; and margin.
+    /// Tubes whose radius is smaller, in voxels, are contoured as if it were this, and their vertices put
+    /// back onto them. Source: derived, sqrt(3) / 2: a corner then lies within every piece of a tube; and
+    /// margin.
     pub thinnest: f64,
     /// Least blended mask, in [0, 1], at which the charts' distance at a corner is believed. Sensible: below
     /// 0.5, where the data end. Source: chosen.

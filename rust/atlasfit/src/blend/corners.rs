@@ -45,6 +45,12 @@ impl NearSite {
     }
 }
 
+/// How much thicker than it is a chart of this radius is contoured on voxels of side `h`: a thinner tube would
+/// pass between the corners. Its vertices are put back by as much.
+pub(crate) fn thickening(radius: f64, h: f64) -> f64 {
+    (BLEND.thinnest * h - radius).max(0.0)
+}
+
 /// A chart seen from a corner.
 struct ChartView {
     chart: u32,
@@ -112,11 +118,8 @@ impl BlockBlend<'_> {
             if weight < least {
                 continue;
             }
-            let map = &self.charts[chart as usize];
-            if let Some(View { distance, mask, normal, .. }) = map.view(p) {
-                // A tube thinner than a voxel may pass between the corners: it is thickened here, and its
-                // vertices put back.
-                let thickened = distance - map.shortfall(p, BLEND.thinnest * self.h);
+            if let Some(View { distance, mask, normal, radius, .. }) = self.charts[chart as usize].view(p) {
+                let thickened = distance - thickening(radius, self.h);
                 views.push(ChartView {
                     chart,
                     weight,

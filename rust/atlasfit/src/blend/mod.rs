@@ -10,7 +10,7 @@ pub(crate) mod project;
 pub(crate) mod sites;
 
 pub(crate) mod blocks;
-mod corners;
+pub(crate) mod corners;
 pub(crate) mod field;
 pub(crate) mod fill;
 mod gauge;

@@ -1,7 +1,8 @@
-//! Surfaces that bound a cavity.
+//! Which way closed parts of the surface face.
 //!
-//! In: parts of the surface, the closed ones facing outward. Out: the same; a closed part within an odd
-//! number of other closed parts bounds a hollow in them, and faces into it.
+//! In: parts of the surface; of the closed ones some were open when they were turned. Out: the same, the
+//! closed ones facing outward; but a closed part within an odd number of other closed parts bounds a hollow
+//! in them, and faces into it.
 
 use super::surface::{Surface, corners};
 use crate::error::Result;
@@ -28,11 +29,11 @@ impl Part {
     }
 }
 
-/// Turns the parts that bound cavities inward.
+/// Turns closed parts outward, and those that bound cavities inward.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn turn_cavities(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
+pub(crate) fn turn_closed(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     let parts = parts(s, ctx)?;
     let mut pairs = Vec::new();
     for (inner, part) in parts.iter().enumerate() {
@@ -41,6 +42,11 @@ pub(crate) fn turn_cavities(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
     }
     let mut within = vec![0; parts.len()];
     let mut closed = vec![None; parts.len()];
+    for (part, closed) in parts.iter().zip(&mut closed) {
+        if volume(s, part, ctx)? < 0.0 && *closed.insert(is_closed(s, part, ctx)?) {
+            turn(s, part);
+        }
+    }
     for (inner, outer) in pairs {
         ctx.check()?;
         let mut both_closed = true;
@@ -56,11 +62,27 @@ pub(crate) fn turn_cavities(s: &mut Surface, ctx: &Context<'_>) -> Result<()> {
         }
     }
     for (part, _) in parts.iter().zip(within).filter(|(_, n)| n % 2 == 1) {
-        for &t in &part.triangles {
-            s.triangles[t as usize].swap(1, 2);
-        }
+        turn(s, part);
     }
     Ok(())
+}
+
+/// Turns the triangles of a part.
+fn turn(s: &mut Surface, part: &Part) {
+    for &t in &part.triangles {
+        s.triangles[t as usize].swap(1, 2);
+    }
+}
+
+/// Six times the volume that a part encloses, if it is closed; less than 0 where it faces inward.
+fn volume(s: &Surface, part: &Part, ctx: &Context<'_>) -> Result<f64> {
+    let mut sum = 0.0;
+    for (i, &t) in part.triangles.iter().enumerate() {
+        ctx.check_at(i)?;
+        let [a, b, c] = corners(&s.positions, &s.triangles[t as usize]).map(|p| p - part.low);
+        sum += a.dot(b.cross(c));
+    }
+    Ok(sum)
 }
 
 /// The connected parts, in the order of their first triangles.
@@ -129,9 +151,25 @@ mod tests {
     fn a_cavity_faces_its_hollow_and_a_body_in_the_hollow_faces_out() {
         let mut s = tetrahedra(&[8.0, 2.0, 0.5]);
         let outward = volumes(&s)[0].signum();
-        Run::default().execute(|ctx| turn_cavities(&mut s, ctx)).unwrap();
+        Run::default().execute(|ctx| turn_closed(&mut s, ctx)).unwrap();
         let signs: Vec<f64> = volumes(&s).iter().map(|v| v.signum() * outward).collect();
         assert_eq!(signs, [1.0, -1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_body_that_faces_inward_is_turned_and_an_open_part_is_not() {
+        let mut s = tetrahedra(&[2.0]);
+        let outward = volumes(&s)[0].abs();
+        for _ in 0..2 {
+            s.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            Run::default().execute(|ctx| turn_closed(&mut s, ctx)).unwrap();
+            assert!((volumes(&s)[0] - outward).abs() < 1e-12);
+        }
+        s.triangles.remove(0);
+        s.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let before = s.triangles.clone();
+        Run::default().execute(|ctx| turn_closed(&mut s, ctx)).unwrap();
+        assert_eq!(s.triangles, before);
     }
 
     #[test]
@@ -139,7 +177,7 @@ mod tests {
         let mut s = tetrahedra(&[8.0, 2.0]);
         s.triangles.remove(0);
         let before = s.triangles.clone();
-        Run::default().execute(|ctx| turn_cavities(&mut s, ctx)).unwrap();
+        Run::default().execute(|ctx| turn_closed(&mut s, ctx)).unwrap();
         assert_eq!(s.triangles, before);
     }
 }

@@ -5,7 +5,7 @@
 //! records ([`super::quads`]).
 
 use super::constants::CONTOUR;
-use super::normals::{Charts, heaviest, normal, normal_of_side, shortfall};
+use super::normals::{Charts, heaviest, normal, normal_of_side, put_back};
 use super::surface::ContourVertices;
 use crate::blend::blocks::{CORNERS, CornerId, CornerValue, Grid, corner_offset};
 use crate::blend::constants::BLEND;
@@ -157,7 +157,8 @@ fn slot(e: usize) -> u8 {
     }
 }
 
-/// Contours the voxel of `block` with lowest corner `at`, counted from the block's. `charts` is working memory.
+/// Contours the voxel of `block` with lowest corner `at`, counted from the block's. `charts` is working
+/// memory.
 pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], charts: &mut Charts, out: &mut Cells) {
     let Some(voxel) = Voxel::read(grid, block, at) else { return };
     let next = voxel.links();
@@ -223,11 +224,11 @@ fn piece(
     let place = if near { meet } else { middle };
     let charts = charts.at(grid, voxel.block, place);
     let (normal, chart) = (normal(charts), heaviest(charts).map_or(u32::MAX, |c| c.index));
-    let thinner = shortfall(charts);
+    let back = put_back(charts);
     let support =
         if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, place) };
     let out = &mut out.vertices;
-    out.positions.push(place - normal * thinner);
+    out.positions.push(place + back);
     out.normals.push(normal);
     out.chart.push(chart);
     out.filled.push(voxel.filled);

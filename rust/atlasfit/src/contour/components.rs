@@ -5,18 +5,14 @@
 
 use super::Facing;
 use super::adjacency::{self, FaceAdjacency, Turn};
+use super::before;
 use super::compact::compact;
 use super::facing::{self, Component, Sides};
 use super::surface::{Surface, remove_marked};
-use crate::atlas::{Chart, Relation, Vote};
+use crate::atlas::{Chart, Vote};
 use crate::error::Result;
-use crate::orient::constants::ORIENT;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
-use std::collections::BTreeMap;
-
-/// The part of a chart that none lies on.
-const NO_PART: u32 = u32::MAX;
 
 /// Orients each part consistently (breadth first where the field's orientation is only local), and all as
 /// [`facing::sides`] says; drops parts of fewer than `min_triangles`. One-sided parts keep a seam of
@@ -58,8 +54,9 @@ pub(super) fn orient(
             found.push(Component::new(s, part, &Sides { turn: &turn, adjacency: &adjacency }, vote, ctx)?);
         }
     }
-    let apart = if one_sided { Vec::new() } else { before_each_other(s, charts, opposing, &found, ctx)? };
-    for (component, side) in found.iter().zip(facing::sides(&found, apart, ctx)?) {
+    // The signs of charts say nothing of triangles that were turned one by one.
+    let before = if one_sided { Vec::new() } else { before::relations(s, charts, opposing, &found, ctx)? };
+    for (component, side) in found.iter().zip(facing::sides(&found, before, ctx)?) {
         let invert = side < 0.0;
         for &t in &component.triangles {
             if (turn[t as usize] == Turn::Flipped) != invert {
@@ -69,59 +66,6 @@ pub(super) fn orient(
     }
     remove_marked(&mut s.triangles, &speck);
     ctx.check()
-}
-
-/// How parts that lie before each other face, -2 to 2: as the charts that they lie on oppose each other. A
-/// part counts by the share of its charts that another lies before.
-fn before_each_other(
-    s: &Surface,
-    charts: &[Chart],
-    opposing: &[Relation],
-    parts: &[Component],
-    ctx: &Context<'_>,
-) -> Result<Vec<Relation>> {
-    let part_of = parts_of_charts(s, charts.len(), parts, ctx)?;
-    let mut size = vec![0u32; parts.len()];
-    part_of.iter().for_each(|&k| size.get_mut(k as usize).into_iter().for_each(|n| *n += 1));
-    // For each chart and each other part, the relation that says most.
-    let mut most: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-    for (i, r) in opposing.iter().enumerate() {
-        ctx.check_at(i)?;
-        let [a, b] = [r.a, r.b].map(|c| part_of[c as usize]);
-        if a == b || a.max(b) == NO_PART {
-            continue;
-        }
-        let says = r.agreement * charts[r.a as usize].sign * charts[r.b as usize].sign;
-        for (chart, other) in [(r.a, b), (r.b, a)] {
-            let known = most.entry((chart, other)).or_default();
-            if says.abs() > known.abs() {
-                *known = says;
-            }
-        }
-    }
-    let mut sums: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-    for ((chart, other), says) in most {
-        let own = part_of[chart as usize];
-        *sums.entry((own.min(other), own.max(other))).or_default() +=
-            says / (ORIENT.counts * f64::from(size[own as usize]));
-    }
-    Ok(sums.into_iter().map(|((a, b), agreement)| Relation { a, b, agreement }).collect())
-}
-
-/// For each chart the part that has the most of it.
-fn parts_of_charts(s: &Surface, charts: usize, parts: &[Component], ctx: &Context<'_>) -> Result<Vec<u32>> {
-    let mut most = vec![(0u32, NO_PART); charts];
-    let mut count = vec![0u32; charts];
-    for (k, part) in (0..).zip(parts) {
-        ctx.check()?;
-        let on = || part.triangles.iter().map(|&t| s.chart[s.triangles[t as usize][0] as usize] as usize);
-        on().for_each(|c| count.get_mut(c).into_iter().for_each(|n| *n += 1));
-        for c in on().filter(|&c| c < charts) {
-            most[c] = most[c].max((count[c], k));
-            count[c] = 0;
-        }
-    }
-    Ok(most.into_iter().map(|m| m.1).collect())
 }
 
 /// The share of its chart's votes that each triangle carries, per chart: a chart's votes are shared out over

@@ -46,8 +46,9 @@ pub(crate) struct ContourConstants {
     /// Of those, so many are looked at first for one of another part. Source: chosen, for speed.
     /// Halved or doubled: same bytes.
     pub rim_near: usize,
-    /// Nats for two parts to face alike where the boundary of one runs along the other all the way. Source:
-    /// chosen, as many as for a closed body to face outward.
+    /// Nats for two parts to face alike where the boundary of one runs along the other all the way, or away
+    /// from each other where all of one lies before the other. Source: chosen, as many as for a closed body
+    /// to face outward.
     /// Halved or doubled: same bytes.
     pub goes_on: f64,
     /// Nats for a flat open part to face upward. Source: chosen, as many as a hemisphere says by its winding.

@@ -1,9 +1,9 @@
 //! Which way the connected parts of the surface face.
 //!
-//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Four things
+//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Five things
 //! speak, in nats (a difference of log likelihoods): what the scan knows; what the part winds about, for a
-//! body faces outward; how it faces beside its neighbours, for a surface goes on across a gap; and that open
-//! scans, such as terrain, face up. The parts are then joined in the order of how much is said.
+//! body faces outward; how it faces beside its neighbours, for a surface goes on across a gap; how it faces
+//! what lies before it ([`super::before`]); and that open scans, such as terrain, face up. The parts are then joined in the order of how much is said.
 
 use super::adjacency::{FaceAdjacency, Turn};
 use super::constants::CONTOUR;
@@ -54,6 +54,10 @@ pub(super) struct Sides<'a> {
 }
 
 impl Component {
+    /// Whether it has a boundary.
+    pub(super) fn is_open(&self) -> bool {
+        !self.rim.is_empty()
+    }
     /// Measures a part.
     ///
     /// # Errors
@@ -108,27 +112,24 @@ fn winding(places: &[Place], area: f64) -> f64 {
     places.iter().map(|p| about(p.position) * p.normal.norm()).sum::<f64>() / held.max(f64::MIN_POSITIVE)
 }
 
-/// 1 for each part that faces the right way, -1 for the others. `apart` says how parts that lie before each
+/// 1 for each part that faces the right way, -1 for the others. `before` says how parts that lie before each
 /// other face.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn sides(parts: &[Component], mut apart: Vec<Relation>, ctx: &Context<'_>) -> Result<Vec<f64>> {
+pub(super) fn sides(parts: &[Component], mut before: Vec<Relation>, ctx: &Context<'_>) -> Result<Vec<f64>> {
     // What is open faces along the one axis that it faces most, upward.
-    let open = parts.iter().filter(|c| !c.rim.is_empty());
+    let open = parts.iter().filter(|c| c.is_open());
     let faced: Vec3 = open.fold(Vec3::ZERO, |sum, c| sum + Vec3(c.mean_normal.0.map(f64::abs)));
     let up = (0..3).max_by(|&i, &j| faced[i].total_cmp(&faced[j])).unwrap_or(2);
     let said = |c: &Component| {
         let shape = c.winding / CONTOUR.winding_spread.powi(2);
-        let upward = if c.rim.is_empty() { 0.0 } else { c.mean_normal[up] / c.area.max(f64::MIN_POSITIVE) };
+        let upward = if c.is_open() { c.mean_normal[up] / c.area.max(f64::MIN_POSITIVE) } else { 0.0 };
         CONTOUR.scan_knows * c.vote.verdict() + shape + CONTOUR.upward * upward
     };
     let votes: Vec<(u32, f64)> = (0..).zip(parts.iter().map(said)).collect();
-    // What is closed knows its outside by itself.
-    apart.retain(|r| [r.a, r.b].iter().all(|&k| !parts[k as usize].rim.is_empty()));
-    apart.iter_mut().for_each(|r| r.agreement *= CONTOUR.goes_on);
-    apart.extend(beside(parts, ctx)?);
-    orient::agree(parts.len(), &apart, &votes, ctx)
+    before.extend(beside(parts, ctx)?);
+    orient::agree(parts.len(), &before, &votes, ctx)
 }
 
 /// How the parts face each other across the gaps between them.
@@ -136,7 +137,7 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
     let places: Vec<(u32, &Place)> =
         (0..).zip(parts).flat_map(|(k, part)| part.rim.iter().map(move |p| (k, p))).collect();
     let positions: Vec<Vec3> = places.iter().map(|(_, p)| p.position).collect();
-    if parts.iter().filter(|part| !part.rim.is_empty()).count() < 2 {
+    if parts.iter().filter(|part| part.is_open()).count() < 2 {
         return Ok(Vec::new());
     }
     let tree = Neighbours::build(&positions, ctx)?;

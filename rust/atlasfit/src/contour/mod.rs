@@ -5,6 +5,7 @@
 //! [`holes`] closes small gaps.
 
 mod adjacency;
+mod before;
 mod boundary;
 pub(crate) mod bowties;
 pub(crate) mod cavities;

@@ -1,11 +1,11 @@
 //! The surface's normal at a place, from the charts there.
 //!
 //! In: the charts of a block and a place. Out: their normal, or that of one side of a crease, and the chart
-//! that weighs most.
+//! that weighs most; how far from its charts it was contoured.
 
 use super::constants::CONTOUR;
 use crate::blend::blocks::{BlockChart, Grid};
-use crate::blend::constants::BLEND;
+use crate::blend::corners::thickening;
 use crate::numeric::vec3::Vec3;
 
 /// A chart as it looks at a place, in the gauge of a block.
@@ -13,8 +13,8 @@ use crate::numeric::vec3::Vec3;
 pub(super) struct Seen {
     weight: f64,
     normal: Vec3,
-    /// How much thinner the chart is there than it was contoured.
-    shortfall: f64,
+    /// The way to it from where it was contoured.
+    put_back: Vec3,
     pub(super) index: u32,
 }
 
@@ -30,8 +30,8 @@ impl Charts {
         self.0.extend(grid.charts_of(block).filter_map(|BlockChart { index, chart, sign }| {
             let v = chart.view(p)?;
             let weight = v.weight * v.mask / (v.distance * v.distance + near2);
-            let shortfall = chart.shortfall(p, BLEND.thinnest * grid.h) * sign;
-            Some(Seen { weight, normal: v.normal * sign, shortfall, index })
+            let put_back = v.normal * -thickening(v.radius, grid.h);
+            Some(Seen { weight, normal: v.normal * sign, put_back, index })
         }));
         &self.0
     }
@@ -42,11 +42,11 @@ pub(super) fn heaviest(charts: &[Seen]) -> Option<&Seen> {
     charts.iter().filter(|c| c.weight > 0.0).reduce(|best, c| if c.weight > best.weight { c } else { best })
 }
 
-/// How far the surface there is from where it was contoured, along its normal.
-pub(super) fn shortfall(charts: &[Seen]) -> f64 {
-    let (sum, total) =
-        charts.iter().fold((0.0, 0.0), |(sum, total), c| (sum + c.weight * c.shortfall, total + c.weight));
-    if sum == 0.0 { 0.0 } else { sum / total }
+/// The way from where the surface was contoured to where it is.
+pub(super) fn put_back(charts: &[Seen]) -> Vec3 {
+    let total: f64 = charts.iter().map(|c| c.weight).sum();
+    let sum = charts.iter().fold(Vec3::ZERO, |sum, c| sum + c.put_back * c.weight);
+    if total > 0.0 { sum * (1.0 / total) } else { Vec3::ZERO }
 }
 
 /// Their unit normal; zero without charts.

@@ -96,8 +96,9 @@ impl Steps {
     /// None but those of a limited run.
     pub fn clean(&self, quads: Quads) -> Result<usize> {
         let one_sided = !self.atlas.conflicts.is_empty();
-        let clean = |ctx: &Context<'_>| clean::clean(quads.0, &self.charts, one_sided, 0, &[], ctx);
-        Run::default().execute(|ctx| Ok(clean(ctx)?.triangles.len()))
+        let facing = Facing { one_sided, votes: &[], opposing: &[] };
+        Run::default()
+            .execute(|ctx| Ok(clean::clean(quads.0, &self.charts, &facing, 0, ctx)?.triangles.len()))
     }
 
     fn grid<'a>(&'a self, ctx: &Context<'_>) -> Result<Grid<'a>> {

@@ -16,6 +16,7 @@ use crate::contour::holes::{self, Filled};
 use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
+use crate::noise::NoiseModel;
 use crate::numeric::vec3::Vec3;
 use crate::orient;
 use crate::rim;
@@ -78,37 +79,24 @@ pub(super) fn build(
     // Contouring needs the most memory: what is done with goes first.
     drop(tree);
     drop(members);
-    let speck =
-        (PIPELINE.speck * (PIPELINE.voxel * median / voxel).powi(2)).max(PIPELINE.least_speck) as usize;
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
     fill::fill(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
     let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
-    let mut surface = clean::clean(contour, &charts, &facing, speck, ctx)?;
+    let mut surface = clean::clean(contour, &charts, &facing, speck(median, voxel), ctx)?;
     let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
     let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
     let Filled { holes: filled_holes, touched, left } =
         holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
     smooth::smooth(&mut surface, &charts, touched, ctx)?;
     if votes.is_empty() {
-        cavities::turn_cavities(&mut surface, ctx)?;
+        cavities::turn_closed(&mut surface, ctx)?;
     }
     not_empty(&surface)?;
     input.warnings.extend(warnings::holes_left(options.fill_holes, &left, frame.scale));
     face_surface(&mut charts, &mut projected, &relations, &surface, ctx)?;
-    let known = Known {
-        scan: KnownScan {
-            points: &points,
-            spacing: &sampling.spacing,
-            noise: noise.for_charts(),
-            relative_noise: &relative_noise,
-            charts: &charts,
-        },
-        median_spacing: median,
-        noise: noise.sigma,
-        scale: frame.scale,
-    };
+    let known = known(&points, &sampling, noise, &relative_noise, &charts, frame);
     rim::settle(&mut surface, &projected, &known.scan, ctx)?;
     // Without what holds no data, what held together by it is apart.
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
@@ -136,6 +124,24 @@ pub(super) fn build(
         frame,
         input,
     })
+}
+
+/// What is known of the surface's place.
+fn known<'a>(
+    points: &'a [Vec3],
+    sampling: &'a Sampling,
+    noise: NoiseModel,
+    relative_noise: &'a [f32],
+    charts: &'a [Chart],
+    frame: Frame,
+) -> Known<'a> {
+    let (spacing, for_charts) = (sampling.spacing.as_slice(), noise.for_charts());
+    Known {
+        scan: KnownScan { points, spacing, noise: for_charts, relative_noise, charts },
+        median_spacing: sampling.median,
+        noise: noise.sigma,
+        scale: frame.scale,
+    }
 }
 
 /// Takes parts that hardly any point carries out of the surface, and those that are not wanted.
@@ -197,6 +203,11 @@ fn votes_toward(v: Vec3, projected: &[ProjectedPoint], charts: usize) -> Vec<Vot
         }
     }
     votes
+}
+
+/// Triangles of the largest speck.
+fn speck(median: f64, voxel: f64) -> usize {
+    (PIPELINE.speck * (PIPELINE.voxel * median / voxel).powi(2)).max(PIPELINE.least_speck) as usize
 }
 
 /// Side of the voxels for a detail of 1.

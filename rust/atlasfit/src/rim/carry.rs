@@ -1,8 +1,8 @@
 //! The mesh moved with its boundary.
 //!
 //! In: a surface, where vertices of its boundary belong, the charts. Out: the surface with its boundary
-//! there, and the vertices near it moved along the surface, less the farther they are, so that triangles keep their
-//! shape.
+//! there, and the vertices near it moved along the surface, less the farther they are, so that triangles
+//! keep their shape.
 
 use super::constants::RIM;
 use crate::atlas::Chart;

@@ -10,7 +10,7 @@ pub struct Args {
     /// sheets; a number chooses one of several (outliers20, sheets3) [default: all]
     #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
     pub scanner: Option<Vec<String>>,
-    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, or names of PLY meshes in the data folder
+    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes, or names of PLY meshes in the data folder
     /// [default: bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner bumps,knot,ring,spiral and all
     /// meshes of the data folder]
     #[arg(long, value_delimiter = ',')]
