@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 # Levels of the library's log, as the module logging has them.
-_LEVELS = {1: logging.ERROR, 2: logging.WARNING, 3: logging.INFO}
+_LEVELS = {_abi.LOG_ERROR: logging.ERROR, _abi.LOG_WARNING: logging.WARNING, _abi.LOG_INFO: logging.INFO}
 
 
 class Error(RuntimeError):
