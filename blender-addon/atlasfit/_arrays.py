@@ -8,7 +8,7 @@ what these return.
 from __future__ import annotations
 
 from ctypes import sizeof
-from typing import TYPE_CHECKING, Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 import numpy as np
 
@@ -66,6 +66,23 @@ def indices(values: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.
     if array.dtype == np.int32 and array.dtype.isnative:
         array = array.view(np.uint32)
     return np.ascontiguousarray(array, np.uint32)
+
+
+def polygons(
+    values: ArrayLike | Sequence[ArrayLike], what: str
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """Faces, (m, k) or a sequence of the vertices of each: all corners one after another, and where those of
+    each face begin, and at last end.
+    """
+    if isinstance(values, (list, tuple)):
+        sizes = [np.size(face) for face in values]
+        if len(set(sizes)) > 1:
+            flat = np.concatenate([np.ravel(face) for face in values])
+            return indices(flat, (-1,), what), np.cumsum([0, *sizes], dtype=np.uint32)
+    array = indices(values, (-1, -1), what)
+    if array.size and array.shape[1] < 3:
+        raise ValueError(f"{what} has shape {array.shape}. Give at least three vertices for each face")
+    return array.reshape(-1), np.arange(0, array.size + 1, max(array.shape[1], 1), dtype=np.uint32)
 
 
 def points_struct(points: NDArray[Any]) -> _abi.atlasfit_points:
@@ -138,6 +155,14 @@ def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:
         raise ValueError(
             f"corner_uv has shape {array.shape}. Give ({faces}, 3, 2): u, v of each corner of each face"
         )
+    return array
+
+
+def polygon_corners(values: ArrayLike, count: int) -> NDArray[np.float32]:
+    """UVs of so many corners of polygons, (count, 2) or by face (m, k, 2)."""
+    array = np.ascontiguousarray(values, np.float32)
+    if array.size != 2 * count or array.shape[-1] != 2:
+        raise ValueError(f"corner_uv has shape {array.shape}. Give ({count}, 2): u, v of each corner")
     return array
 
 

@@ -69,8 +69,8 @@ class RunOptions(TypedDict, total=False):
                   raises ends the run and is raised by the function.
     cancel        a token that cancels the run from another thread.
     log           a function of level and line, on the calling thread, which is told stages, warnings and
-                  why a call fails; levels are those of the module logging: logging.getLogger("atlasfit").log fits.
-                  What it raises is raised by the function.
+                  why a call fails; levels are those of the module logging:
+                  logging.getLogger("atlasfit").log fits. What it raises is raised by the function.
     """
 
     seed: int

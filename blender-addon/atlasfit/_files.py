@@ -7,7 +7,7 @@ import struct
 import zlib
 from ctypes import byref, c_size_t, c_uint32, create_string_buffer
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from ._arrays import (
     corners,
     indices,
     points_struct,
+    polygon_corners,
+    polygons,
     positions,
     rows,
     set_colors,
@@ -148,7 +150,7 @@ def _attribute(file: Handle, i: int, n: int) -> tuple[str, NDArray[Any]]:
 def save(
     path: str | os.PathLike[str],
     points: ArrayLike | Denoised | Surface | Loaded,
-    triangles: ArrayLike | None = None,
+    triangles: ArrayLike | Sequence[ArrayLike] | None = None,
     *,
     normals: ArrayLike | None = None,
     colors: ArrayLike | None = None,
@@ -169,12 +171,14 @@ def save(
         atlasfit.save("mesh.obj", vertices, faces, corner_uv=uv.corner_uv, texture=texels)
 
     points       (n, 3); or what denoise() or load() gave, whose columns those below replace
-    triangles    (m, 3) where the points are the vertices of a mesh
+    triangles    (m, 3) where the points are the vertices of a mesh; or its polygons, (m, k) or a sequence of
+                 the vertices of each: PLY, OBJ and OFF hold them as they are, GLB and STL the triangles that
+                 they are cut into
     normals      (n, 3)
     colors       (n, 3) or (n, 4): floats in [0, 1], or whole numbers from 0 to 255
     attributes   by name, (n,) or (n, k)
-    corner_uv    (m, 3, 2) UVs of each corner of each triangle
-    face_charts  (m,) the UV chart of each triangle
+    corner_uv    (m, 3, 2) UVs of each corner of each triangle; (corners, 2) of polygons, one after another
+    face_charts  (m,) the UV chart of each triangle or polygon
     texture      the texels that bake() gave, or the bytes of a PNG file: GLB holds it inside, else it goes
     to a
                  file beside the output
@@ -201,10 +205,17 @@ def save(
     points = positions(points, "points")
     out = points_struct(points)
     held: list[Any] = [points]
+    m, uv = 0, None
     if triangles is not None:
-        faces = indices(triangles, (-1, 3), "triangles")
-        out.triangles, out.triangle_count = address(faces), len(faces)
-        held.append(faces)
+        around, ends = polygons(triangles, "triangles")
+        m = len(ends) - 1
+        held += [around, ends]
+        if (np.diff(ends) == 3).all():
+            out.triangles, out.triangle_count = address(around), m
+        else:
+            out.faces.corners, out.faces.offsets = address(around), address(ends)
+            out.faces.count, out.faces.scalar = m, _abi.U32
+            uv = None if corner_uv is None else polygon_corners(corner_uv, len(around))
     if normals is not None:
         normals = rows(normals, (3,), "normals", (np.float32,))
         check_rows(normals, len(points), "normals")
@@ -213,8 +224,8 @@ def save(
         held.append(set_colors(out, colors, len(points)))
     columns = Attributes(attributes or {}, len(points))
     out.attributes, out.attribute_count = columns.structs, len(columns.names)
-    m = out.triangle_count
-    uv = None if corner_uv is None else corners(corner_uv, m)
+    if uv is None and corner_uv is not None:
+        uv = corners(corner_uv, m)
     charts = None if face_charts is None else indices(face_charts, (m,), "face_charts")
     png = texture if texture is None or isinstance(texture, bytes) else _png(texture)
     image = None if png is None else np.frombuffer(png, np.uint8)

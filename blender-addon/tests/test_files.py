@@ -47,6 +47,30 @@ def test_every_format_that_is_written_is_read_again(tmp_path, mesh, extension):
     assert np.allclose(lengths, np.abs(mesh[0]).max(axis=0), rtol=1e-5)
 
 
+def test_polygons_are_saved_as_they_are_where_the_format_holds_them(tmp_path):
+    vertices, quads = torus(6, 4)
+    faces = [*quads[1:].tolist(), *triangles(quads[:1])[0].tolist()]
+    uv = np.random.default_rng(1).random((4 * 23 + 6, 2), np.float32)
+    charts = np.arange(len(faces))
+    for given in (quads, faces, tuple(map(np.asarray, faces))):
+        atlasfit.save(tmp_path / "torus.off", vertices, given)
+        assert (tmp_path / "torus.off").read_text().split()[1:3] == ["24", str(len(given))]
+    atlasfit.save(tmp_path / "torus.obj", vertices, faces, corner_uv=uv, face_charts=charts)
+    lines = (tmp_path / "torus.obj").read_text().splitlines()
+    sizes = [len(line.split()) - 1 for line in lines if line.startswith("f ")]
+    assert sorted(sizes) == sorted(map(len, faces))
+    back = atlasfit.load(tmp_path / "torus.obj")
+    assert len(back.triangles) == 48 and back.corner_uv.shape == (48, 3, 2)
+    atlasfit.save(tmp_path / "torus.glb", vertices, quads, corner_uv=np.zeros((24, 4, 2)))
+    assert len(atlasfit.load(tmp_path / "torus.glb").triangles) == 48
+    with pytest.raises(ValueError, match=r"Give \(98, 2\)"):
+        atlasfit.save(tmp_path / "torus.obj", vertices, faces, corner_uv=uv[1:])
+    with pytest.raises(ValueError, match="at least three"):
+        atlasfit.save(tmp_path / "torus.obj", vertices, quads[:, :2])
+    with pytest.raises(atlasfit.Error, match="holds 24 but there are only 24 vertices"):
+        atlasfit.save(tmp_path / "torus.obj", vertices, [[0, 1, 2, 24]])
+
+
 def test_points_and_labels_of_all_types_come_back_exactly(tmp_path):
     points = np.array([[500_000.123, 5_000_000.456, 10], [1, 2, 3], [4, 5, 6]])
     types = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"]
