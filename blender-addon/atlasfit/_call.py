@@ -212,7 +212,8 @@ def _run(call: Callable[[Any], int], options: RunOptions, progress: Progress | N
     def interrupted(number: int, frame: FrameType | None) -> None:
         held.call(handler, number, frame)  # type: ignore[arg-type]
 
-    if deferred or progress is not None:
+    # What the log raises ends the run through it, too.
+    if deferred or progress is not None or log is not None:
         settings.progress = tick
     if deferred:
         signal.signal(signal.SIGINT, interrupted)

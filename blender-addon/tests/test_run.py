@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import atlasfit
@@ -54,6 +55,10 @@ def test_what_a_log_raises_comes_out(sphere):
 
     with pytest.raises(KeyError, match="mine"):
         atlasfit.denoise(sphere, log=log)
+    # On another thread no Ctrl-C is waited for: the run must end all the same, without a result.
+    with ThreadPoolExecutor(1) as threads:
+        ended = threads.submit(atlasfit.denoise, sphere, log=log)
+    assert isinstance(ended.exception(), KeyError) and atlasfit._abi.lib().atlasfit_live_handles() == 0
 
 
 def test_the_time_limit(sphere):
