@@ -33,7 +33,7 @@ pub trait Cgal: Sync {
 
     /// A mesh of the same surface whose triangles have sides of 4/5 to 4/3 of `length`, in some rounds of splitting,
     /// collapsing, flipping and moving along the surface (Botsch and Kobbelt 2004); three are usual. Vertices
-    /// on the boundary stay on it. Columns and UVs are left out. It stops within some milliseconds of being
+    /// on the boundary stay on it. Columns and UVs are left out. It stops within some 50 milliseconds of being
     /// asked, as CGAL looks places up all the time, but for the tree over the triangles that it builds first.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ pub enum Subdivision {
 /// What OpenMesh does for meshes.
 pub trait OpenMesh: Sync {
     /// Subdivides a mesh some times. Columns and UVs are left out, and vertices without a triangle. It asks
-    /// between two steps whether to stop: a step is guessed to take a second per million triangles.
+    /// between two steps whether to stop: a step takes about a second for a million triangles that it makes.
     ///
     /// # Errors
     /// Those of [`TriMesh::validate`] and [`Context::check`]; [`atlasfit::Error::InvalidArgument`] for
