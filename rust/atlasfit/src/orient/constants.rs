@@ -53,6 +53,9 @@ pub(crate) struct OrientConstants {
     /// whose charts contradict each other over whole overlaps. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub min_conflict: f64,
+    /// Agreement between two sets of a sheet's charts, in standard deviations of what it would be if each
+    /// relation were right or wrong by chance: less says nothing. Source: derived, 1 in 44 by chance.
+    pub by_chance: f64,
     /// Share of all agreement that must be contradicted before a surface counts as one-sided. A Moebius strip
     /// must be cut across its whole width, which takes one or two percent of its overlaps; stray charts
     /// contradict in far fewer. Source: chosen between the two.
@@ -131,6 +134,7 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     same_sheet: 2.0,
     unsure: 1.8,
     min_conflict: 1.0,
+    by_chance: 2.0,
     one_sided: 0.004,
     least_part: 8,
     turned_sets: 32,

@@ -63,6 +63,8 @@ pub(super) struct Part {
     winding: Vec<Vec<f32>>,
     /// Number of charts that tell something of their own.
     independent: f64,
+    /// The sum of each chart's normals times their areas.
+    moments: Vec<Vec3>,
 }
 
 /// What the signs of a part say.
@@ -138,7 +140,8 @@ fn part(
         })
         .collect::<Result<_>>()?;
     let independent = once * charts.len() as f64;
-    Ok(Part { charts, relations, samples, winding, independent })
+    let moments = charts.iter().map(|&c| pieces[c as usize].moment).collect();
+    Ok(Part { charts, relations, samples, winding, independent, moments })
 }
 
 impl Pieces {
@@ -223,6 +226,27 @@ impl Part {
         let nats = self.relations.len() as f64 / all.max(f64::MIN_POSITIVE) * ((1.0 - p) / p).ln();
         let weight = self.independent / self.samples.len().max(1) as f64 / (said.square * nats);
         self.samples.iter().zip(&said.winding).map(|(&c, w)| (c, weight * w * signs[c as usize])).collect()
+    }
+
+    /// Whether a sheet likelier has this set of its charts the other way round. A scan sees a sheet from one
+    /// side, so all of it faces about the same way; and what relations say of the set and the rest may be
+    /// chance, if they contradict each other as often as they agree.
+    pub(super) fn faces_wrongly(&self, set: &[u32], signs: &[f64]) -> bool {
+        let within = |c: u32| set.binary_search(&c).is_ok();
+        let sum = |of_set: bool| -> Vec3 {
+            let some = self.charts.iter().zip(&self.moments).filter(|(c, _)| within(**c) == of_set);
+            some.map(|(&c, &moment)| moment * signs[c as usize]).fold(Vec3::ZERO, |a, b| a + b)
+        };
+        if sum(true).dot(sum(false)) >= 0.0 {
+            return false;
+        }
+        let across = self.relations.iter().filter(|r| within(r.a) != within(r.b));
+        let (mut agree, mut squares) = (0.0, 0.0);
+        for r in across {
+            agree += r.agreement * signs[r.a as usize] * signs[r.b as usize];
+            squares += r.agreement * r.agreement;
+        }
+        agree < ORIENT.by_chance * squares.sqrt()
     }
 
     /// Whether the part encloses a body, so that it has two sides: about most places it winds nearer to half

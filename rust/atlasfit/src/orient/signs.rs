@@ -140,6 +140,12 @@ fn enclose(
     for (part, said, (sheet, before)) in &mut parts {
         if part.likelihood(said) < *sheet {
             part.put(before, signs);
+            for set in sets.iter().filter(|set| part.has(set[0])).take(ORIENT.turned_sets) {
+                ctx.check()?;
+                if part.faces_wrongly(set, signs) {
+                    set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+                }
+            }
             *said = part.said(signs);
         }
     }
@@ -179,6 +185,7 @@ impl Contracted {
                     None => out.push(s),
                 }
             }
+            out.sort_unstable();
             out
         };
         lesser.into_iter().map(charts).collect()

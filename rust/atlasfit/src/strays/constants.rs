@@ -19,6 +19,9 @@ pub(crate) struct StraysConstants {
     /// Halved: acc 1.05 (plate 1.20), com 0.92 (spiral 0.56); doubled: points 1.03 (plate 1.16), acc 1.04
     /// (plate 1.12), com 1.04 (plate 1.41).
     pub window_spacings: f64,
+    /// Windows that are tried where the narrowest says too little, each twice as wide as the last. Source:
+    /// chosen, up to charts of twelve spacings.
+    pub windows: i32,
     /// Points of a window that are looked at: more make the decision no surer. Source: derived, each point of
     /// a sheet brings about one nat.
     /// Halved or doubled: same bytes.
@@ -86,6 +89,7 @@ pub(crate) struct StraysConstants {
 pub(crate) const STRAYS: StraysConstants = StraysConstants {
     window: 5.0,
     window_spacings: 3.0,
+    windows: 3,
     most: 4096,
     noise_varies: 0.5,
     beyond_chance: 2.0,

@@ -18,8 +18,10 @@ use std::f64::consts::TAU;
 const LEAST_SIGMA: f64 = 1e-12;
 /// Rounds in which the share of strays in a window is found.
 const SHARE_ROUNDS: usize = 20;
+/// Coefficients of a quadric: it goes through as many points or fewer.
+const QUADRIC: usize = 6;
 /// Points that a chart can follow. Source: chosen, twice the coefficients of a quadric.
-const FOLLOWS: f64 = 12.0;
+const FOLLOWS: f64 = 2.0 * QUADRIC as f64;
 /// Rounds in which it is found how far the sheet's points go.
 const EXTENT_ROUNDS: usize = 3;
 
@@ -36,6 +38,13 @@ pub(super) struct Sheet<'a> {
     pub spacing: f64,
 }
 
+impl Sheet<'_> {
+    /// The least radius in which it is looked at.
+    fn narrowest(&self) -> f64 {
+        (STRAYS.window * self.sigma.max(LEAST_SIGMA)).max(STRAYS.window_spacings * self.spacing)
+    }
+}
+
 /// The evidence for a sheet: the heights over it of the points that `counts` are a mixture of its noise and
 /// of strays.
 pub(super) fn of_sheet(
@@ -45,9 +54,46 @@ pub(super) fn of_sheet(
     counts: impl Fn(u32) -> bool,
     found: &mut Vec<Neighbour>,
 ) -> f64 {
-    let Sheet { map, spacing, .. } = *sheet;
+    in_window(points, tree, sheet, sheet.narrowest(), counts, found).evidence
+}
+
+/// The same in wider windows, each twice as wide as the last, as a narrow one has too few points where they lie
+/// in lines. The one that says most counts, less what the choice costs. Charts that are thicker than the noise,
+/// or empty in their middle, have none.
+pub(super) fn of_wide_sheet(
+    points: &[Vec3],
+    tree: &Neighbours,
+    sheet: &Sheet<'_>,
+    found: &mut Vec<Neighbour>,
+) -> f64 {
+    let mut look = |window: f64| in_window(points, tree, sheet, window, |_| true, found);
+    let narrowest = sheet.narrowest();
+    if sheet.sigma > sheet.usual * STRAYS.noise_varies.exp() || look(narrowest).points < QUADRIC {
+        return f64::NEG_INFINITY;
+    }
+    let wider = (1..STRAYS.windows).map(|k| look(narrowest * 2f64.powi(k)).evidence);
+    wider.fold(f64::NEG_INFINITY, f64::max) - f64::from(STRAYS.windows).ln()
+}
+
+/// What a window says.
+struct Window {
+    /// The evidence for a sheet, in nats.
+    evidence: f64,
+    /// Points over or under the sheet there.
+    points: usize,
+}
+
+/// The evidence from the points nearer to the sheet's centre than `window`.
+fn in_window(
+    points: &[Vec3],
+    tree: &Neighbours,
+    sheet: &Sheet<'_>,
+    window: f64,
+    counts: impl Fn(u32) -> bool,
+    found: &mut Vec<Neighbour>,
+) -> Window {
+    let map = sheet.map;
     let sigma = sheet.sigma.max(LEAST_SIGMA);
-    let window = (STRAYS.window * sigma).max(STRAYS.window_spacings * spacing);
     let radii = map.radii.map(|r| r.min(window));
     let narrow = radii[0].min(radii[1]);
     let reach = narrow.max(TUKEY * sigma);
@@ -68,6 +114,7 @@ pub(super) fn of_sheet(
             (height.abs() <= reach).then_some([x, y, height])
         })
         .collect();
+    let points = over.len();
     let mut half = reach.min(as_far_as_along(&over, |_| 1.0));
     over.retain(|p| p[2].abs() <= half);
     let mut mixture = Mixture::new(&over, half, sigma);
@@ -92,7 +139,8 @@ pub(super) fn of_sheet(
     let Mixture { ratio, stray } = mixture;
     let data: f64 = ratio.iter().map(|r| (stray + (1.0 - stray) * r).ln()).sum();
     let on = ratio.len() as f64 * (1.0 - stray);
-    (data - cost_of_a_quadric(on, half / sigma, PARTITION.curved * narrow / sigma)) * step as f64
+    let cost = cost_of_a_quadric(on, half / sigma, PARTITION.curved * narrow / sigma);
+    Window { evidence: (data - cost) * step as f64, points }
 }
 
 /// Points of a sheet among strays.
@@ -233,6 +281,22 @@ mod tests {
         points.extend(cloud(60, [0.5; 3]));
         let clump = for_sheet(&points, 0.05, 1.0);
         assert!(clump < 0.0, "{clump}");
+    }
+    #[test]
+    fn a_sheet_that_is_seen_in_lines_is_known_in_a_wider_window_only() {
+        // Lines six spacings apart: the narrow window sees one of them.
+        let mut rng = Rng::new(3);
+        let mut points = Vec::new();
+        for line in -2..=2 {
+            for k in -12..=12 {
+                points.push(Vec3([f64::from(k), 6.0 * f64::from(line), 0.05 * rng.normal()]));
+            }
+        }
+        let tree = Run::default().execute(|ctx| Neighbours::build(&points, ctx)).unwrap();
+        let sheet = Sheet { map: &flat(12.0), sigma: 0.05, usual: 0.05, spacing: 1.0 };
+        let narrow = of_sheet(&points, &tree, &sheet, |_| true, &mut Vec::new());
+        let wide = of_wide_sheet(&points, &tree, &sheet, &mut Vec::new());
+        assert!(narrow < 10.0 && wide > 2.0 * narrow && wide > 10.0, "{narrow} {wide}");
     }
     #[test]
     fn a_handful_of_points_is_no_evidence_as_a_quadric_goes_through_any() {

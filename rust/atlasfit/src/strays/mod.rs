@@ -9,6 +9,7 @@ mod charted;
 pub(crate) mod constants;
 mod density;
 mod evidence;
+mod groups;
 mod overlaps;
 
 use crate::atlas::{FittedChart, Map};
@@ -24,6 +25,7 @@ use crate::spatial::sets::Sets;
 pub(crate) use charted::Charted;
 use constants::STRAYS;
 use evidence::Sheet;
+use groups::Shares;
 use overlaps::{Overlap, overlaps};
 use rayon::prelude::*;
 
@@ -34,6 +36,7 @@ use rayon::prelude::*;
 pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut evidence = of_charts(charted, ctx)?;
     let enough = STRAYS.beyond_chance + (evidence.len().max(1) as f64).ln();
+    look_wider(charted, &mut evidence, enough, ctx)?;
     let mut sure: Vec<bool> = evidence.iter().map(|&e| e > enough).collect();
     judge_thick(charted, &mut evidence, &sure, ctx)?;
     sure.iter_mut().zip(&evidence).for_each(|(s, &e)| *s = e > enough);
@@ -43,7 +46,7 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     let overlaps = overlaps(charted, &sure, ctx)?;
     let mut stands = go_on(sure, &evidence, &overlaps, ctx)?;
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
-    add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
+    groups::add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
     remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
     Ok(stands)
 }
@@ -63,14 +66,35 @@ fn of_chart(
     ctx: &Context<'_>,
 ) -> Result<f64> {
     ctx.check()?;
-    let Cut { points, tree, sampling, .. } = charted.cut;
-    let Map::Monge(map) = &f.chart.map else { return Ok(f64::INFINITY) };
-    let members = f.members.iter().map(|m| f64::from(sampling.spacing[m.0 as usize]));
-    let spacing = median(&mut members.collect::<Vec<_>>());
-    let usual = charted.noise_of(f);
-    let sheet = Sheet { map, sigma: f.chart.sigma, usual, spacing };
+    let Cut { points, tree, .. } = charted.cut;
+    let Some(sheet) = sheet(charted, f) else { return Ok(f64::INFINITY) };
     let data = evidence::of_sheet(points, tree, &sheet, counts, found);
-    Ok(data - evidence::cost_of_noise(f.chart.sigma, usual))
+    Ok(data - evidence::cost_of_noise(sheet.sigma, sheet.usual))
+}
+
+/// Looks farther about the charts that are not sure: those are that have `enough` evidence there.
+fn look_wider(charted: &Charted<'_>, evidence: &mut [f64], enough: f64, ctx: &Context<'_>) -> Result<()> {
+    let Cut { points, tree, .. } = charted.cut;
+    let look = |found: &mut Vec<Neighbour>, (f, e): (&FittedChart, &mut f64)| {
+        ctx.check()?;
+        if let Some(sheet) = sheet(charted, f).filter(|_| *e <= enough) {
+            let data = evidence::of_wide_sheet(points, tree, &sheet, found);
+            let wide = data - evidence::cost_of_noise(sheet.sigma, sheet.usual);
+            if wide > enough {
+                *e = wide;
+            }
+        }
+        Ok(())
+    };
+    charted.fitted.par_iter().zip(evidence).map_init(Vec::new, |found, x| look(found, x)).collect()
+}
+
+/// A chart as a sheet; none for a tube.
+fn sheet<'a>(charted: &Charted<'_>, f: &'a FittedChart) -> Option<Sheet<'a>> {
+    let Map::Monge(map) = &f.chart.map else { return None };
+    let members = f.members.iter().map(|m| f64::from(charted.cut.sampling.spacing[m.0 as usize]));
+    let spacing = median(&mut members.collect::<Vec<_>>());
+    Some(Sheet { map, sigma: f.chart.sigma, usual: charted.noise_of(f), spacing })
 }
 
 /// Judges those charts again that claim points of much thinner ones: these explain the points better, so
@@ -175,83 +199,6 @@ fn add_slabs(
     Ok(())
 }
 
-/// How some charts share some points.
-struct Shares {
-    /// For each point on how many of the charts it lies.
-    charts: Vec<u32>,
-    /// For each chart how many of the points are its own, each divided by the charts that it lies on; 0 for
-    /// the others.
-    points: Vec<f64>,
-}
-
-impl Shares {
-    /// Of the charts that `some` marks, and the points that `counts` marks.
-    fn new(charted: &Charted<'_>, some: &[bool], counts: &[bool]) -> Self {
-        let mut charts = vec![0u32; counts.len()];
-        for (f, _) in charted.fitted.iter().zip(some).filter(|(_, s)| **s) {
-            f.members.iter().for_each(|m| charts[m.0 as usize] += 1);
-        }
-        let own = |f: &FittedChart| {
-            let points = f.members.iter().map(|m| m.0 as usize).filter(|&m| counts[m]);
-            points.map(|m| 1.0 / f64::from(charts[m])).sum()
-        };
-        let points = charted.fitted.iter().zip(some).map(|(f, s)| if *s { own(f) } else { 0.0 }).collect();
-        Self { charts, points }
-    }
-    /// How much of what a chart says is its own: of its points, the share that no other says the same of.
-    fn of(&self, k: usize, f: &FittedChart) -> f64 {
-        self.points[k] / f.members.len().max(1) as f64
-    }
-}
-
-/// Adds groups of charts whose points are as dense as the surface about them, where that and the charts' own
-/// evidence together speak for surface.
-fn add_dense(
-    charted: &Charted<'_>,
-    evidence: &mut [f64],
-    stands: &mut [bool],
-    overlaps: &[Overlap],
-    ctx: &Context<'_>,
-) -> Result<()> {
-    let explained = explained(charted, stands);
-    let (known, alone): (Vec<u32>, Vec<u32>) =
-        (0..explained.len() as u32).partition(|&i| explained[i as usize]);
-    if alone.is_empty() || known.is_empty() {
-        return Ok(());
-    }
-    let [waits, is_alone] = [&*stands, &explained].map(|v| v.iter().map(|x| !x).collect::<Vec<_>>());
-    let shares = Shares::new(charted, &waits, &is_alone);
-    // Points on no chart have nothing to add.
-    let asked: Vec<u32> = alone.iter().copied().filter(|&i| shares.charts[i as usize] > 0).collect();
-    if asked.is_empty() {
-        return Ok(());
-    }
-    // Before their density is looked at, points are surface or strays as those that are known.
-    let prior = (known.len() as f64 / alone.len() as f64).ln();
-    let mut dense = vec![0.0; explained.len()];
-    for (&i, d) in asked.iter().zip(density::evidence(&charted.cut, &known, &asked, ctx)?) {
-        // Each distance to a neighbour is shared by as many points.
-        dense[i as usize] = d / f64::from(shares.charts[i as usize]) / (STRAYS.density_k + 1) as f64;
-    }
-    let mut groups = Sets::new(stands.len());
-    for o in overlaps.iter().filter(|o| waits[o.a as usize] && waits[o.b as usize]) {
-        groups.join(o.a, o.b);
-    }
-    let (mut total, mut count) = (vec![prior; stands.len()], vec![0.0; stands.len()]);
-    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
-        let share = shares.of(k, f);
-        evidence[k] += f.members.iter().map(|m| dense[m.0 as usize]).sum::<f64>() / share;
-        let group = groups.find(k as u32) as usize;
-        total[group] += share * evidence[k];
-        count[group] += shares.points[k];
-    }
-    for k in (0..stands.len()).filter(|&k| shares.points[k] > 0.0) {
-        let group = groups.find(k as u32) as usize;
-        stands[k] = total[group] > 0.0 && count[group] >= PARTITION.min_members as f64;
-    }
-    Ok(())
-}
-
 /// Removes parts of which the charts together do not speak for surface beyond doubt.
 fn remove_doubtful_parts(
     charted: &Charted<'_>,
@@ -261,7 +208,9 @@ fn remove_doubtful_parts(
     enough: f64,
 ) {
     let mut parts = Sets::new(stands.len());
-    for o in overlaps.iter().filter(|o| stands[o.a as usize] && stands[o.b as usize]) {
+    let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
+    // A clump beside the surface shares points with it, but few of them say that both are one sheet.
+    for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
         parts.join(o.a, o.b);
     }
     let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);

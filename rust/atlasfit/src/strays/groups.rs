@@ -1,0 +1,115 @@
+//! Groups of charts that are not sure, judged by their density too.
+//!
+//! In: charts, which stand, the evidence for each. Out: groups of the others whose points are as dense as the
+//! surface about them stand too, where that and the charts' own evidence together speak for surface.
+
+use super::charted::Charted;
+use super::density;
+use super::overlaps::Overlap;
+use super::{constants::STRAYS, explained};
+use crate::atlas::FittedChart;
+use crate::error::Result;
+use crate::partition::constants::PARTITION;
+use crate::run::Context;
+use crate::spatial::sets::Sets;
+use rayon::prelude::*;
+
+/// How some charts share some points.
+pub(super) struct Shares {
+    /// For each point on how many of the charts it lies.
+    pub charts: Vec<u32>,
+    /// For each chart how many of the points are its own, each divided by the charts that it lies on; 0 for
+    /// the others.
+    pub points: Vec<f64>,
+}
+
+impl Shares {
+    /// Of the charts that `some` marks, and the points that `counts` marks.
+    pub(super) fn new(charted: &Charted<'_>, some: &[bool], counts: &[bool]) -> Self {
+        let mut charts = vec![0u32; counts.len()];
+        for (f, _) in charted.fitted.iter().zip(some).filter(|(_, s)| **s) {
+            f.members.iter().for_each(|m| charts[m.0 as usize] += 1);
+        }
+        let own = |f: &FittedChart| {
+            let points = f.members.iter().map(|m| m.0 as usize).filter(|&m| counts[m]);
+            points.map(|m| 1.0 / f64::from(charts[m])).sum()
+        };
+        let points = charted.fitted.iter().zip(some).map(|(f, s)| if *s { own(f) } else { 0.0 }).collect();
+        Self { charts, points }
+    }
+    /// How much of what a chart says is its own: of its points, the share that no other says the same of.
+    pub(super) fn of(&self, k: usize, f: &FittedChart) -> f64 {
+        self.points[k] / f.members.len().max(1) as f64
+    }
+}
+
+/// Adds groups of charts that wait, see the head of this file.
+pub(super) fn add_dense(
+    charted: &Charted<'_>,
+    evidence: &mut [f64],
+    stands: &mut [bool],
+    overlaps: &[Overlap],
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let explained = explained(charted, stands);
+    let (known, alone): (Vec<u32>, Vec<u32>) =
+        (0..explained.len() as u32).partition(|&i| explained[i as usize]);
+    let [waits, is_alone] = [&*stands, &explained].map(|v| v.iter().map(|x| !x).collect::<Vec<_>>());
+    let shares = Shares::new(charted, &waits, &is_alone);
+    // Points on no chart have nothing to add.
+    let asked: Vec<u32> = alone.iter().copied().filter(|&i| shares.charts[i as usize] > 0).collect();
+    if asked.is_empty() || known.is_empty() {
+        return Ok(());
+    }
+    add_densities(charted, evidence, &shares, &known, &asked, ctx)?;
+    let mut sets = Sets::new(stands.len());
+    for o in overlaps.iter().filter(|o| waits[o.a as usize] && waits[o.b as usize]) {
+        sets.join(o.a, o.b);
+    }
+    let group: Vec<usize> = (0..stands.len() as u32).map(|k| sets.find(k) as usize).collect();
+    let mut groups = vec![Group::default(); stands.len()];
+    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
+        groups[group[k]].evidence += shares.of(k, f) * evidence[k];
+        groups[group[k]].points += shares.points[k];
+    }
+    // Before they are looked at, points are surface or strays as those that are known.
+    let odds = (known.len() as f64 / alone.len() as f64).ln();
+    for k in (0..stands.len()).filter(|&k| shares.points[k] > 0.0) {
+        let Group { evidence, points } = groups[group[k]];
+        stands[k] = evidence + odds > 0.0 && points >= PARTITION.min_members as f64;
+    }
+    Ok(())
+}
+
+/// Charts that wait and share points.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    /// The evidence that they are surface, in nats.
+    evidence: f64,
+    /// Their points.
+    points: f64,
+}
+
+/// Adds what the density of its points says to the evidence for each chart.
+fn add_densities(
+    charted: &Charted<'_>,
+    evidence: &mut [f64],
+    shares: &Shares,
+    known: &[u32],
+    asked: &[u32],
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let densities = density::relative(&charted.cut, known, asked, ctx)?;
+    let mut at = vec![None; shares.charts.len()];
+    asked.iter().zip(&densities.relative).for_each(|(&i, &r)| at[i as usize] = Some(r));
+    // Each distance to a neighbour is shared by as many points.
+    let counts = 1.0 / (STRAYS.density_k + 1) as f64;
+    let waiting = charted.fitted.par_iter().zip(&shares.points).zip(evidence);
+    waiting.filter(|((_, own), _)| **own > 0.0).try_for_each_init(Vec::new, |of_chart, ((f, _), e)| {
+        ctx.check()?;
+        of_chart.clear();
+        of_chart.extend(f.members.iter().filter_map(|m| at[m.0 as usize]));
+        *e += densities.evidence(of_chart, counts);
+        Ok(())
+    })
+}
