@@ -9,28 +9,13 @@ use super::prepare::{Frame, InputMap};
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
+use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
 use crate::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use crate::uncertainty::{self, PointUncertainty};
 use rayon::prelude::*;
-
-/// The attribute, after the scan's own, of the vertices of a watertight surface, and of any where uncertainty
-/// is asked for, that is 1 where they were invented, 0 where data are.
-pub const EXTRAPOLATED: &str = "extrapolated";
-
-/// The attribute of denoised points and vertices that is their standard deviation along the normal, in the
-/// scan's unit. Of outliers it is their distance from the nearest point that is none; not a number where a
-/// point is not finite.
-pub const UNCERTAINTY: &str = "uncertainty";
-
-/// The attribute of denoised points that is the standard deviation of the noise they had, in the scan's unit;
-/// 0 of outliers.
-pub const NOISE: &str = "noise";
-
-/// The attribute of denoised points that is the probability that they belong to no surface, 0 to 1.
-pub const OUTLIER_PROBABILITY: &str = "outlier_probability";
 
 /// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes
 /// the surface.

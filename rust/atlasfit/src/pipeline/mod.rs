@@ -30,7 +30,7 @@ mod strength;
 mod surface;
 mod warnings;
 
-pub use attributes::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
+pub use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
 pub use finish::uv_options;
 pub use guide::Guide;
 pub use memory::memory_needed;
