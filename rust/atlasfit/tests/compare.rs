@@ -76,7 +76,7 @@ fn distances_within_the_registration_are_no_change() {
 fn scans_that_do_not_overlap_and_bad_options_are_refused() {
     let before = fit(&scan(1, |_| 0.0));
     let said = |after: &Denoised, options: &CompareOptions| match change(&before, after, options) {
-        Err(Error::InvalidArgument { what, .. }) => what,
+        Err(Error::InvalidArgument { what, .. } | Error::Degenerate { what, .. }) => what,
         other => panic!("{other:?}"),
     };
     let options = CompareOptions::default();

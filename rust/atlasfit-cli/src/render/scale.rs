@@ -96,6 +96,9 @@ pub fn legend(picture: &mut Picture, scale: &Scale) -> Result<()> {
     let area =
         BitMapBackend::with_buffer(&mut picture.rgb, (width as u32, height as u32)).into_drawing_area();
     let top = height - edge - thick - size as i32 - 4;
+    let right = edge + long + if scale.nothing { 9 } else { 3 } * size as i32;
+    let behind = [(0, top - size as i32 - 6), (right, height)];
+    area.draw(&Rectangle::new(behind, WHITE.filled())).map_err(|e| failed(&e))?;
     let rgb = |c: Rgb| RGBColor((255.0 * c[0]) as u8, (255.0 * c[1]) as u8, (255.0 * c[2]) as u8);
     for x in 0..long {
         let value = scale.from + (scale.to - scale.from) * f64::from(x) / f64::from(long - 1);

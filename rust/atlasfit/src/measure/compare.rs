@@ -101,8 +101,8 @@ pub struct Comparison {
 /// ```
 ///
 /// # Errors
-/// [`Error::InvalidArgument`] for options out of range, without the attributes, and for scans that do not
-/// overlap; [`Error::EmptyInput`] without points or faces; cancel and limits.
+/// [`Error::InvalidArgument`] for options out of range and without the attributes; [`Error::Degenerate`] for
+/// scans that do not overlap; [`Error::EmptyInput`] without points or faces; cancel and limits.
 pub fn compare(
     surface: &TriMesh,
     points: &PointCloud,
@@ -133,8 +133,10 @@ pub fn compare(
         let sd = at.sd.hypot(of_points[i]);
         let faces_away =
             points.normals.as_ref().is_some_and(|n| side * Vec3(n[i].map(f64::from)).dot(at.normal) < 0.0);
-        let is_over = distance.abs() >= OVER * length || length <= ON * sd;
-        let counts = is_over && !at.invented && !faces_away && length <= reach && sd.is_finite();
+        // On the surface it does not matter which way a point faces: one-sided surfaces face neither.
+        let is_on = length <= ON * sd;
+        let is_over = is_on || distance.abs() >= OVER * length && !faces_away;
+        let counts = is_over && !at.invented && length <= reach && sd.is_finite();
         if counts { [distance, sd] } else { [f64::NAN; 2] }
     };
     let all: Vec<[f64; 2]> = (0..points.len()).into_par_iter().map(over).collect();
@@ -169,7 +171,7 @@ fn summary(all: &[[f64; 2]], factor: f64, options: &CompareOptions) -> Result<Co
 }
 
 fn no_overlap(what: String) -> Error {
-    Error::invalid(
+    Error::degenerate(
         format!("the scans do not overlap: {what}"),
         "Bring both into one frame and unit (register them), or give a larger largest distance",
     )
