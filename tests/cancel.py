@@ -84,6 +84,8 @@ COMMANDS = {
     "denoise, mlp": "denoise {scan} -o {out}.ply --prior mlp",
     "denoise, conv": "denoise {scan} -o {out}.ply --prior conv",
     "denoise, level set": "denoise {scan} -o {out}.ply --prior level-set",
+    "denoise, uncertainty": "denoise {scan} -o {out}.ply --uncertainty --no-uv",
+    "compare": "compare {scan} {twice} -o {out}.ply",
     "unwrap": "unwrap {mesh} -o {out}.ply",
     "unwrap, boxes": "unwrap {mesh} -o {out}.ply --packer boxes",
     "simplify": "simplify {mesh} -o {out}.ply --faces 5000",

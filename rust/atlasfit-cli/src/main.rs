@@ -1,5 +1,5 @@
 //! The `atlasfit` program: denoises scans, unwraps meshes, tells what files hold, converts them, measures
-//! results, draws pictures.
+//! results, compares scans, draws pictures.
 //!
 //! Results go to standard output (text, or one JSON object with `--json`, also of a command that failed),
 //! progress and warnings to standard error. Exit codes: 0 done, 1 the work failed, 2 the
@@ -53,6 +53,8 @@ enum Command {
     Convert(commands::convert::Args),
     /// Measure a result: distance to a true surface, topology, UV quality
     Measure(commands::measure::Args),
+    /// Tell what changed between two scans of the same thing, beyond what their uncertainty allows
+    Compare(commands::compare::Args),
     /// Draw a mesh or points to a PNG picture
     Render(commands::render::Args),
     /// Reproduce the project's figures beside its peers'
@@ -89,6 +91,7 @@ fn main() -> ExitCode {
         Command::Info(args) => commands::info::run(args, &console),
         Command::Convert(args) => commands::convert::run(args, &console),
         Command::Measure(args) => commands::measure::run(args, &console),
+        Command::Compare(args) => commands::compare::run(args, &console),
         Command::Render(args) => commands::render::run(args, &console),
     };
     let Err(error) = done else { return ExitCode::SUCCESS };

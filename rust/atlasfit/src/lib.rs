@@ -48,6 +48,8 @@ pub mod simplify;
 
 pub(crate) mod solid;
 
+pub(crate) mod uncertainty;
+
 pub mod measure;
 
 pub mod bake;

@@ -1,6 +1,7 @@
 //! The subcommands, one file each.
 
 pub mod bench;
+pub mod compare;
 pub mod convert;
 pub mod denoise;
 pub mod gp;

@@ -5,7 +5,7 @@ use crate::files::{self, InputArgs};
 use crate::number::counted;
 use crate::output::{self, Holds, Output, OutputArgs, Writer};
 use crate::render::camera::{Up, View};
-use crate::render::{Mode, Picture, Style, bytes_of_pixels, render};
+use crate::render::{Mode, Picture, Style, bytes_of_pixels, render, scale};
 use anyhow::{Context as _, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,9 @@ pub struct Args {
     /// What to show; shaded for a mesh and points for points where it is not given
     #[arg(long, value_enum)]
     mode: Option<Mode>,
+    /// The attribute that --mode uncertainty shows
+    #[arg(long, value_name = "NAME", default_value = atlasfit::pipeline::UNCERTAINTY)]
+    attribute: String,
     /// Width and height in pixels
     #[arg(long, default_value = "1024x1024", value_name = "WxH", value_parser = size)]
     size: [usize; 2],
@@ -77,12 +80,15 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let write = OutputArgs { output_format: None, ascii: false, force: args.force };
     output::check(&[output], &[&args.file], write, console)?;
     let mut loaded = files::load_as(&args.file, args.read.input_format, &args.run, console)?;
-    let texture = loaded.texture.take().filter(|_| !args.plain && loaded.corner_uv.is_some());
+    let by_attribute = args.mode == Some(Mode::Uncertainty);
+    let shows = !args.plain && !by_attribute && loaded.corner_uv.is_some();
+    let texture = loaded.texture.take().filter(|_| shows);
     let texture = texture.map(|bytes| console.apart(&args.run, "reading", move || files::read_image(&bytes)));
     let texture = texture.transpose()?.and_then(|image| {
         image.inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}"))).ok()
     });
-    let mesh = loaded.into_mesh();
+    let mut mesh = loaded.into_mesh();
+    let scale = if by_attribute { Some(scale::paint(&mut mesh, &args.attribute)?) } else { None };
     let mode = args.mode.unwrap_or(if mesh.triangles.is_empty() { Mode::Points } else { Mode::Shaded });
     let style = Style {
         mode,
@@ -91,17 +97,20 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         size: args.size,
         flat: args.flat,
         boundary: args.boundary,
-        colors: !args.plain,
+        colors: !args.plain || by_attribute,
         point_size: args.point_size,
     };
     let elements = BYTES_PER_FACE * mesh.triangles.len().max(mesh.positions.len()) as u64;
     let image = texture.as_ref().map_or(0, |t| 8 * t.rgba.len() as u64);
     let needed = mesh.bytes() + image + elements;
-    let picture = console.start(&args.run).execute(|ctx| {
+    let mut picture = console.start(&args.run).execute(|ctx| {
         let needed = needed + bytes_of_pixels(&style, ctx.threads());
         ctx.reserve(needed, "Raise the limit, or ask for a smaller picture")?;
         render(&mesh, texture.as_ref(), &style, ctx)
     })?;
+    if let Some(scale) = &scale {
+        scale::legend(&mut picture, scale)?;
+    }
     if picture.not_shown > 0 {
         let (what, are) =
             (counted(picture.not_shown, "face or point"), if picture.not_shown == 1 { "is" } else { "are" });

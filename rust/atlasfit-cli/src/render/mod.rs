@@ -3,13 +3,15 @@
 //! In: a mesh (without triangles: its points) and a [`Style`]. Out: RGB pixels. Everything is drawn at
 //! [`canvas::OVER`] times the size and averaged.
 //!
-//! Each file imports only files that stand before it: `color`, `camera`, `canvas`, `style`, `shade`, then one
-//! file per kind of picture: `surface`, `points`, `uv`.
+//! Each file imports only files that stand before it: `color`, `font`, `camera`, `canvas`, `style`, `scale`, `shade`,
+//! then one file per kind of picture: `surface`, `points`, `uv`.
 
 pub mod camera;
 mod canvas;
 mod color;
+pub mod font;
 mod points;
+pub mod scale;
 mod shade;
 mod style;
 mod surface;
@@ -43,6 +45,7 @@ pub fn render(mesh: &TriMesh, texture: Option<&Image>, style: &Style, ctx: &Cont
     mesh.validate()?;
     match style.mode {
         Mode::Points => points::points(mesh, style, ctx),
+        Mode::Uncertainty if mesh.triangles.is_empty() => points::points(mesh, style, ctx),
         _ if mesh.triangles.is_empty() => Err(Error::EmptyInput {
             what: "there are no faces to show".into(),
             advice: "Show the points (--mode points)".into(),

@@ -17,6 +17,8 @@ pub enum Mode {
     Uv,
     /// The surface with its edges.
     Wire,
+    /// An attribute as colours, with a legend: the uncertainty, or what --attribute names.
+    Uncertainty,
 }
 
 /// How to show it.

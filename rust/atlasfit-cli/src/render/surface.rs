@@ -155,7 +155,7 @@ impl<'a> Shading<'a> {
             }
             sums.into_par_iter().map(Vec3::normalized).collect::<Vec<_>>()
         });
-        let colored = style.colors && style.mode == Mode::Shaded;
+        let colored = style.colors && matches!(style.mode, Mode::Shaded | Mode::Uncertainty);
         let texture = texture.zip(mesh.corner_uv.as_deref()).filter(|_| colored);
         Self {
             mesh,

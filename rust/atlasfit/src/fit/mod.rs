@@ -7,6 +7,7 @@
 
 mod bias;
 pub(crate) mod constants;
+pub(crate) mod leverage;
 mod refit;
 mod sheet;
 #[cfg(test)]
@@ -23,7 +24,8 @@ use crate::run::Context;
 use constants::FIT;
 use rayon::prelude::*;
 pub(crate) use refit::refit;
-use sheet::{DomainPoint, FootPoints, Sheet, Tools, residuals, solve};
+pub(crate) use sheet::Tools;
+use sheet::{DomainPoint, FootPoints, Sheet, residuals, solve};
 use two_sheets::two_sheets;
 
 /// Fits every patch, a step of the running stage each. A patch that turns out to hold two sheets gives two
@@ -116,12 +118,13 @@ fn finish(mut sheet: Sheet, points: &[DomainPoint], weights: &[f64], patch: &Pat
         .filter(|(_, (l, w))| l[0] * l[0] + l[1] * l[1] < PARTITION.rim * PARTITION.rim && **w > 0.0)
         .map(|(&m, (_, &w))| (m, w as f32))
         .collect::<Vec<_>>();
-    let Sheet { map, sigma, support, .. } = sheet;
+    let Sheet { map, sigma, support, log_kappa } = sheet;
     let chart = Chart { map: Map::Monge(map), sigma, sign: 1.0, support };
     (!members.is_empty()).then_some(FittedChart {
         chart,
         members,
         expected: patch.sigma,
+        log_kappa,
         of_two: patch.of_two,
     })
 }

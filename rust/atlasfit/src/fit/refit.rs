@@ -58,6 +58,7 @@ fn refit_chart(points: &[Vec3], f: &mut FittedChart, smoothing: Smoothing, tools
         }
         sigma = change.sigma;
     }
+    f.log_kappa = Some(to.wanted);
     // Points that a smoother chart leaves farther off are still its own.
     f.chart.sigma = f.chart.sigma.max(sigma);
     *map = sheet.map;

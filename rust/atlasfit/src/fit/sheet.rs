@@ -13,6 +13,7 @@ use crate::prior::constants::PRIOR;
 use crate::prior::evidence::Work;
 use crate::prior::gp;
 use crate::prior::normal_equations::{NormalEquations, Observation};
+use crate::prior::posterior::Posterior;
 use crate::prior::smoothing::Smoothing;
 
 /// A point in a patch's domain: u and v in its unit disk, height over its base plane.
@@ -20,7 +21,7 @@ pub(super) type DomainPoint = [f64; 3];
 
 /// Working memory of one worker.
 #[derive(Default)]
-pub(super) struct Tools {
+pub(crate) struct Tools {
     equations: NormalEquations,
     observations: Vec<Observation>,
     work: Work,
@@ -36,7 +37,7 @@ pub(super) struct Sheet {
     /// Sum of its points' weights.
     pub support: f64,
     /// Its smoothness, the natural logarithm of kappa; none before the first solve.
-    log_kappa: Option<f64>,
+    pub log_kappa: Option<f64>,
 }
 
 impl Sheet {
@@ -143,6 +144,18 @@ pub(super) fn change(
     let weights: Vec<f64> = wanted.weights.iter().zip(&usual.weights).map(|(w, u)| w - u).collect();
     let coeffs = basis::spline_coefficients(&BASIS, &weights);
     coeffs.iter().all(|c| c.is_finite()).then(|| Change { coeffs, sigma: wanted.sigma / FIT.truncated })
+}
+
+/// The posterior of the weights of the eigenfunctions, the points' feet being on the sheet as it is.
+pub(super) fn posterior(
+    sheet: &Sheet,
+    points: &[DomainPoint],
+    weights: &[f64],
+    log_kappa: f64,
+    tools: &mut Tools,
+) -> Option<Posterior> {
+    observe(sheet, points, weights, FootPoints::Nearest, sheet.sigma, tools);
+    gp::posterior(&BASIS, &tools.equations, log_kappa)
 }
 
 /// Makes the normal equations of a solve. Returns the noise that is expected, and how many points that is

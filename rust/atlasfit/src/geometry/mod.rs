@@ -2,6 +2,7 @@
 
 pub mod cloud;
 pub mod mesh;
+pub mod names;
 pub mod polygons;
 pub mod triangulate;
 

@@ -4,6 +4,7 @@
 //! the run's seed and gives the same numbers for any thread count.
 
 mod chamfer;
+pub mod compare;
 pub mod distance;
 pub mod locate;
 mod memory;
@@ -16,6 +17,7 @@ pub mod topology;
 pub mod uv;
 
 pub use chamfer::chamfer;
+pub use compare::{CompareOptions, Comparison, compare};
 pub use distance::{
     DistanceOptions, PointDistance, SurfaceDistance, distance_memory_needed, points, points_each, surface,
 };

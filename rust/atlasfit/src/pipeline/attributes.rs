@@ -4,38 +4,101 @@
 //! columns.
 
 use super::constants::TRANSFER_K;
+use super::options::DenoiseOptions;
+use super::prepare::{Frame, InputMap};
 use super::surface::Built;
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
+use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
 use crate::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
+use crate::uncertainty::{self, PointUncertainty};
 use rayon::prelude::*;
-
-/// The attribute of a watertight surface's vertices, after the scan's own, that is 1 where they were
-/// invented, 0 where data are.
-pub const EXTRAPOLATED: &str = "extrapolated";
 
 /// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes
 /// the surface.
-pub(super) fn mesh(cloud: &PointCloud, built: &mut Built, ctx: &Context<'_>) -> Result<TriMesh> {
+/// `sure` says how sure the points are, where that is asked for.
+pub(super) fn mesh(
+    cloud: &PointCloud,
+    built: &mut Built,
+    sure: Option<&PointUncertainty>,
+    ctx: &Context<'_>,
+) -> Result<TriMesh> {
     ctx.check()?;
     let surface = std::mem::take(&mut built.surface);
     let mut mesh = TriMesh::new(vec3::plain(surface.positions), surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.to_f32()).collect());
     let sources = first_inputs(&built.input.of_input, built.projected.len());
     transfer(cloud, &built.projected, &sources, &mut mesh, ctx)?;
-    if let Some(extrapolated) = built.extrapolated.take() {
-        // A scan that was made watertight before brings a column of that name: it keeps its place.
-        for old in mesh.attributes.iter_mut().filter(|a| a.name == EXTRAPOLATED) {
-            old.name.push_str("_before");
-        }
-        let values = extrapolated.into_iter().map(|e| f64::from(u8::from(e))).collect();
-        let name = EXTRAPOLATED.to_string();
-        mesh.attributes.push(Attribute { name, width: 1, kind: ScalarKind::U8, values });
+    let mut extrapolated = built.extrapolated.take();
+    let mut columns = Vec::new();
+    if let Some(sure) = sure {
+        let at = vec3::of(&mesh.positions);
+        let Built { charts, projected, sampling, .. } = &*built;
+        let of_vertices = uncertainty::of_vertices(at, charts, projected, &sampling.spacing, sure, ctx)?;
+        let values = of_vertices.iter().map(|v| v.sd * built.frame.scale).collect();
+        columns.push(column(UNCERTAINTY, ScalarKind::F32, values));
+        let invented = extrapolated.get_or_insert_with(|| vec![false; of_vertices.len()]);
+        invented.iter_mut().zip(&of_vertices).for_each(|(e, v)| *e |= v.extrapolated);
     }
+    if let Some(extrapolated) = extrapolated {
+        let values = extrapolated.into_iter().map(|e| f64::from(u8::from(e))).collect();
+        columns.push(column(EXTRAPOLATED, ScalarKind::U8, values));
+    }
+    put(&mut mesh.attributes, columns);
     Ok(mesh)
+}
+
+/// A column of one number per point. Those of 32-bit floats are rounded to such.
+fn column(name: &str, kind: ScalarKind, mut values: Vec<f64>) -> Attribute {
+    if kind == ScalarKind::F32 {
+        values.iter_mut().for_each(|v| *v = f64::from(*v as f32));
+    }
+    Attribute { name: name.to_string(), width: 1, kind, values }
+}
+
+/// Adds columns. A scan that was denoised before brings some of the same names: they keep their places.
+pub(super) fn put(attributes: &mut Vec<Attribute>, columns: Vec<Attribute>) {
+    for old in attributes.iter_mut().filter(|a| columns.iter().any(|c| c.name == a.name)) {
+        old.name.push_str("_before");
+    }
+    attributes.extend(columns);
+}
+
+/// How sure the denoised points are, as columns in input order. `at` is where they are now, in the user's
+/// frame.
+pub(super) fn of_points(
+    at: &[Vec3],
+    input: &InputMap,
+    projected: &[ProjectedPoint],
+    sure: &PointUncertainty,
+    options: &DenoiseOptions,
+    frame: Frame,
+    ctx: &Context<'_>,
+) -> Result<Vec<Attribute>> {
+    let on = |p: u32| projected.get(p as usize).is_some_and(|q| q.chart != u32::MAX);
+    let far: Vec<usize> = (0..at.len()).filter(|&i| !on(input.of_input[i])).collect();
+    let normed: Vec<Vec3> = far.iter().map(|&i| (at[i] - frame.origin) * (1.0 / frame.scale)).collect();
+    let far_from = uncertainty::distances(&normed, projected, ctx)?;
+    // A point that goes only a share of its way keeps the rest of its noise.
+    let way = options.strength.min(1.0);
+    let sd = |p: usize| way * f64::from(sure.sd[p]) + (1.0 - way) * f64::from(sure.noise[p]);
+    let of = |value: &dyn Fn(usize) -> f64, other: f64| -> Vec<f64> {
+        input.of_input.iter().map(|&p| if on(p) { value(p as usize) } else { other }).collect()
+    };
+    let mut deviation = of(&|p| frame.scale * sd(p), f64::NAN);
+    far.iter().zip(far_from).for_each(|(&i, d)| deviation[i] = frame.scale * d);
+    let mut stray = of(&|p| f64::from(sure.stray[p]), 1.0);
+    for i in (0..at.len()).filter(|&i| !at[i].iter().all(|x| x.is_finite())) {
+        (deviation[i], stray[i]) = (f64::NAN, f64::NAN);
+    }
+    Ok(vec![
+        column(UNCERTAINTY, ScalarKind::F32, deviation),
+        column(NOISE, ScalarKind::F32, of(&|p| frame.scale * f64::from(sure.noise[p]), 0.0)),
+        column(OUTLIER_PROBABILITY, ScalarKind::F32, stray),
+    ])
 }
 
 /// For each distinct point the first input point at its place.

@@ -2,6 +2,7 @@
 //!
 //! In: what was built, the mesh with the scan's attributes. Out: [`Denoised`].
 
+use super::attributes;
 use super::constants::PIPELINE;
 use super::follow::{Membrane, Role};
 use super::options::{DenoiseOptions, Outliers};
@@ -16,6 +17,7 @@ use crate::measure;
 use crate::noise::NoiseModel;
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
+use crate::uncertainty::PointUncertainty;
 use crate::unwrap::{self, UnwrapOptions};
 
 /// The noise that the report tells: of the scan as the charts know it; after a guide, which leaves little of
@@ -37,16 +39,25 @@ pub(super) struct Given<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
+/// What is known of how exact the scan and the result are.
+pub(super) struct Told {
+    /// The scan's noise.
+    pub noise: f64,
+    /// How sure the points are, where that was asked for.
+    pub sure: Option<PointUncertainty>,
+}
+
 /// Lays out UVs if they are wanted, and gives everything back in the user's frame.
 pub(super) fn finish(
     given: Given<'_>,
     built: Built,
     mut mesh: TriMesh,
-    noise: f64,
+    told: Told,
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     let Given { cloud, triangles } = given;
+    let Told { noise, sure } = told;
     let Built { charts, projected, frame, input, .. } = built;
     let uv_charts = if options.lays_out_uv() { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
@@ -60,6 +71,18 @@ pub(super) fn finish(
         Outliers::Keep if options.strength > 0.0 => moved.follow(cloud, triangles, options.strength, ctx)?,
         _ => 0,
     };
+    if let Some(sure) = &sure {
+        let columns = attributes::of_points(
+            vec3::of(&moved.points.positions),
+            &input,
+            &projected,
+            sure,
+            options,
+            frame,
+            ctx,
+        )?;
+        attributes::put(&mut moved.points.attributes, columns);
+    }
     let outliers = moved.outlier.iter().filter(|o| **o).count();
     let left_out: Vec<bool> = (input.of_input.iter())
         .map(|&p| built.left_out.points.get(p as usize).is_some_and(|on| *on))
@@ -71,13 +94,14 @@ pub(super) fn finish(
     if options.noise.is_none() {
         warnings.extend(warnings::no_noise(noise * frame.scale, input.rounding));
     }
+    warnings.extend(warnings::not_calibrated(sure.as_ref()));
     let report = Report {
         points: cloud.len(),
         not_finite: input.not_finite,
         duplicates: input.duplicates,
         outliers,
         followed_outliers,
-        spacing: built.median_spacing * frame.scale,
+        spacing: built.sampling.median * frame.scale,
         noise: noise * frame.scale,
         charts: charts.len(),
         one_sided: built.one_sided,
@@ -89,6 +113,7 @@ pub(super) fn finish(
         boundary_loops: topology.boundary_loops,
         boundary_edges: topology.boundary_edges,
         uv_charts,
+        uncertainty_factor: sure.and_then(|s| s.factor),
         warnings,
         seconds: ctx.stage_seconds(),
     };

@@ -15,6 +15,9 @@ use crate::unwrap;
 const BYTES_PER_POINT: u64 = 290;
 /// Bytes for one point while UVs are laid out: the user's columns, the points on the charts, the charts.
 const BYTES_PER_POINT_WITH_UV: u64 = 230;
+/// Bytes for one point where uncertainty is asked for: sums over its charts, its neighbours, columns.
+/// Derived.
+const BYTES_PER_UNSURE_POINT: u64 = 120;
 /// Bytes for one vertex of the surface while it is contoured: the blocks of voxels about it, its faces.
 const BYTES_PER_SURFACE_VERTEX: u64 = 350;
 /// Bytes for one vertex of the surface while UVs are laid out, beside what unwrapping needs: its columns.
@@ -56,6 +59,12 @@ pub fn memory_needed(points: usize, options: &DenoiseOptions, threads: usize) ->
 
 /// Bytes for so many points and a surface of so many vertices.
 fn needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
+    let unsure = if options.uncertainty { total_bytes(&[(points, BYTES_PER_UNSURE_POINT)]) } else { 0 };
+    plainly_needed(points, vertices, options, threads).saturating_add(unsure)
+}
+
+/// The same where no uncertainty is asked for.
+fn plainly_needed(points: usize, vertices: usize, options: &DenoiseOptions, threads: usize) -> u64 {
     if !options.surface {
         return with_threads(total_bytes(&[(points, BYTES_PER_POINT)]), threads);
     }

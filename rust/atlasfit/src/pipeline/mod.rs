@@ -3,6 +3,7 @@
 //! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
 //! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
 //! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) →
+//! `uncertainty` (how sure the points are, if asked for) →
 //! `surface` (charts blended, contoured, cleaned; or `points_only`) → `attributes` (colours and the like,
 //! UVs) → `finish` (back to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
 
@@ -29,7 +30,7 @@ mod strength;
 mod surface;
 mod warnings;
 
-pub use attributes::EXTRAPOLATED;
+pub use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
 pub use finish::uv_options;
 pub use guide::Guide;
 pub use memory::memory_needed;
@@ -41,6 +42,7 @@ use crate::geometry::PointCloud;
 use crate::geometry::mesh::check_indices;
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::{Context, Run, Stage};
+use crate::uncertainty;
 
 /// Denoises a scan.
 ///
@@ -204,10 +206,14 @@ fn charted(
     let mut atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
     strength::apply(&scan, &mut atlas, options, guide.is_some(), ctx)?;
     let noise = finish::reported_noise(scan_noise, scan.noise, guide.is_some());
+    let sure = match options.uncertainty {
+        true => Some(uncertainty::of_points(&scan.points, &atlas.fitted, &atlas.projected, ctx)?),
+        false => None,
+    };
     let build = if options.surface { surface::build } else { points_only::build };
     let mut built = build(scan, atlas, options, ctx)?;
-    let mesh = attributes::mesh(cloud, &mut built, ctx)?;
-    finish::finish(given, built, mesh, noise, options, ctx)
+    let mesh = attributes::mesh(cloud, &mut built, sure.as_ref(), ctx)?;
+    finish::finish(given, built, mesh, finish::Told { noise, sure }, options, ctx)
 }
 
 #[cfg(test)]

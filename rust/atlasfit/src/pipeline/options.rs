@@ -71,6 +71,11 @@ pub struct DenoiseOptions {
     /// what is asked of the surface (`watertight`, `faces`, `max_error`, `min_part`, `largest`, `fill_holes`)
     /// is refused.
     pub surface: bool,
+    /// Whether to say how sure the result is: the points get the attributes
+    /// [`UNCERTAINTY`](super::UNCERTAINTY), [`NOISE`](super::NOISE) and
+    /// [`OUTLIER_PROBABILITY`](super::OUTLIER_PROBABILITY), the surface's vertices
+    /// [`UNCERTAINTY`](super::UNCERTAINTY) and [`EXTRAPOLATED`](super::EXTRAPOLATED). Changes nothing else.
+    pub uncertainty: bool,
 }
 
 setters! {
@@ -90,6 +95,7 @@ setters! {
         with_viewpoint: viewpoint: Option<[f64; 3]>,
         with_uv: uv: bool,
         with_surface: surface: bool,
+        with_uncertainty: uncertainty: bool,
     }
 }
 
@@ -111,6 +117,7 @@ impl Default for DenoiseOptions {
             viewpoint: None,
             uv: true,
             surface: true,
+            uncertainty: false,
         }
     }
 }

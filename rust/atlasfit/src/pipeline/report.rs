@@ -45,6 +45,9 @@ pub struct Report {
     pub boundary_edges: usize,
     /// UV charts.
     pub uv_charts: usize,
+    /// By how much the charts' own standard deviations were widened, as the residuals of points beside each
+    /// other ask for: 1 or more. `None` where uncertainty was not asked for, or the residuals do not tell.
+    pub uncertainty_factor: Option<f64>,
     /// What the user should know, in words.
     pub warnings: Vec<String>,
     /// Seconds per stage.

@@ -35,8 +35,8 @@ pub(super) struct Built {
     pub charts: Vec<Chart>,
     /// The scan's points on the charts, facing as the surface does.
     pub projected: Vec<ProjectedPoint>,
-    /// Median spacing of the scan's points.
-    pub median_spacing: f64,
+    /// Spacing of the scan's points.
+    pub sampling: Sampling,
     /// Side of the voxels.
     pub voxel: f64,
     /// Parts of the surface that were left out, and the points on them.
@@ -116,7 +116,7 @@ pub(super) fn build(
         extrapolated,
         charts,
         projected,
-        median_spacing: median,
+        sampling,
         voxel,
         left_out,
         filled_holes,

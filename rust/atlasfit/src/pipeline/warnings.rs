@@ -10,6 +10,7 @@ use crate::numeric::vec3::Vec3;
 use crate::numeric::wording::counted;
 use crate::solid::Solid;
 use crate::spatial::spacing::Sampling;
+use crate::uncertainty::PointUncertainty;
 
 /// Below this share of the spacing noise makes no difference.
 const NOISE_MATTERS: f64 = 0.1;
@@ -18,6 +19,16 @@ const NOISE_MATTERS: f64 = 0.1;
 const BELOW_ROUNDING: f64 = 0.1;
 /// More triangles for a point than this show the voxels, not the points: at the usual voxels they are 4 to 5.
 const MANY_FACES: usize = 10;
+
+/// What to tell where the uncertainty could not be checked by the scan's residuals.
+pub(super) fn not_calibrated(sure: Option<&PointUncertainty>) -> Option<String> {
+    (sure?.factor.is_none()).then(|| {
+        "the uncertainty could not be checked by the scan's own residuals: there are too few points, or their \
+         noise is not independent (views that do not fit each other, filtered depth). It is what the charts \
+         say alone and may be too small"
+            .into()
+    })
+}
 
 /// What to tell of points that show no surface.
 pub(super) fn volume(local: &LocalNoise) -> Option<String> {

@@ -4,7 +4,7 @@
 
 use super::constants::{FREE, MODES, PRIOR};
 use super::evidence::Problem;
-use crate::numeric::spline::{COEFFS, GAUSS, INTERVALS, SIDE, spline, spline_d1, spline_d2};
+use crate::numeric::spline::{COEFFS, GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, spline_d2};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::sync::LazyLock;
 
@@ -92,4 +92,16 @@ pub fn spline_coefficients(basis: &Basis, modes: &[f64]) -> [f32; COEFFS] {
         *o = row.iter().zip(modes).map(|(a, b)| a * b).sum::<f64>() as f32;
     }
     out
+}
+
+/// Adds `factor` times the values of the eigenfunctions at a place of [-1, 1]^2; as many as `values` takes.
+pub fn add_values(basis: &Basis, at: [f64; 2], factor: f64, values: &mut [f64]) {
+    let ((i, s), (j, t)) = (locate(at[0]), locate(at[1]));
+    let (a, b) = (spline(s), spline(t));
+    for (k, a) in a.iter().enumerate() {
+        for (l, b) in b.iter().enumerate() {
+            let (row, c) = (&basis.modes[((i + k) * SIDE + j + l) * WIDTH..], factor * a * b);
+            values.iter_mut().zip(row).for_each(|(x, m)| *x += c * m);
+        }
+    }
 }

@@ -2,9 +2,8 @@
 //!
 //! In: a place of the unit disk. Out: the prior's eigenfunctions there, and their precisions.
 
-use super::basis::{BASIS, WIDTH};
+use super::basis::{BASIS, add_values};
 use super::constants::MODES;
-use crate::numeric::spline::{SIDE, locate, spline};
 
 /// The values at (u, v) in [-1, 1]^2 of the functions whose weights the prior believes independent, the
 /// smoothest first.
@@ -18,15 +17,8 @@ use crate::numeric::spline::{SIDE, locate, spline};
 /// ```
 #[must_use]
 pub fn eigenfunctions(u: f64, v: f64) -> Vec<f64> {
-    let ((i, s), (j, t)) = (locate(u), locate(v));
-    let (a, b) = (spline(s), spline(t));
     let mut values = vec![0.0; MODES];
-    for (k, a) in a.iter().enumerate() {
-        for (l, b) in b.iter().enumerate() {
-            let row = &BASIS.modes[((i + k) * SIDE + j + l) * WIDTH..];
-            values.iter_mut().zip(row).for_each(|(x, m)| *x += a * b * m);
-        }
-    }
+    add_values(&BASIS, [u, v], 1.0, &mut values);
     values
 }
 

@@ -17,6 +17,7 @@ use super::basis::{Basis, WIDTH};
 use super::constants::{FREE, MODES, PRIOR};
 use super::evidence::{Problem, Solution, Work};
 use super::normal_equations::NormalEquations;
+use super::posterior::Posterior;
 
 /// Chooses smoothness and noise by restricted marginal likelihood and solves for the weights of the
 /// eigenfunctions.
@@ -46,6 +47,13 @@ pub fn fit_at(
     work: &mut Work,
 ) -> Option<Solution> {
     problem(data, expected).at(log_kappa, work, |kappa, system| penalised(basis, data, kappa, system))
+}
+
+/// The posterior of the weights of the eigenfunctions at a given smoothness.
+pub(crate) fn posterior(basis: &Basis, data: &NormalEquations, log_kappa: f64) -> Option<Posterior> {
+    let mut system = vec![0.0; data.matrix.len()];
+    penalised(basis, data, log_kappa.exp(), &mut system);
+    Posterior::new(system, WIDTH, MODES)
 }
 
 fn problem(data: &NormalEquations, expected: (f64, f64)) -> Problem {

@@ -6,6 +6,7 @@ pub(crate) mod evidence;
 mod expansion;
 pub(crate) mod gp;
 pub(crate) mod normal_equations;
+pub(crate) mod posterior;
 pub(crate) mod smoothing;
 
 pub use expansion::{eigenfunctions, precisions};

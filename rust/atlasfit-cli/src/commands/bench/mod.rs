@@ -1,11 +1,13 @@
 //! `atlasfit bench`: the project's figures beside its peers', one file or folder per benchmark.
 
 mod against;
+mod cells;
 mod denoise;
 mod paper;
 mod peers;
 mod shared;
 mod surfaces;
+mod uncertainty;
 mod unwrap;
 
 use crate::console::Console;
@@ -20,6 +22,8 @@ pub enum Bench {
     Unwrap(unwrap::Args),
     /// Accuracy, completeness, topology and time of surfaces of the same denoised points, beside CGAL's
     Surfaces(surfaces::Args),
+    /// How often 90% intervals of the uncertainty hold the true distance, and what it costs
+    Uncertainty(uncertainty::Args),
     /// The tables of Deep Manifold Prior with its networks, beside the default prior
     Paper(paper::Args),
 }
@@ -30,7 +34,7 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
     let temporary = std::env::temp_dir().join(format!("atlasfit-bench-{}", std::process::id()));
     let keep = match bench {
         Bench::Denoise(args) => args.keep.clone(),
-        Bench::Unwrap(_) | Bench::Surfaces(_) | Bench::Paper(_) => None,
+        Bench::Unwrap(_) | Bench::Surfaces(_) | Bench::Uncertainty(_) | Bench::Paper(_) => None,
     };
     let folder = keep.clone().unwrap_or_else(|| temporary.clone());
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
@@ -38,6 +42,7 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
         Bench::Denoise(args) => denoise::run(args, &folder, console),
         Bench::Unwrap(args) => unwrap::run(args, &folder, console),
         Bench::Surfaces(args) => surfaces::run(args, &folder, console),
+        Bench::Uncertainty(args) => uncertainty::run(args, &folder, console),
         Bench::Paper(args) => paper::run(args, console),
     };
     if keep.is_none() {

@@ -147,6 +147,10 @@ pub struct Args {
     /// What the surface is
     #[arg(long, value_enum, default_value = "smooth", help_heading = "Fit")]
     surface: SurfaceKind,
+    /// Say how sure the result is: attributes "uncertainty" (standard deviation along the normal, in the
+    /// scan's unit), and of points "noise" and "outlier_probability", of vertices "extrapolated"
+    #[arg(long, help_heading = "Fit")]
+    uncertainty: bool,
     #[command(flatten)]
     read: InputArgs,
     #[command(flatten)]
@@ -326,6 +330,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     for warning in &outcome.report.warnings {
         console.warn(warning);
     }
+    let unsure = args.uncertainty.then(|| median_uncertainty(&outcome)).flatten();
     let written = save(&mut outcome, options.texture_size, args, console)?;
     let done = Done {
         path: &args.scan,
@@ -333,11 +338,19 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         surface: &outcome.surface,
         noise_given: args.noise.0.is_some(),
         uv: options.uv,
+        unsure,
         seconds: started.elapsed().as_secs_f64(),
         files: &written.files,
     };
     console.report(&done.text(), &done.json());
     Ok(())
+}
+
+/// The middle one of the points' uncertainties, where they were asked for.
+fn median_uncertainty(outcome: &Denoised) -> Option<f64> {
+    let column = outcome.points.attributes.iter().rfind(|a| a.name == pipeline::UNCERTAINTY)?;
+    let on = outcome.point_chart.iter().zip(&column.values).filter(|(c, _)| **c != u32::MAX);
+    Some(atlasfit::numeric::stats::median(&mut on.map(|(_, &sd)| sd).collect::<Vec<_>>()))
 }
 
 /// The core's options for a scan of so many points.
@@ -366,6 +379,7 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
         .with_viewpoint(args.viewpoint)
         .with_uv(!args.no_uv && args.output.is_some())
         .with_surface(args.surface != SurfaceKind::None)
+        .with_uncertainty(args.uncertainty)
 }
 
 /// Writes the surface, with a texture where one is asked for, and the points.

@@ -18,6 +18,8 @@ pub struct Done<'a> {
     pub noise_given: bool,
     /// Whether UVs were asked for.
     pub uv: bool,
+    /// The middle one of the points' uncertainties, where they were asked for.
+    pub unsure: Option<f64>,
     /// Seconds of everything, reading and writing too.
     pub seconds: f64,
     /// The files that were written.
@@ -78,6 +80,13 @@ impl Done<'_> {
         let given = if self.noise_given { " as given" } else { "" };
         let _ = writeln!(text, "spacing        {}", short(r.spacing));
         let _ = writeln!(text, "noise          {}{given}", short(r.noise));
+        if let Some(sd) = self.unsure {
+            let widened = r.uncertainty_factor.map_or_else(
+                || "not checked by the residuals".to_string(),
+                |f| format!("widened {} times by the residuals", short(f)),
+            );
+            let _ = writeln!(text, "uncertainty    {} (median), {widened}", short(sd));
+        }
         let followed = match r.followed_outliers {
             0 => String::new(),
             n => format!(", {} put between their neighbours in the mesh", count(n)),
@@ -90,7 +99,7 @@ impl Done<'_> {
     /// The report as JSON.
     pub fn json(&self) -> Value {
         let (r, mesh) = (self.report, self.surface);
-        json!({
+        let mut said = json!({
             "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite,
             "duplicates": r.duplicates, "outliers": r.outliers, "followed_outliers": r.followed_outliers,
             "spacing": number(r.spacing),
@@ -100,6 +109,11 @@ impl Done<'_> {
             "boundary_edges": r.boundary_edges,
             "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),
             "stages": stages_json(&r.seconds), "files": self.files,
-        })
+        });
+        if let Some(sd) = self.unsure {
+            said["uncertainty"] = number(sd);
+            said["uncertainty_factor"] = r.uncertainty_factor.map_or(Value::Null, number);
+        }
+        said
     }
 }

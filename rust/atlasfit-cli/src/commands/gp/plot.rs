@@ -4,10 +4,10 @@
 //! the program, so that it looks the same everywhere.
 
 use crate::render::Picture;
+use crate::render::font::{FONT, fonts};
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::register_font;
 
 /// A picture of several rows of panels.
 pub struct Figure {
@@ -107,7 +107,6 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(0, 0, 0),
 ];
-const FONT: &str = "sans-serif";
 /// Height of the title, in pixels.
 const TITLE: u32 = 44;
 /// Dots of a lighter line between two ticks would hide the data.
@@ -145,11 +144,6 @@ impl Figure {
         }
         area.present().map_err(failed)
     }
-}
-
-fn fonts() -> Result<()> {
-    register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
-        .map_err(|_| anyhow!("the program's font is damaged"))
 }
 
 fn failed(e: impl std::fmt::Display) -> anyhow::Error {

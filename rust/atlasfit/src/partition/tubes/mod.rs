@@ -25,6 +25,7 @@ use crate::spatial::neighbours::{Neighbour, Neighbours};
 use constants::{BINS, TUBES};
 use grow::{Candidate, Neighbourhood, grow};
 use radius::fit_all;
+pub(crate) use radius::whitened;
 use rayon::prelude::*;
 use rice::pooled_noise;
 
@@ -86,10 +87,12 @@ pub(crate) fn refit(
 ) -> Result<()> {
     fitted
         .par_iter_mut()
-        .map(|FittedChart { chart, members, expected, .. }| {
+        .map(|FittedChart { chart, members, expected, log_kappa, .. }| {
             ctx.check()?;
             let Map::Tube(tube) = &mut chart.map else { return Ok(()) };
-            radius::refit(tube, members, points, *expected, smoothing, ctx)
+            let wanted = radius::refit(tube, members, points, *expected, smoothing, ctx)?;
+            *log_kappa = wanted.or(*log_kappa);
+            Ok(())
         })
         .collect()
 }

@@ -15,6 +15,7 @@ use crate::numeric::spline::{GAUSS, INTERVALS, SIDE, locate, spline, spline_d1, 
 use crate::numeric::vec3::Vec3;
 use crate::partition::constants::PARTITION;
 use crate::prior::evidence::{Problem, Work};
+use crate::prior::posterior::Posterior;
 use crate::prior::smoothing::Smoothing;
 use crate::run::Context;
 use crate::spatial::Neighbours;
@@ -67,6 +68,8 @@ static ENERGY: LazyLock<[Vec<f64>; 3]> = LazyLock::new(|| {
 });
 
 const COEFFS: usize = SIDE * HARMONICS;
+/// Columns of the system.
+const WIDTH: usize = Problem::width(COEFFS);
 /// Functions without energy: constant and linear radius, constant and linear shift of the axis in two
 /// directions.
 const FREE: usize = 6;
@@ -88,14 +91,15 @@ fn fit(
     tube.mean_radius = rice_radius(&inner.iter().map(|l| l[2]).collect::<Vec<_>>(), sigma);
     let ratio = sigma / tube.mean_radius;
     let mut weights = vec![1.0; inner.len()];
-    let mut own = sigma;
+    let (mut own, mut log_kappa) = (sigma, None);
     if ratio < TUBES.circle {
         for _ in 0..3 {
             let Some(about) = shape(&mut tube, &inner, &weights, Noise { sigma, smoothing: None }, ctx)?
             else {
                 return Ok(None);
             };
-            own = about.max(0.3 * sigma);
+            own = about.sigma.max(0.3 * sigma);
+            log_kappa = Some(about.log_kappa);
             for (w, l) in weights.iter_mut().zip(&inner) {
                 *w = tukey(l[2] - tube.radius_at(l[0], l[1]).value, TUKEY * own.max(sigma));
             }
@@ -138,14 +142,14 @@ fn fit(
     let support = weights.iter().sum();
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
     Ok((!members.is_empty()).then_some(FittedTube {
-        fitted: FittedChart { chart, members, expected: sigma, of_two: false },
+        fitted: FittedChart { chart, members, expected: sigma, log_kappa, of_two: false },
         covered,
         ratio,
     }))
 }
 
-/// Fits a tube's radius again, smoother or rougher than the data say, to the same members. One whose
-/// cross-section is a circle, or which cannot be fitted so, stays as it was.
+/// Fits a tube's radius again, smoother or rougher than the data say, to the same members. Gives the
+/// smoothness. One whose cross-section is a circle, or which cannot be fitted so, stays as it was.
 pub(super) fn refit(
     tube: &mut Tube,
     members: &[(u32, f32)],
@@ -153,18 +157,24 @@ pub(super) fn refit(
     sigma: f64,
     smoothing: Smoothing,
     ctx: &Context<'_>,
-) -> Result<()> {
-    let (local, weights): (Vec<[f64; 3]>, Vec<f64>) = members
+) -> Result<Option<f64>> {
+    if sigma / tube.mean_radius >= TUBES.circle {
+        return Ok(None);
+    }
+    let (local, weights) = local_members(tube, members, points);
+    let shaped = shape(tube, &local, &weights, Noise { sigma, smoothing: Some(smoothing) }, ctx)?;
+    Ok(shaped.map(|s| s.log_kappa))
+}
+
+/// A tube's members in its own coordinates (s, theta, distance from the axis), and their weights.
+fn local_members(tube: &Tube, members: &[(u32, f32)], points: &[Vec3]) -> (Vec<[f64; 3]>, Vec<f64>) {
+    members
         .iter()
         .map(|&(m, w)| {
             let l = tube.local(points[m as usize]);
             ([l.s, l.theta, l.d], f64::from(w))
         })
-        .unzip();
-    if sigma / tube.mean_radius < TUBES.circle {
-        shape(tube, &local, &weights, Noise { sigma, smoothing: Some(smoothing) }, ctx)?;
-    }
-    Ok(())
+        .unzip()
 }
 
 /// How noisy a tube's points are.
@@ -175,45 +185,72 @@ struct Noise {
     smoothing: Option<Smoothing>,
 }
 
-/// Fits the harmonics of the radius. Gives the noise about it.
-fn shape(
-    tube: &mut Tube,
-    local: &[[f64; 3]],
-    weights: &[f64],
-    noise: Noise,
-    ctx: &Context<'_>,
-) -> Result<Option<f64>> {
-    let Noise { sigma, smoothing } = noise;
-    let n = Problem::width(COEFFS);
-    // The radii are one more column beside the functions.
-    let (mut a, mut count) = (vec![0.0; n * n], 0.0);
-    // A point's functions follow one another: the harmonics of four splines.
-    let mut row = [0.0; 4 * HARMONICS];
-    for (k, (&[s, theta, d], &w)) in local.iter().zip(weights).enumerate() {
-        ctx.check_at(k)?;
-        if w <= 1e-3 {
-            continue;
-        }
-        let r = tube.radius_at(s, theta).value;
-        // The angle is known only up to the noise; its mean cosine takes out what noise adds to the distance.
-        let target = d * mean_cosine(d * r / (sigma * sigma).max(1e-300)) - tube.mean_radius;
-        let (i, t) = locate(s);
-        let (f, h) = (spline(t), harmonics(theta));
-        for k in 0..4 {
-            for m in 0..HARMONICS {
-                row[k * HARMONICS + m] = f[k] * h[m];
+/// The smoothness and the noise of a fit.
+struct Shaped {
+    log_kappa: f64,
+    sigma: f64,
+}
+
+/// The least squares system of the radius, and the penalty of its bending.
+struct System {
+    /// The radii are one more column beside the functions.
+    data: Vec<f64>,
+    penalty: Vec<f64>,
+    count: f64,
+}
+
+impl System {
+    fn new(tube: &Tube, local: &[[f64; 3]], weights: &[f64], sigma: f64, ctx: &Context<'_>) -> Result<Self> {
+        let n = WIDTH;
+        let (mut a, mut count) = (vec![0.0; n * n], 0.0);
+        for (k, (&[s, theta, d], &w)) in local.iter().zip(weights).enumerate() {
+            ctx.check_at(k)?;
+            if w <= 1e-3 {
+                continue;
             }
-        }
-        for (x, p) in row.iter().enumerate() {
-            let (v, at) = (w * p, i * HARMONICS + x);
-            for (a, q) in a[at * n + at..].iter_mut().zip(&row[x..]) {
-                *a += v * q;
+            let r = tube.radius_at(s, theta).value;
+            // The angle is known only up to the noise; its mean cosine takes out what noise adds to the
+            // distance.
+            let target = d * mean_cosine(d * r / (sigma * sigma).max(1e-300)) - tube.mean_radius;
+            let (i, row) = functions(s, theta);
+            for (x, p) in row.iter().enumerate() {
+                let (v, at) = (w * p, i * HARMONICS + x);
+                for (a, q) in a[at * n + at..].iter_mut().zip(&row[x..]) {
+                    *a += v * q;
+                }
+                a[at * n + COEFFS] += v * target;
             }
-            a[at * n + COEFFS] += v * target;
+            a[COEFFS * n + COEFFS] += w * target * target;
+            count += w;
         }
-        a[COEFFS * n + COEFFS] += w * target * target;
-        count += w;
+        Ok(Self { data: a, penalty: penalty(tube), count })
     }
+
+    /// The system at a smoothness.
+    fn at(&self, kappa: f64, system: &mut [f64]) {
+        for ((x, a), p) in system.iter_mut().zip(&self.data).zip(&self.penalty) {
+            *x = a + kappa * p;
+        }
+        system.iter_mut().step_by(WIDTH + 1).take(COEFFS).for_each(|x| *x += 1e-9);
+    }
+}
+
+/// A place's functions, which follow one another: the harmonics of four splines. The first spline, values.
+fn functions(s: f64, theta: f64) -> (usize, [f64; 4 * HARMONICS]) {
+    let (i, t) = locate(s);
+    let (f, h) = (spline(t), harmonics(theta));
+    let mut row = [0.0; 4 * HARMONICS];
+    for k in 0..4 {
+        for m in 0..HARMONICS {
+            row[k * HARMONICS + m] = f[k] * h[m];
+        }
+    }
+    (i, row)
+}
+
+/// The penalty of bending, upper triangle.
+fn penalty(tube: &Tube) -> Vec<f64> {
+    let n = WIDTH;
     let aspect = tube.half_length / tube.mean_radius;
     let mut penalty = vec![0.0; n * n];
     for h in 0..HARMONICS {
@@ -228,29 +265,69 @@ fn shape(
             }
         }
     }
-    let problem =
-        Problem { unknowns: COEFFS, free: FREE, count, expected: (0.0, 0.0), range: TUBES.log_kappa };
-    let system = |kappa: f64, system: &mut [f64]| {
-        for ((x, a), p) in system.iter_mut().zip(&a).zip(&penalty) {
-            *x = a + kappa * p;
-        }
-        system.iter_mut().step_by(n + 1).take(COEFFS).for_each(|x| *x += 1e-9);
+    penalty
+}
+
+/// What is still uncertain of a tube's radius at its members: a vector for each, one after another, whose
+/// scalar products are covariances in units of the noise's variance. Nothing where there is no such fit.
+pub(crate) fn whitened(
+    tube: &Tube,
+    members: &[(u32, f32)],
+    points: &[Vec3],
+    noise: f64,
+    log_kappa: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<(Vec<f64>, usize)>> {
+    let (local, weights) = local_members(tube, members, points);
+    let system = System::new(tube, &local, &weights, noise, ctx)?;
+    let mut whole = vec![0.0; WIDTH * WIDTH];
+    system.at(log_kappa.exp(), &mut whole);
+    let Some(posterior) = Posterior::new(whole, WIDTH, COEFFS) else { return Ok(None) };
+    let mut rows = vec![0.0; members.len() * COEFFS];
+    for (row, &[s, theta, _]) in rows.chunks_exact_mut(COEFFS).zip(&local) {
+        let (i, values) = functions(s, theta);
+        row[i * HARMONICS..][..values.len()].copy_from_slice(&values);
+        posterior.whiten(row);
+    }
+    Ok(Some((rows, COEFFS)))
+}
+
+/// Fits the harmonics of the radius. Gives the noise about it.
+fn shape(
+    tube: &mut Tube,
+    local: &[[f64; 3]],
+    weights: &[f64],
+    noise: Noise,
+    ctx: &Context<'_>,
+) -> Result<Option<Shaped>> {
+    let Noise { sigma, smoothing } = noise;
+    let data = System::new(tube, local, weights, sigma, ctx)?;
+    let problem = Problem {
+        unknowns: COEFFS,
+        free: FREE,
+        count: data.count,
+        expected: (0.0, 0.0),
+        range: TUBES.log_kappa,
     };
     let mut work = Work::default();
-    let solved = problem.solve(TUBES.likely, &mut work, system).and_then(|mut found| {
-        let Some(smoothing) = smoothing else { return Some(found) };
-        // The penalty is of second derivatives: it grows with the fourth power of the frequency.
-        let wanted = problem.at(smoothing.log_kappa(&found, found.sigma, 4.0), &mut work, system)?;
-        // What the two differ by goes to the radius as it is.
-        let now = tube.radius.as_flattened().iter().map(|&r| f64::from(r));
-        for ((f, w), now) in found.weights.iter_mut().zip(&wanted.weights).zip(now) {
-            *f = now + w - *f;
-        }
-        Some(found)
-    });
+    let solved = problem.solve(TUBES.likely, &mut work, |kappa, system| data.at(kappa, system)).and_then(
+        |mut found| {
+            let Some(smoothing) = smoothing else { return Some(found) };
+            // The penalty is of second derivatives: it grows with the fourth power of the frequency.
+            let log_kappa = smoothing.log_kappa(&found, found.sigma, 4.0);
+            let wanted = problem.at(log_kappa, &mut work, |kappa, system| data.at(kappa, system))?;
+            // What the two differ by goes to the radius as it is.
+            let now = tube.radius.as_flattened().iter().map(|&r| f64::from(r));
+            for ((f, w), now) in found.weights.iter_mut().zip(&wanted.weights).zip(now) {
+                *f = now + w - *f;
+            }
+            found.log_kappa = log_kappa;
+            Some(found)
+        },
+    );
     let Some(fit) = solved.filter(|fit| fit.weights.iter().all(|c| c.is_finite())) else { return Ok(None) };
     for (row, c) in tube.radius.iter_mut().zip(fit.weights.chunks_exact(HARMONICS)) {
         *row = std::array::from_fn(|k| c[k] as f32);
     }
-    Ok(Some(fit.sigma))
+    Ok(Some(Shaped { log_kappa: fit.log_kappa, sigma: fit.sigma }))
 }

@@ -1,30 +1,13 @@
 //! Options of `bench denoise`.
 
-use crate::console::RunArgs;
+use super::super::cells::CellArgs;
 use std::path::PathBuf;
 
 /// Options of `bench denoise`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Simulated scans instead, of these kinds: views, outliers, misregistered, quantised, uneven, lidar,
-    /// sheets; a number chooses one of several (outliers20, sheets3) [default: all]
-    #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
-    pub scanner: Option<Vec<String>>,
-    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes, or names of PLY meshes in the data folder
-    /// [default: bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner bumps,knot,ring,spiral and all
-    /// meshes of the data folder]
-    #[arg(long, value_delimiter = ',')]
-    pub shapes: Option<Vec<String>>,
-    /// Standard deviations of the noise, for a shape of size 1 [default: 0.002,0.005,0.01,0.02; with
-    /// --scanner 0.004]
-    #[arg(long, value_delimiter = ',')]
-    pub sigmas: Option<Vec<f64>>,
-    /// The folder of meshes [default: ../shared/data/denoise beside the repository, where it is]
-    #[arg(long, value_name = "DIR")]
-    pub data: Option<PathBuf>,
-    /// Points per scan
-    #[arg(long, default_value_t = 16_000, value_name = "N")]
-    pub count: usize,
+    #[command(flatten)]
+    pub cells: CellArgs,
     /// Fits per cell, ours and the peers'; the median time counts
     #[arg(
         long,
@@ -56,15 +39,7 @@ pub struct Args {
     /// Write all figures as CSV
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// The Python that has numpy, and pymeshlab for the peers
-    #[arg(long, default_value = "python3", value_name = "PROGRAM")]
-    pub python: PathBuf,
-    /// The folder of shapes.py, scanner.py and meshlab.py
-    #[arg(long, default_value = "tests/peers", value_name = "DIR")]
-    pub scripts: PathBuf,
     /// Keep scans and surfaces in this folder
     #[arg(long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
-    #[command(flatten)]
-    pub run: RunArgs,
 }

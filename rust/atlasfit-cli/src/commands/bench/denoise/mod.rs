@@ -6,14 +6,14 @@
 //! The oracle is the best of the peers' settings in each cell: who picks it must know the truth.
 
 mod args;
-mod cells;
 mod row;
 mod table;
 
 pub use args::Args;
 
 use super::against::Against;
-use super::peers::{MeshlabJob, Scripts};
+use super::cells::{self, Cell, Spec};
+use super::peers::MeshlabJob;
 use super::shared::{cancelled, median};
 use crate::console::Console;
 use crate::files;
@@ -22,7 +22,6 @@ use atlasfit::DenoiseOptions;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface, uv};
 use atlasfit::pipeline::{Denoised, Outliers};
-use cells::{Cell, Spec};
 use row::{Cache, POINT_FIGURES, Row, UV_FIGURES};
 use serde_json::{Value, json};
 use std::ffi::OsStr;
@@ -49,8 +48,8 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         args,
         folder,
         console,
-        cache: Cache::read(args.peer_cache.as_deref(), args.count)?,
-        specs: cells::specs(args, scripts(args))?,
+        cache: Cache::read(args.peer_cache.as_deref(), args.cells.count)?,
+        specs: cells::specs(&args.cells)?,
         with_peers: !args.no_peers,
         rows: Vec::new(),
         failed: Vec::new(),
@@ -59,8 +58,8 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         return bench.in_turn(other);
     }
     for spec in bench.specs.clone() {
-        console.check(&args.run, "measuring")?;
-        let cell = Cell::make(spec, args, scripts(args), folder, console)?;
+        console.check(&args.cells.run, "measuring")?;
+        let cell = Cell::make(spec, &args.cells, folder, console)?;
         if !args.only_peers {
             bench.fit(&cell)?;
         }
@@ -71,18 +70,14 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
     bench.report()
 }
 
-fn scripts(args: &Args) -> Scripts<'_> {
-    Scripts { python: &args.python, folder: &args.scripts }
-}
-
 impl Bench<'_> {
     /// Times each cell with this build and another one.
     fn in_turn(&self, other: &Path) -> Result<()> {
         let mut times = Against::new(other, self.args.repeat);
-        let (out, threads) = (self.folder.join("in-turn.ply"), self.args.run.threads.to_string());
+        let (out, threads) = (self.folder.join("in-turn.ply"), self.args.cells.run.threads.to_string());
         for spec in &self.specs {
-            self.console.check(&self.args.run, "measuring")?;
-            let cell = Cell::make(spec.clone(), self.args, scripts(self.args), self.folder, self.console)?;
+            self.console.check(&self.args.cells.run, "measuring")?;
+            let cell = Cell::make(spec.clone(), &self.args.cells, self.folder, self.console)?;
             let arguments: [&dyn AsRef<OsStr>; 6] =
                 [&"denoise", &cell.scan, &"-o", &out, &"--threads", &threads];
             times.time(&spec.to_string(), &arguments.map(AsRef::as_ref), self.console)?;
@@ -110,7 +105,7 @@ impl Bench<'_> {
     /// Our own fit of one cell.
     fn ours(&self, cell: &Cell) -> Result<Row> {
         let (args, console) = (self.args, self.console);
-        let cloud = files::load(&cell.scan, &args.run, console)?.cloud;
+        let cloud = files::load(&cell.scan, &args.cells.run, console)?.cloud;
         let mut times = Vec::new();
         let mut last = None;
         for _ in 0..args.repeat {
@@ -118,7 +113,7 @@ impl Bench<'_> {
             // Points of a scan with strays are measured without those that were found to be strays.
             let outliers = if cell.seen.is_some() { Outliers::Drop } else { Outliers::Keep };
             let options = DenoiseOptions::default().with_outliers(outliers);
-            last = Some(atlasfit::denoise(&cloud, &options, &mut console.start_silent(&args.run))?);
+            last = Some(atlasfit::denoise(&cloud, &options, &mut console.start_silent(&args.cells.run))?);
             times.push(start.elapsed().as_secs_f64());
         }
         let Some(outcome) = last else { bail!("no fit was run") };
@@ -140,7 +135,7 @@ impl Bench<'_> {
     fn our_figures(&self, outcome: &Denoised, cell: &Cell) -> Result<Value> {
         let truth = &cell.truth;
         let mut figures = self.measured(&outcome.surface, cell)?;
-        let silent = || self.console.start_silent(&self.args.run);
+        let silent = || self.console.start_silent(&self.args.cells.run);
         let p = silent().execute(|ctx| points(&outcome.points, truth, &DistanceOptions::default(), ctx))?;
         if outcome.surface.corner_uv.is_some() {
             let q = silent().execute(|ctx| uv(&outcome.surface, ctx))?;
@@ -186,10 +181,10 @@ impl Bench<'_> {
 
     /// The peers' surfaces of one cell.
     fn peers(&self, cell: &Cell, settings: &[&str]) -> Result<Vec<Row>> {
-        let load = |file: &Path| Ok(files::load(file, &self.args.run, self.console)?.into_mesh());
+        let load = |file: &Path| Ok(files::load(file, &self.args.cells.run, self.console)?.into_mesh());
         let job = MeshlabJob { scan: &cell.scan, folder: self.folder, repeat: self.args.repeat, settings };
         let mut rows = Vec::new();
-        for made in scripts(self.args).meshlab(&job, &load)? {
+        for made in self.args.cells.scripts().meshlab(&job, &load)? {
             rows.push(Row {
                 spec: cell.spec.clone(),
                 figures: self.measured(&made.mesh, cell)?,
@@ -207,7 +202,7 @@ impl Bench<'_> {
         // The shapes have size 1, so that the share is the length.
         let distance = |truth: &TriMesh| -> Result<SurfaceDistance> {
             let options = DistanceOptions::default();
-            let mut run = self.console.start_silent(&self.args.run);
+            let mut run = self.console.start_silent(&self.args.cells.run);
             Ok(run.execute(|ctx| surface(mesh, truth, &options, ctx))?)
         };
         let d = distance(&cell.truth)?;

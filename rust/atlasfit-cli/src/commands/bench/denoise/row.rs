@@ -1,6 +1,6 @@
 //! The figures of one surface: as JSON, as CSV, and kept in a file for peers, which take long.
 
-use super::cells::{GAUSSIAN, Spec};
+use super::super::cells::{GAUSSIAN, Spec};
 use crate::number::short;
 use anyhow::{Context as _, Result};
 use serde_json::{Value, json};

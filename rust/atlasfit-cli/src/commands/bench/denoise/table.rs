@@ -1,6 +1,6 @@
 //! The table of `bench denoise`, as Markdown.
 
-use super::cells::{GAUSSIAN, Spec};
+use super::super::cells::{GAUSSIAN, Spec};
 use super::row::Row;
 use crate::number::short;
 use std::fmt::Write as _;

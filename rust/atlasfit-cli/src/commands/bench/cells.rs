@@ -1,11 +1,10 @@
-//! The cells of `bench denoise`: a shape with a noise or a kind of scan, and the files that are made of it.
+//! The cells of `bench denoise` and `bench uncertainty`: a shape with a noise or a kind of scan, and the files that are made of it.
 //!
 //! In: what was asked for. Out: the list of cells; for each its scan, the true surface and, of a simulated
 //! scan, the part of it that was seen. `tests/peers/shapes.py` and `tests/peers/scanner.py` make them.
 
-use super::super::peers::Scripts;
-use super::args::Args;
-use crate::console::Console;
+use super::peers::Scripts;
+use crate::console::{Console, RunArgs};
 use crate::files;
 use anyhow::{Context as _, Result, bail};
 use atlasfit::geometry::TriMesh;
@@ -22,6 +21,45 @@ const SHAPES: [&str; 8] = ["bunny", "dragon", "car", "cup", "mobius", "chair", "
 const SIGMAS: [f64; 4] = [0.002, 0.005, 0.01, 0.02];
 /// The noise of simulated scans, where none is named.
 const SCANNER_SIGMA: f64 = 0.004;
+
+/// Which cells, and what makes them.
+#[derive(Debug, Clone, clap::Args)]
+pub struct CellArgs {
+    /// Simulated scans instead, of these kinds: views, outliers, misregistered, quantised, uneven, lidar,
+    /// sheets; a number chooses one of several (outliers20, sheets3) [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
+    pub scanner: Option<Vec<String>>,
+    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes, or names of PLY meshes in the data folder
+    /// [default: bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner bumps,knot,ring,spiral and all
+    /// meshes of the data folder]
+    #[arg(long, value_delimiter = ',')]
+    pub shapes: Option<Vec<String>>,
+    /// Standard deviations of the noise, for a shape of size 1 [default: 0.002,0.005,0.01,0.02; with
+    /// --scanner 0.004]
+    #[arg(long, value_delimiter = ',')]
+    pub sigmas: Option<Vec<f64>>,
+    /// The folder of meshes [default: ../shared/data/denoise beside the repository, where it is]
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// Points per scan
+    #[arg(long, default_value_t = 16_000, value_name = "N")]
+    pub count: usize,
+    /// The Python that has numpy, and pymeshlab for the peers
+    #[arg(long, default_value = "python3", value_name = "PROGRAM")]
+    pub python: PathBuf,
+    /// The folder of shapes.py, scanner.py and meshlab.py
+    #[arg(long, default_value = "tests/peers", value_name = "DIR")]
+    pub scripts: PathBuf,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+impl CellArgs {
+    /// The scripts that make cells.
+    pub fn scripts(&self) -> Scripts<'_> {
+        Scripts { python: &self.python, folder: &self.scripts }
+    }
+}
 
 /// What a scan is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,7 +106,7 @@ pub struct Seen {
 }
 
 /// All cells that were asked for.
-pub fn specs(args: &Args, scripts: Scripts<'_>) -> Result<Vec<Spec>> {
+pub fn specs(args: &CellArgs) -> Result<Vec<Spec>> {
     let given = |default: &[f64]| args.sigmas.clone().unwrap_or_else(|| default.to_vec());
     let Some(kinds) = &args.scanner else {
         let shapes = args.shapes.clone().unwrap_or_else(|| SHAPES.map(String::from).to_vec());
@@ -83,7 +121,7 @@ pub fn specs(args: &Args, scripts: Scripts<'_>) -> Result<Vec<Spec>> {
     if let Some(data) = &args.data {
         asked.extend([&"--data" as &dyn AsRef<OsStr>, data]);
     }
-    let listed = scripts.run("scanner.py", &asked)?;
+    let listed = args.scripts().run("scanner.py", &asked)?;
     let mut specs = Vec::new();
     for sigma in given(&[SCANNER_SIGMA]) {
         for line in listed.lines() {
@@ -103,13 +141,8 @@ fn parsed(line: &str) -> Result<Value> {
 
 impl Cell {
     /// Makes the scan of a cell in a folder.
-    pub fn make(
-        spec: Spec,
-        args: &Args,
-        scripts: Scripts<'_>,
-        folder: &Path,
-        console: &Console,
-    ) -> Result<Self> {
+    pub fn make(spec: Spec, args: &CellArgs, folder: &Path, console: &Console) -> Result<Self> {
+        let scripts = args.scripts();
         let load =
             |file: &Path| -> Result<TriMesh> { Ok(files::load(file, &args.run, console)?.into_mesh()) };
         let (sigma, count) = (spec.sigma.to_string(), args.count.to_string());
