@@ -19,4 +19,13 @@ impl Charted<'_> {
         let middle = f.members.get(f.members.len() / 2).map_or(usize::MAX, |m| m.0 as usize);
         self.cut.sigma * self.cut.relative_noise(middle)
     }
+
+    /// Which points lie on the charts that `stand`.
+    pub(super) fn explained(&self, stand: &[bool]) -> Vec<bool> {
+        let mut explained = vec![false; self.cut.points.len()];
+        for (f, _) in self.fitted.iter().zip(stand).filter(|(_, s)| **s) {
+            f.members.iter().for_each(|m| explained[m.0 as usize] = true);
+        }
+        explained
+    }
 }

@@ -4,9 +4,10 @@
 //! surface about them stand too, where that and the charts' own evidence together speak for surface.
 
 use super::charted::Charted;
+use super::constants::STRAYS;
 use super::density;
 use super::overlaps::Overlap;
-use super::{constants::STRAYS, explained};
+
 use crate::atlas::FittedChart;
 use crate::error::Result;
 use crate::partition::constants::PARTITION;
@@ -51,7 +52,7 @@ pub(super) fn add_dense(
     overlaps: &[Overlap],
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let explained = explained(charted, stands);
+    let explained = charted.explained(stands);
     let (known, alone): (Vec<u32>, Vec<u32>) =
         (0..explained.len() as u32).partition(|&i| explained[i as usize]);
     let [waits, is_alone] = [&*stands, &explained].map(|v| v.iter().map(|x| !x).collect::<Vec<_>>());

@@ -153,15 +153,6 @@ fn go_on(
     }
 }
 
-/// Which points lie on charts that stand.
-fn explained(charted: &Charted<'_>, stands: &[bool]) -> Vec<bool> {
-    let mut explained = vec![false; charted.cut.points.len()];
-    for (f, _) in charted.fitted.iter().zip(stands).filter(|(_, s)| **s) {
-        f.members.iter().for_each(|m| explained[m.0 as usize] = true);
-    }
-    explained
-}
-
 /// Adds the charts about which the points that no other explains lie in a slab.
 fn add_slabs(
     charted: &Charted<'_>,
@@ -170,7 +161,7 @@ fn add_slabs(
     enough: f64,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let explained = explained(charted, stands);
+    let explained = charted.explained(stands);
     let left: Vec<Vec3> =
         charted.cut.points.iter().zip(&explained).filter(|(_, e)| !**e).map(|(p, _)| *p).collect();
     if left.len() < PARTITION.min_members {
