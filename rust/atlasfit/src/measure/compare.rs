@@ -79,8 +79,8 @@ pub struct Comparison {
 
 /// Compares denoised points with the surface of an earlier scan, in one frame. Both carry an attribute of
 /// standard deviations, of which the name is given, as
-/// [`UNCERTAINTY`](crate::pipeline::UNCERTAINTY); vertices of the surface whose attribute
-/// [`EXTRAPOLATED`](crate::pipeline::EXTRAPOLATED) is not 0 are no counterpart.
+/// [`UNCERTAINTY`]; vertices of the surface whose attribute
+/// [`EXTRAPOLATED`] is not 0 are no counterpart.
 ///
 /// ```
 /// use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
