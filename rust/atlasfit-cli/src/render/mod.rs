@@ -3,8 +3,8 @@
 //! In: a mesh (without triangles: its points) and a [`Style`]. Out: RGB pixels. Everything is drawn at
 //! [`canvas::OVER`] times the size and averaged.
 //!
-//! Each file imports only files that stand before it: `color`, `font`, `camera`, `canvas`, `style`, `scale`, `shade`,
-//! then one file per kind of picture: `surface`, `points`, `uv`.
+//! Each file imports only files that stand before it: `color`, `font`, `camera`, `canvas`, `style`, `scale`,
+//! `shade`, then one file per kind of picture: `surface`, `points`, `uv`.
 
 pub mod camera;
 mod canvas;

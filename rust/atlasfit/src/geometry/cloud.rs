@@ -75,6 +75,22 @@ pub struct PointCloud {
     pub attributes: Vec<Attribute>,
 }
 
+impl Attribute {
+    /// The last column of this name: those that a result adds stand after the scan's own.
+    ///
+    /// ```
+    /// use atlasfit::geometry::{Attribute, ScalarKind};
+    /// let column = |values| Attribute { name: "age".into(), width: 1, kind: ScalarKind::U8, values };
+    /// let all = [column(vec![1.0]), column(vec![2.0])];
+    /// assert_eq!(Attribute::named(&all, "age").unwrap().values, [2.0]);
+    /// assert!(Attribute::named(&all, "size").is_none());
+    /// ```
+    #[must_use]
+    pub fn named<'a>(all: &'a [Self], name: &str) -> Option<&'a Self> {
+        all.iter().rfind(|a| a.name == name)
+    }
+}
+
 impl PointCloud {
     /// A cloud of bare positions.
     #[must_use]

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::names::{EXTRAPOLATED, UNCERTAINTY};
 use crate::geometry::{Attribute, PointCloud, TriMesh};
 use crate::numeric::special::normal_quantile;
+use crate::numeric::stats::median;
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::{Context, Stage};
 use crate::setters::setters;
@@ -24,6 +25,8 @@ const OVER: f64 = 0.7;
 const ON: f64 = 3.0;
 /// The largest distance, as a share of the surface's longest side, where none is given.
 const REACH: f64 = 0.1;
+/// Bytes for each point: its foot, distances, the columns of the result. Derived.
+const BYTES_PER_POINT: u64 = 300;
 /// Below this share of the points over the surface the scans do not overlap.
 const OVERLAP: f64 = 0.01;
 
@@ -78,9 +81,8 @@ pub struct Comparison {
 }
 
 /// Compares denoised points with the surface of an earlier scan, in one frame. Both carry an attribute of
-/// standard deviations, of which the name is given, as
-/// [`UNCERTAINTY`]; vertices of the surface whose attribute
-/// [`EXTRAPOLATED`] is not 0 are no counterpart.
+/// standard deviations, [`UNCERTAINTY`]; vertices of the surface whose attribute [`EXTRAPOLATED`] is not 0 are
+/// no counterpart.
 ///
 /// ```
 /// use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};
@@ -112,8 +114,8 @@ pub fn compare(
     check(options)?;
     let of_surface = column(&surface.attributes, UNCERTAINTY, surface.positions.len(), "the surface")?;
     let of_points = column(&points.attributes, UNCERTAINTY, points.len(), "the points")?;
-    let invented = surface.attributes.iter().rfind(|a| a.name == EXTRAPOLATED).map(|a| &a.values[..]);
-    ctx.reserve(surface.bytes() + points.bytes() + 300 * points.len() as u64, ADVICE)?;
+    let invented = Attribute::named(&surface.attributes, EXTRAPOLATED).map(|a| &a.values[..]);
+    ctx.reserve(surface.bytes() + points.bytes() + BYTES_PER_POINT * points.len() as u64, ADVICE)?;
     let boxes = [&surface.positions, &points.positions].map(|p| Aabb::of(&finite(p)));
     let reach = options.max_distance.unwrap_or(REACH * boxes[0].longest_side());
     let apart = (0..3)
@@ -155,9 +157,7 @@ fn summary(all: &[[f64; 2]], factor: f64, options: &CompareOptions) -> Result<Co
         )));
     }
     let significant: Vec<bool> = all.iter().map(|[d, sd]| d.abs() > limit(*sd)).collect();
-    let middle = |of: &dyn Fn(&[f64; 2]) -> f64| {
-        crate::numeric::stats::median(&mut known.iter().map(of).collect::<Vec<_>>())
-    };
+    let middle = |of: &dyn Fn(&[f64; 2]) -> f64| median(&mut known.iter().map(of).collect::<Vec<_>>());
     Ok(Comparison {
         compared: known.len(),
         changed: significant.iter().filter(|s| **s).count(),
@@ -193,7 +193,7 @@ fn check(o: &CompareOptions) -> Result<()> {
 
 /// The standard deviations of `count` things.
 fn column<'a>(attributes: &'a [Attribute], name: &str, count: usize, of: &str) -> Result<&'a [f64]> {
-    let found = attributes.iter().rfind(|a| a.name == name && a.width == 1 && a.values.len() == count);
+    let found = Attribute::named(attributes, name).filter(|a| a.width == 1 && a.values.len() == count);
     found.map(|a| &a.values[..]).ok_or_else(|| {
         Error::invalid(format!("{of} have no attribute \"{name}\""), "Denoise both scans with uncertainty")
     })
@@ -201,6 +201,11 @@ fn column<'a>(attributes: &'a [Attribute], name: &str, count: usize, of: &str) -
 
 fn finite(at: &[[f64; 3]]) -> Vec<Vec3> {
     at.iter().copied().map(Vec3).filter(|p| p.iter().all(|x| x.is_finite())).collect()
+}
+
+/// The corners of the triangle that a foot lies on.
+fn corners(surface: &TriMesh, foot: &Foot) -> [Vec3; 3] {
+    surface.triangles[foot.triangle as usize].map(|v| Vec3(surface.positions[v as usize]))
 }
 
 /// A place of the surface.
@@ -213,7 +218,7 @@ struct Place {
 impl Place {
     fn of(surface: &TriMesh, foot: &Foot, sd: &[f64], invented: Option<&[f64]>) -> Self {
         let t = surface.triangles[foot.triangle as usize].map(|v| v as usize);
-        let [a, b, c] = t.map(|v| Vec3(surface.positions[v]));
+        let [a, b, c] = corners(surface, foot);
         let face = (b - a).cross(c - a);
         // Barycentric weights: areas opposite to the corners.
         let area = |p: Vec3, q: Vec3| (p - foot.point).cross(q - foot.point).dot(face).max(0.0);
@@ -234,16 +239,9 @@ fn side(surface: &TriMesh, points: &PointCloud, feet: &[Option<Foot>]) -> f64 {
     let Some(normals) = &points.normals else { return 1.0 };
     let agree: f64 = (feet.iter().zip(normals))
         .filter_map(|(foot, n)| {
-            let t = surface.triangles[foot.as_ref()?.triangle as usize];
-            let [a, b, c] = t.map(|v| Vec3(surface.positions[v as usize]));
+            let [a, b, c] = corners(surface, foot.as_ref()?);
             let with = (b - a).cross(c - a).dot(Vec3(n.map(f64::from)));
-            Some(if with > 0.0 {
-                1.0
-            } else if with < 0.0 {
-                -1.0
-            } else {
-                0.0
-            })
+            Some(if with == 0.0 { 0.0 } else { with.signum() })
         })
         .sum();
     if agree < 0.0 { -1.0 } else { 1.0 }

@@ -1,7 +1,8 @@
 //! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust
-//! weights, special functions, order statistics, random numbers, sorting, sums over pairs; counts as text.
+//! weights, strays among what is known, special functions, order statistics, random numbers, sorting, sums over pairs; counts as text.
 
 pub mod dense;
+pub(crate) mod mixture;
 pub(crate) mod pairs;
 pub(crate) mod pentadiagonal;
 pub(crate) mod plane;

@@ -23,9 +23,9 @@ const MANY_FACES: usize = 10;
 /// What to tell where the uncertainty could not be checked by the scan's residuals.
 pub(super) fn not_calibrated(sure: Option<&PointUncertainty>) -> Option<String> {
     (sure?.factor.is_none()).then(|| {
-        "the uncertainty could not be checked by the scan's own residuals: there are too few points, or their \
-         noise is not independent (views that do not fit each other, filtered depth). It is what the charts \
-         say alone and may be too small"
+        "the uncertainty could not be checked by the scan's own residuals: there are too few points, or \
+         their noise is not independent (filtered depth, for one). It is what the charts say alone and may \
+         be too small"
             .into()
     })
 }

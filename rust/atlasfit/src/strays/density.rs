@@ -57,9 +57,9 @@ pub(super) fn relative(cut: &Cut<'_>, known: &[u32], asked: &[u32], ctx: &Contex
 }
 
 impl Densities {
-    /// The evidence that the points of a chart belong to the surface, from their `relative` spacings, of which
-    /// each `counts` so much. They have one density, with the scatter of the surface about it: strays may have
-    /// any, the surface that of its neighbours, or, at odd places, any too.
+    /// The evidence that the points of a chart belong to the surface, from their `relative` spacings, of
+    /// which each `counts` so much. They have one density, with the scatter of the surface about it: strays
+    /// may have any, the surface that of its neighbours, or, at odd places, any too.
     pub(super) fn evidence(&self, relative: &[f64], counts: f64) -> f64 {
         let (s, range) = (self.scatter, STRAYS.stray_range);
         let normal = |x: f64| (-0.5 * (x / s).powi(2)).exp() / (TAU.sqrt() * s);

@@ -6,6 +6,7 @@
 use super::constants::STRAYS;
 use crate::atlas::Monge;
 use crate::numeric::dense::principal;
+use crate::numeric::mixture;
 use crate::numeric::robust::TUKEY;
 use crate::numeric::stats::weighted_median;
 use crate::numeric::vec3::Vec3;
@@ -16,8 +17,6 @@ use std::f64::consts::TAU;
 
 /// Noise so small that no length can be divided by it.
 const LEAST_SIGMA: f64 = 1e-12;
-/// Rounds in which the share of strays in a window is found.
-const SHARE_ROUNDS: usize = 20;
 /// Coefficients of a quadric: it goes through as many points or fewer.
 const QUADRIC: usize = 6;
 /// Points that a chart can follow. Source: chosen, twice the coefficients of a quadric.
@@ -57,9 +56,9 @@ pub(super) fn of_sheet(
     in_window(points, tree, sheet, sheet.narrowest(), counts, found).evidence
 }
 
-/// The same in wider windows, each twice as wide as the last, as a narrow one has too few points where they lie
-/// in lines. The one that says most counts, less what the choice costs. Charts that are thicker than the noise,
-/// or empty in their middle, have none.
+/// The same in wider windows, each twice as wide as the last, as a narrow one has too few points where they
+/// lie in lines. The one that says most counts, less what the choice costs. Charts that are thicker than the
+/// noise, or empty in their middle, have none.
 pub(super) fn of_wide_sheet(
     points: &[Vec3],
     tree: &Neighbours,
@@ -156,13 +155,12 @@ impl Mixture {
     fn new(over: &[[f64; 3]], half: f64, sigma: f64) -> Self {
         let peak = 2.0 * half / (TAU.sqrt() * sigma);
         let ratio: Vec<f64> = over.iter().map(|p| peak * (-0.5 * (p[2] / sigma).powi(2)).exp()).collect();
-        let stray = share_of_strays(&ratio);
+        let stray = mixture::share_of_strays(&ratio);
         Self { ratio, stray }
     }
     /// The probability that a point is the sheet's.
     fn on_sheet(&self, k: usize) -> f64 {
-        let on = (1.0 - self.stray) * self.ratio[k];
-        on / (self.stray + on)
+        1.0 - mixture::stray(self.stray, self.ratio[k])
     }
 }
 
@@ -177,16 +175,6 @@ fn as_far_as_along(over: &[[f64; 3]], on_sheet: impl Fn(usize) -> f64) -> f64 {
     let [x, y] = [middle(&|p| p[0]), middle(&|p| p[1])];
     // On a disk of radius r half of the points are within r / sqrt 2, and the variance is r^2 / 4 either way.
     (1.5 * middle(&|p| (p[0] - x).powi(2) + (p[1] - y).powi(2))).sqrt()
-}
-
-/// The share of strays that makes the points likeliest.
-fn share_of_strays(ratio: &[f64]) -> f64 {
-    let mut share = 0.5;
-    for _ in 0..SHARE_ROUNDS {
-        let sum: f64 = ratio.iter().map(|r| share / (share + (1.0 - share) * r)).sum();
-        share = (sum / ratio.len().max(1) as f64).clamp(1e-6, 1.0);
-    }
-    share
 }
 
 /// What a quadric fitted to `n` points costs: each coefficient half the logarithm of how much the points

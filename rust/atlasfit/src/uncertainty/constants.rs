@@ -18,8 +18,6 @@ pub(crate) struct UncertaintyConstants {
     /// A factor that is below one by this many standard errors says that the noise of points beside each
     /// other is not independent. Source: chosen.
     pub dependent: f64,
-    /// Rounds in which the share of strays is found. Source: chosen.
-    pub share_rounds: usize,
     /// Points about a vertex that tell its uncertainty. Source: chosen, as for colours.
     pub about_vertex: usize,
 }
@@ -32,6 +30,5 @@ pub(crate) const UNCERTAINTY: UncertaintyConstants = UncertaintyConstants {
     circle: 6.0,
     doubtful: 0.5,
     dependent: 3.0,
-    share_rounds: 20,
     about_vertex: 4,
 };

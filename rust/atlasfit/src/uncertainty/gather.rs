@@ -3,6 +3,7 @@
 //! In: points, fitted charts, the points on the blended charts. Out: for each point posterior variance,
 //! disagreement of its charts, noise, and what its residuals beside its neighbours' say.
 
+use super::claimed::{Claimed, claimed};
 use super::constants::UNCERTAINTY;
 use crate::atlas::{FittedChart, Map, ProjectedPoint};
 use crate::error::Result;
@@ -11,7 +12,7 @@ use crate::fit::constants::FIT;
 use crate::fit::leverage::{Leverage, leverage};
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::neighbours::{Neighbour, Neighbours};
+use crate::spatial::neighbours::Neighbour;
 use rayon::prelude::*;
 
 /// Neighbours whose residuals are compared with a point's own; `u32::MAX` for none.
@@ -80,17 +81,14 @@ struct OfChart {
 /// The nearest points of the same sheet beside each: by their places on the surface, as the nearest by the
 /// scan's own would share its noise.
 pub(super) fn beside(projected: &[ProjectedPoint], ctx: &Context<'_>) -> Result<Vec<Beside>> {
-    let claimed: Vec<u32> =
-        (0..projected.len() as u32).filter(|&i| projected[i as usize].chart != u32::MAX).collect();
-    let places: Vec<Vec3> = claimed.iter().map(|&i| projected[i as usize].position).collect();
-    let tree = Neighbours::build(&places, ctx)?;
+    let Claimed { tree, index } = claimed(projected, ctx)?;
     let one = |own: &ProjectedPoint, i: u32, found: &mut Vec<Neighbour>| {
         let mut out = [u32::MAX; UNCERTAINTY.beside];
         if own.chart == u32::MAX {
             return out;
         }
         tree.nearest(own.position, UNCERTAINTY.beside + 1, found);
-        let others = found.iter().map(|f| claimed[f.index as usize]);
+        let others = found.iter().map(|f| index[f.index as usize]);
         let same = |j: &u32| projected[*j as usize].normal.dot(own.normal) > UNCERTAINTY.same_side;
         out.iter_mut().zip(others.filter(|&j| j != i).filter(same)).for_each(|(o, j)| *o = j);
         out

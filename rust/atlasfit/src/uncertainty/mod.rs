@@ -10,6 +10,7 @@
 //! widened by what the scan's own residuals ask for (`calibrate`).
 
 mod calibrate;
+mod claimed;
 pub(crate) mod constants;
 mod gather;
 mod strays;

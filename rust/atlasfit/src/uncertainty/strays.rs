@@ -4,7 +4,7 @@
 //! the noise and of strays, which lie anywhere within the charts' reach; the share of strays is the likeliest
 //! one.
 
-use super::constants::UNCERTAINTY;
+use crate::numeric::mixture;
 use crate::numeric::robust::TUKEY;
 use std::f64::consts::TAU;
 
@@ -13,12 +13,8 @@ pub(super) fn probabilities(scaled: &[Option<f64>]) -> Vec<f64> {
     // Densities on the surface over those as a stray.
     let ratio = |z: f64| 2.0 * TUKEY / TAU.sqrt() * (-0.5 * z * z).exp();
     let ratios: Vec<f64> = scaled.iter().flatten().map(|&z| ratio(z)).collect();
-    let mut share = 0.5;
-    let stray = |share: f64, ratio: f64| share / (share + (1.0 - share) * ratio);
-    for _ in 0..UNCERTAINTY.share_rounds {
-        share = ratios.iter().map(|&r| stray(share, r)).sum::<f64>() / ratios.len().max(1) as f64;
-    }
-    scaled.iter().map(|z| z.map_or(1.0, |z| stray(share, ratio(z)))).collect()
+    let share = mixture::share_of_strays(&ratios);
+    scaled.iter().map(|z| z.map_or(1.0, |z| mixture::stray(share, ratio(z)))).collect()
 }
 
 #[cfg(test)]

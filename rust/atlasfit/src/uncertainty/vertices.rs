@@ -1,20 +1,20 @@
 //! How sure the vertices of a surface are.
 //!
 //! In: vertices, the scan's points on the charts and their uncertainty. Out: a standard deviation for each
-//! vertex, and whether it was invented where no data are. A vertex is as sure as the points about it, and less
-//! by how far it lies off their charts: contouring, fewer triangles, curves along rims and edges may move it.
-//! Where no data are, at a distance d from the data, the surface
-//! may be off by what a surface that bends as the scan usually does would be: half the curvature times d
-//! squared.
+//! vertex, and whether it was invented where no data are. A vertex is as sure as the points about it, and
+//! less by how far it lies off their charts: contouring, fewer triangles, curves along rims and edges may move
+//! it. Where no data are, at a distance d from the data, the surface may be off by what a surface that bends
+//! as the scan usually does would be: half the curvature times d squared.
 
 use super::PointUncertainty;
+use super::claimed::{Claimed, claimed};
 use super::constants::UNCERTAINTY;
 use crate::atlas::{Chart, ProjectedPoint};
 use crate::blend::constants::BLEND;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::neighbours::{Neighbour, Neighbours};
+use crate::spatial::neighbours::Neighbour;
 use rayon::prelude::*;
 
 /// How sure a vertex is.
@@ -91,18 +91,4 @@ pub(crate) fn distances(
         Ok(block.iter().map(far).collect::<Vec<_>>())
     });
     Ok(blocks.collect::<Result<Vec<_>>>()?.concat())
-}
-
-/// The points on charts.
-struct Claimed {
-    tree: Neighbours,
-    /// Their indices.
-    index: Vec<u32>,
-}
-
-fn claimed(projected: &[ProjectedPoint], ctx: &Context<'_>) -> Result<Claimed> {
-    let index: Vec<u32> =
-        (0..projected.len() as u32).filter(|&i| projected[i as usize].chart != u32::MAX).collect();
-    let places: Vec<Vec3> = index.iter().map(|&i| projected[i as usize].position).collect();
-    Ok(Claimed { tree: Neighbours::build(&places, ctx)?, index })
 }

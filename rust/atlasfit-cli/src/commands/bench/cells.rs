@@ -1,9 +1,11 @@
-//! The cells of `bench denoise` and `bench uncertainty`: a shape with a noise or a kind of scan, and the files that are made of it.
+//! The cells of `bench denoise`, `bench uncertainty` and `bench compare`: a shape with a noise or a kind of
+//! scan, and the files that are made of it.
 //!
 //! In: what was asked for. Out: the list of cells; for each its scan, the true surface and, of a simulated
 //! scan, the part of it that was seen. `tests/peers/shapes.py` and `tests/peers/scanner.py` make them.
 
 use super::peers::Scripts;
+use super::shared::cancelled;
 use crate::console::{Console, RunArgs};
 use crate::files;
 use anyhow::{Context as _, Result, bail};
@@ -68,6 +70,8 @@ pub struct Spec {
     /// [`GAUSSIAN`], or a kind of scanner.py.
     pub kind: String,
     pub sigma: f64,
+    /// Which noise of that size.
+    pub seed: u64,
 }
 
 impl Spec {
@@ -78,7 +82,8 @@ impl Spec {
 
     /// The same as the beginning of a file's name.
     pub fn stem(&self) -> String {
-        self.scene().replace(' ', "-")
+        let scene = self.scene().replace(' ', "-");
+        if self.seed == 0 { scene } else { format!("{scene}-{}", self.seed) }
     }
 }
 
@@ -110,7 +115,8 @@ pub fn specs(args: &CellArgs) -> Result<Vec<Spec>> {
     let given = |default: &[f64]| args.sigmas.clone().unwrap_or_else(|| default.to_vec());
     let Some(kinds) = &args.scanner else {
         let shapes = args.shapes.clone().unwrap_or_else(|| SHAPES.map(String::from).to_vec());
-        let cell = |shape: &String, sigma| Spec { shape: shape.clone(), kind: GAUSSIAN.into(), sigma };
+        let cell =
+            |shape: &String, sigma| Spec { shape: shape.clone(), kind: GAUSSIAN.into(), sigma, seed: 0 };
         return Ok(given(&SIGMAS)
             .iter()
             .flat_map(|&sigma| shapes.iter().map(move |shape| cell(shape, sigma)))
@@ -129,7 +135,7 @@ pub fn specs(args: &CellArgs) -> Result<Vec<Spec>> {
             let (Some(shape), Some(kind)) = (said["shape"].as_str(), said["kind"].as_str()) else {
                 bail!("scanner.py said {line}: shape and kind were expected");
             };
-            specs.push(Spec { shape: shape.into(), kind: kind.into(), sigma });
+            specs.push(Spec { shape: shape.into(), kind: kind.into(), sigma, seed: 0 });
         }
     }
     Ok(specs)
@@ -145,9 +151,9 @@ impl Cell {
         let scripts = args.scripts();
         let load =
             |file: &Path| -> Result<TriMesh> { Ok(files::load(file, &args.run, console)?.into_mesh()) };
-        let (sigma, count) = (spec.sigma.to_string(), args.count.to_string());
+        let [sigma, count, seed] = [spec.sigma.to_string(), args.count.to_string(), spec.seed.to_string()];
         let scan = folder.join(format!("{}-{sigma}.ply", spec.stem()));
-        let mut last: Vec<&dyn AsRef<OsStr>> = vec![&"--count", &count];
+        let mut last: Vec<&dyn AsRef<OsStr>> = vec![&"--count", &count, &"--seed", &seed];
         if let Some(data) = &args.data {
             last.extend([&"--data" as &dyn AsRef<OsStr>, data]);
         }
@@ -167,4 +173,33 @@ impl Cell {
         let seen = Some(Seen { part: load(&seen)?, share });
         Ok(Self { scan, truth: load(&truth)?, seen, spec })
     }
+}
+
+/// The rows of all cells that were asked for, each told as a line when it is there, and what failed. Without
+/// `sigmas` of their own, scans that are not simulated get those.
+pub fn rows<R>(
+    args: &CellArgs,
+    sigmas: &[f64],
+    console: &Console,
+    line: fn(&R) -> String,
+    measure: impl Fn(Spec, &CellArgs) -> Result<R>,
+) -> Result<(Vec<R>, Vec<String>)> {
+    let mut which = args.clone();
+    if which.scanner.is_none() {
+        which.sigmas.get_or_insert_with(|| sigmas.to_vec());
+    }
+    let (mut rows, mut failed) = (Vec::new(), Vec::new());
+    for spec in specs(&which)? {
+        console.check(&which.run, "measuring")?;
+        let name = spec.to_string();
+        match measure(spec, &which) {
+            Ok(row) => {
+                console.note(line(&row));
+                rows.push(row);
+            }
+            Err(e) if cancelled(&e) => return Err(e),
+            Err(e) => failed.push(format!("{name}: {e:#}")),
+        }
+    }
+    Ok((rows, failed))
 }

@@ -2,6 +2,7 @@
 
 mod against;
 mod cells;
+mod compare;
 mod denoise;
 mod paper;
 mod peers;
@@ -24,6 +25,8 @@ pub enum Bench {
     Surfaces(surfaces::Args),
     /// How often 90% intervals of the uncertainty hold the true distance, and what it costs
     Uncertainty(uncertainty::Args),
+    /// How much noise alone is taken for change between two scans, and how much of a dent is found
+    Compare(compare::Args),
     /// The tables of Deep Manifold Prior with its networks, beside the default prior
     Paper(paper::Args),
 }
@@ -34,7 +37,11 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
     let temporary = std::env::temp_dir().join(format!("atlasfit-bench-{}", std::process::id()));
     let keep = match bench {
         Bench::Denoise(args) => args.keep.clone(),
-        Bench::Unwrap(_) | Bench::Surfaces(_) | Bench::Uncertainty(_) | Bench::Paper(_) => None,
+        Bench::Unwrap(_)
+        | Bench::Surfaces(_)
+        | Bench::Uncertainty(_)
+        | Bench::Compare(_)
+        | Bench::Paper(_) => None,
     };
     let folder = keep.clone().unwrap_or_else(|| temporary.clone());
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
@@ -43,6 +50,7 @@ pub fn run(bench: &Bench, console: &Console) -> Result<()> {
         Bench::Unwrap(args) => unwrap::run(args, &folder, console),
         Bench::Surfaces(args) => surfaces::run(args, &folder, console),
         Bench::Uncertainty(args) => uncertainty::run(args, &folder, console),
+        Bench::Compare(args) => compare::run(args, &folder, console),
         Bench::Paper(args) => paper::run(args, console),
     };
     if keep.is_none() {

@@ -4,7 +4,7 @@
 //! that were found to be outliers and vertices that are marked as extrapolated are counted apart.
 
 use super::cells::{self, Cell, CellArgs};
-use super::shared::{cancelled, median};
+use super::shared::median;
 use crate::console::Console;
 use crate::files;
 use anyhow::{Result, bail};
@@ -24,7 +24,8 @@ pub struct Args {
     #[command(flatten)]
     cells: CellArgs,
     /// Fits per cell with uncertainty and without, in turn; the median times count
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100))]
     repeat: u32,
 }
 
@@ -53,30 +54,15 @@ struct Row {
 
 /// Fits and measures cell after cell.
 pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
-    let mut which = args.cells.clone();
-    if which.scanner.is_none() {
-        which.sigmas.get_or_insert_with(|| SIGMAS.to_vec());
-    }
-    let (mut rows, mut failed) = (Vec::new(), Vec::new());
-    for spec in cells::specs(&which)? {
-        console.check(&which.run, "measuring")?;
-        let name = spec.to_string();
-        let row = Cell::make(spec, &which, folder, console).and_then(|cell| measure(args, &cell, console));
-        match row {
-            Ok(row) => {
-                console.note(line(&row));
-                rows.push(row);
-            }
-            Err(e) if cancelled(&e) => return Err(e),
-            Err(e) => failed.push(format!("{name}: {e:#}")),
-        }
-    }
+    let (rows, failed) = cells::rows(&args.cells, &SIGMAS, console, line, |spec, which| {
+        measure(args, &Cell::make(spec, which, folder, console)?, console)
+    })?;
     report(&rows, &failed, console);
     if failed.is_empty() { Ok(()) } else { bail!("failed: {}", failed.join("; ")) }
 }
 
 fn column<'a>(attributes: &'a [Attribute], name: &str) -> &'a [f64] {
-    attributes.iter().rfind(|a| a.name == name).map_or(&[], |a| &a.values)
+    Attribute::named(attributes, name).map_or(&[], |a| &a.values)
 }
 
 fn measure(args: &Args, cell: &Cell, console: &Console) -> Result<Row> {

@@ -8,6 +8,7 @@ use crate::output::{self, Holds, Output, OutputArgs, Writer, Written};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake, side_for};
+use atlasfit::geometry::Attribute;
 use atlasfit::pipeline::{self, Denoised};
 use atlasfit::unwrap::PAGE_TEXELS;
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
@@ -348,7 +349,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
 
 /// The middle one of the points' uncertainties, where they were asked for.
 fn median_uncertainty(outcome: &Denoised) -> Option<f64> {
-    let column = outcome.points.attributes.iter().rfind(|a| a.name == pipeline::UNCERTAINTY)?;
+    let column = Attribute::named(&outcome.points.attributes, pipeline::UNCERTAINTY)?;
     let on = outcome.point_chart.iter().zip(&column.values).filter(|(c, _)| **c != u32::MAX);
     Some(atlasfit::numeric::stats::median(&mut on.map(|(_, &sd)| sd).collect::<Vec<_>>()))
 }

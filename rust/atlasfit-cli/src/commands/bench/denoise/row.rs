@@ -111,6 +111,7 @@ impl<'a> Cache<'a> {
                 shape: word("shape")?,
                 kind: v["kind"].as_str().unwrap_or(GAUSSIAN).into(),
                 sigma: number("sigma")?,
+                seed: 0,
             },
             method: word("method")?,
             seconds: number("seconds")?,
@@ -159,7 +160,7 @@ pub fn csv(rows: &[Row]) -> String {
         UV_FIGURES.join(",")
     );
     for row in rows {
-        let Spec { shape, kind, sigma } = &row.spec;
+        let Spec { shape, kind, sigma, .. } = &row.spec;
         let _ = write!(out, "{shape},{kind},{sigma},\"{}\",{:.4},{}", row.method, row.seconds, row.cached);
         for key in FIGURES.iter().chain(&POINT_FIGURES).chain(&UV_FIGURES) {
             let value = row.get(key);
