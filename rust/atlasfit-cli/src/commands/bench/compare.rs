@@ -52,7 +52,11 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         measure(spec, which, folder, console)
     })?;
     report(&rows, &failed, console);
-    if failed.is_empty() { Ok(()) } else { bail!("failed: {}", failed.join("; ")) }
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        bail!("{} of {} cells failed", failed.len(), rows.len() + failed.len())
+    }
 }
 
 fn measure(spec: Spec, which: &CellArgs, folder: &Path, console: &Console) -> Result<Row> {
