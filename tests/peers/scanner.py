@@ -6,7 +6,8 @@ grazes it):
   views          several cameras about the shape; what is hidden from all of them is not in the scan
   outliersP      the same; P (3, 5, 20) percent of the points are strays, half of them anywhere about the
                  shape, half in clusters
-  misregistered  the same; each view is turned and moved by about two sigma
+  misregistered  the same; each view is turned and moved by about two sigma; the scan says which view a point
+                 is of
   quantised      the same; depths are rounded to steps of four sigma
   uneven         the same; the density falls along x by a factor of 30
   lidar          one turning scanner in a room with furniture, line by line, with points in between where the
@@ -147,7 +148,7 @@ def misregistered(V, F, sigma, count, rng):
         # A turn of four sigma moves what lies half a side from the centre by two.
         of = hits.view == k
         points[of] = rotated(points[of], axis, 4 * sigma) + 2 * sigma * move
-    return points, places, 0
+    return points, places, 0, hits.view
 
 
 def rotated(P, axis, angle):
@@ -228,15 +229,15 @@ def in_lidar_reach(d):
 
 def scan(shape, kind, sigma, count=16000, seed=0, data=shapes.DATA):
     """The points; the true surface, turned to the sensors; which of its triangles were seen; the number of
-    strays.
+    strays; the view of each point, where the scan is to tell.
     """
     how, own = KINDS[kind]
     V, F = shapes.fitted(*own[1](sigma)) if own else shapes.clean(shape, data)
     rng = np.random.default_rng([seed, zlib.crc32(("%s %s" % (shape, kind)).encode())])
-    points, places, strays = how(V, F, sigma, count, rng)
+    points, places, strays, *view = how(V, F, sigma, count, rng)
     side, seen = seen_sides(V, F, places, in_lidar_reach if kind == "lidar" else None)
     F = np.where((side < 0)[:, None], F[:, [0, 2, 1]], F)
-    return points, V, F, seen, strays
+    return points, V, F, seen, strays, *(view or [None])
 
 
 def cells(kinds, names, data):
@@ -281,13 +282,13 @@ def main():
         for kind, shape in cells(args.kinds, args.shapes, args.data):
             print(json.dumps({"kind": kind, "shape": shape}))
         return
-    points, V, F, seen, strays = scan(args.shape, args.kind, args.sigma, args.count, args.seed, args.data)
+    points, V, F, seen, strays, view = scan(args.shape, args.kind, args.sigma, args.count, args.seed, args.data)
     if not seen.any():
         raise SystemExit("%s: no triangle of it was seen" % args.shape)
     area = np.linalg.norm(np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), axis=1)
     shapes.write_ply(args.truth, V, F)
     shapes.write_ply(args.seen, *part(V, F[seen]))
-    shapes.write_ply(args.scan, points)
+    shapes.write_ply(args.scan, points, view=view)
     print(json.dumps({"points": len(points), "strays": strays, "seen": area[seen].sum() / area.sum()}))
 
 

@@ -199,11 +199,16 @@ def read_ply(path):
     return V.astype(float), F["i"].astype(np.int64)
 
 
-def write_ply(path, V, F=None):
-    """Doubles, so that nothing is rounded."""
+def write_ply(path, V, F=None, view=None):
+    """Doubles, so that nothing is rounded. `view` is a whole number for each vertex."""
     head = "ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % len(V)
     head += "".join("property double %s\n" % c for c in "xyz")
     body = np.asarray(V, "<f8").tobytes()
+    if view is not None:
+        head += "property int view\n"
+        rows = np.empty(len(V), [("at", "<f8", 3), ("view", "<i4")])
+        rows["at"], rows["view"] = V, view
+        body = rows.tobytes()
     if F is not None:
         head += "element face %d\nproperty list uchar int vertex_indices\n" % len(F)
         faces = np.empty(len(F), [("n", "u1"), ("i", "<i4", 3)])

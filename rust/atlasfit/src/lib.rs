@@ -56,6 +56,8 @@ pub mod bake;
 
 pub mod unwrap;
 
+pub mod register;
+
 pub mod pipeline;
 
 mod setters;

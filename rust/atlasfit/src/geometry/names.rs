@@ -9,6 +9,9 @@ pub const EXTRAPOLATED: &str = "extrapolated";
 /// point is not finite.
 pub const UNCERTAINTY: &str = "uncertainty";
 
+/// The attribute of points of several files that numbers their file: 0, 1, and so on.
+pub const FILE: &str = "file";
+
 /// The attribute of denoised points that is the standard deviation of the noise they had, in the scan's unit;
 /// 0 of outliers.
 pub const NOISE: &str = "noise";

@@ -19,19 +19,7 @@ pub(super) fn given(
     scan: &Scan,
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<Vec3>>> {
-    let frame = &scan.frame;
-    let from = |viewpoint: [f64; 3], i: usize| {
-        (Vec3(viewpoint) - Vec3(cloud.positions[i])).map(|x| x / frame.scale).normalized()
-    };
-    let of_input: Box<dyn Fn(usize) -> Vec3> = match (options.viewpoint, &cloud.normals, &cloud.scanners) {
-        (Some(viewpoint), ..) => Box::new(move |i| from(viewpoint, i)),
-        (None, Some(normals), _) => Box::new(|i| Vec3(normals[i].map(f64::from)).normalized()),
-        (None, None, Some(s)) => Box::new(move |i| match s.positions.get(s.of_point[i] as usize) {
-            Some(&scanner) => from(scanner, i),
-            None => Vec3::ZERO,
-        }),
-        (None, None, None) => return Ok(None),
-    };
+    let Some(of_input) = directions(cloud, options) else { return Ok(None) };
     let mut toward = vec![Vec3::ZERO; scan.points.len()];
     for (i, &p) in scan.input.of_input.iter().enumerate() {
         ctx.check_at(i)?;
@@ -46,4 +34,27 @@ pub(super) fn given(
     toward.iter_mut().for_each(|t| *t = if *t == Vec3::ZERO { *t } else { t.normalized() });
     let known = toward.iter().any(|t| *t != Vec3::ZERO);
     Ok(known.then_some(toward))
+}
+
+/// For each given point a unit vector to the side that it faces, zero or not finite where that is not known;
+/// `None` where nothing is known of any.
+pub(super) fn directions<'a>(
+    cloud: &'a PointCloud,
+    options: &DenoiseOptions,
+) -> Option<Box<dyn Fn(usize) -> Vec3 + 'a>> {
+    let from = |viewpoint: [f64; 3], i: usize| {
+        let way = Vec3(viewpoint) - Vec3(cloud.positions[i]);
+        // Squares of far coordinates are beyond what numbers hold.
+        let longest = way.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+        way.map(|x| x / longest).normalized()
+    };
+    Some(match (options.viewpoint, &cloud.normals, &cloud.scanners) {
+        (Some(viewpoint), ..) => Box::new(move |i| from(viewpoint, i)),
+        (None, Some(normals), _) => Box::new(|i| Vec3(normals[i].map(f64::from)).normalized()),
+        (None, None, Some(s)) => Box::new(move |i| match s.positions.get(s.of_point[i] as usize) {
+            Some(&scanner) => from(scanner, i),
+            None => Vec3::ZERO,
+        }),
+        (None, None, None) => return None,
+    })
 }

@@ -114,6 +114,7 @@ pub(super) fn finish(
         boundary_edges: topology.boundary_edges,
         uv_charts,
         uncertainty_factor: sure.and_then(|s| s.factor),
+        registration: None,
         warnings,
         seconds: ctx.stage_seconds(),
     };

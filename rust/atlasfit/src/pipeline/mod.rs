@@ -1,6 +1,6 @@
 //! The main job: a noisy scan in; denoised points, one surface and chart UVs out.
 //!
-//! Each step is a file: [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
+//! Each step is a file: `sweeps` (moved together, if asked for) → [`prepare`] (distinct points, spacing, noise) → [`guide`] (optional: a first surface
 //! to project onto) → `facing` (which way it is known to face) → `fit_atlas` (tubes, patches, charts) →
 //! `sheets` (which points lie on which sheet) → `strength` (charts smoother or rougher, if asked for) →
 //! `uncertainty` (how sure the points are, if asked for) →
@@ -28,6 +28,7 @@ mod report;
 mod sheets;
 mod strength;
 mod surface;
+mod sweeps;
 mod warnings;
 
 pub use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
@@ -139,13 +140,13 @@ pub fn denoise_vertices(
 }
 
 /// Unit normals of a scan's points as [`denoise`] finds and turns them: outward where there is an outside.
-/// Those of outliers are 0. For guides that must know a side. `points` are finite.
+/// Those of outliers are 0. For guides that must know a side, and to register sweeps.
 ///
 /// # Errors
 /// As [`denoise`].
 pub fn oriented_normals(points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<Vec3>> {
     let cloud = PointCloud::from_positions(vec3::plain(points.to_vec()));
-    let options = DenoiseOptions::default().with_uv(false);
+    let options = DenoiseOptions::default().with_surface(false);
     let normals = denoise_in(&cloud, &[], &options, None, ctx)?.points.normals;
     Ok(normals.into_iter().flatten().map(|n| Vec3(n.map(f64::from))).collect())
 }
@@ -155,6 +156,9 @@ pub fn oriented_normals(points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<Vec3>>
 /// nearly all of the time (`--prior mlp`, 5,000 points).
 fn plan(guided: bool, options: &DenoiseOptions) -> Vec<(Stage, f64)> {
     let mut plan = vec![(Stage::Analyse, 8.0)];
+    if options.sweeps.is_some() {
+        plan.insert(0, (Stage::Prepare, 20.0));
+    }
     if guided {
         plan.extend([(Stage::Fit, 900.0), (Stage::Project, 3.0), (Stage::Analyse, 3.0)]);
     }
@@ -176,16 +180,24 @@ fn denoise_in(
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     ctx.plan(&plan(guide.is_some(), options));
-    // What the scan holds beside its positions is held all the time.
-    let columns = cloud.bytes() - 24 * cloud.len() as u64 + size_of_val(triangles) as u64;
+    // What the scan holds beside its positions is held all the time, all of it twice where sweeps are moved.
+    let copy = if options.sweeps.is_some() { cloud.bytes() } else { 0 };
+    let columns = cloud.bytes() - 24 * cloud.len() as u64 + size_of_val(triangles) as u64 + copy;
     memory::reserve(cloud.len(), columns, options, ctx)?;
+    let normals = |points: &[Vec3]| oriented_normals(points, ctx);
+    let (moved, registration) = sweeps::registered(cloud, options, &normals, ctx)?.unzip();
+    let cloud = moved.as_ref().unwrap_or(cloud);
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let sampled = prepare::sampled(distinct, options.noise, ctx)?;
     memory::reserve_sampled(&sampled, columns, options, ctx)?;
     let scan = prepare::with_noise(sampled, options.noise, ctx)?;
     let told = scan.input.warnings.clone();
     let given = finish::Given { cloud, triangles };
-    charted(given, scan, options, guide, ctx).map_err(|error| warnings::explained(error, &told))
+    let mut denoised =
+        charted(given, scan, options, guide, ctx).map_err(|error| warnings::explained(error, &told))?;
+    denoised.report.warnings.extend(warnings::not_registered(registration.as_ref()));
+    denoised.report.registration = registration;
+    Ok(denoised)
 }
 
 /// The stages once the scan is prepared.

@@ -76,6 +76,11 @@ pub struct DenoiseOptions {
     /// [`OUTLIER_PROBABILITY`](super::OUTLIER_PROBABILITY), the surface's vertices
     /// [`UNCERTAINTY`](super::UNCERTAINTY) and [`EXTRAPOLATED`](super::EXTRAPOLATED). Changes nothing else.
     pub uncertainty: bool,
+    /// The attribute of the cloud that tells the sweeps apart of which it was merged: whole numbers, 0 or
+    /// more. The sweeps are moved together first, each by a small rigid motion
+    /// ([`register`](crate::register::register)); the denoised points and the surface are where the moved
+    /// ones say. `None` moves none.
+    pub sweeps: Option<String>,
 }
 
 setters! {
@@ -96,6 +101,7 @@ setters! {
         with_uv: uv: bool,
         with_surface: surface: bool,
         with_uncertainty: uncertainty: bool,
+        with_sweeps: sweeps: Option<String>,
     }
 }
 
@@ -118,6 +124,7 @@ impl Default for DenoiseOptions {
             uv: true,
             surface: true,
             uncertainty: false,
+            sweeps: None,
         }
     }
 }

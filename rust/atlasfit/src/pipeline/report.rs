@@ -3,6 +3,7 @@
 use crate::atlas::Chart;
 use crate::geometry::{PointCloud, TriMesh};
 use crate::numeric::vec3::Vec3;
+use crate::register::Registration;
 use crate::run::Stage;
 
 /// What was found and done.
@@ -48,6 +49,8 @@ pub struct Report {
     /// By how much the charts' own standard deviations were widened, as the residuals of points beside each
     /// other ask for: 1 or more. `None` where uncertainty was not asked for, or the residuals do not tell.
     pub uncertainty_factor: Option<f64>,
+    /// How the sweeps were moved, where that was asked for.
+    pub registration: Option<Registration>,
     /// What the user should know, in words.
     pub warnings: Vec<String>,
     /// Seconds per stage.

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::noise::estimate::LocalNoise;
 use crate::numeric::vec3::Vec3;
 use crate::numeric::wording::counted;
+use crate::register::Registration;
 use crate::solid::Solid;
 use crate::spatial::spacing::Sampling;
 use crate::uncertainty::PointUncertainty;
@@ -27,6 +28,25 @@ pub(super) fn not_calibrated(sure: Option<&PointUncertainty>) -> Option<String> 
          their noise is not independent (filtered depth, for one). It is what the charts say alone and may \
          be too small"
             .into()
+    })
+}
+
+/// What to tell of sweeps that lie on no other.
+pub(super) fn not_registered(registration: Option<&Registration>) -> Option<String> {
+    let alone: Vec<String> =
+        registration?.sweeps.iter().filter(|s| s.pairs == 0).map(|s| s.sweep.to_string()).collect();
+    (!alone.is_empty()).then(|| {
+        format!(
+            "{} moved: {} on no other sweep, or {} too few points. Sweep {}",
+            if alone.len() == 1 {
+                "1 sweep was not".into()
+            } else {
+                format!("{} sweeps were not", alone.len())
+            },
+            if alone.len() == 1 { "it lies" } else { "they lie" },
+            if alone.len() == 1 { "has" } else { "have" },
+            alone.join(", "),
+        )
     })
 }
 

@@ -9,6 +9,7 @@ use super::shared::cancelled;
 use crate::console::{Console, RunArgs};
 use crate::files;
 use anyhow::{Context as _, Result, bail};
+use atlasfit::DenoiseOptions;
 use atlasfit::geometry::TriMesh;
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -43,6 +44,10 @@ pub struct CellArgs {
     /// The folder of meshes [default: ../shared/data/denoise beside the repository, where it is]
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
+    /// The attribute that numbers the sweeps of the scans: they are moved together first (view, of
+    /// misregistered ones)
+    #[arg(long, value_name = "NAME")]
+    pub sweeps: Option<String>,
     /// Points per scan
     #[arg(long, default_value_t = 16_000, value_name = "N")]
     pub count: usize,
@@ -57,6 +62,11 @@ pub struct CellArgs {
 }
 
 impl CellArgs {
+    /// How the scans are denoised.
+    pub fn options(&self) -> DenoiseOptions {
+        DenoiseOptions::default().with_sweeps(self.sweeps.clone())
+    }
+
     /// The scripts that make cells.
     pub fn scripts(&self) -> Scripts<'_> {
         Scripts { python: &self.python, folder: &self.scripts }

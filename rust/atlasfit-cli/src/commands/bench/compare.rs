@@ -12,7 +12,7 @@ use anyhow::{Result, bail};
 use atlasfit::geometry::{PointCloud, TriMesh};
 use atlasfit::measure::{CompareOptions, Comparison, Locator, compare};
 use atlasfit::numeric::vec3;
-use atlasfit::{DenoiseOptions, Denoised, Vec3};
+use atlasfit::{Denoised, Vec3};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -66,7 +66,7 @@ fn measure(spec: Spec, which: &CellArgs, folder: &Path, console: &Console) -> Re
         Ok((files::load(&cell.scan, run, console)?.cloud, cell.truth))
     };
     let fit = |cloud: &PointCloud, surface: bool| -> Result<Denoised> {
-        let options = DenoiseOptions::default().with_uv(false).with_uncertainty(true).with_surface(surface);
+        let options = which.options().with_uv(false).with_uncertainty(true).with_surface(surface);
         Ok(atlasfit::denoise(cloud, &options, &mut console.start_silent(run))?)
     };
     let options = CompareOptions::default();

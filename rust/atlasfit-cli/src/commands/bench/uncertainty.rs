@@ -8,7 +8,6 @@ use super::shared::median;
 use crate::console::Console;
 use crate::files;
 use anyhow::{Result, bail};
-use atlasfit::DenoiseOptions;
 use atlasfit::geometry::{Attribute, PointCloud, TriMesh};
 use atlasfit::measure::Locator;
 use atlasfit::numeric::vec3;
@@ -75,7 +74,7 @@ fn measure(args: &Args, cell: &Cell, console: &Console) -> Result<Row> {
     let (mut with, mut without, mut last) = (Vec::new(), Vec::new(), None);
     for _ in 0..args.repeat {
         for (uncertainty, times) in [(false, &mut without), (true, &mut with)] {
-            let options = DenoiseOptions::default().with_uv(false).with_uncertainty(uncertainty);
+            let options = args.cells.options().with_uv(false).with_uncertainty(uncertainty);
             let start = Instant::now();
             last = Some(atlasfit::denoise(&scan, &options, &mut console.start_silent(run))?);
             times.push(start.elapsed().as_secs_f64());

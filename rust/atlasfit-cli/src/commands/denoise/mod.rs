@@ -1,6 +1,7 @@
 //! `atlasfit denoise`: points in; clean points, a stitched surface and chart UVs out.
 
 mod report;
+mod scans;
 
 use crate::console::{Console, RunArgs, Usage};
 use crate::files::{self, InputArgs};
@@ -15,14 +16,16 @@ use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
 use report::Done;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Options of `denoise`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The scan, or - for standard input: points, or a mesh whose vertices are taken as points
-    scan: PathBuf,
+    /// The scan, or - for standard input: points, or a mesh whose vertices are taken as points. Several files
+    /// are one scan in parts, whose points get the attribute "file"
+    #[arg(required = true, value_name = "SCAN")]
+    scans: Vec<PathBuf>,
     /// The surface to write, or - for standard output; its extension decides the format
     #[arg(short, long, value_name = "OUT", required_unless_present = "points")]
     output: Option<PathBuf>,
@@ -152,6 +155,10 @@ pub struct Args {
     /// scan's unit), and of points "noise" and "outlier_probability", of vertices "extrapolated"
     #[arg(long, help_heading = "Fit")]
     uncertainty: bool,
+    /// Move the sweeps of the scan together first, each by a small turn and shift. NAME is the attribute that
+    /// numbers them: scan_id of E57 files, point_source_id of LAS, file where several files are given
+    #[arg(long, value_name = "NAME", help_heading = "Fit")]
+    sweeps: Option<String>,
     #[command(flatten)]
     read: InputArgs,
     #[command(flatten)]
@@ -308,14 +315,14 @@ const UNTIL: [f64; 3] = [0.02, 0.95, 0.98];
 /// Denoises. No output is touched unless everything succeeded.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
     let outputs: Vec<Output<'_>> = args.surface().into_iter().chain(args.points()).collect();
-    output::check(&outputs, &[&args.scan], args.write, console)?;
+    let scans: Vec<&Path> = args.scans.iter().map(PathBuf::as_path).collect();
+    output::check(&outputs, &scans, args.write, console)?;
     let cgal = args.cgal()?;
     let started = Instant::now();
     console.part_to(UNTIL[0]);
-    let mut loaded = files::load_as(&args.scan, args.read.input_format, &args.run, console)?;
-    loaded.normals_from_faces();
+    let loaded = scans::load(&args.scans, args.read, &args.run, console)?;
     if args.bake && loaded.cloud.colors.is_none() {
-        return Err(Usage(format!("{} has no colours to bake", args.scan.display())).into());
+        return Err(Usage(format!("{} has no colours to bake", scans::named(&args.scans))).into());
     }
     let options = options(args, loaded.cloud.len());
     console.part_to(UNTIL[1]);
@@ -334,7 +341,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let unsure = args.uncertainty.then(|| median_uncertainty(&outcome)).flatten();
     let written = save(&mut outcome, options.texture_size, args, console)?;
     let done = Done {
-        path: &args.scan,
+        scans: &args.scans,
         report: &outcome.report,
         surface: &outcome.surface,
         noise_given: args.noise.0.is_some(),
@@ -381,6 +388,7 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
         .with_uv(!args.no_uv && args.output.is_some())
         .with_surface(args.surface != SurfaceKind::None)
         .with_uncertainty(args.uncertainty)
+        .with_sweeps(args.sweeps.clone())
 }
 
 /// Writes the surface, with a texture where one is asked for, and the points.

@@ -1,17 +1,19 @@
 //! What `denoise` tells, as text and as JSON.
 
+use super::scans::named;
 use crate::files;
 use crate::number::{boundary, count, counted, json as number, seconds, short, stages_json, vertices};
 use atlasfit::geometry::TriMesh;
 use atlasfit::pipeline::Report;
+use atlasfit::register::{Registration, SweepMotion};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// What was done.
 pub struct Done<'a> {
-    /// The file of the scan.
-    pub path: &'a Path,
+    /// The files of the scan.
+    pub scans: &'a [PathBuf],
     pub report: &'a Report,
     pub surface: &'a TriMesh,
     /// Whether the noise was given, not estimated.
@@ -68,7 +70,10 @@ impl Done<'_> {
     /// What was found in the scan.
     fn scan_text(&self) -> String {
         let r = self.report;
-        let mut text = format!("scan           {} in {}\n", counted(r.points, "point"), self.path.display());
+        let mut text = format!("scan           {} in {}\n", counted(r.points, "point"), named(self.scans));
+        if let Some(moved) = &r.registration {
+            text += &registered(moved);
+        }
         if r.not_finite + r.duplicates > 0 {
             let _ = writeln!(
                 text,
@@ -100,7 +105,7 @@ impl Done<'_> {
     pub fn json(&self) -> Value {
         let (r, mesh) = (self.report, self.surface);
         let mut said = json!({
-            "scan": files::text(self.path), "points": r.points, "not_finite": r.not_finite,
+            "scan": files::text(&self.scans[0]), "points": r.points, "not_finite": r.not_finite,
             "duplicates": r.duplicates, "outliers": r.outliers, "followed_outliers": r.followed_outliers,
             "spacing": number(r.spacing),
             "noise": number(r.noise), "charts": r.charts, "voxel": number(r.voxel),
@@ -110,10 +115,48 @@ impl Done<'_> {
             "boundary_loops": r.boundary_loops, "uv_charts": r.uv_charts, "seconds": number(self.seconds),
             "stages": stages_json(&r.seconds), "files": self.files,
         });
+        if self.scans.len() > 1 {
+            said["scans"] = self.scans.iter().map(|path| files::text(path)).collect();
+        }
+        if let Some(moved) = &r.registration {
+            said["registration"] = registration(moved);
+        }
         if let Some(sd) = self.unsure {
             said["uncertainty"] = number(sd);
             said["uncertainty_factor"] = r.uncertainty_factor.map_or(Value::Null, number);
         }
         said
     }
+}
+
+/// How the sweeps were moved, for people.
+fn registered(r: &Registration) -> String {
+    let moved = r.sweeps.iter().map(|s| s.moved).fold(0.0, f64::max);
+    let turned = r.sweeps.iter().map(|s| s.motion.angle()).fold(0.0, f64::max);
+    format!(
+        "sweeps         {} moved by {} at the most, turned by {} degrees; apart {} before, {} after\n",
+        count(r.sweeps.len()),
+        short(moved),
+        short(turned.to_degrees()),
+        short(r.apart_before),
+        short(r.apart_after)
+    )
+}
+
+/// How the sweeps were moved, as JSON: matrices take a point of the scan to where it was moved.
+fn registration(r: &Registration) -> Value {
+    let sweep = |s: &SweepMotion| {
+        let row = |i: usize| {
+            let [a, b, c] = s.motion.rotation[i];
+            json!([number(a), number(b), number(c), number(s.motion.shift[i])])
+        };
+        json!({
+            "sweep": s.sweep, "points": s.points, "pairs": s.pairs, "moved": number(s.moved),
+            "degrees": number(s.motion.angle().to_degrees()), "matrix": [row(0), row(1), row(2)],
+        })
+    };
+    let sweeps: Vec<Value> = r.sweeps.iter().map(sweep).collect();
+    json!({
+        "apart_before": number(r.apart_before), "apart_after": number(r.apart_after), "sweeps": sweeps,
+    })
 }

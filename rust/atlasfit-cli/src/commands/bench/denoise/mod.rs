@@ -18,7 +18,6 @@ use super::shared::{cancelled, median};
 use crate::console::Console;
 use crate::files;
 use anyhow::{Result, bail};
-use atlasfit::DenoiseOptions;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::{DistanceOptions, SurfaceDistance, points, surface, uv};
 use atlasfit::pipeline::{Denoised, Outliers};
@@ -112,7 +111,7 @@ impl Bench<'_> {
             let start = Instant::now();
             // Points of a scan with strays are measured without those that were found to be strays.
             let outliers = if cell.seen.is_some() { Outliers::Drop } else { Outliers::Keep };
-            let options = DenoiseOptions::default().with_outliers(outliers);
+            let options = args.cells.options().with_outliers(outliers);
             last = Some(atlasfit::denoise(&cloud, &options, &mut console.start_silent(&args.cells.run))?);
             times.push(start.elapsed().as_secs_f64());
         }
