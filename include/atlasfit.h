@@ -333,6 +333,37 @@
 #define ATLASFIT_SURFACE_COLORS 9
 
 /**
+ * atlasfit_result_copy(), with uncertainty: the standard deviation of each denoised point's place along its
+ * normal, in the points' unit. Of outliers their distance from the nearest point that is none; not a number
+ * for points that are not finite.
+ */
+#define ATLASFIT_POINT_UNCERTAINTY 10
+
+/**
+ * atlasfit_result_copy(), with uncertainty: the standard deviation of the noise that each denoised point
+ * had, in the points' unit; 0 of outliers.
+ */
+#define ATLASFIT_POINT_NOISE 11
+
+/**
+ * atlasfit_result_copy(), with uncertainty: the probability that each denoised point is on no surface, 0 to
+ * 1; not a number for points that are not finite.
+ */
+#define ATLASFIT_POINT_OUTLIER_PROBABILITY 12
+
+/**
+ * atlasfit_result_copy(), with uncertainty: the standard deviation of each vertex of the surface along its
+ * normal, in the points' unit.
+ */
+#define ATLASFIT_SURFACE_UNCERTAINTY 13
+
+/**
+ * atlasfit_result_copy(), with uncertainty or watertight: 1 for each vertex of the surface that was
+ * invented, where a hole was filled or nothing was scanned near it, else 0.
+ */
+#define ATLASFIT_SURFACE_EXTRAPOLATED 14
+
+/**
  * atlasfit_unwrap_options.packer: packs charts by their shapes: they lie in each other's bays and holes.
  */
 #define ATLASFIT_PACK_SHAPES 0
@@ -875,8 +906,8 @@ typedef struct {
   uint32_t has_viewpoint;
   /**
    * 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections.
-   * One attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the
-   * surface open where the data end. Default 0.
+   * #ATLASFIT_SURFACE_EXTRAPOLATED tells where vertices were invented. 0 leaves the surface open where the
+   * data end. Default 0.
    */
   uint32_t watertight;
   /**
@@ -915,9 +946,10 @@ typedef struct {
    */
   uint32_t surface;
   /**
-   * Must be 0.
+   * 1 says how sure the result is: #ATLASFIT_POINT_UNCERTAINTY to #ATLASFIT_SURFACE_EXTRAPOLATED, and
+   * uncertainty_factor of the report. All else stays the same, byte for byte. Default 0.
    */
-  uint32_t reserved;
+  uint32_t uncertainty;
 } atlasfit_denoise_options;
 
 /**
@@ -982,7 +1014,8 @@ typedef struct {
    */
   size_t filled_holes;
   /**
-   * Columns of attributes that the surface carries, as many as were given.
+   * Columns of attributes that the surface carries: as many as were given, then what watertight and
+   * uncertainty of the options add.
    */
   size_t attributes;
   /**
@@ -1030,6 +1063,11 @@ typedef struct {
    * says; the other outliers stay where they are.
    */
   size_t followed_outliers;
+  /**
+   * By how much the charts' own standard deviations were widened, as the residuals of points beside each
+   * other ask for: 1 or more; 0 where uncertainty was not asked for, or the residuals do not tell.
+   */
+  double uncertainty_factor;
 } atlasfit_report;
 
 /**
@@ -2016,7 +2054,9 @@ atlasfit_status atlasfit_result_surface_colors(const atlasfit_result *result,
 /**
  * Copies one attribute of the surface: as many numbers per vertex as it was given with.
  *
- * @param attribute Its place in the array that was given, 0 to report.attributes - 1.
+ * @param attribute Its place in the array that was given, 0 to report.attributes - 1. What watertight and
+ *                  uncertainty of the options add comes after those: the uncertainty, then whether a vertex
+ *                  was invented, each of width 1.
  * @param values    Room for `capacity` numbers.
  * @param capacity  At least the attribute's width * report.vertices.
  */
@@ -2027,27 +2067,27 @@ atlasfit_status atlasfit_result_surface_attribute(const atlasfit_result *result,
                                                   size_t capacity);
 
 /**
- * Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
- * are those of the functions above.
- *
- * @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_COLORS.
- * @param to    Where and how.
- * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
- *         #ATLASFIT_NOT_AVAILABLE, #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_INDEX_OUT_OF_RANGE (an index that
- *         the type does not hold).
- */
-ATLASFIT_API
-atlasfit_status atlasfit_result_copy(const atlasfit_result *result,
-                                     uint32_t array,
-                                     const atlasfit_buffer *to);
-
-/**
  * Gives the atlas that was fitted, as a handle of its own. It outlives the result and shares its memory.
  * Free it with atlasfit_atlas_free().
  *
  * @param out Where the atlas is put; NULL on failure.
  */
 ATLASFIT_API atlasfit_status atlasfit_result_atlas(const atlasfit_result *result, atlasfit_atlas **out);
+
+/**
+ * Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
+ * are those of the functions above, and those that uncertainty of the options adds (floats).
+ *
+ * @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_EXTRAPOLATED.
+ * @param to    Where and how.
+ * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
+ *         #ATLASFIT_NOT_AVAILABLE (there is none, or it was not asked for), #ATLASFIT_BUFFER_TOO_SMALL,
+ *         #ATLASFIT_INDEX_OUT_OF_RANGE (an index that the type does not hold).
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_copy(const atlasfit_result *result,
+                                     uint32_t array,
+                                     const atlasfit_buffer *to);
 
 /**
  * Frees an atlas; NULL is allowed.

@@ -582,7 +582,7 @@ class Denoised {
   std::vector<std::uint32_t> surface_triangles() const {
     return copy<std::uint32_t>(atlasfit_result_surface_triangles, 3 * report_.triangles);
   }
-  /// Throws Error with ATLASFIT_NOT_AVAILABLE without UVs; so do the three below for what is not there.
+  /// Throws Error with ATLASFIT_NOT_AVAILABLE without UVs; so does what is below for what is not there.
   std::vector<float> surface_corner_uv() const {
     return copy<float>(atlasfit_result_surface_corner_uv, 6 * report_.triangles);
   }
@@ -598,6 +598,23 @@ class Denoised {
     detail::check(atlasfit_result_surface_attribute(handle_.get(), index, values.data(), values.size()));
     return values;
   }
+  /// With uncertainty of the options: the standard deviation of each point along its normal; of outliers
+  /// their distance from the nearest point that is none.
+  std::vector<float> point_uncertainty() const { return told(ATLASFIT_POINT_UNCERTAINTY, report_.points); }
+  /// With uncertainty: the standard deviation of the noise that each point had; 0 of outliers.
+  std::vector<float> point_noise() const { return told(ATLASFIT_POINT_NOISE, report_.points); }
+  /// With uncertainty: the probability that each point is on no surface.
+  std::vector<float> point_outlier_probability() const {
+    return told(ATLASFIT_POINT_OUTLIER_PROBABILITY, report_.points);
+  }
+  /// With uncertainty: the standard deviation of each vertex along its normal.
+  std::vector<float> surface_uncertainty() const {
+    return told(ATLASFIT_SURFACE_UNCERTAINTY, report_.vertices);
+  }
+  /// With uncertainty or watertight: 1 for each vertex that was invented, else 0.
+  std::vector<float> surface_extrapolated() const {
+    return told(ATLASFIT_SURFACE_EXTRAPOLATED, report_.vertices);
+  }
   Atlas atlas() const {
     atlasfit_atlas *atlas = nullptr;
     detail::check(atlasfit_result_atlas(handle_.get(), &atlas));
@@ -611,6 +628,16 @@ class Denoised {
                       std::size_t count) const {
     std::vector<T> all(count);
     detail::check(get(handle_.get(), all.data(), all.size()));
+    return all;
+  }
+  /// An array of one number per point or vertex.
+  std::vector<float> told(std::uint32_t array, std::size_t count) const {
+    std::vector<float> all(count);
+    atlasfit_buffer to;
+    detail::check(atlasfit_buffer_init(&to, sizeof to));
+    to.data = all.data();
+    to.capacity = count;
+    detail::check(atlasfit_result_copy(handle_.get(), array, &to));
     return all;
   }
   detail::Owner<atlasfit_result, atlasfit_result_free> handle_;

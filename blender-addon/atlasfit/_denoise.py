@@ -70,6 +70,10 @@ class Report:
     """Standard deviation along the normal, estimated or as given."""
     voxel: float
     """Side of the voxels that the surface was contoured with."""
+    uncertainty_factor: float | None
+    """By how much the charts' own standard deviations were widened, as the residuals ask for, 1 or more. None
+    where uncertainty was not asked for, or the residuals do not tell.
+    """
     stage_seconds: dict[str, float]
     """Seconds spent in each stage that ran."""
     warnings: tuple[str, ...]
@@ -99,7 +103,10 @@ class Surface:
     corner_uv    (t, 3, 2) float32 in [0, 1], v up; None without UVs
     face_charts  (t,) uint32, the UV chart of each triangle; None without UVs
     colors       (v, 4) float32 in [0, 1]; None where the points had none
-    attributes   by name, (v,) or (v, k): those given to denoise(), in the type that they were given in
+    attributes   by name, (v,) or (v, k): those given to denoise(), in the type that they were given in; with
+                 uncertainty "uncertainty", (v,) float32, the standard deviation along the normal in the
+                 points' unit; with that or watertight "extrapolated", (v,) uint8, 1 where a vertex was
+                 invented, else 0. One of these names that was given gets "_before" added
     """
 
     vertices: NDArray[np.float64]
@@ -140,18 +147,26 @@ class Denoised:
     sources  (n,) uint32, the given point that each was: 0, 1, 2, ... unless outliers are dropped
     charts   (n,) uint32, the chart that weighs most there; NO_CHART for outliers and points that are not
              finite
+    attributes
+             by name, (n,) float32, with uncertainty, else empty: "uncertainty", the standard deviation of the
+             point's place along the normal, of outliers their distance from the nearest point that is none;
+             "noise", the standard deviation of the noise that the point had, 0 of outliers;
+             "outlier_probability", that it is on no surface. The first two in the points' unit; of points
+             that are not finite the first and the last are NaN
     """
 
     points: NDArray[np.float64]
     normals: NDArray[np.float32]
     sources: NDArray[np.uint32]
     charts: NDArray[np.uint32]
+    attributes: dict[str, NDArray[np.float32]]
     surface: Surface
     atlas: Atlas
     report: Report
 
     def __repr__(self) -> str:
-        return brief(self, counted(len(self.points), "point"), self.surface, self.atlas, self.report)
+        points = counted(len(self.points), "point")
+        return brief(self, points, *self.attributes, self.surface, self.atlas, self.report)
 
     def show(self) -> None:
         """Shows the surface: see Surface.show()."""
@@ -160,7 +175,12 @@ class Denoised:
 
 
 def denoise_memory_needed(
-    points: int, *, detail: float | None = None, uv: bool | None = None, **options: Unpack[RunOptions]
+    points: int,
+    *,
+    detail: float | None = None,
+    uv: bool | None = None,
+    uncertainty: bool | None = None,
+    **options: Unpack[RunOptions],
 ) -> int:
     """Bytes that denoise() needs at its peak for so many evenly sampled points, which are included.
 
@@ -169,7 +189,8 @@ def denoise_memory_needed(
     >>> atlasfit.denoise_memory_needed(1_000_000, uv=False) > 1e8
     True
     """
-    chosen, bytes_needed = options_with(_abi.atlasfit_denoise_options(), detail=detail, uv=uv), c_uint64()
+    chosen = options_with(_abi.atlasfit_denoise_options(), detail=detail, uv=uv, uncertainty=uncertainty)
+    bytes_needed = c_uint64()
     call = lib().atlasfit_denoise_memory_needed
     run(lambda r: call(points, byref(chosen), r, byref(bytes_needed)), options)
     return bytes_needed.value
@@ -203,6 +224,7 @@ def denoise(
     faces: int | None = None,
     max_error: float | None = None,
     strength: float | None = None,
+    uncertainty: bool | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -250,6 +272,9 @@ def denoise(
                   2 = smoother. Detail below so many times the usual length is smoothed away, from a quarter
                   to 4 times, and the surface follows. Below 1 the points besides go only this share of the
                   way to the surface: 0 leaves them where they are
+    uncertainty   whether to say how sure the result is (default False): result.attributes,
+                  result.surface.attributes and report.uncertainty_factor; nothing else changes. A "wrap" has
+                  none for its vertices
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> points = np.random.default_rng(0).normal(size=(2000, 3))
@@ -295,22 +320,52 @@ def denoise(
         faces=faces,
         max_error=max_error,
         strength=strength,
+        uncertainty=uncertainty,
     )
     if viewpoint is not None:
         chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()
         chosen.has_viewpoint = 1
     result = Handle("result")
     run(lambda r: lib().atlasfit_denoise(byref(given), byref(chosen), r, byref(result.pointer)), options)
-    out = _read(result, columns)
-    if watertight:
-        marks = result.copy("surface_attribute", (len(out.surface.vertices),), np.float64, len(columns.names))
-        out.surface.attributes["extrapolated"] = marks
-    return out
+    return _read(result, columns, bool(uncertainty), bool(watertight))
 
 
-def _read(result: Handle, columns: Attributes) -> Denoised:
+def _told(result: Handle, array: int, count: int) -> NDArray[np.float32]:
+    """An array of one number for each point or vertex."""
+    values = np.empty(count, np.float32)
+    to = options_with(_abi.atlasfit_buffer(), data=values.ctypes.data, capacity=count)
+    check(lib().atlasfit_result_copy(result.pointer, array, byref(to)))
+    return values
+
+
+def _beside(given: list[str], added: Mapping[str, object]) -> list[str]:
+    """Names of given columns beside those that are added: one that is taken gets "_before"."""
+    names = []
+    for name in given:
+        while name in added or name in names:
+            name += "_before"
+        names.append(name)
+    return names
+
+
+def _read(result: Handle, columns: Attributes, uncertainty: bool, watertight: bool) -> Denoised:
     raw = _abi.atlasfit_report()
     check(lib().atlasfit_result_report(result.pointer, byref(raw)))
+
+    of_points: dict[str, NDArray[np.float32]] = {}
+    of_surface: dict[str, NDArray[Any]] = {}
+    if uncertainty:
+        of_points = {
+            "uncertainty": _told(result, _abi.POINT_UNCERTAINTY, raw.points),
+            "noise": _told(result, _abi.POINT_NOISE, raw.points),
+            "outlier_probability": _told(result, _abi.POINT_OUTLIER_PROBABILITY, raw.points),
+        }
+    # A shell carries no attributes.
+    if uncertainty and raw.attributes:
+        of_surface["uncertainty"] = _told(result, _abi.SURFACE_UNCERTAINTY, raw.vertices)
+    if (uncertainty or watertight) and raw.attributes:
+        marks = _told(result, _abi.SURFACE_EXTRAPOLATED, raw.vertices)
+        of_surface["extrapolated"] = marks.astype(np.uint8)
 
     copy, n, v, t = result.copy, raw.points, raw.vertices, raw.triangles
     surface = Surface(
@@ -322,19 +377,25 @@ def _read(result: Handle, columns: Attributes) -> Denoised:
         colors=copy("surface_colors", (v, 4), np.float32) if raw.has_colors else None,
         attributes={
             name: columns.carried(i, copy("surface_attribute", (v, *shape), np.float64, i))
-            for i, (name, shape) in enumerate(zip(columns.names, columns.shapes))
+            for i, (name, shape) in enumerate(zip(_beside(columns.names, of_surface), columns.shapes))
             if raw.attributes
-        },
+        }
+        | of_surface,
     )
     atlas = Handle("atlas")
     check(lib().atlasfit_result_atlas(result.pointer, byref(atlas.pointer)))
     stages = {lib().atlasfit_stage_name(i).decode(): s for i, s in enumerate(raw.stage_seconds) if s > 0.0}
-    report = values(Report, raw) | {"stage_seconds": stages, "warnings": result.warnings()}
+    report = values(Report, raw) | {
+        "stage_seconds": stages,
+        "warnings": result.warnings(),
+        "uncertainty_factor": raw.uncertainty_factor or None,
+    }
     return Denoised(
         points=copy("point_positions", (n, 3), np.float64),
         normals=copy("point_normals", (n, 3), np.float32),
         sources=copy("point_sources", (n,), np.uint32),
         charts=copy("point_charts", (n,), np.uint32),
+        attributes=of_points,
         surface=surface,
         atlas=Atlas(atlas),
         report=Report(**report),

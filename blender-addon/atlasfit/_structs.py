@@ -145,7 +145,7 @@ class atlasfit_denoise_options(Sized):
         ("max_error", c_double),
         ("strength", c_double),
         ("surface", c_uint32),
-        ("reserved", c_uint32),
+        ("uncertainty", c_uint32),
     ]
 
 
@@ -177,6 +177,7 @@ class atlasfit_report(Sized):
         ("dropped_parts", c_size_t),
         ("dropped_points", c_size_t),
         ("followed_outliers", c_size_t),
+        ("uncertainty_factor", c_double),
     ]
 
 

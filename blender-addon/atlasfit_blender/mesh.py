@@ -335,6 +335,18 @@ def add_attribute(me, name, kind, values):
     put(me.attributes[attribute.name].data, prop, values.astype(dtype))
 
 
+def put_floats(me, name, points, values):
+    """A float attribute of these points. The others keep what it was there, or get NaN: nothing is known."""
+    known = me.attributes.get(name)
+    there = known is not None and (known.domain, known.data_type) == ("POINT", "FLOAT")
+    of_all = get(known.data, "value", 1, np.float32) if there else np.full(count(me), np.nan, np.float32)
+    of_all[points] = values
+    if there:
+        put(known.data, "value", of_all)
+    else:
+        add_attribute(me, name, "FLOAT", of_all)
+
+
 def shows_stretch(attribute):
     """Whether a colour attribute is one that UV Stretch made; Blender may have put a number to its name."""
     return attribute.name.split(".")[0] == STRETCH

@@ -1,142 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scan operators: Denoise Scan (the points, moved) and Reconstruct (one new surface)."""
 
+from itertools import zip_longest
+
 import bmesh
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from . import bake, mesh
-from .long import LongOperator, Refused, within
+from . import bake, fit, mesh
+from .long import Refused, within
 from .native import atlasfit
 
 FITTED = 0.9  # share of the progress that fitting takes where colours are baked after it
 
 
-def _active(context):
-    ob = context.view_layer.objects.active
-    if not mesh.is_scan(ob):
-        raise Refused("the active object is no mesh and no point cloud")
-    return ob
-
-
-def _normals(me, matrix):
-    """Which side is outside, of meshes that have faces, in the frame that the matrix leads to.
-
-    Of points without faces those that they were imported with; None without."""
-    if mesh.has_faces(me):
-        normals = mesh.get(me.vertices, "normal", 3, np.float32)
-    else:
-        known = me.attributes.get(mesh.NORMAL)
-        if known is None or known.domain != "POINT" or known.data_type != "FLOAT_VECTOR":
-            return None
-        normals = mesh.get(known.data, "vector", 3, np.float32)
-    return _unit(normals @ np.linalg.inv(matrix)).astype(np.float32)
-
-
-def _viewpoint(me, matrix):
-    """Where the scanner stood, in the frame that the matrix leads to; None where that is not known."""
-    known = me.get(mesh.VIEWPOINT)
-    return None if known is None else np.array(known, np.float64) @ matrix.T
-
-
-def _unit(vectors):
-    """Of length 1; zeros stay."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1)
-
-
-def _report(me, title, report, seconds, notes):
-    found = {
-        "points": report.points,
-        "outliers": report.outliers,
-        "followed_outliers": report.followed_outliers,
-        "noise": f"{report.noise:.4g}",
-        "spacing": f"{report.spacing:.4g}",
-        "fitted_charts": report.charts,
-        "surface_triangles": report.triangles,
-        "parts": report.parts,
-        "dropped_parts": report.dropped_parts,
-        "dropped_points": report.dropped_points,
-        "boundary_loops": report.boundary_loops,
-        "filled_holes": report.filled_holes,
-        "uv_charts": report.uv_charts,
-        "seconds": f"{seconds:.2f}",
-    }
-    mesh.set_report(me, title, notes, **{key: value for key, value in found.items() if value not in (0, "0")})
-
-
-def _notes(report):
-    out = []
-    if report.not_finite:
-        out.append(f"{report.not_finite} points have no finite position")
-    if report.outliers:
-        follow = report.followed_outliers
-        between = f", {follow} put between their neighbours" if follow else ""
-        out.append(f"{report.outliers} outliers{between}")
-    if report.dropped_parts:
-        parts = "1 part" if report.dropped_parts == 1 else f"{report.dropped_parts} parts"
-        out.append(f"{parts} left out with {report.dropped_points} points")
-    if report.one_sided:
-        out.append("some part is one-sided")
-    return out + list(report.warnings)
-
-
-class Fit(LongOperator):
-    """What both operators have in common."""
-
-    noise: FloatProperty(
-        name="Noise",
-        description=(
-            "Standard deviation of the noise along the normal, as scaled in the scene. 0 estimates it"
-        ),
-        default=0.0,
-        min=0.0,
-        precision=4,
-    )
-    strength: FloatProperty(
-        name="Strength",
-        description=(
-            "How strongly to denoise: 1 is as much as the scan asks for, 2 is smoother, 0 leaves the points "
-            "where they are"
-        ),
-        default=1.0,
-        min=0.0,
-        soft_max=4.0,
-    )
-    charts: IntProperty(
-        name="Charts",
-        description="Number of charts to aim for. 0 is as many as the shape needs",
-        default=0,
-        min=0,
-    )
-    prior: EnumProperty(
-        name="Prior",
-        description="What smooth means",
-        items=(
-            ("gp", "Gaussian Process", "As smooth as the limit of the paper's networks"),
-            (
-                "mlp",
-                "Networks",
-                "The paper's fully connected networks, trained on the scan first: many times slower",
-            ),
-            ("conv", "Convolutional Networks", "The paper's convolutional networks: many times slower"),
-            ("level-set", "Level Set", "The paper's level set, closed surfaces only: many times slower"),
-        ),
-        default="gp",
-    )
-
-    @classmethod
-    def poll(cls, context):
-        ob = context.view_layer.objects.active
-        return mesh.is_scan(ob) and context.mode in {"OBJECT", "EDIT_MESH"}
-
-    def fit_options(self):
-        """Of the fit: the operator must not be touched from the thread that works."""
-        return {"strength": self.strength, "noise": self.noise, "charts": self.charts, "prior": self.prior}
-
-
-class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
+class OBJECT_OT_atlasfit_denoise(fit.Fit, bpy.types.Operator):
     """Denoises points where they are."""
 
     bl_idname = "object.atlasfit_denoise"
@@ -170,16 +49,16 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "hide", "drop", "strength", "noise", "charts", "prior"):
+        for name in ("result", "hide", "drop", "strength", "noise", "charts", "prior", "uncertainty"):
             layout.prop(self, name)
 
     def prepare(self, context):
         """Reads the vertices; the work fits and projects them."""
-        ob = _active(context)
+        ob = fit.active(context)
         self._edit = context.mode == "EDIT_MESH"
         with mesh.object_mode(context, [ob]):
             points, normals, triangles = self._read(ob)
-        options = self.fit_options() | {"viewpoint": _viewpoint(ob.data, mesh.linear(ob))}
+        options = self.fit_options() | {"viewpoint": fit.viewpoint_of(ob.data, mesh.linear(ob))}
         return lambda progress, cancel: atlasfit.denoise(
             points,
             normals=normals,
@@ -206,7 +85,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
             raise Refused(f"{what}: choose another result, or convert it to a mesh first (Object, Convert)")
         matrix = mesh.linear(ob)
         points = mesh.positions(me)[chosen] @ matrix.T
-        normals = _normals(me, matrix)
+        normals = fit.normals_of(me, matrix)
         normals = None if normals is None else normals[chosen]
         self._source = (ob.name, mesh.count(me), chosen, matrix)
         # Outliers that are deleted follow nothing.
@@ -250,14 +129,16 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
                 known = me.attributes.get(mesh.NORMAL)
                 if known is not None:
                     me.attributes.remove(known)
-                mesh.add_attribute(me, mesh.NORMAL, "FLOAT_VECTOR", _unit(result.normals @ matrix))
+                mesh.add_attribute(me, mesh.NORMAL, "FLOAT_VECTOR", fit.unit(result.normals @ matrix))
                 mesh.add_attribute(me, "point_chart", "INT", result.charts.view(np.int32))
+            for column, values in result.attributes.items():
+                mesh.put_floats(me, column, chosen, values)
             outliers = chosen[result.charts == atlasfit.NO_CHART]
             if self.drop and len(outliers):
                 self._delete(me, outliers)
             mesh.updated(me)
-            notes = _notes(result.report)
-            _report(me, self.bl_label, result.report, self.seconds(), notes)
+            notes = fit.notes_of(result.report)
+            fit.keep_report(me, self.bl_label, result.report, self.seconds(), notes)
         moved = np.sqrt(np.mean(np.sum((np.asarray(new, np.float64) - old)[chosen] ** 2, axis=1)))
         text = (
             f"{len(chosen)} points moved by {moved:.3g} (RMS) in {self.seconds():.1f} s, noise"
@@ -283,7 +164,7 @@ class OBJECT_OT_atlasfit_denoise(Fit, bpy.types.Operator):
         editable.free()
 
 
-class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
+class OBJECT_OT_atlasfit_reconstruct(fit.Fit, bpy.types.Operator):
     """Makes a surface of a scan."""
 
     bl_idname = "object.atlasfit_reconstruct"
@@ -380,6 +261,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             "noise",
             "charts",
             "prior",
+            "uncertainty",
             "texture_size",
             "bake",
             "hide",
@@ -388,7 +270,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
 
     def prepare(self, context):
         """Reads the points as the modifiers leave them; the work fits, makes the surface, and bakes."""
-        ob = _active(context)
+        ob = fit.active(context)
         with mesh.object_mode(context, [ob]):
             points, normals, colors, columns = self._read(context, ob)
         size = self.texture_size or atlasfit.texture_side(len(points))
@@ -442,13 +324,13 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
             if not mesh.count(me):
                 raise Refused("the mesh has no vertices")
             columns, self._left = mesh.attributes(me)
-            self._kinds = {a.name: a.data_type for a in me.attributes if a.name in columns}
             colors, self._color = mesh.point_colors(me)
             columns.pop(self._color, None)
             if not mesh.has_faces(me):
                 columns.pop(mesh.NORMAL, None)  # the surface has its own
-            self._viewpoint = _viewpoint(ob.data, matrix)
-            return mesh.positions(me) @ matrix.T, _normals(me, matrix), colors, columns
+            self._kinds = [me.attributes[name].data_type for name in columns]
+            self._viewpoint = fit.viewpoint_of(ob.data, matrix)
+            return mesh.positions(me) @ matrix.T, fit.normals_of(me, matrix), colors, columns
         finally:
             if made is not None:
                 evaluated.to_mesh_clear()
@@ -471,12 +353,14 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         if surface.colors is not None:
             mesh.add_attribute(me, self._color, "FLOAT_COLOR", surface.colors)
             me.color_attributes.active_color = me.color_attributes[self._color]
-        for column, values in surface.attributes.items():
-            mesh.add_attribute(me, column, self._kinds.get(column, "INT"), values)
+        # What was found comes after what the scan has.
+        columns = zip_longest(surface.attributes.items(), self._kinds, fillvalue="FLOAT")
+        for (column, values), kind in columns:
+            mesh.add_attribute(me, column, kind, values)
         ob = bpy.data.objects.new(f"{source.name} Surface", me)
         ob.matrix_world = source.matrix_world
         mesh.put_beside(context, ob, source, self.hide)
-        notes = _notes(out.report)
+        notes = fit.notes_of(out.report)
         if self._left:
             notes.append(f"attributes of kinds that cannot be carried: {', '.join(self._left)}")
         if source.vertex_groups:
@@ -486,7 +370,7 @@ class OBJECT_OT_atlasfit_reconstruct(Fit, bpy.types.Operator):
         elif self.bake:
             bake.checker(ob)
         mesh.show_result(context, surface.colors is not None, self.bake)
-        _report(me, self.bl_label, out.report, self.seconds(), notes)
+        fit.keep_report(me, self.bl_label, out.report, self.seconds(), notes)
         text = (
             f"{len(surface.triangles)} triangles, {out.report.parts} parts, {out.report.boundary_loops} holes"
             f" in {self.seconds():.1f} s"

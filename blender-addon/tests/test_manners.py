@@ -206,7 +206,7 @@ def test_the_page_for_python_works_to_the_letter(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(code("python.md"), "docs/python.md", "exec"), {})
     made = {path.name for path in tmp_path.iterdir()}
-    assert made == {"examples", "clean.ply", "vase.glb", "unwrapped.obj", "textured.glb"}
+    assert made == {"examples", "clean.ply", "sure.ply", "vase.glb", "unwrapped.obj", "textured.glb"}
     assert atlasfit.load("textured.glb").texture is not None
 
 

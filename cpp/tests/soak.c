@@ -111,7 +111,10 @@ int main(int argc, char **argv) {
   want(atlasfit_cancel_free(token), ATLASFIT_INVALID_HANDLE, "freed twice");
 
   /* Denoising. */
-  want(atlasfit_denoise(&points, NULL, &run, &result), ATLASFIT_OK, "denoise");
+  atlasfit_denoise_options sure;
+  want(atlasfit_denoise_options_init(&sure, sizeof sure), ATLASFIT_OK, "options");
+  sure.uncertainty = 1;
+  want(atlasfit_denoise(&points, &sure, &run, &result), ATLASFIT_OK, "denoise");
   atlasfit_report report;
   report.struct_size = sizeof report;
   want(atlasfit_result_report(result, &report), ATLASFIT_OK, "report");
@@ -129,6 +132,18 @@ int main(int argc, char **argv) {
   want(atlasfit_result_surface_normals(result, floats, 3 * v), ATLASFIT_OK, "vertex normals");
   want(atlasfit_result_surface_colors(result, floats, 4 * v), ATLASFIT_OK, "colours");
   want(atlasfit_result_surface_attribute(result, 0, places, v), ATLASFIT_OK, "attribute");
+  atlasfit_buffer told;
+  want(atlasfit_buffer_init(&told, sizeof told), ATLASFIT_OK, "buffer");
+  told.data = floats;
+  told.capacity = p;
+  want(atlasfit_result_copy(result, ATLASFIT_POINT_UNCERTAINTY, &told), ATLASFIT_OK, "uncertainty");
+  want(atlasfit_result_copy(result, ATLASFIT_POINT_NOISE, &told), ATLASFIT_OK, "noise");
+  want(atlasfit_result_copy(result, ATLASFIT_POINT_OUTLIER_PROBABILITY, &told), ATLASFIT_OK, "outliers");
+  told.capacity = v;
+  want(atlasfit_result_copy(result, ATLASFIT_SURFACE_UNCERTAINTY, &told), ATLASFIT_OK, "uncertainty");
+  told.capacity = v - 1;
+  want(atlasfit_result_copy(result, ATLASFIT_SURFACE_EXTRAPOLATED, &told), ATLASFIT_BUFFER_TOO_SMALL,
+       "small");
   want(atlasfit_result_surface_triangles(result, triangles, 3 * t), ATLASFIT_OK, "triangles");
   want(atlasfit_result_surface_corner_uv(result, floats, 6 * t - 1), ATLASFIT_BUFFER_TOO_SMALL, "small");
   want(atlasfit_result_surface_face_charts(result, words, t), ATLASFIT_OK, "UV charts");

@@ -33,6 +33,21 @@ int main() {
            clean.surface_corner_uv().size() == 6 * clean.report().triangles,
        "sizes");
   want(status_of([&] { clean.surface_colors(); }) == ATLASFIT_NOT_AVAILABLE, "no colours");
+  want(status_of([&] { clean.point_uncertainty(); }) == ATLASFIT_NOT_AVAILABLE &&
+           clean.report().uncertainty_factor == 0.0,
+       "uncertainty was not asked for");
+  atlasfit::DenoiseOptions asked;
+  asked.uncertainty = 1;
+  const atlasfit::Denoised sure = atlasfit::denoise(atlasfit::Points(xyz), asked);
+  const std::vector<float> sd = sure.point_uncertainty(), noise = sure.point_noise();
+  want(sure.point_positions() == clean.point_positions() &&
+           sure.surface_corner_uv() == clean.surface_corner_uv(),
+       "uncertainty changes nothing else");
+  want(sd.size() == 3000 && sd[7] > 0.0f && sd[7] < noise[7] && noise[7] < 0.02f &&
+           sure.point_outlier_probability()[7] < 0.5f,
+       "a point of the sphere is surer than its noise");
+  want(sure.surface_uncertainty().size() == sure.report().vertices && sure.surface_extrapolated()[0] == 0.0f,
+       "vertices are told too");
 
   const atlasfit::Atlas atlas = clean.atlas();
   const std::array<double, 6> two = {0, 0, 1.5, 0.2, 0, -0.9};

@@ -54,6 +54,13 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			{"Gaussian process", "Networks", "Convolutional networks", "Level set"}, true},
 		{Parameter::INT, "charts", double(o.charts), "Charts",
 			"Number of charts to aim for. 0 = as many as the shape needs.", {}, true},
+		{Parameter::BOOL, "uncertainty", double(o.uncertainty), "Uncertainty",
+			QString("Whether to say how sure the result is: the quality of ") +
+				(surface ? "the surface's vertices becomes " : "the vertices becomes, in place of how far they moved, ") +
+				"their standard deviation along the normal. <i>Colorize by vertex Quality</i> shows it." +
+				(surface ? "" : " Of vertices on no surface it is the distance from the nearest that is on one, "
+								"of those that are not moved their noise."),
+			{}, false},
 	};
 	if (surface) {
 		list.insert(list.begin(), {Parameter::BOOL, "visibleLayers", 0, "Merge all visible layers",
@@ -156,8 +163,8 @@ const About& about(int filter)
 		{"Denoise: Atlas", "apply_coord_denoising_atlas",
 			QString("Removes noise, finds outliers: moves the vertices of a point cloud or a scanned mesh onto an "
 					"atlas of smooth charts that is fitted to them. Order, faces, attributes and selection stay; "
-					"how far each vertex was moved becomes its quality. Outliers follow their neighbours in a "
-					"mesh, and stay where they are in a point cloud.") +
+					"how far each vertex was moved, or how sure it is, becomes its quality. Outliers follow "
+					"their neighbours in a mesh, and stay where they are in a point cloud.") +
 				FRAME + PAPER,
 			Host::Smoothing | Host::PointSet, MeshModel::MM_NONE,
 			MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_FACENORMAL |

@@ -77,6 +77,7 @@ Denoised denoise(const Scan& scan, const Triangles* faces, const RichParameterLi
 	options.noise = length(par, "noise");
 	options.charts = count(par, "charts");
 	options.prior = uint32_t(par.getEnum("prior")); // the choices are in the order of ATLASFIT_PRIOR_...
+	options.uncertainty = par.getBool("uncertainty") ? 1 : 0;
 	options.uv = 0;
 	atlasfit_points in = cloud(scan.xyz);
 	if (faces) {
@@ -116,6 +117,18 @@ Denoised denoise(const Scan& scan, const Triangles* faces, const RichParameterLi
 	return out;
 }
 
+/// One number for each point or vertex that uncertainty of the options adds.
+std::vector<double> told(const Denoised& fit, uint32_t array, std::size_t count)
+{
+	std::vector<double> values(count);
+	atlasfit_buffer to = defaults(atlasfit_buffer_init);
+	to.data = values.data();
+	to.capacity = count;
+	to.scalar = ATLASFIT_F64;
+	check(atlasfit_result_copy(fit.result.get(), array, &to));
+	return values;
+}
+
 /// What was found in the scan.
 void tell(const Denoised& fit, Outcome& outcome)
 {
@@ -136,6 +149,17 @@ void tell(const Denoised& fit, Outcome& outcome)
 			 {"duplicates", double(r.duplicates)}, {"charts", double(r.charts)}, {"spacing", r.spacing},
 			 {"noise", r.noise}})
 		outcome.values.push_back(v);
+}
+
+/// What became the quality, where uncertainty was asked for.
+void tell_uncertainty(const Denoised& fit, Outcome& outcome)
+{
+	const double factor = fit.report.uncertainty_factor;
+	const std::string widened = factor > 0
+		? "the charts' own standard deviations times " + brief(factor)
+		: std::string("not checked by the scan's own residuals");
+	outcome.lines.push_back("uncertainty: " + widened + "; stored as vertex quality");
+	outcome.values.push_back({"uncertainty_factor", factor});
 }
 
 } // namespace
@@ -170,7 +194,10 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	for (std::size_t i = 0; i < rgba.size(); ++i)
 		bytes[i] = uint8_t(std::lround(255 * rgba[i]));
 	std::vector<double> quality;
-	if (r.attributes > 0) {
+	const bool sure = par.getBool("uncertainty");
+	if (sure) {
+		quality = told(fit, ATLASFIT_SURFACE_UNCERTAINTY, r.vertices);
+	} else if (r.attributes > 0) {
 		quality.resize(r.vertices);
 		check(atlasfit_result_surface_attribute(fit.result.get(), 0, quality.data(), quality.size()));
 	}
@@ -219,6 +246,8 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	}
 
 	tell(fit, outcome);
+	if (sure)
+		tell_uncertainty(fit, outcome);
 	outcome.lines.push_back("surface: " + grouped(r.vertices) + " vertices, " + grouped(r.triangles) +
 		" faces, " + grouped(r.parts) + (r.parts == 1 ? " part, " : " parts, ") + grouped(r.boundary_edges) +
 		" boundary edges in " + grouped(r.boundary_loops) + " loops, " + grouped(r.filled_holes) +
@@ -251,6 +280,12 @@ void denoise_vertices(
 	check(atlasfit_result_point_positions(fit.result.get(), xyz.data(), xyz.size()));
 	check(atlasfit_result_point_normals(fit.result.get(), normals.data(), normals.size()));
 	check(atlasfit_result_point_charts(fit.result.get(), chart.data(), chart.size()));
+	const bool sure = par.getBool("uncertainty");
+	std::vector<double> sd, noise;
+	if (sure) {
+		sd = told(fit, ATLASFIT_POINT_UNCERTAINTY, fit.report.points);
+		noise = told(fit, ATLASFIT_POINT_NOISE, fit.report.points);
+	}
 
 	layer.updateDataMask(MeshModel::MM_VERTQUALITY);
 	const bool select_outliers = par.getBool("selectOutliers"), cloud = layer.cm.fn == 0;
@@ -274,7 +309,13 @@ void denoise_vertices(
 			sum += length * length;
 			most = std::max(most, length);
 		}
-		v.Q() = typename CVertexO::QualityType(length);
+		double quality = length;
+		if (sure) {
+			// What stays where it was keeps its noise; what is not finite has no uncertainty, and no colour.
+			quality = on_surface && selection && !v.IsS() ? noise[i] : sd[i];
+			quality = std::isfinite(quality) ? quality : 0;
+		}
+		v.Q() = typename CVertexO::QualityType(quality);
 		if (select_outliers) {
 			if (on_surface)
 				v.ClearS();
@@ -285,9 +326,11 @@ void denoise_vertices(
 	update_box_and_normals(layer);
 
 	tell(fit, outcome);
+	if (sure)
+		tell_uncertainty(fit, outcome);
 	const double rms = moved ? std::sqrt(sum / double(moved)) : 0;
 	outcome.lines.push_back("moved: " + grouped(moved) + " vertices by " + brief(rms) +
-		" (root mean square), at most " + brief(most) + "; stored as vertex quality");
+		" (root mean square), at most " + brief(most) + (sure ? "" : "; stored as vertex quality"));
 	outcome.values.push_back({"moved", double(moved)});
 	outcome.values.push_back({"displacement_rms", rms});
 	outcome.values.push_back({"displacement_max", most});

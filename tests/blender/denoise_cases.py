@@ -135,6 +135,87 @@ def test_edit_mode_denoises_the_selected_points_only():
     assert (after[~upper] == before[~upper]).all() and (after[upper] != before[upper]).any(1).mean() > 0.9
 
 
+def floats(ob, name):
+    attribute = ob.data.attributes[name]
+    assert (attribute.domain, attribute.data_type) == ("POINT", "FLOAT")
+    return mesh.get(attribute.data, "value", 1, np.float32)
+
+
+OF_POINTS = {"uncertainty", "noise", "outlier_probability"}
+
+
+def test_uncertainty_is_told_by_attributes_of_the_points_and_only_if_asked():
+    ob = scan()
+    co = mesh.positions(ob.data)
+    co[5] *= 3
+    mesh.put(ob.data.vertices, "co", co)
+    bpy.ops.object.atlasfit_denoise(hide=False)
+    plain = bpy.context.object
+    assert not OF_POINTS & set(plain.data.attributes.keys())
+    assert "uncertainty factor" not in report(plain)
+    select(ob)
+    bpy.ops.object.atlasfit_denoise(uncertainty=True)
+    sure = bpy.context.object
+    assert (mesh.positions(sure.data) == mesh.positions(plain.data)).all()
+    sd, noise, stray = (floats(sure, name) for name in ("uncertainty", "noise", "outlier_probability"))
+    off = np.abs(np.linalg.norm(mesh.positions(sure.data), axis=1) - 1)
+    assert 0.8 < (off <= 1.645 * sd).mean() < 0.99 and 0.005 < np.median(noise) < 0.015
+    assert stray[5] == 1 and abs(sd[5] - 2) < 0.1 and (stray > 0.5).mean() < 0.01
+    # Again: the same attributes, of the new places.
+    bpy.ops.object.atlasfit_denoise(uncertainty=True, result="PLACE")
+    assert OF_POINTS == {n for n in sure.data.attributes.keys() if n.split(".")[0] in OF_POINTS}
+    assert np.median(floats(sure, "noise")) < 0.5 * np.median(noise)
+
+
+def test_a_scale_and_deleted_outliers_and_shape_keys_keep_uncertainty_with_its_points():
+    ob = noisy_ball()
+    ob.scale = (10, 10, 10)
+    co = mesh.positions(ob.data)
+    co[[50, 700]] *= 3
+    mesh.put(ob.data.vertices, "co", co)
+    bpy.context.view_layer.update()
+    bpy.ops.object.atlasfit_denoise(result="SHAPE", uncertainty=True)
+    noise, stray = floats(ob, "noise"), floats(ob, "outlier_probability")
+    assert 0.05 < np.median(noise) < 0.15 and (stray[[50, 700]] == 1).all()
+    ob.shape_key_clear()
+    select(ob)
+    bpy.ops.object.atlasfit_denoise(result="PLACE", drop=True, uncertainty=True)
+    assert len(ob.data.vertices) == len(floats(ob, "uncertainty")) < len(co)
+    assert floats(ob, "outlier_probability").max() < 1
+
+
+def test_in_edit_mode_what_is_known_of_other_points_stays():
+    ob = scan()
+    upper = mesh.positions(ob.data)[:, 2] > 0
+    for chosen in (upper, ~upper):
+        ob.data.vertices.foreach_set("select", chosen)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.object.atlasfit_denoise(uncertainty=True)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        if chosen is upper:
+            first = floats(ob, "uncertainty")
+            assert np.isnan(first[~upper]).all() and np.isfinite(first[upper]).all()
+    both = floats(ob, "uncertainty")
+    assert (both[upper] == first[upper]).all() and np.isfinite(both).all()
+
+
+def test_a_surface_tells_its_uncertainty_beside_what_the_scan_has():
+    ob = scan()
+    mesh.add_attribute(ob.data, "label", "INT", np.full(3000, 7))
+    mesh.add_attribute(ob.data, "uncertainty", "FLOAT", np.full(3000, 9.0))
+    bpy.ops.object.atlasfit_reconstruct(bake=False)
+    names = set(bpy.context.object.data.attributes.keys())
+    assert names >= {"label", "uncertainty"} and "extrapolated" not in names
+    select(ob)
+    bpy.ops.object.atlasfit_reconstruct(bake=False, uncertainty=True)
+    new = bpy.context.object
+    assert new.data.attributes["label"].data_type == "INT"
+    assert (floats(new, "uncertainty_before") == 9).all() and (floats(new, "extrapolated") == 0).all()
+    off = np.abs(np.linalg.norm(mesh.positions(new.data), axis=1) - 1)
+    assert 0.8 < (off <= 1.645 * floats(new, "uncertainty")).mean() < 0.995
+    assert float(report(new)["uncertainty factor"]) >= 1
+
+
 def test_scans_that_are_none_are_refused():
     from_lists([], [])
     refused(lambda: bpy.ops.object.atlasfit_denoise(), "no vertices")

@@ -14,6 +14,7 @@ pytestmark = pytest.mark.skipif(
 # meshlabserver wants every parameter that the dialog has, and no other.
 FIT = {
     "onlySelected": ("Bool", "false"), "strength": ("Float", 1), "noise": ("AbsPerc", 0),
+    "uncertainty": ("Bool", "false"),
 }
 PARAMETERS = {
     "Surface Reconstruction: Atlas": {

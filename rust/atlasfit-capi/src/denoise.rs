@@ -92,8 +92,8 @@ pub struct atlasfit_denoise_options {
     /// 1 if viewpoint counts, else 0. Default 0.
     pub has_viewpoint: u32,
     /// 1 makes the surface that of a solid, for printing: closed, two-manifold, without self-intersections.
-    /// One attribute comes after those of the points: 1 where a vertex was invented, else 0. 0 leaves the
-    /// surface open where the data end. Default 0.
+    /// #ATLASFIT_SURFACE_EXTRAPOLATED tells where vertices were invented. 0 leaves the surface open where the
+    /// data end. Default 0.
     pub watertight: u32,
     /// Connected parts of the surface that have less than this share of its area are left out, 0 to 1; 0
     /// keeps all. #ATLASFIT_INVALID_ARGUMENT where no part is that large. Their points stay among the
@@ -118,8 +118,9 @@ pub struct atlasfit_denoise_options {
     /// What the surface is: #ATLASFIT_SURFACE_NONE to #ATLASFIT_SURFACE_WRAP. Default
     /// #ATLASFIT_SURFACE_SMOOTH.
     pub surface: u32,
-    /// Must be 0.
-    pub reserved: u32,
+    /// 1 says how sure the result is: #ATLASFIT_POINT_UNCERTAINTY to #ATLASFIT_SURFACE_EXTRAPOLATED, and
+    /// uncertainty_factor of the report. All else stays the same, byte for byte. Default 0.
+    pub uncertainty: u32,
 }
 
 // SAFETY: numbers, size first.
@@ -158,7 +159,7 @@ unsafe impl Sized for atlasfit_denoise_options {
             max_error: d.max_error.unwrap_or(-1.0),
             strength: d.strength,
             surface: ATLASFIT_SURFACE_SMOOTH,
-            reserved: 0,
+            uncertainty: u32::from(d.uncertainty),
         }
     }
 }
@@ -221,7 +222,7 @@ impl atlasfit_denoise_options {
         if self.surface > ATLASFIT_SURFACE_WRAP {
             return unknown("surface", self.surface, "ATLASFIT_SURFACE_NONE to ATLASFIT_SURFACE_WRAP");
         }
-        sized::zero(self.reserved)?;
+        let uncertainty = sized::flag(self.uncertainty, "uncertainty")?;
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
@@ -239,6 +240,7 @@ impl atlasfit_denoise_options {
             .with_outliers(outliers)
             .with_viewpoint(has_viewpoint.then_some(self.viewpoint))
             .with_surface(self.surface != ATLASFIT_SURFACE_NONE)
+            .with_uncertainty(uncertainty)
             .with_uv(uv);
         Ok((options, prior))
     }
@@ -314,7 +316,7 @@ pub unsafe extern "C" fn atlasfit_denoise(
         }
         drop((cloud, triangles));
         log::warn(&denoised.report.warnings);
-        handle::give(Arc::new(DenoiseResult::new(denoised)?), out);
+        handle::give(Arc::new(DenoiseResult::new(denoised, &options)?), out);
         Ok(())
     })
 }

@@ -3,13 +3,12 @@
 
 use crate::arrays::{available, copy_lines, copy_out};
 use crate::atlas::atlasfit_atlas;
-use crate::buffer::{Column, atlasfit_buffer, copy_to};
 use crate::handle::{self, Handle};
 use crate::run::{ATLASFIT_STAGE_LIMIT, brief_run};
 use crate::sized::{self, Sized};
 use crate::status::{ATLASFIT_INDEX_OUT_OF_RANGE, Failure, Outcome, atlasfit_status, guard};
 use atlasfit::atlas::query::Atlas;
-use atlasfit::pipeline::Denoised;
+use atlasfit::pipeline::{DenoiseOptions, Denoised};
 use std::ffi::c_char;
 use std::sync::Arc;
 
@@ -19,16 +18,21 @@ pub struct atlasfit_result(());
 
 /// What a result handle holds.
 pub(crate) struct DenoiseResult {
-    denoised: Denoised,
+    pub denoised: Denoised,
     atlas: Arc<Atlas>,
+    /// Whether uncertainty was asked for.
+    pub unsure: bool,
+    /// Whether it was asked for what of the surface was invented.
+    pub invented: bool,
 }
 
 impl DenoiseResult {
     /// Takes the charts out of the core's result: the atlas holds them.
-    pub fn new(mut denoised: Denoised) -> Outcome<Self> {
+    pub fn new(mut denoised: Denoised, options: &DenoiseOptions) -> Outcome<Self> {
         let charts = std::mem::take(&mut denoised.charts);
         let atlas = brief_run().execute(|ctx| Atlas::new(charts, denoised.origin, denoised.scale, ctx))?;
-        Ok(Self { denoised, atlas: Arc::new(atlas) })
+        let unsure = options.uncertainty;
+        Ok(Self { denoised, atlas: Arc::new(atlas), unsure, invented: unsure || options.watertight })
     }
 }
 
@@ -76,7 +80,8 @@ pub struct atlasfit_report {
     pub boundary_edges: usize,
     /// Holes that were filled.
     pub filled_holes: usize,
-    /// Columns of attributes that the surface carries, as many as were given.
+    /// Columns of attributes that the surface carries: as many as were given, then what watertight and
+    /// uncertainty of the options add.
     pub attributes: usize,
     /// 1 if some part of the surface is one-sided, else 0.
     pub one_sided: u32,
@@ -101,6 +106,9 @@ pub struct atlasfit_report {
     /// Outliers that follow the surface between their neighbours in the mesh, as triangles of atlasfit_points
     /// says; the other outliers stay where they are.
     pub followed_outliers: usize,
+    /// By how much the charts' own standard deviations were widened, as the residuals of points beside each
+    /// other ask for: 1 or more; 0 where uncertainty was not asked for, or the residuals do not tell.
+    pub uncertainty_factor: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -157,6 +165,7 @@ pub unsafe extern "C" fn atlasfit_result_report(
             dropped_parts: r.dropped_parts,
             dropped_points: r.dropped_points,
             followed_outliers: r.followed_outliers,
+            uncertainty_factor: r.uncertainty_factor.unwrap_or(0.0),
         };
         sized::write(report, value)
     })
@@ -354,7 +363,9 @@ pub unsafe extern "C" fn atlasfit_result_surface_colors(
 
 /// Copies one attribute of the surface: as many numbers per vertex as it was given with.
 ///
-/// @param attribute Its place in the array that was given, 0 to report.attributes - 1.
+/// @param attribute Its place in the array that was given, 0 to report.attributes - 1. What watertight and
+///                  uncertainty of the options add comes after those: the uncertainty, then whether a vertex
+///                  was invented, each of width 1.
 /// @param values    Room for `capacity` numbers.
 /// @param capacity  At least the attribute's width * report.vertices.
 #[unsafe(no_mangle)]
@@ -374,82 +385,6 @@ pub unsafe extern "C" fn atlasfit_result_surface_attribute(
             )
         })?;
         copy_out(&one.values, values, capacity, "the attribute")
-    })
-}
-
-/// atlasfit_result_copy(): x, y, z of each denoised point.
-pub const ATLASFIT_POINT_POSITIONS: u32 = 0;
-/// atlasfit_result_copy(): the normal of each denoised point.
-pub const ATLASFIT_POINT_NORMALS: u32 = 1;
-/// atlasfit_result_copy(): the given point that each denoised point came from.
-pub const ATLASFIT_POINT_SOURCES: u32 = 2;
-/// atlasfit_result_copy(): the chart of each denoised point.
-pub const ATLASFIT_POINT_CHARTS: u32 = 3;
-/// atlasfit_result_copy(): x, y, z of each vertex of the surface.
-pub const ATLASFIT_SURFACE_POSITIONS: u32 = 4;
-/// atlasfit_result_copy(): the normal of each vertex of the surface.
-pub const ATLASFIT_SURFACE_NORMALS: u32 = 5;
-/// atlasfit_result_copy(): the vertices of each triangle of the surface.
-pub const ATLASFIT_SURFACE_TRIANGLES: u32 = 6;
-/// atlasfit_result_copy(): u, v of each corner of each triangle of the surface.
-pub const ATLASFIT_SURFACE_CORNER_UV: u32 = 7;
-/// atlasfit_result_copy(): the UV chart of each triangle of the surface.
-pub const ATLASFIT_SURFACE_FACE_CHARTS: u32 = 8;
-/// atlasfit_result_copy(): red, green, blue, alpha of each vertex of the surface.
-pub const ATLASFIT_SURFACE_COLORS: u32 = 9;
-
-/// Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
-/// are those of the functions above.
-///
-/// @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_COLORS.
-/// @param to    Where and how.
-/// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
-///         #ATLASFIT_NOT_AVAILABLE, #ATLASFIT_BUFFER_TOO_SMALL, #ATLASFIT_INDEX_OUT_OF_RANGE (an index that
-///         the type does not hold).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn atlasfit_result_copy(
-    result: *const atlasfit_result,
-    array: u32,
-    to: *const atlasfit_buffer,
-) -> atlasfit_status {
-    guard("atlasfit_result_copy", || unsafe {
-        let held = handle::get(result)?;
-        let (points, surface) = (&held.denoised.points, &held.denoised.surface);
-        let (column, width, name) = match array {
-            ATLASFIT_POINT_POSITIONS => {
-                (Column::Doubles(points.positions.as_flattened()), 3, "point positions")
-            }
-            ATLASFIT_POINT_NORMALS => {
-                let all = available(&points.normals, "point normals")?;
-                (Column::Floats(all.as_flattened()), 3, "point normals")
-            }
-            ATLASFIT_POINT_SOURCES => (Column::Indices(&held.denoised.point_source), 1, "point sources"),
-            ATLASFIT_POINT_CHARTS => (Column::Indices(&held.denoised.point_chart), 1, "point charts"),
-            ATLASFIT_SURFACE_POSITIONS => {
-                (Column::Doubles(surface.positions.as_flattened()), 3, "surface positions")
-            }
-            ATLASFIT_SURFACE_NORMALS => {
-                let all = available(&surface.normals, "surface normals")?;
-                (Column::Floats(all.as_flattened()), 3, "surface normals")
-            }
-            ATLASFIT_SURFACE_TRIANGLES => (Column::Indices(surface.triangles.as_flattened()), 3, "triangles"),
-            ATLASFIT_SURFACE_CORNER_UV => {
-                let all = available(&surface.corner_uv, "UVs")?;
-                (Column::Floats(all.as_flattened().as_flattened()), 2, "corner UVs")
-            }
-            ATLASFIT_SURFACE_FACE_CHARTS => {
-                (Column::Indices(available(&surface.face_chart, "UV charts")?), 1, "face charts")
-            }
-            ATLASFIT_SURFACE_COLORS => {
-                (Column::Colors(available(&surface.colors, "colours")?.as_flattened()), 4, "colours")
-            }
-            other => {
-                return Err(Failure::invalid(format!(
-                    "array is {other}. Give ATLASFIT_POINT_POSITIONS to ATLASFIT_SURFACE_COLORS"
-                )));
-            }
-        };
-        copy_to(&column, width, to, name)
     })
 }
 

@@ -5,7 +5,7 @@ use crate::scene::*;
 use crate::table::*;
 use atlasfit_capi::arrays::*;
 use atlasfit_capi::buffer::*;
-use atlasfit_capi::result::*;
+use atlasfit_capi::result_copy::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::uv::*;
 use std::ptr::{null, null_mut};
@@ -28,9 +28,13 @@ pub fn copies(t: &mut Table, s: &Scene) {
         let name = "atlasfit_result_copy";
         t.handle(name, s.uv, |h| atlasfit_result_copy(h, 0, &good));
         t.sized(name, "buffer", &good, ABI, |b| atlasfit_result_copy(s.result, 0, b));
-        t.want(name, "no such array", INVALID, atlasfit_result_copy(s.result, 10, &good));
+        t.want(name, "no such array", INVALID, atlasfit_result_copy(s.result, 15, &good));
         let none = atlasfit_result_copy(s.result, ATLASFIT_SURFACE_COLORS, &good);
         t.want(name, "no colours", ATLASFIT_NOT_AVAILABLE, none);
+        for array in ATLASFIT_POINT_UNCERTAINTY..=ATLASFIT_SURFACE_EXTRAPOLATED {
+            let none = atlasfit_result_copy(s.result, array, &good);
+            t.want(name, format!("array {array} was not asked for"), ATLASFIT_NOT_AVAILABLE, none);
+        }
         let all: [(&str, i32, &dyn Fn(&mut atlasfit_buffer)); 8] = [
             ("no room", SMALL, &|b| b.capacity = 1499),
             ("NULL data", INVALID, &|b| b.data = null_mut()),

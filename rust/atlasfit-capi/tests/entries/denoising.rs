@@ -59,7 +59,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("min_part above 1", &|o| o.min_part = 1.1),
             ("min_part no number", &|o| o.min_part = f64::NAN),
             ("surface", &|o| o.surface = 3),
-            ("reserved", &|o| o.reserved = 1),
+            ("uncertainty", &|o| o.uncertainty = 2),
             ("the largest part of no surface", &|o| (o.surface, o.largest) = (0, 1)),
             ("largest", &|o| o.largest = 2),
             ("max_error", &|o| o.max_error = f64::INFINITY),

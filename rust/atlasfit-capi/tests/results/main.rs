@@ -9,6 +9,7 @@ mod denoising;
 mod meshes;
 mod polygons;
 mod running;
+mod uncertainty;
 
 use atlasfit_capi::status::ATLASFIT_OK;
 use scene::last_error;

@@ -11,6 +11,7 @@ use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
+use atlasfit_capi::result_copy::*;
 use atlasfit_capi::save::*;
 use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
