@@ -6,8 +6,8 @@
 use super::cloud::{Attribute, PointCloud, ScalarKind, Scanners};
 use super::names::FILE;
 
-/// Joins clouds. The attribute [`FILE`] numbers them, 0, 1, and so on; one that they have of that name is left
-/// out. An attribute of several types becomes f64. Returns the names of the columns left out, too.
+/// Joins clouds. The attribute [`FILE`] numbers them, 0, 1, and so on; one that they have of that name is
+/// left out. An attribute of several types becomes f64. Returns the names of the columns left out, too.
 ///
 /// ```
 /// use atlasfit::geometry::{Attribute, PointCloud, join::join, names::FILE};

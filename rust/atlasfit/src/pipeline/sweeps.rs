@@ -30,10 +30,15 @@ pub(super) fn registered(
     let registration = match facing::directions(cloud, options) {
         Some(direction) => {
             let finite = |d: Vec3| if d.iter().all(|x| x.is_finite()) { d } else { Vec3::ZERO };
-            register(&(0..cloud.len()).map(|i| finite(direction(i))).collect::<Vec<_>>())?
+            let mut toward = Vec::with_capacity(cloud.len());
+            for i in 0..cloud.len() {
+                ctx.check_at(i)?;
+                toward.push(finite(direction(i)));
+            }
+            register(&toward)?
         }
-        // Two sweeps of one sheet that lie far apart look like the two sides of a slab: where no side of one is
-        // beside the same side of another, they are taken for that sheet.
+        // Two sweeps of one sheet that lie far apart look like the two sides of a slab: where no side of one
+        // is beside the same side of another, they are taken for that sheet.
         None => match register(&facing_of_sweeps(points, &sweep_of, normals)?) {
             Err(Error::Degenerate { .. }) => register(&[])?,
             other => other?,
@@ -70,8 +75,8 @@ pub(super) fn registered(
     Ok(Some((moved, registration)))
 }
 
-/// The side that each point faces, zero where that is not known: by a fit of its sweep alone, which knows front
-/// from back however sweeps lie, turned as most of its points are by a fit of all.
+/// The side that each point faces, zero where that is not known: by a fit of its sweep alone, which knows
+/// front from back however sweeps lie, turned as most of its points are by a fit of all.
 fn facing_of_sweeps(points: &[Vec3], sweep_of: &[u32], normals: &Normals<'_>) -> Result<Vec<Vec3>> {
     let mut toward = normals(points)?;
     let mut order: Vec<u32> = (0..points.len() as u32).collect();

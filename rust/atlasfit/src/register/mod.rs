@@ -1,13 +1,13 @@
 //! Sweeps of a scan that do not quite fit each other, moved together: a small rigid motion for each.
 //!
-//! In: points, and for each the number of its sweep. Out: a [`Motion`] for each sweep, and how far sweeps were
-//! apart before and are after.
+//! In: points, and for each the number of its sweep. Out: a [`Motion`] for each sweep, and how far sweeps
+//! were apart before and are after.
 //!
-//! All sweeps move at once. A point of one and the quadric through the nearest points of all others are a pair;
-//! the motions minimise the distances of all pairs along the quadrics' normals (point-to-plane, Chen and Medioni
-//! 1992) with residuals of Student's t, and are matched anew. Motions are as likely beforehand as normal ones
-//! of the size of the reach: what no pair tells, such as a slide along a plane, stays as it was. Sweeps that fit
-//! no worse as they are stay.
+//! All sweeps move at once. A point of one and the quadric through the nearest points of all others are a
+//! pair; the motions minimise the distances of all pairs along the quadrics' normals (point-to-plane, Chen
+//! and Medioni 1992) with residuals of Student's t, and are matched anew. Motions are as likely beforehand
+//! as normal ones of the size of the reach: what no pair tells, such as a slide along a plane, stays as it
+//! was. Where the pairs do not ask for motions, all sweeps stay.
 
 mod constants;
 mod scan;
@@ -15,6 +15,7 @@ mod solve;
 
 use crate::error::{Error, Result};
 use crate::geometry::Motion;
+use crate::numeric::sort::sort;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
@@ -54,8 +55,8 @@ pub struct Registration {
 /// Motions that make the sweeps of a scan fit each other.
 ///
 /// `sweep_of[i]` is the number of the sweep that point `i` is of. `toward[i]` is the side that it faces, zero
-/// where that is not known; empty where none is known: then the two sides of a wall thinner than a fiftieth of
-/// the scan can be taken for one surface where no sweep saw both.
+/// where that is not known; empty where none is known: then the two sides of a wall thinner than a fiftieth
+/// of the scan can be taken for one surface where no sweep saw both.
 ///
 /// ```
 /// use atlasfit::{Run, Vec3, register::register};
@@ -72,7 +73,7 @@ pub struct Registration {
 /// ```
 ///
 /// # Errors
-/// [`Error::InvalidArgument`] where all points are of one sweep, for more than 1,000 sweeps, or columns of
+/// [`Error::InvalidArgument`] where all points are of one sweep, for more than 100 sweeps, or columns of
 /// other lengths; [`Error::Degenerate`] where no sweeps overlap; cancelled or out of time.
 pub fn register(
     points: &[Vec3],
@@ -80,8 +81,8 @@ pub fn register(
     toward: &[Vec3],
     ctx: &Context<'_>,
 ) -> Result<Registration> {
-    let numbers = numbers(points, sweep_of, toward)?;
-    let frame = Frame::of(points);
+    let numbers = numbers(points, sweep_of, toward, ctx)?;
+    let frame = Frame::of(points, ctx)?;
     let (scan, of) = chosen(points, sweep_of, toward, &numbers, &frame, ctx)?;
     let mut motions = vec![Motion::NONE; of.len()];
     let mut pairs = first(&scan, &motions, numbers.len(), ctx)?;
@@ -119,7 +120,7 @@ pub fn register(
         .map(|&(sweep, points)| SweepMotion { sweep, points, motion: Motion::NONE, moved: 0.0, pairs: 0 })
         .collect();
     for ((place, motion), (pairs, squares, count)) in of.into_iter().zip(&motions).zip(sums) {
-        let moved = frame.scale * (squares / f64::from(count)).sqrt();
+        let moved = frame.scale * (squares / f64::from(count.max(1))).sqrt();
         told[place] = SweepMotion { motion: frame.to_user(motion), moved, pairs, ..told[place].clone() };
     }
     let [apart_before, apart_after] = [before, after].map(|s| s * frame.scale);
@@ -127,7 +128,12 @@ pub fn register(
 }
 
 /// The numbers of the sweeps, ascending, with their finite points.
-fn numbers(points: &[Vec3], sweep_of: &[u32], toward: &[Vec3]) -> Result<Vec<(u32, usize)>> {
+fn numbers(
+    points: &[Vec3],
+    sweep_of: &[u32],
+    toward: &[Vec3],
+    ctx: &Context<'_>,
+) -> Result<Vec<(u32, usize)>> {
     for (name, have) in [("sweep_of", sweep_of.len()), ("toward", toward.len())] {
         if have != points.len() && (name == "sweep_of" || have > 0) {
             return Err(Error::invalid(
@@ -137,7 +143,7 @@ fn numbers(points: &[Vec3], sweep_of: &[u32], toward: &[Vec3]) -> Result<Vec<(u3
         }
     }
     let mut all: Vec<u32> = points.iter().zip(sweep_of).filter(|(p, _)| finite(p)).map(|(_, &s)| s).collect();
-    all.sort_unstable();
+    sort(&mut all, ctx)?;
     let numbers: Vec<(u32, usize)> = all.chunk_by(|a, b| a == b).map(|c| (c[0], c.len())).collect();
     match numbers.len() {
         0 | 1 => Err(Error::invalid(
@@ -167,18 +173,19 @@ struct Frame {
 
 impl Frame {
     /// The frame of the finite points, of which there is one at least; a few that lie far off do not count.
-    fn of(points: &[Vec3]) -> Self {
-        let range = |axis: usize| -> (f64, f64) {
+    fn of(points: &[Vec3], ctx: &Context<'_>) -> Result<Self> {
+        let range = |axis: usize| -> Result<(f64, f64)> {
+            ctx.check()?;
             let mut all: Vec<f64> = points.iter().filter(|p| finite(p)).map(|p| p[axis]).collect();
             let beyond = (all.len() as f64 * REGISTER.beyond) as usize;
             let last = all.len() - 1 - beyond;
             let low = *all.select_nth_unstable_by(beyond, f64::total_cmp).1;
-            (low, *all.select_nth_unstable_by(last, f64::total_cmp).1)
+            Ok((low, *all.select_nth_unstable_by(last, f64::total_cmp).1))
         };
-        let ranges = [range(0), range(1), range(2)];
+        let ranges = [range(0)?, range(1)?, range(2)?];
         let scale = ranges.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
         let origin = Vec3(ranges.map(|(low, high)| low * 0.5 + high * 0.5));
-        Self { origin, scale: if scale > 0.0 { scale } else { 1.0 } }
+        Ok(Self { origin, scale: if scale > 0.0 { scale } else { 1.0 } })
     }
 
     fn inside(&self, p: Vec3) -> Vec3 {
@@ -245,8 +252,8 @@ fn first(scan: &Scan, still: &[Motion], sweeps: usize, ctx: &Context<'_>) -> Res
     Ok(pairs)
 }
 
-/// Whether so many pairs ask for motions that bring their distances from one size to another: likelihood, less
-/// what six numbers a sweep cost (Schwarz 1978).
+/// Whether so many pairs ask for motions that bring their distances from one size to another: likelihood,
+/// less what six numbers a sweep cost (Schwarz 1978).
 fn asked_for(before: f64, after: f64, pairs: usize, sweeps: usize) -> bool {
     let pairs = pairs as f64;
     let numbers = 6.0 * (sweeps as f64 - 1.0);

@@ -1,7 +1,7 @@
 //! The points of all sweeps, and the surface that other sweeps show beside a point of one.
 //!
-//! In: points in a frame in which the scan's longest side is 1, their sweeps, the motions so far. Out: pairs of
-//! a point and the surface beside it.
+//! In: points in a frame in which the scan's longest side is 1, their sweeps, the motions so far. Out: pairs
+//! of a point and the surface beside it.
 
 use super::constants::REGISTER;
 use super::solve::{Pair, Part};
@@ -110,8 +110,8 @@ impl<'a> Moved<'a> {
         self.toward.is_empty() || self.toward[i as usize].dot(self.toward[j as usize]) >= 0.0
     }
 
-    /// A point and the surface that others show beside it; `None` where there is none, or it is another part of
-    /// the surface.
+    /// A point and the surface that others show beside it; `None` where there is none, or it is another part
+    /// of the surface.
     fn pair(&self, i: u32, k: usize, found: &mut Vec<Neighbour>) -> Option<Pair> {
         let beside = self.beside(i, k, found);
         let tangent = self.tangent(i, &beside, k)?;

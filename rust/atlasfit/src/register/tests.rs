@@ -45,8 +45,8 @@ fn six(seed: u64, off: f64) -> (Vec<Vec3>, Vec<u32>, Vec<Motion>) {
     (points, sweeps, motions)
 }
 
-/// How far sweeps are from one common motion along the normals, which are nearly the radii: root mean square over
-/// places of the ball. (A slide along a ball is known less well, and matters less.)
+/// How far sweeps are from one common motion along the normals, which are nearly the radii: root mean square
+/// over places of the ball. (A slide along a ball is known less well, and matters less.)
 fn misfit(registration: &Registration, made: &[Motion]) -> f64 {
     let mut rng = Rng::new(9);
     let places: Vec<Vec3> = (0..200).map(|_| ball(&mut rng)).collect();
