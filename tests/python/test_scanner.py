@@ -39,7 +39,7 @@ def ball(made):
 def scanned(made, kind, sigma=SIGMA, count=2000):
     """A scan of the ball, the distances of its points from it, and how many strays are among them."""
     how, _ = made["scanner"].KINDS[kind]
-    points, _, strays = how(*ball(made), sigma, count, np.random.default_rng(5))
+    points, _, strays, *_ = how(*ball(made), sigma, count, np.random.default_rng(5))
     return points, np.abs(np.linalg.norm(points, axis=1) - 0.5), strays
 
 
