@@ -9,8 +9,8 @@
 //! - `status`: status codes, the thread's last error, the guard around every entry point;
 //! - `sized`: structs that grow; `handle`: opaque handles; `arrays` and `buffer`: arrays in and out;
 //! - `run`: seed, threads, limits, progress, cancel; `faces`, `points` and `mesh`: what the caller gives;
-//! - one file per capability: `atlas`, `result` and `result_copy` (what denoising made), `denoise`, `uv` (what
-//!   unwrapping made), `unwrap`, `bake`, `simplify`, `measure`, `files` (read), `save`.
+//! - one file per capability: `atlas`, `result` and `result_copy` (what denoising made), `denoise`, `uv`
+//!   (what unwrapping made), `unwrap`, `bake`, `simplify`, `measure`, `files` (read), `save`.
 
 // The names are C's, and so is safety: the header says what a caller owes.
 #![allow(non_camel_case_types, clippy::missing_safety_doc)]

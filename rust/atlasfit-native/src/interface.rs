@@ -32,10 +32,10 @@ pub trait Cgal: Sync {
     fn exact_distances(&self, mesh: &TriMesh, points: &[[f64; 3]], ctx: &Context<'_>) -> Result<Vec<f64>>;
 
     /// A mesh of the same surface whose triangles have sides of 4/5 to 4/3 of `length`, in some rounds of
-    /// splitting, collapsing, flipping and moving along the surface (Botsch and Kobbelt 2004); three are usual.
-    /// Vertices on the boundary stay on it. Columns and UVs are left out. It stops within some 50 milliseconds
-    /// of being asked, as CGAL looks places up all the time, but for the tree over the triangles that it
-    /// builds first.
+    /// splitting, collapsing, flipping and moving along the surface (Botsch and Kobbelt 2004); three are
+    /// usual. Vertices on the boundary stay on it. Columns and UVs are left out. It stops within some 50
+    /// milliseconds of being asked, as CGAL looks places up all the time, but for the tree over the
+    /// triangles that it builds first.
     ///
     /// # Errors
     /// As above, and [`atlasfit::Error::InvalidArgument`] for a mesh that halfedges cannot hold,

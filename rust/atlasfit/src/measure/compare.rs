@@ -81,8 +81,8 @@ pub struct Comparison {
 }
 
 /// Compares denoised points with the surface of an earlier scan, in one frame. Both carry an attribute of
-/// standard deviations, [`UNCERTAINTY`]; vertices of the surface whose attribute [`EXTRAPOLATED`] is not 0 are
-/// no counterpart.
+/// standard deviations, [`UNCERTAINTY`]; vertices of the surface whose attribute [`EXTRAPOLATED`] is not 0
+/// are no counterpart.
 ///
 /// ```
 /// use atlasfit::geometry::{Attribute, PointCloud, ScalarKind, TriMesh};

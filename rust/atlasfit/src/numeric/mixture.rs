@@ -1,7 +1,7 @@
 //! Points of something known among strays, which lie anywhere.
 //!
-//! In: for each point the ratio of its densities as one of the known and as a stray. Out: the share of strays,
-//! and how likely each is one.
+//! In: for each point the ratio of its densities as one of the known and as a stray. Out: the share of
+//! strays, and how likely each is one.
 
 /// Rounds of expectation and maximisation (Dempster, Laird and Rubin 1977). Source: chosen.
 const ROUNDS: usize = 20;

@@ -1,5 +1,6 @@
 //! Numerical tools that know nothing of scans and charts: vectors, small dense algebra, splines, robust
-//! weights, strays among what is known, special functions, order statistics, random numbers, sorting, sums over pairs; counts as text.
+//! weights, strays among what is known, special functions, order statistics, random numbers, sorting, sums
+//! over pairs; counts as text.
 
 pub mod dense;
 pub(crate) mod mixture;

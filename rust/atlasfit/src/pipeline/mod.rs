@@ -1,11 +1,11 @@
 //! The main job: a noisy scan in; denoised points, one surface and chart UVs out.
 //!
 //! Each step is a file: `sweeps` (moved together, if asked for) → [`prepare`] (distinct points, spacing,
-//! noise) → [`guide`] (optional: a first surface to project onto) → `facing` (which way it is known to face) →
-//! `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) → `strength` (charts
-//! smoother or rougher, if asked for) → `uncertainty` (how sure the points are, if asked for) → `surface`
-//! (charts blended, contoured, cleaned; or `points_only`) → `attributes` (colours and the like, UVs) →
-//! `finish` (back to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
+//! noise) → [`guide`] (optional: a first surface to project onto) → `facing` (which way it is known to
+//! face) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) → `strength`
+//! (charts smoother or rougher, if asked for) → `uncertainty` (how sure the points are, if asked for) →
+//! `surface` (charts blended, contoured, cleaned; or `points_only`) → `attributes` (colours and the like,
+//! UVs) → `finish` (back to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
 
 mod attributes;
 #[cfg(feature = "benchmarks")]

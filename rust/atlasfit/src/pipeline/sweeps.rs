@@ -8,6 +8,7 @@ use super::facing;
 use super::options::DenoiseOptions;
 use crate::error::{Error, Result};
 use crate::geometry::{Attribute, PointCloud};
+use crate::numeric::sort::sort_by;
 use crate::numeric::vec3::{self, Vec3};
 use crate::numeric::wording::counted;
 use crate::register::{self, Registration};
@@ -26,6 +27,8 @@ pub(super) fn registered(
     let Some(name) = &options.sweeps else { return Ok(None) };
     let sweep_of = numbers(cloud, name, ctx)?;
     let points = vec3::of(&cloud.positions);
+    // Before anything is fitted.
+    register::numbers(points, &sweep_of, ctx)?;
     let register = |toward: &[Vec3]| register::register(points, &sweep_of, toward, ctx);
     let registration = match facing::directions(cloud, options) {
         Some(direction) => {
@@ -39,7 +42,7 @@ pub(super) fn registered(
         }
         // Two sweeps of one sheet that lie far apart look like the two sides of a slab: where no side of one
         // is beside the same side of another, they are taken for that sheet.
-        None => match register(&facing_of_sweeps(points, &sweep_of, normals)?) {
+        None => match register(&facing_of_sweeps(points, &sweep_of, normals, ctx)?) {
             Err(Error::Degenerate { .. }) => register(&[])?,
             other => other?,
         },
@@ -77,10 +80,15 @@ pub(super) fn registered(
 
 /// The side that each point faces, zero where that is not known: by a fit of its sweep alone, which knows
 /// front from back however sweeps lie, turned as most of its points are by a fit of all.
-fn facing_of_sweeps(points: &[Vec3], sweep_of: &[u32], normals: &Normals<'_>) -> Result<Vec<Vec3>> {
+fn facing_of_sweeps(
+    points: &[Vec3],
+    sweep_of: &[u32],
+    normals: &Normals<'_>,
+    ctx: &Context<'_>,
+) -> Result<Vec<Vec3>> {
     let mut toward = normals(points)?;
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    order.sort_by_key(|&i| sweep_of[i as usize]);
+    sort_by(&mut order, |&a, &b| (sweep_of[a as usize], a).cmp(&(sweep_of[b as usize], b)), ctx)?;
     for sweep in order.chunk_by(|&a, &b| sweep_of[a as usize] == sweep_of[b as usize]) {
         let own: Vec<Vec3> = sweep.iter().map(|&i| points[i as usize]).collect();
         let own = match normals(&own) {

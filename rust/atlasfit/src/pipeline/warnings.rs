@@ -36,17 +36,7 @@ pub(super) fn not_registered(registration: Option<&Registration>) -> Option<Stri
     let alone: Vec<String> =
         registration?.sweeps.iter().filter(|s| s.pairs == 0).map(|s| s.sweep.to_string()).collect();
     (!alone.is_empty()).then(|| {
-        format!(
-            "{} moved: {} on no other sweep, or {} too few points. Sweep {}",
-            if alone.len() == 1 {
-                "1 sweep was not".into()
-            } else {
-                format!("{} sweeps were not", alone.len())
-            },
-            if alone.len() == 1 { "it lies" } else { "they lie" },
-            if alone.len() == 1 { "has" } else { "have" },
-            alone.join(", "),
-        )
+        format!("sweeps that lie on no other or have too few points were not moved: {}", alone.join(", "))
     })
 }
 

@@ -81,7 +81,8 @@ pub fn register(
     toward: &[Vec3],
     ctx: &Context<'_>,
 ) -> Result<Registration> {
-    let numbers = numbers(points, sweep_of, toward, ctx)?;
+    check_columns(points.len(), sweep_of.len(), toward.len())?;
+    let numbers = numbers(points, sweep_of, ctx)?;
     let frame = Frame::of(points, ctx)?;
     let (scan, of) = chosen(points, sweep_of, toward, &numbers, &frame, ctx)?;
     let mut motions = vec![Motion::NONE; of.len()];
@@ -127,21 +128,24 @@ pub fn register(
     Ok(Registration { sweeps: told, apart_before, apart_after })
 }
 
-/// The numbers of the sweeps, ascending, with their finite points.
-fn numbers(
-    points: &[Vec3],
-    sweep_of: &[u32],
-    toward: &[Vec3],
-    ctx: &Context<'_>,
-) -> Result<Vec<(u32, usize)>> {
-    for (name, have) in [("sweep_of", sweep_of.len()), ("toward", toward.len())] {
-        if have != points.len() && (name == "sweep_of" || have > 0) {
+/// Every column has an entry per point, or, where it may, none.
+fn check_columns(points: usize, sweep_of: usize, toward: usize) -> Result<()> {
+    for (name, have) in [("sweep_of", sweep_of), ("toward", toward)] {
+        if have != points && (name == "sweep_of" || have > 0) {
             return Err(Error::invalid(
-                format!("{name}: {have} values for {} points", points.len()),
-                format!("Give {} values", points.len()),
+                format!("{name}: {have} values for {points} points"),
+                format!("Give {points} values"),
             ));
         }
     }
+    Ok(())
+}
+
+/// The numbers of the sweeps, ascending, with their finite points.
+///
+/// # Errors
+/// [`Error::InvalidArgument`] where they are too few or too many to be registered; cancelled or out of time.
+pub(crate) fn numbers(points: &[Vec3], sweep_of: &[u32], ctx: &Context<'_>) -> Result<Vec<(u32, usize)>> {
     let mut all: Vec<u32> = points.iter().zip(sweep_of).filter(|(p, _)| finite(p)).map(|(_, &s)| s).collect();
     sort(&mut all, ctx)?;
     let numbers: Vec<(u32, usize)> = all.chunk_by(|a, b| a == b).map(|c| (c[0], c.len())).collect();

@@ -3,10 +3,11 @@
 //! In: residuals of the points, and how their places follow each other's noise. Out: a factor.
 //!
 //! Let b be the error of a point's place and e = b + noise its residual, up to sign. Noise of different
-//! points is independent, so of two points beside each other the mean of b1 b2 is that of e1 e2 plus how much each
-//! place follows the other point's noise, which the solve knows (the covariance penalty of Efron 2004; for
-//! one point it is Mallows' Cp). Nothing of the truth is needed, and no model of the surface. What the charts
-//! disagree by is taken off; the rest, over what the posterior says of the same pairs, is the factor.
+//! points is independent, so of two points beside each other the mean of b1 b2 is that of e1 e2 plus how
+//! much each place follows the other point's noise, which the solve knows (the covariance penalty of Efron
+//! 2004; for one point it is Mallows' Cp). Nothing of the truth is needed, and no model of the surface.
+//! What the charts disagree by is taken off; the rest, over what the posterior says of the same pairs, is
+//! the factor.
 
 use super::constants::UNCERTAINTY;
 use super::gather::{Beside, Blended};

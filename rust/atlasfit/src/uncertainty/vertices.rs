@@ -2,9 +2,9 @@
 //!
 //! In: vertices, the scan's points on the charts and their uncertainty. Out: a standard deviation for each
 //! vertex, and whether it was invented where no data are. A vertex is as sure as the points about it, and
-//! less by how far it lies off their charts: contouring, fewer triangles, curves along rims and edges may move
-//! it. Where no data are, at a distance d from the data, the surface may be off by what a surface that bends
-//! as the scan usually does would be: half the curvature times d squared.
+//! less by how far it lies off their charts: contouring, fewer triangles, curves along rims and edges may
+//! move it. Where no data are, at a distance d from the data, the surface may be off by what a surface that
+//! bends as the scan usually does would be: half the curvature times d squared.
 
 use super::PointUncertainty;
 use super::claimed::{Claimed, claimed};

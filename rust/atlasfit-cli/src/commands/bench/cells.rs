@@ -32,9 +32,9 @@ pub struct CellArgs {
     /// sheets; a number chooses one of several (outliers20, sheets3) [default: all]
     #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
     pub scanner: Option<Vec<String>>,
-    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes, or names of PLY meshes in the data folder
-    /// [default: bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner bumps,knot,ring,spiral and all
-    /// meshes of the data folder]
+    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes, or names of PLY meshes in the data
+    /// folder [default: bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner
+    /// bumps,knot,ring,spiral and all meshes of the data folder]
     #[arg(long, value_delimiter = ',')]
     pub shapes: Option<Vec<String>>,
     /// Standard deviations of the noise, for a shape of size 1 [default: 0.002,0.005,0.01,0.02; with
@@ -212,4 +212,9 @@ pub fn rows<R>(
         }
     }
     Ok((rows, failed))
+}
+
+/// An error where cells failed, beside so many that did not.
+pub fn ended(rows: usize, failed: usize) -> Result<()> {
+    if failed == 0 { Ok(()) } else { bail!("{failed} of {} cells failed", rows + failed) }
 }

@@ -8,7 +8,7 @@ use super::cells::{self, Cell, CellArgs, Spec};
 use super::shared::median;
 use crate::console::Console;
 use crate::files;
-use anyhow::{Result, bail};
+use anyhow::Result;
 use atlasfit::geometry::{PointCloud, TriMesh};
 use atlasfit::measure::{CompareOptions, Comparison, Locator, compare};
 use atlasfit::numeric::vec3;
@@ -52,11 +52,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         measure(spec, which, folder, console)
     })?;
     report(&rows, &failed, console);
-    if failed.is_empty() {
-        Ok(())
-    } else {
-        bail!("{} of {} cells failed", failed.len(), rows.len() + failed.len())
-    }
+    cells::ended(rows.len(), failed.len())
 }
 
 fn measure(spec: Spec, which: &CellArgs, folder: &Path, console: &Console) -> Result<Row> {

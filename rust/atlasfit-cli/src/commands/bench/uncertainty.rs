@@ -57,11 +57,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         measure(args, &Cell::make(spec, which, folder, console)?, console)
     })?;
     report(&rows, &failed, console);
-    if failed.is_empty() {
-        Ok(())
-    } else {
-        bail!("{} of {} cells failed", failed.len(), rows.len() + failed.len())
-    }
+    cells::ended(rows.len(), failed.len())
 }
 
 fn column<'a>(attributes: &'a [Attribute], name: &str) -> &'a [f64] {
