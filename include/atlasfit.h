@@ -364,6 +364,12 @@
 #define ATLASFIT_SURFACE_EXTRAPOLATED 14
 
 /**
+ * atlasfit_result_copy(): the unit normal at each corner of each triangle of the surface, where the surface
+ * has creases: there each side has its own. #ATLASFIT_NOT_AVAILABLE where those of the vertices hold.
+ */
+#define ATLASFIT_SURFACE_CORNER_NORMALS 15
+
+/**
  * atlasfit_unwrap_options.packer: packs charts by their shapes: they lie in each other's bays and holes.
  */
 #define ATLASFIT_PACK_SHAPES 0
@@ -1717,9 +1723,9 @@ typedef struct {
    */
   uint32_t has_viewpoint;
   /**
-   * 0.
+   * 1 if the normals of some vertices differ between their triangles, else 0.
    */
-  uint32_t reserved;
+  uint32_t has_corner_normals;
   /**
    * Where it stood, for viewpoint of atlasfit_denoise_options.
    */
@@ -1762,6 +1768,11 @@ typedef struct {
    * Must be 0.
    */
   uint32_t reserved;
+  /**
+   * Unit normal at each corner of each triangle or face of the points, 3 numbers, where those of a vertex
+   * differ, as at creases: OBJ and GLB hold them. NULL = those of the points. Default NULL.
+   */
+  const float *corner_normals;
 } atlasfit_save_options;
 
 #ifdef __cplusplus
@@ -2076,9 +2087,10 @@ ATLASFIT_API atlasfit_status atlasfit_result_atlas(const atlasfit_result *result
 
 /**
  * Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
- * are those of the functions above, and those that uncertainty of the options adds (floats).
+ * are those of the functions above, those that uncertainty of the options adds (floats), and the normals of
+ * corners.
  *
- * @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_EXTRAPOLATED.
+ * @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_CORNER_NORMALS.
  * @param to    Where and how.
  * @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
  *         #ATLASFIT_NOT_AVAILABLE (there is none, or it was not asked for), #ATLASFIT_BUFFER_TOO_SMALL,
@@ -2693,6 +2705,18 @@ ATLASFIT_API
 atlasfit_status atlasfit_file_corner_uv(const atlasfit_file *file,
                                         float *corner_uv,
                                         size_t capacity);
+
+/**
+ * Copies the unit normals at the corners of the triangles: 3 numbers each. #ATLASFIT_NOT_AVAILABLE where those of
+ * the points hold.
+ *
+ * @param corner_normals Room for `capacity` numbers.
+ * @param capacity       At least 9 * info.triangles.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_file_corner_normals(const atlasfit_file *file,
+                                             float *corner_normals,
+                                             size_t capacity);
 
 /**
  * Copies the UV chart of each triangle. #ATLASFIT_NOT_AVAILABLE without.

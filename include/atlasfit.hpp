@@ -592,6 +592,10 @@ class Denoised {
   std::vector<float> surface_colors() const {
     return copy<float>(atlasfit_result_surface_colors, 4 * report_.vertices);
   }
+  /// The unit normal at each corner of each triangle, where the surface has creases.
+  std::vector<float> surface_corner_normals() const {
+    return told(ATLASFIT_SURFACE_CORNER_NORMALS, 9 * report_.triangles);
+  }
   /// One attribute that was given with `width` numbers per point.
   std::vector<double> surface_attribute(std::size_t index, std::size_t width = 1) const {
     std::vector<double> values(width * report_.vertices);
@@ -630,7 +634,7 @@ class Denoised {
     detail::check(get(handle_.get(), all.data(), all.size()));
     return all;
   }
-  /// An array of one number per point or vertex.
+  /// An array of so many numbers.
   std::vector<float> told(std::uint32_t array, std::size_t count) const {
     std::vector<float> all(count);
     atlasfit_buffer to;
@@ -792,6 +796,8 @@ class File {
     return all(atlasfit_file_triangles, 3 * info_.triangles);
   }
   std::vector<float> corner_uv() const { return all(atlasfit_file_corner_uv, 6 * info_.triangles); }
+  /// Where info().has_corner_normals.
+  std::vector<float> corner_normals() const { return all(atlasfit_file_corner_normals, 9 * info_.triangles); }
   std::vector<std::uint32_t> face_charts() const {
     return all(atlasfit_file_face_charts, info_.triangles);
   }

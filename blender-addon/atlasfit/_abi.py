@@ -38,7 +38,8 @@ SURFACE_NONE, SURFACE_SMOOTH, SURFACE_WRAP = range(3)
     POINT_OUTLIER_PROBABILITY,
     SURFACE_UNCERTAINTY,
     SURFACE_EXTRAPOLATED,
-) = range(15)
+    SURFACE_CORNER_NORMALS,
+) = range(16)
 UV_CORNERS, UV_FACE_CHARTS, UV_FACE_PAGES = range(3)
 PACK_SHAPES, PACK_BOXES = 0, 1
 PRESET_FEW_SEAMS, PRESET_BALANCED, PRESET_LOW_STRETCH = range(3)
@@ -169,6 +170,7 @@ FUNCTIONS = {
     "atlasfit_file_colors": (status, [_handle, _array, c_size_t]),
     "atlasfit_file_triangles": (status, [_handle, _array, c_size_t]),
     "atlasfit_file_corner_uv": (status, [_handle, _array, c_size_t]),
+    "atlasfit_file_corner_normals": (status, [_handle, _array, c_size_t]),
     "atlasfit_file_face_charts": (status, [_handle, _array, c_size_t]),
     "atlasfit_file_texture": (status, [_handle, _array, c_size_t]),
     "atlasfit_file_attribute_type": (

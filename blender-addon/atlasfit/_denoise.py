@@ -13,7 +13,7 @@ from ._abi import lib
 from ._arrays import Attributes, check_rows, indices, points_struct, positions, rows, set_colors
 from ._atlas import Atlas
 from ._brief import brief, counted
-from ._call import Handle, RunOptions, check, choice, options_with, run, values
+from ._call import Error, Handle, RunOptions, check, choice, options_with, run, values
 from ._show import show
 
 if TYPE_CHECKING:
@@ -101,6 +101,8 @@ class Surface:
     normals      (v, 3) float32, unit length
     triangles    (t, 3) uint32, counter-clockwise seen from outside
     corner_uv    (t, 3, 2) float32 in [0, 1], v up; None without UVs
+    corner_normals (t, 3, 3) float32, unit length, for each corner of each triangle: at creases each side has
+                 its own; None where there is no crease
     face_charts  (t,) uint32, the UV chart of each triangle; None without UVs
     colors       (v, 4) float32 in [0, 1]; None where the points had none
     attributes   by name, (v,) or (v, k): those given to denoise(), in the type that they were given in; with
@@ -113,6 +115,7 @@ class Surface:
     normals: NDArray[np.float32]
     triangles: NDArray[np.uint32]
     corner_uv: NDArray[np.float32] | None
+    corner_normals: NDArray[np.float32] | None
     face_charts: NDArray[np.uint32] | None
     colors: NDArray[np.float32] | None
     attributes: dict[str, NDArray[Any]]
@@ -123,6 +126,7 @@ class Surface:
             counted(len(self.vertices), "vertex", "vertices"),
             counted(len(self.triangles), "triangle"),
             self.corner_uv is not None and "UVs",
+            self.corner_normals is not None and "creases",
             self.colors is not None and "colors",
             *self.attributes,
         )
@@ -332,10 +336,24 @@ def denoise(
 
 def _told(result: Handle, array: int, count: int) -> NDArray[np.float32]:
     """An array of one number for each point or vertex."""
-    values = np.empty(count, np.float32)
-    to = options_with(_abi.atlasfit_buffer(), data=values.ctypes.data, capacity=count)
+    return _copied(result, array, (count,))
+
+
+def _copied(result: Handle, array: int, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    values = np.empty(shape, np.float32)
+    to = options_with(_abi.atlasfit_buffer(), data=values.ctypes.data, capacity=values.size)
     check(lib().atlasfit_result_copy(result.pointer, array, byref(to)))
     return values
+
+
+def _corner_normals(result: Handle, triangles: int) -> NDArray[np.float32] | None:
+    """The normals at the corners of the triangles; None where the surface has no crease."""
+    try:
+        return _copied(result, _abi.SURFACE_CORNER_NORMALS, (triangles, 3, 3))
+    except Error as error:
+        if error.status == _abi.NOT_AVAILABLE:
+            return None
+        raise
 
 
 def _beside(given: list[str], added: Mapping[str, object]) -> list[str]:
@@ -373,6 +391,7 @@ def _read(result: Handle, columns: Attributes, uncertainty: bool, watertight: bo
         normals=copy("surface_normals", (v, 3), np.float32),
         triangles=copy("surface_triangles", (t, 3), np.uint32),
         corner_uv=copy("surface_corner_uv", (t, 3, 2), np.float32) if raw.has_uv else None,
+        corner_normals=_corner_normals(result, t),
         face_charts=copy("surface_face_charts", (t,), np.uint32) if raw.has_uv else None,
         colors=copy("surface_colors", (v, 4), np.float32) if raw.has_colors else None,
         attributes={

@@ -50,6 +50,8 @@ class Loaded:
     colors       (n, 4) float32 in [0, 1]; None without
     triangles    (m, 3) uint32; (0, 3) of a cloud. Polygons are cut into triangles
     corner_uv    (m, 3, 2) float32, v up; None without
+    corner_normals (m, 3, 3) float32, for each corner of each triangle, where those of a vertex differ; None
+                 where they do not
     face_charts  (m,) uint32, the UV chart of each triangle; None without
     attributes   by name, (n,) or (n, k), in the type that the file has them in
     viewpoint    (3,) where the scanner stood, where the file says so and there was one
@@ -62,6 +64,7 @@ class Loaded:
     colors: NDArray[np.float32] | None
     triangles: NDArray[np.uint32]
     corner_uv: NDArray[np.float32] | None
+    corner_normals: NDArray[np.float32] | None
     face_charts: NDArray[np.uint32] | None
     attributes: dict[str, NDArray[Any]]
     viewpoint: NDArray[np.float64] | None
@@ -127,6 +130,7 @@ def load(path: str | os.PathLike[str], **options: Unpack[RunOptions]) -> Loaded:
         colors=copy("colors", (n, 4), np.float32) if info.has_colors else None,
         triangles=copy("triangles", (m, 3), np.uint32),
         corner_uv=copy("corner_uv", (m, 3, 2), np.float32) if info.has_uv else None,
+        corner_normals=copy("corner_normals", (m, 3, 3), np.float32) if info.has_corner_normals else None,
         face_charts=copy("face_charts", (m,), np.uint32) if info.has_face_charts else None,
         attributes=dict(_attribute(file, i, n) for i in range(info.attributes)),
         viewpoint=np.array(info.viewpoint) if info.has_viewpoint else None,
@@ -156,6 +160,7 @@ def save(
     colors: ArrayLike | None = None,
     attributes: Mapping[str, ArrayLike] | None = None,
     corner_uv: ArrayLike | None = None,
+    corner_normals: ArrayLike | None = None,
     face_charts: ArrayLike | None = None,
     texture: bytes | NDArray[np.uint8] | None = None,
     ascii: bool = False,
@@ -178,6 +183,8 @@ def save(
     colors       (n, 3) or (n, 4): floats in [0, 1], or whole numbers from 0 to 255
     attributes   by name, (n,) or (n, k)
     corner_uv    (m, 3, 2) UVs of each corner of each triangle; (corners, 2) of polygons, one after another
+    corner_normals (m, 3, 3) normals of each corner of each triangle, (corners, 3) of polygons, where those of a
+                 vertex differ: OBJ and GLB hold them
     face_charts  (m,) the UV chart of each triangle or polygon
     texture      the texels that bake() gave, or the bytes of a PNG file: GLB holds it inside, else it goes
     to a
@@ -199,6 +206,7 @@ def save(
         colors = given.colors if colors is None else colors
         attributes = given.attributes if attributes is None else attributes
         corner_uv = given.corner_uv if corner_uv is None else corner_uv
+        corner_normals = given.corner_normals if corner_normals is None else corner_normals
         face_charts = given.face_charts if face_charts is None else face_charts
         if texture is None and isinstance(given, Loaded) and (given.texture or b"").startswith(_PNG):
             texture = given.texture
@@ -226,12 +234,18 @@ def save(
     out.attributes, out.attribute_count = columns.structs, len(columns.names)
     if uv is None and corner_uv is not None:
         uv = corners(corner_uv, m)
+    at_corners = None
+    if corner_normals is not None:
+        total = 3 * m if triangles is None else len(around)
+        at_corners = np.ascontiguousarray(np.reshape(corner_normals, (-1, 3)), np.float32)
+        check_rows(at_corners, total, "corner_normals")
     charts = None if face_charts is None else indices(face_charts, (m,), "face_charts")
     png = texture if texture is None or isinstance(texture, bytes) else _png(texture)
     image = None if png is None else np.frombuffer(png, np.uint8)
     how = options_with(
         _abi.atlasfit_save_options(),
         corner_uv=address(uv),
+        corner_normals=address(at_corners),
         face_charts=address(charts),
         texture=address(image),
         texture_bytes=0 if image is None else len(image),

@@ -385,7 +385,7 @@ class atlasfit_file_info(Sized):
         ("has_uv", c_uint32),
         ("has_face_charts", c_uint32),
         ("has_viewpoint", c_uint32),
-        ("reserved", c_uint32),
+        ("has_corner_normals", c_uint32),
         ("viewpoint", c_double * 3),
     ]
 
@@ -399,4 +399,5 @@ class atlasfit_save_options(Sized):
         ("texture_bytes", c_size_t),
         ("ascii", c_uint32),
         ("reserved", c_uint32),
+        ("corner_normals", c_void_p),
     ]

@@ -399,6 +399,25 @@ def new_mesh(name, vertices, faces):
     return me
 
 
+def mark_creases(me, triangles, corner_normals):
+    """Marks as sharp the edges of a new_mesh() at whose ends the two triangles have other normals (t, 3, 3)."""
+    start = triangles.ravel().astype(np.int64)
+    end = np.roll(triangles, -1, axis=1).ravel().astype(np.int64)
+    at_start = corner_normals.reshape(-1, 3)
+    at_end = np.roll(corner_normals, -1, axis=1).reshape(-1, 3)
+    turned = (start > end)[:, None]
+    normals = np.where(turned, np.hstack([at_end, at_start]), np.hstack([at_start, at_end]))
+    key = np.minimum(start, end) * len(me.vertices) + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    key, normals = key[order], normals[order]
+    same = key[1:] == key[:-1]
+    creased = key[1:][same & (normals[1:] != normals[:-1]).any(axis=1)]
+    ends = np.sort(get(me.edges, "vertices", 2, np.int32).astype(np.int64), axis=1)
+    put(me.edges, "use_edge_sharp", np.isin(ends[:, 0] * len(me.vertices) + ends[:, 1], creased))
+    if hasattr(me, "use_auto_smooth"):  # later ones always look at sharp edges
+        me.use_auto_smooth, me.auto_smooth_angle = True, np.pi
+
+
 def set_report(me, title, notes=(), **lines):
     """Keeps a report with the mesh: the panel shows it, files carry it."""
     if notes:

@@ -348,6 +348,8 @@ class OBJECT_OT_atlasfit_reconstruct(fit.Fit, bpy.types.Operator):
         me = mesh.new_mesh(
             f"{source.data.name} Surface", surface.vertices @ np.linalg.inv(matrix).T, surface.triangles
         )
+        if surface.corner_normals is not None:
+            mesh.mark_creases(me, surface.triangles, surface.corner_normals)
         layer = me.uv_layers.new(name="UVMap")
         mesh.uv_put(me.uv_layers[layer.name], surface.corner_uv)
         if surface.colors is not None:

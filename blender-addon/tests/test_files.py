@@ -31,6 +31,7 @@ def test_a_ply_file_holds_all_that_is_given(tmp_path, denoised):
     assert np.abs(back.colors - s.colors).max() <= 0.51 / 255
     assert back.attributes["label"].dtype == np.uint8
     assert np.array_equal(back.attributes["label"], s.attributes["label"])
+    assert s.corner_normals is None, "a sphere has no crease"
     assert back.notes == () and back.viewpoint is None and back.texture is None
     assert repr(back).startswith(
         f"Loaded({len(s.vertices):,} points, {len(s.triangles):,} triangles, normals, "
@@ -69,6 +70,29 @@ def test_polygons_are_saved_as_they_are_where_the_format_holds_them(tmp_path):
         atlasfit.save(tmp_path / "torus.obj", vertices, quads[:, :2])
     with pytest.raises(atlasfit.Error, match="holds 24 but there are only 24 vertices"):
         atlasfit.save(tmp_path / "torus.obj", vertices, [[0, 1, 2, 24]])
+
+
+def roof(n=4000):
+    """Points of two planes that meet in a ridge along y, with a little noise."""
+    x, y, z = np.random.default_rng(1).uniform(-0.5, 0.5, (3, n))
+    return np.stack([x, y, 0.004 * z - np.abs(x)], axis=1)
+
+
+def test_a_crease_keeps_its_normals_through_files_that_hold_them(tmp_path):
+    surface = atlasfit.denoise(roof()).surface
+    normals = surface.corner_normals
+    assert normals.shape == (*surface.triangles.shape, 3) and "creases" in repr(surface)
+    on_ridge = (np.abs(surface.vertices[:, 0]) < 0.004)[surface.triangles]
+    sides = np.abs(normals[on_ridge] @ [1, 0, 0])
+    assert on_ridge.sum() > 50 and np.median(np.abs(sides - 0.5**0.5)) < 0.02
+    for name in ("a.obj", "a.glb"):
+        atlasfit.save(tmp_path / name, surface)
+        assert np.array_equal(atlasfit.load(tmp_path / name).corner_normals, normals)
+    lost = atlasfit.save(tmp_path / "a.ply", surface)
+    assert any("normals that differ" in line for line in lost)
+    assert atlasfit.load(tmp_path / "a.ply").corner_normals is None
+    with pytest.raises(ValueError, match="corner_normals"):
+        atlasfit.save(tmp_path / "b.obj", surface, corner_normals=normals[1:])
 
 
 def test_points_and_labels_of_all_types_come_back_exactly(tmp_path):

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from scenes import edit, from_lists, mesh, refused, report, scan, select
+from scenes import edit, from_lists, link, mesh, refused, report, scan, select
 
 
 def radius_error(ob):
@@ -222,3 +222,20 @@ def test_scans_that_are_none_are_refused():
     refused(lambda: bpy.ops.object.atlasfit_reconstruct(), "no vertices")
     from_lists([(0, 0, 0), (1, 0, 0)], [])
     refused(lambda: bpy.ops.object.atlasfit_denoise(), "Denoise Scan: ")
+
+
+def test_creases_of_a_reconstructed_surface_are_sharp_edges():
+    x, y, z = np.random.default_rng(1).uniform(-0.5, 0.5, (3, 4000))
+    me = bpy.data.meshes.new("roof")
+    me.vertices.add(4000)
+    mesh.put(me.vertices, "co", np.stack([x, y, 0.004 * z - np.abs(x)], axis=1).astype(np.float32))
+    select(link(me, "roof"))
+    assert bpy.ops.object.atlasfit_reconstruct() == {"FINISHED"}
+    me = bpy.context.object.data
+    sharp = mesh.edge_flags(me, "use_edge_sharp")
+    ends = mesh.positions(me)[mesh.get(me.edges, "vertices", 2, np.int32)]
+    assert sharp.sum() > 20 and np.abs(ends[sharp][:, :, 0]).max() < 0.02
+    # All along the ridge, and a rim is no crease.
+    along = np.abs(ends[sharp][:, 0, 1] - ends[sharp][:, 1, 1]).sum()
+    assert 0.8 < along < 1.1, along
+    assert getattr(me, "use_auto_smooth", True)

@@ -137,8 +137,8 @@ pub struct atlasfit_file_info {
     pub has_face_charts: u32,
     /// 1 if the file says where the one scanner stood that measured it, else 0.
     pub has_viewpoint: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1 if the normals of some vertices differ between their triangles, else 0.
+    pub has_corner_normals: u32,
     /// Where it stood, for viewpoint of atlasfit_denoise_options.
     pub viewpoint: [f64; 3],
 }
@@ -176,7 +176,7 @@ pub unsafe extern "C" fn atlasfit_file_get_info(
             has_uv: u32::from(f.corner_uv.is_some()),
             has_face_charts: u32::from(f.face_chart.is_some()),
             has_viewpoint: u32::from(viewpoint.is_some()),
-            reserved: 0,
+            has_corner_normals: u32::from(f.corner_normals.is_some()),
             viewpoint: viewpoint.unwrap_or_default(),
         };
         sized::write(info, value)
@@ -287,6 +287,24 @@ pub unsafe extern "C" fn atlasfit_file_corner_uv(
         let f = handle::get(file)?;
         let all = available(&f.corner_uv, "UVs")?;
         copy_out(all.as_flattened().as_flattened(), corner_uv, capacity, "corner UVs")
+    })
+}
+
+/// Copies the unit normals at the corners of the triangles: 3 numbers each. #ATLASFIT_NOT_AVAILABLE where those of
+/// the points hold.
+///
+/// @param corner_normals Room for `capacity` numbers.
+/// @param capacity       At least 9 * info.triangles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_file_corner_normals(
+    file: *const atlasfit_file,
+    corner_normals: *mut f32,
+    capacity: usize,
+) -> atlasfit_status {
+    guard("atlasfit_file_corner_normals", || unsafe {
+        let f = handle::get(file)?;
+        let all = available(&f.corner_normals, "normals of corners")?;
+        copy_out(all.as_flattened().as_flattened(), corner_normals, capacity, "corner normals")
     })
 }
 

@@ -44,6 +44,9 @@ pub const ATLASFIT_SURFACE_UNCERTAINTY: u32 = 13;
 /// atlasfit_result_copy(), with uncertainty or watertight: 1 for each vertex of the surface that was
 /// invented, where a hole was filled or nothing was scanned near it, else 0.
 pub const ATLASFIT_SURFACE_EXTRAPOLATED: u32 = 14;
+/// atlasfit_result_copy(): the unit normal at each corner of each triangle of the surface, where the surface
+/// has creases: there each side has its own. #ATLASFIT_NOT_AVAILABLE where those of the vertices hold.
+pub const ATLASFIT_SURFACE_CORNER_NORMALS: u32 = 15;
 
 /// An array that an option of denoising adds.
 fn told(held: &DenoiseResult, array: u32) -> Outcome<(Column<'_>, usize, &'static str)> {
@@ -70,9 +73,10 @@ fn told(held: &DenoiseResult, array: u32) -> Outcome<(Column<'_>, usize, &'stati
 }
 
 /// Copies an array of a result as the caller has its own: numbers of another type, at any stride. The arrays
-/// are those of the functions above, and those that uncertainty of the options adds (floats).
+/// are those of the functions above, those that uncertainty of the options adds (floats), and the normals of
+/// corners.
 ///
-/// @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_EXTRAPOLATED.
+/// @param array #ATLASFIT_POINT_POSITIONS to #ATLASFIT_SURFACE_CORNER_NORMALS.
 /// @param to    Where and how.
 /// @return #ATLASFIT_OK, #ATLASFIT_INVALID_ARGUMENT (no such array, a type that does not suit it),
 ///         #ATLASFIT_NOT_AVAILABLE (there is none, or it was not asked for), #ATLASFIT_BUFFER_TOO_SMALL,
@@ -115,9 +119,13 @@ pub unsafe extern "C" fn atlasfit_result_copy(
                 (Column::Colors(available(&surface.colors, "colours")?.as_flattened()), 4, "colours")
             }
             ATLASFIT_POINT_UNCERTAINTY..=ATLASFIT_SURFACE_EXTRAPOLATED => told(held, array)?,
+            ATLASFIT_SURFACE_CORNER_NORMALS => {
+                let all = available(&surface.corner_normals, "creases")?;
+                (Column::Floats(all.as_flattened().as_flattened()), 3, "corner normals")
+            }
             other => {
                 return Err(Failure::invalid(format!(
-                    "array is {other}. Give ATLASFIT_POINT_POSITIONS to ATLASFIT_SURFACE_EXTRAPOLATED"
+                    "array is {other}. Give ATLASFIT_POINT_POSITIONS to ATLASFIT_SURFACE_CORNER_NORMALS"
                 )));
             }
         };

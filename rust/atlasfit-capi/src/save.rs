@@ -39,12 +39,15 @@ pub struct atlasfit_save_options {
     pub ascii: u32,
     /// Must be 0.
     pub reserved: u32,
+    /// Unit normal at each corner of each triangle or face of the points, 3 numbers, where those of a vertex
+    /// differ, as at creases: OBJ and GLB hold them. NULL = those of the points. Default NULL.
+    pub corner_normals: *const f32,
 }
 
 // SAFETY: numbers and pointers, size first.
 unsafe impl Sized for atlasfit_save_options {
     const NAME: &str = "atlasfit_save_options";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, corner_normals);
     fn defaults() -> Self {
         Self {
             struct_size: size_of::<Self>(),
@@ -54,6 +57,7 @@ unsafe impl Sized for atlasfit_save_options {
             texture_bytes: 0,
             ascii: 0,
             reserved: 0,
+            corner_normals: std::ptr::null(),
         }
     }
 }
@@ -110,8 +114,9 @@ pub unsafe extern "C" fn atlasfit_file_save(
             ctx.stage(Stage::Write, 1);
             whole.cut(ctx)?;
             let uv = whole.mesh.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
+            let normals = whole.mesh.corner_normals.as_ref().map_or(0, |n| size_of_val(&n[..]));
             let bytes = whole.mesh.bytes() + texture.len() as u64;
-            let needed = format.map_or(0, |f| f.memory_to_write(bytes, uv as u64));
+            let needed = format.map_or(0, |f| f.memory_to_write(bytes, (uv + normals) as u64));
             ctx.reserve(needed, "Raise the limit, or write a PLY file")
         })?;
         if whole.mesh.triangles.is_empty() && format.is_some_and(|f| !f.holds_points()) {
@@ -150,13 +155,15 @@ struct Uncut {
     faces: Faces,
     /// UVs of their corners.
     uv: Option<Vec<[f32; 2]>>,
+    /// Normals of their corners.
+    normals: Option<Vec<[f32; 3]>>,
     /// The chart of each.
     charts: Option<Vec<u32>>,
 }
 
 impl Whole {
     fn cut(&mut self, ctx: &Context<'_>) -> atlasfit::Result<()> {
-        let Some(Uncut { faces, uv, charts }) = self.uncut.take() else { return Ok(()) };
+        let Some(Uncut { faces, uv, normals, charts }) = self.uncut.take() else { return Ok(()) };
         let Faces { corners, offsets } = faces;
         let mesh = &mut self.mesh;
         let cut = geometry::Polygons::new(&mesh.positions, corners, offsets, None, ctx)?;
@@ -167,6 +174,7 @@ impl Whole {
         }
         self.polygons = Some(Polygons { sizes, corners });
         mesh.corner_uv = uv.map(|uv| cut.of_triangle_corners(&uv));
+        mesh.corner_normals = normals.map(|normals| cut.of_triangle_corners(&normals));
         mesh.face_chart = charts.map(|charts| cut.of_triangles(&charts));
         mesh.triangles = cut.triangles;
         Ok(())
@@ -185,10 +193,14 @@ unsafe fn whole_of(points: *const atlasfit_points, o: &atlasfit_save_options) ->
         let uncut = match faces {
             Some(faces) => {
                 let uv = column(o.corner_uv.cast::<[f32; 2]>(), faces.corners.len(), "corner_uv")?;
-                Some(Uncut { faces, uv, charts })
+                let normals = o.corner_normals.cast::<[f32; 3]>();
+                let normals = column(normals, faces.corners.len(), "corner_normals")?;
+                Some(Uncut { faces, uv, normals, charts })
             }
             None => {
                 mesh.corner_uv = column(o.corner_uv.cast::<[[f32; 2]; 3]>(), count, "corner_uv")?;
+                let normals = o.corner_normals.cast::<[[f32; 3]; 3]>();
+                mesh.corner_normals = column(normals, count, "corner_normals")?;
                 mesh.face_chart = charts;
                 None
             }

@@ -95,10 +95,10 @@ fn structs() -> Vec<Struct> {
         }
         atlasfit_file_info {
             struct_size points triangles attributes texture_bytes has_normals has_colors has_uv
-            has_face_charts has_viewpoint reserved viewpoint
+            has_face_charts has_viewpoint has_corner_normals viewpoint
         }
         atlasfit_save_options {
-            struct_size corner_uv face_charts texture texture_bytes ascii reserved
+            struct_size corner_uv face_charts texture texture_bytes ascii reserved corner_normals
         }
         atlasfit_distance_options { struct_size samples chamfer_samples threshold }
         atlasfit_distance_stats { rms mean median p95 p99 max }

@@ -34,6 +34,7 @@ fn surface() -> TriMesh {
             values: (0..n).map(|i| (i % 1000) as f64 / 8.0).collect(),
         }],
         corner_uv: None,
+        corner_normals: None,
         face_chart: None,
     }
 }

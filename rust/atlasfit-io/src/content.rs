@@ -41,10 +41,29 @@ pub(crate) struct FaceColumns {
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates per corner of each triangle, v up.
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    /// Numbers of normals per corner of each triangle, counted from 1; 0 for none. A reader turns them into
+    /// `corner_normals`.
+    pub corner_normal: Option<Vec<[u32; 3]>>,
+    /// Unit normals per corner of each triangle, where those of a vertex differ.
+    pub corner_normals: Option<Vec<[[f32; 3]; 3]>>,
     /// UV chart per triangle.
     pub chart: Option<Vec<u32>>,
     /// `None` if all faces are triangles.
     pub polygons: Option<Polygons>,
+}
+
+impl FaceColumns {
+    /// Looks the corners' normals up by their numbers; a corner without one has its vertex's.
+    pub fn look_up_normals(&mut self, normals: &[[f32; 3]], of_vertices: &[[f32; 3]]) {
+        let Some(rows) = self.corner_normal.take() else { return };
+        let look_up = |number: u32, v: u32| {
+            let known = (number as usize).checked_sub(1).and_then(|i| normals.get(i));
+            known.or_else(|| of_vertices.get(v as usize)).copied().unwrap_or_default()
+        };
+        let corners = self.triangles.iter().zip(rows);
+        self.corner_normals =
+            Some(corners.map(|(t, row)| [0, 1, 2].map(|k| look_up(row[k], t[k]))).collect());
+    }
 }
 
 /// What a reader gives back.

@@ -19,20 +19,66 @@ struct Polygon {
     len: usize,
 }
 
+/// A value per corner of the triangles; nothing is stored until a face has some.
+#[derive(Default)]
+struct CornerColumn<T> {
+    /// Whether some face has values.
+    used: bool,
+    /// Triangles without values.
+    without: u64,
+    /// One row per triangle.
+    triangles: Vec<[T; 3]>,
+    /// One value per corner of each polygon.
+    polygons: Vec<T>,
+}
+
+impl<T: Copy + Default> CornerColumn<T> {
+    /// Takes the values of a face of `n` corners, which the triangles before it come first: one per corner, or
+    /// none. `corners` counts the corners of all polygons, this face's among them.
+    fn push(&mut self, values: &[T], n: usize, triangles: usize, corners: usize) {
+        let values = (values.len() == n).then_some(values);
+        if values.is_some() && !self.used {
+            self.used = true;
+            self.triangles.resize(triangles, [T::default(); 3]);
+            self.without = triangles as u64;
+        }
+        if n > 3 {
+            self.polygons.extend_from_slice(values.unwrap_or_default());
+            self.polygons.resize(corners, T::default());
+        }
+        if self.used {
+            let row = |i: usize| values.map_or([T::default(); 3], |v| [v[0], v[i], v[i + 1]]);
+            self.triangles.extend((1..n - 1).map(row));
+            if values.is_none() {
+                self.without += (n - 2) as u64;
+            }
+        }
+    }
+    /// Sets the values of a triangle to those of its polygon's corners.
+    fn set(&mut self, triangle: usize, first: usize, ear: [u32; 3]) {
+        if self.used {
+            self.triangles[triangle] = ear.map(|c| self.polygons[first + c as usize]);
+        }
+    }
+    /// The rows; `None` where no face has values.
+    fn rows(self) -> Option<Vec<[T; 3]>> {
+        self.used.then_some(self.triangles)
+    }
+}
+
 /// The faces read so far.
 #[derive(Default)]
 pub(crate) struct Faces {
     /// Polygons stand here as fans until [`Faces::finish`].
     pub triangles: Vec<[u32; 3]>,
-    uv: Vec<[[f32; 2]; 3]>,
-    has_uv: bool,
-    without_uv: u64,
+    uv: CornerColumn<[f32; 2]>,
+    /// Numbers of normals, counted from 1; 0 for none.
+    normal: CornerColumn<u32>,
     /// UV chart per triangle; dropped unless there is one for each.
     pub chart: Vec<u32>,
     polygons: Vec<Polygon>,
-    /// The corners of all polygons, and their texture coordinates.
+    /// The corners of all polygons.
     corners: Vec<u32>,
-    corner_uv: Vec<[f32; 2]>,
     too_small: u64,
 }
 
@@ -42,40 +88,22 @@ pub(crate) fn index(value: i64) -> u32 {
 }
 
 impl Faces {
-    /// Takes a face. `uv` has one entry per corner, or is empty. Returns how many triangles it makes.
-    pub fn push(&mut self, corners: &[u32], uv: &[[f32; 2]]) -> usize {
+    /// Takes a face. `uv` has one entry per corner, or is empty; so has `normal`: numbers of normals,
+    /// counted from 1, 0 for none. Returns how many triangles it makes.
+    pub fn push(&mut self, corners: &[u32], uv: &[[f32; 2]], normal: &[u32]) -> usize {
         let n = corners.len();
         if n < 3 {
             self.too_small += 1;
             return 0;
         }
-        let uv = (uv.len() == n).then_some(uv);
-        if uv.is_some() && !self.has_uv {
-            self.has_uv = true;
-            self.uv.resize(self.triangles.len(), [[0.0; 2]; 3]);
-            self.without_uv = self.triangles.len() as u64;
-        }
+        let triangles = self.triangles.len();
         if n > 3 {
-            self.polygons.push(Polygon {
-                triangle: self.triangles.len(),
-                corner: self.corners.len(),
-                len: n,
-            });
+            self.polygons.push(Polygon { triangle: triangles, corner: self.corners.len(), len: n });
             self.corners.extend_from_slice(corners);
-            match uv {
-                Some(uv) => self.corner_uv.extend_from_slice(uv),
-                None => self.corner_uv.resize(self.corners.len(), [0.0; 2]),
-            }
         }
-        for i in 1..n - 1 {
-            self.triangles.push([corners[0], corners[i], corners[i + 1]]);
-            if self.has_uv {
-                self.uv.push(uv.map_or([[0.0; 2]; 3], |u| [u[0], u[i], u[i + 1]]));
-            }
-        }
-        if self.has_uv && uv.is_none() {
-            self.without_uv += (n - 2) as u64;
-        }
+        self.uv.push(uv, n, triangles, self.corners.len());
+        self.normal.push(normal, n, triangles, self.corners.len());
+        self.triangles.extend((1..n - 1).map(|i| [corners[0], corners[i], corners[i + 1]]));
         n - 2
     }
 
@@ -97,9 +125,8 @@ impl Faces {
             triangulate(positions, corners, &mut tests, &mut ears);
             for (i, ear) in ears.iter().enumerate() {
                 triangles[i] = ear.map(|c| corners[c as usize]);
-                if self.has_uv {
-                    self.uv[p.triangle + i] = ear.map(|c| self.corner_uv[p.corner + c as usize]);
-                }
+                self.uv.set(p.triangle + i, p.corner, *ear);
+                self.normal.set(p.triangle + i, p.corner, *ear);
             }
         }
         report.add("polygons, cut into triangles", self.polygons.len() as u64, None);
@@ -114,19 +141,24 @@ impl Faces {
             wrong_faces +=
                 self.triangles.iter().filter(|t| is_wrong(t) && **t != [NO_VERTEX; 3]).count() as u64;
             retain(&mut self.triangles, &keep);
-            retain(&mut self.uv, &keep);
+            retain(&mut self.uv.triangles, &keep);
+            retain(&mut self.normal.triangles, &keep);
             retain(&mut self.chart, &keep);
             let first = Some(format!("triangle {first}"));
             report.add("faces that name a vertex that is not there, left out", wrong_faces.max(1), first);
         }
         let repeated = self.triangles.iter().filter(|t| t[0] == t[1] || t[1] == t[2] || t[2] == t[0]).count();
         report.add("triangles that name a vertex twice, kept", repeated as u64, None);
-        if self.has_uv {
-            report.add("triangles without texture coordinates, set to 0", self.without_uv, None);
-        }
-        let corner_uv = self.has_uv.then_some(self.uv);
+        report.add("triangles without texture coordinates, set to 0", self.uv.without, None);
         let chart = (!self.chart.is_empty()).then_some(self.chart);
-        FaceColumns { triangles: self.triangles, corner_uv, chart, polygons }
+        FaceColumns {
+            triangles: self.triangles,
+            corner_uv: self.uv.rows(),
+            corner_normal: self.normal.rows(),
+            corner_normals: None,
+            chart,
+            polygons,
+        }
     }
 
     /// All faces as polygons, without those that hold a wrong triangle.

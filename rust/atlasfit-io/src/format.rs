@@ -87,10 +87,10 @@ impl Format {
     /// Bytes of memory that writing some content in this format takes, the content included: a rough upper
     /// bound. GLB is put together in memory, the other formats are written as they go.
     #[must_use]
-    pub const fn memory_to_write(self, content_bytes: u64, uv_bytes: u64) -> u64 {
+    pub const fn memory_to_write(self, content_bytes: u64, corner_bytes: u64) -> u64 {
         match self {
-            // The bytes of the file, and which vertex each was; with UVs vertices are split.
-            Self::Gltf => 2 * content_bytes + 4 * uv_bytes,
+            // The bytes of the file, and which vertex each was; UVs and normals of corners split vertices.
+            Self::Gltf => 2 * content_bytes + 4 * corner_bytes,
             _ => content_bytes,
         }
     }

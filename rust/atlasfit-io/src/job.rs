@@ -27,6 +27,8 @@ pub(crate) struct Job<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Texture coordinates per corner of each triangle, v up.
     pub corner_uv: Option<&'a [[[f32; 2]; 3]]>,
+    /// Unit normals per corner of each triangle, where those of a vertex differ.
+    pub corner_normals: Option<&'a [[[f32; 3]; 3]]>,
     pub face_chart: Option<&'a [u32]>,
     pub texture: Option<Texture<'a>>,
     /// The polygons that the triangles were cut from.
@@ -76,47 +78,60 @@ pub(crate) struct Face<'f> {
     pub corners: &'f [u32],
     /// Texture coordinates per corner; empty where there are none.
     pub uv: &'f [[f32; 2]],
+    /// Unit normals per corner; empty where they are those of the vertices.
+    pub normals: &'f [[f32; 3]],
     /// Its first triangle.
     pub triangle: usize,
 }
 
 impl Job<'_> {
     /// Calls `each` with every face in order: polygons where they are known and their triangles agree on the
-    /// UVs.
+    /// UVs and normals.
     pub fn each_face(&self, mut each: impl FnMut(Face<'_>) -> std::io::Result<()>) -> std::io::Result<()> {
-        let uv_of = |t: usize| self.corner_uv.map_or(&[][..], |uv| &uv[t][..]);
+        let triangle = |t: usize| Face {
+            corners: &self.triangles[t],
+            uv: self.corner_uv.map_or(&[][..], |uv| &uv[t][..]),
+            normals: self.corner_normals.map_or(&[][..], |n| &n[t][..]),
+            triangle: t,
+        };
         let Some(polygons) = self.polygons else {
-            for (t, corners) in self.triangles.iter().enumerate() {
-                each(Face { corners, uv: uv_of(t), triangle: t })?;
-            }
-            return Ok(());
+            return (0..self.triangles.len()).try_for_each(|t| each(triangle(t)));
         };
         let (mut t, mut corner) = (0, 0);
-        let mut uv = Vec::new();
+        let (mut uv, mut normals) = (Vec::new(), Vec::new());
         for &n in &polygons.sizes {
             let corners = &polygons.corners[corner..corner + n as usize];
             let triangles = t..t + n as usize - 2;
             (t, corner) = (triangles.end, corner + n as usize);
-            if n == 3 || self.polygon_uv(corners, triangles.clone(), &mut uv) {
-                let uv = if n == 3 { uv_of(triangles.start) } else { &uv };
-                let corners = if n == 3 { &self.triangles[triangles.start] } else { corners };
-                each(Face { corners, uv, triangle: triangles.start })?;
-                continue;
-            }
-            for t in triangles {
-                each(Face { corners: &self.triangles[t], uv: uv_of(t), triangle: t })?;
+            let whole = n > 3
+                && self.of_one_chart(triangles.clone())
+                && self.agree(self.corner_uv, corners, triangles.clone(), &mut uv)
+                && self.agree(self.corner_normals, corners, triangles.clone(), &mut normals);
+            if whole {
+                each(Face { corners, uv: &uv, normals: &normals, triangle: triangles.start })?;
+            } else {
+                triangles.into_iter().try_for_each(|t| each(triangle(t)))?;
             }
         }
         Ok(())
     }
 
-    /// Gathers a polygon's UVs; false where its triangles do not agree on them, or on their chart.
-    fn polygon_uv(&self, corners: &[u32], triangles: std::ops::Range<usize>, uv: &mut Vec<[f32; 2]>) -> bool {
-        uv.clear();
-        if self.face_chart.is_some_and(|c| triangles.clone().any(|t| c[t] != c[triangles.start])) {
-            return false;
-        }
-        let Some(all) = self.corner_uv else { return true };
+    /// Whether triangles belong to one chart.
+    fn of_one_chart(&self, mut triangles: std::ops::Range<usize>) -> bool {
+        let first = triangles.start;
+        self.face_chart.is_none_or(|c| triangles.all(|t| c[t] == c[first]))
+    }
+
+    /// Gathers the values at a polygon's corners; false where its triangles do not agree on them.
+    fn agree<T: Copy + PartialEq>(
+        &self,
+        all: Option<&[[T; 3]]>,
+        corners: &[u32],
+        triangles: std::ops::Range<usize>,
+        out: &mut Vec<T>,
+    ) -> bool {
+        out.clear();
+        let Some(all) = all else { return true };
         for &v in corners {
             let mut found = triangles
                 .clone()
@@ -127,9 +142,18 @@ impl Job<'_> {
             if found.any(|other| other != first) {
                 return false;
             }
-            uv.push(first);
+            out.push(first);
         }
         true
+    }
+
+    /// Says that a format which has one normal per vertex does not hold those of corners.
+    pub fn note_corner_normals(&self, written: &mut Written) {
+        if self.corner_normals.is_some() {
+            let what =
+                "normals that differ between a vertex's faces: their mean is written (GLB and OBJ hold them)";
+            written.lost.push(what.into());
+        }
     }
 
     /// Fails when the writing is to end: for work before the first byte.

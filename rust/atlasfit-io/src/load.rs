@@ -42,6 +42,9 @@ pub struct Loaded {
     pub faces: Vec<[u32; 3]>,
     /// Texture coordinates per corner of each face, v up.
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    /// Unit normals per corner of each face, where those of a vertex differ between its faces (OBJ, glTF);
+    /// those of the cloud are means of them then.
+    pub corner_normals: Option<Vec<[[f32; 3]; 3]>>,
     /// UV chart per face where the file names one (PLY face property `chart`).
     pub face_chart: Option<Vec<u32>>,
     /// The faces as the file has them, where some have more than three corners.
@@ -62,10 +65,11 @@ impl Loaded {
     #[must_use]
     pub fn memory_to_write(&self, format: Format) -> u64 {
         let uv = self.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
+        let normals = self.corner_normals.as_ref().map_or(0, |n| size_of_val(&n[..]));
         let corners = self.polygons.as_ref().map_or(0, |p| 4 * (p.sizes.len() + p.corners.len()));
         let texture = self.texture.as_ref().map_or(0, Vec::len);
-        let faces = size_of_val(&self.faces[..]) + uv + corners + texture;
-        format.memory_to_write(self.cloud.bytes() + faces as u64, uv as u64)
+        let faces = size_of_val(&self.faces[..]) + uv + normals + corners + texture;
+        format.memory_to_write(self.cloud.bytes() + faces as u64, (uv + normals) as u64)
     }
 
     /// Gives the vertices of a mesh without normals those of its faces: then its points say which way they
@@ -87,6 +91,7 @@ impl Loaded {
             colors: self.cloud.colors,
             attributes: self.cloud.attributes,
             corner_uv: self.corner_uv,
+            corner_normals: self.corner_normals,
             face_chart: self.face_chart,
         }
     }
@@ -262,6 +267,7 @@ pub(crate) fn loaded(mut input: Input<'_>, mut content: Content, format: Format)
     Loaded {
         cloud,
         corner_uv: faces.corner_uv.filter(|_| is_mesh),
+        corner_normals: faces.corner_normals.filter(|_| is_mesh),
         face_chart: faces.chart.filter(|_| is_mesh),
         polygons: faces.polygons,
         faces: faces.triangles,
@@ -291,6 +297,9 @@ fn zero_wrong_numbers(content: &mut Content, report: &mut LoadReport) {
     }
     if let Some(normals) = &mut content.cloud.normals {
         report.add("normals that are not finite, set to 0", zero(normals), None);
+    }
+    if let Some(normals) = &mut content.faces.corner_normals {
+        zero(normals.as_flattened_mut());
     }
     if let Some(colors) = &mut content.cloud.colors {
         report.add("colours that are not finite, set to 0", zero(colors), None);

@@ -124,6 +124,7 @@ fn cloud_job<'j>(path: &Path, cloud: &'j PointCloud, options: &'j SaveCloud) -> 
         attributes: &cloud.attributes,
         triangles: &[],
         corner_uv: None,
+        corner_normals: None,
         face_chart: None,
         texture: None,
         polygons: None,
@@ -174,6 +175,7 @@ pub(crate) fn mesh_job<'j>(path: &Path, mesh: &'j TriMesh, options: &'j SaveMesh
         attributes: &mesh.attributes,
         triangles: &mesh.triangles,
         corner_uv: mesh.corner_uv.as_deref(),
+        corner_normals: mesh.corner_normals.as_deref(),
         face_chart: mesh.face_chart.as_deref(),
         texture: options.texture,
         polygons: options.polygons,
@@ -306,6 +308,7 @@ fn check(job: &Job<'_>) -> std::result::Result<(), String> {
         column(&a.name, Some(a.values.len()), n.saturating_mul(a.width))?;
     }
     column("corner_uv", job.corner_uv.map(<[_]>::len), job.triangles.len())?;
+    column("corner_normals", job.corner_normals.map(<[_]>::len), job.triangles.len())?;
     column("face_chart", job.face_chart.map(<[_]>::len), job.triangles.len())?;
     if let Some(p) = job.polygons {
         let sum = |less: usize| p.sizes.iter().map(|&s| (s as usize).saturating_sub(less)).sum::<usize>();

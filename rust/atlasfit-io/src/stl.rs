@@ -54,7 +54,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
     input.report.add("repeated corners of triangles, joined where exactly equal", joined as u64, None);
     let mut faces = Faces::default();
     for t in welded.ids.chunks_exact(3) {
-        faces.push(t, &[]);
+        faces.push(t, &[], &[]);
     }
     let faces = faces.finish(&positions, &mut input.report);
     let cloud = PointCloud::from_positions(positions);

@@ -2,9 +2,12 @@
 
 mod common;
 
+use atlasfit::Vec3;
+use atlasfit::geometry::mesh::vertex_normals;
 use atlasfit::geometry::{PointCloud, ScalarKind, TriMesh};
 use atlasfit_io::{
     Error, Format, LoadOptions, SaveCloud, SaveMesh, Texture, load, load_bytes, save_cloud, save_mesh,
+    write_mesh,
 };
 use common::{Folder, cube, read};
 use std::path::Path;
@@ -145,6 +148,7 @@ fn stl_corners_are_joined_and_a_cut_file_says_so() {
         colors: None,
         attributes: vec![],
         corner_uv: None,
+        corner_normals: None,
         face_chart: None,
         ..cube()
     };
@@ -482,4 +486,57 @@ fn a_name_that_ends_in_gltf_gives_json_with_its_buffer_and_image_beside_it() {
     let (a, b) = (read(&text.files[0]), read(&binary.files[0]));
     assert_eq!(a.texture, b.texture);
     assert_eq!(a.into_mesh(), b.into_mesh());
+}
+
+/// The cube with the normals of its faces at the corners of its triangles.
+fn creased_cube() -> TriMesh {
+    let cube = cube();
+    let normal = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| Vec3(cube.positions[v as usize]));
+        (b - a).cross(c - a).normalized().to_f32()
+    };
+    let corner_normals: Vec<[[f32; 3]; 3]> = cube.triangles.iter().map(|t| [normal(t); 3]).collect();
+    let normals = Some(vertex_normals(&cube.positions, &cube.triangles));
+    TriMesh { corner_normals: Some(corner_normals), normals, attributes: vec![], face_chart: None, ..cube }
+}
+
+#[test]
+fn normals_of_corners_go_through_obj_and_glb_and_elsewhere_are_said_to_be_lost() {
+    let with_uv = creased_cube();
+    let without_uv = TriMesh { corner_uv: None, ..with_uv.clone() };
+    for mesh in [with_uv, without_uv] {
+        for name in ["a.obj", "a.glb"] {
+            let back = read(name, &common::saved_mesh(name, &mesh, &SaveMesh::default())).into_mesh();
+            assert_eq!(back.corner_normals, mesh.corner_normals, "{name}");
+            assert_eq!((&back.positions, &back.triangles), (&mesh.positions, &mesh.triangles), "{name}");
+            assert_eq!(back.corner_uv.is_some(), mesh.corner_uv.is_some(), "{name}");
+        }
+        for name in ["a.ply", "a.off"] {
+            let mut bytes = Vec::new();
+            let format = Format::from_path(name.as_ref());
+            let lost = write_mesh(&mut bytes, &mesh, &SaveMesh::default().with_format(format));
+            assert!(lost.expect("it is written").iter().any(|l| l.contains("normals")), "{name}");
+            assert_eq!(read(name, &bytes).corner_normals, None, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_polygon_keeps_the_normals_of_its_corners() {
+    // A roof of two squares: at the ridge each has its own normal; the last square says none.
+    let obj = b"v 0 0 0\nv 1 0 1\nv 1 1 1\nv 0 1 0\nv 2 0 0\nv 2 1 0\nv 3 0 0\nv 3 1 0\n\
+                vn -1 0 1\nvn 1 0 1\nvn 0 0 1\n\
+                f 1//1 2//1 3//1 4//1\nf 2//2 5//2 6//2 3//2\nf 5//3 7//3 8//3 6//3\nf 5 7 8 6\n";
+    let loaded = read("a.obj", obj);
+    let polygons = loaded.polygons.clone().expect("squares");
+    let mesh = loaded.into_mesh();
+    let [left, right, up] = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]];
+    let found = mesh.corner_normals.clone().expect("they differ at the ridge");
+    assert_eq!(found[..6], [[left; 3], [left; 3], [right; 3], [right; 3], [up; 3], [up; 3]]);
+    // Without one of its own a corner has its vertex's: the mean.
+    let vertices = mesh.normals.as_ref().expect("every vertex has some");
+    assert!(found[6..].iter().zip(&mesh.triangles[6..]).all(|(n, t)| *n == t.map(|v| vertices[v as usize])));
+    let saved = common::saved_mesh("a.obj", &mesh, &SaveMesh::default().with_polygons(Some(&polygons)));
+    let again = read("a.obj", &saved);
+    assert_eq!((again.corner_normals, again.polygons), (Some(found), Some(polygons)));
 }

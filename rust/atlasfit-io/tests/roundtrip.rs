@@ -89,6 +89,7 @@ fn mesh(w: Wanted, seeds: &[u32]) -> TriMesh {
         corner_uv: w.uv.then(|| {
             triangles.iter().map(|t| t.map(|v| [float(v as usize, 3), float(v as usize, 9)])).collect()
         }),
+        corner_normals: None,
         face_chart: w.charts.then(|| (0..n as u32).map(|i| if i == 1 { u32::MAX } else { i / 3 }).collect()),
         triangles,
     }

@@ -52,7 +52,7 @@ pub fn trim(mesh: &TriMesh, points: &[Vec3], limit: f64, ctx: &Context<'_>) -> R
         })
         .collect::<Result<Vec<_>>>()?
         .concat();
-    Ok(TriMesh { triangles, corner_uv: None, face_chart: None, ..mesh.clone() })
+    Ok(TriMesh { triangles, corner_uv: None, corner_normals: None, face_chart: None, ..mesh.clone() })
 }
 
 #[cfg(test)]

@@ -65,7 +65,35 @@ fn a_box_keeps_its_edges_however_it_is_turned() {
         // As the charts are blended, without creases: 2 times the noise.
         let off = off(&out, edges().into_iter().map(|p| turn(p).0).collect());
         assert!(off < 0.6 * NOISE, "{off}");
+        shades_like_a_box(&out, turn);
     }
+}
+
+/// Away from the corners of the box, the corners of triangles have the normals of its faces.
+fn shades_like_a_box(out: &Denoised, turn: fn(Vec3) -> Vec3) {
+    let mesh = &out.surface;
+    let normals = mesh.corner_normals.as_ref().expect("a box has creases");
+    let axes = [0, 1, 2].map(|k| turn(Vec3([0, 1, 2].map(|i| f64::from(u8::from(i == k))))));
+    let (mut good, mut all, mut split) = (0, 0, 0);
+    for (t, normals) in mesh.triangles.iter().zip(normals) {
+        let [a, b, c] = t.map(|v| Vec3(mesh.positions[v as usize]));
+        let side = (b - a).cross(c - a).normalized();
+        for (p, n) in [a, b, c].into_iter().zip(normals) {
+            let near = [0, 1, 2].map(|k| HALF[k] - p.dot(axes[k]).abs() < 0.03);
+            // In the middle of an edge: near two faces, far from the third.
+            if near.iter().filter(|n| **n).count() != 2 {
+                continue;
+            }
+            let n = Vec3(n.map(f64::from));
+            all += 1;
+            good += usize::from(axes.iter().any(|a| n.dot(*a).abs() > 0.98 && n.dot(side) > 0.9));
+        }
+        split += usize::from((0..3).any(|k| {
+            let of_vertex = mesh.normals.as_ref().expect("normals")[t[k] as usize];
+            Vec3(of_vertex.map(f64::from)).dot(Vec3(normals[k].map(f64::from))) < 0.8
+        }));
+    }
+    assert!(good as f64 > 0.97 * all as f64 && split > 500, "{good} of {all}, {split} triangles at edges");
 }
 
 /// Distance of places from the surface, root mean square.
@@ -116,6 +144,7 @@ fn a_rounding_that_the_points_show_is_no_crease() {
         [x, rng.uniform(), z].map(|v| v + NOISE * rng.normal())
     });
     let out = run(&scan.collect::<Vec<_>>()).expect("a surface");
+    assert_eq!(out.surface.corner_normals, None);
     let places = (0..400).map(|k| {
         let [x, z] = profile(arc * (0.1 + 0.8 * f64::from(k % 20) / 19.0));
         [x, 0.1 + 0.8 * f64::from(k / 20) / 19.0, z]

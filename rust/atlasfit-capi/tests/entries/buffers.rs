@@ -28,9 +28,11 @@ pub fn copies(t: &mut Table, s: &Scene) {
         let name = "atlasfit_result_copy";
         t.handle(name, s.uv, |h| atlasfit_result_copy(h, 0, &good));
         t.sized(name, "buffer", &good, ABI, |b| atlasfit_result_copy(s.result, 0, b));
-        t.want(name, "no such array", INVALID, atlasfit_result_copy(s.result, 15, &good));
+        t.want(name, "no such array", INVALID, atlasfit_result_copy(s.result, 16, &good));
         let none = atlasfit_result_copy(s.result, ATLASFIT_SURFACE_COLORS, &good);
         t.want(name, "no colours", ATLASFIT_NOT_AVAILABLE, none);
+        let none = atlasfit_result_copy(s.result, ATLASFIT_SURFACE_CORNER_NORMALS, &good);
+        t.want(name, "no creases", ATLASFIT_NOT_AVAILABLE, none);
         for array in ATLASFIT_POINT_UNCERTAINTY..=ATLASFIT_SURFACE_EXTRAPOLATED {
             let none = atlasfit_result_copy(s.result, array, &good);
             t.want(name, format!("array {array} was not asked for"), ATLASFIT_NOT_AVAILABLE, none);

@@ -25,6 +25,10 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile one.png\nelement v
     0 0 0 0 0 1 255 0 0 7\n1 0 0 0 0 1 0 255 0 7\n0 1 0 0 0 1 0 0 255 65535\n\
     3 0 1 2 6 0 0 1 0 0 1 4\n";
 
+/// Two triangles with a crease between them.
+const CREASED: &str = "v 0 0 0\nv 1 0 1\nv 1 1 1\nv 2 0 0\nvn -1 0 1\nvn 1 0 1\nf 1//1 2//1 3//1\n\
+    f 2//2 4//2 3//2\n";
+
 fn opened(name: &str) -> *mut atlasfit_file {
     let mut file = null_mut();
     let status = unsafe { atlasfit_file_load(path(name).as_ptr(), null(), &mut file) };
@@ -36,6 +40,7 @@ fn opened(name: &str) -> *mut atlasfit_file {
 pub fn reading(t: &mut Table, s: &Scene) {
     let (ply, cloud) = (path("entries.ply"), path("entries.xyz"));
     std::fs::write(ply.to_str().expect("UTF-8"), PLY).expect("it is written");
+    std::fs::write(path("creased.obj").to_str().expect("UTF-8"), CREASED).expect("it is written");
     std::fs::write(path("one.png").to_str().expect("UTF-8"), "not looked at").expect("it is written");
     std::fs::write(cloud.to_str().expect("UTF-8"), "0 0 0\n1 0 nan\n").expect("it is written");
     unsafe {
@@ -59,6 +64,7 @@ pub fn reading(t: &mut Table, s: &Scene) {
         });
 
         let (file, bare) = (opened("entries.ply"), opened("entries.xyz"));
+        let creased = opened("creased.obj");
         let info = output::<atlasfit_file_info>();
         let get = "atlasfit_file_get_info";
         t.handle(get, s.atlas, |h| atlasfit_file_get_info(h, &mut output()));
@@ -72,11 +78,13 @@ pub fn reading(t: &mut Table, s: &Scene) {
         getter!(t, atlasfit_file_triangles, file, s.atlas, 3, 7u32);
         getter!(t, atlasfit_file_corner_uv, file, s.atlas, 6, 7f32);
         getter!(t, atlasfit_file_face_charts, file, s.atlas, 1, 7u32);
+        getter!(t, atlasfit_file_corner_normals, creased, s.atlas, 18, 7f32);
         getter!(t, atlasfit_file_texture, file, s.atlas, 13, 7u8);
-        let none: [(&str, &dyn Fn() -> i32); 5] = [
+        let none: [(&str, &dyn Fn() -> i32); 6] = [
             ("atlasfit_file_normals", &|| atlasfit_file_normals(bare, null_mut(), 0)),
             ("atlasfit_file_colors", &|| atlasfit_file_colors(bare, null_mut(), 0)),
             ("atlasfit_file_corner_uv", &|| atlasfit_file_corner_uv(bare, null_mut(), 0)),
+            ("atlasfit_file_corner_normals", &|| atlasfit_file_corner_normals(file, null_mut(), 0)),
             ("atlasfit_file_face_charts", &|| atlasfit_file_face_charts(bare, null_mut(), 0)),
             ("atlasfit_file_texture", &|| atlasfit_file_texture(bare, null_mut(), 0)),
         ];
@@ -121,7 +129,8 @@ pub fn writing(t: &mut Table, s: &Scene) {
     unsafe {
         t.want(name, "path NULL", INVALID, atlasfit_file_save(null(), &sheet, &plain, null(), null_mut(), 0));
         t.points(name, &s.points(), ATLASFIT_OK, |p| to(&ply, p, null()));
-        t.sized(name, "options", &plain, ABI, |o| to(&ply, &sheet, o));
+        let first = std::mem::offset_of!(atlasfit_save_options, corner_normals);
+        t.sized_grown(name, "options", (&plain, first), ABI, |o| to(&ply, &sheet, o));
         t.run(name, |r| atlasfit_file_save(ply.as_ptr(), &sheet, &plain, r, null_mut(), 0));
         t.want(name, "defaults", ATLASFIT_OK, to(&ply, &sheet, null()));
         let all: [(&str, i32, &dyn Fn(&mut atlasfit_save_options)); 4] = [

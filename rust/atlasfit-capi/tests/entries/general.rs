@@ -66,7 +66,8 @@ pub fn structs_and_handles(t: &mut Table, s: &Scene) {
         t.init("atlasfit_textures_init", atlasfit_textures_init);
         t.init("atlasfit_distance_options_init", atlasfit_distance_options_init);
         t.init("atlasfit_projection_init", atlasfit_projection_init);
-        t.init("atlasfit_save_options_init", atlasfit_save_options_init);
+        let first = offset_of!(atlasfit_save_options, corner_normals);
+        t.init_grown("atlasfit_save_options_init", first, atlasfit_save_options_init);
 
         // Handles.
         t.want("atlasfit_cancel_new", "NULL", INVALID, atlasfit_cancel_new(null_mut()));

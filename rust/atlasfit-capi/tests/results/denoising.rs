@@ -5,9 +5,11 @@ use crate::{ok, triples};
 use atlasfit::geometry::{Attribute, PointCloud, ScalarKind};
 use atlasfit::{DenoiseOptions, Run};
 use atlasfit_capi::arrays::*;
+use atlasfit_capi::buffer::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::points::*;
 use atlasfit_capi::result::*;
+use atlasfit_capi::result_copy::*;
 use atlasfit_capi::run::*;
 use atlasfit_capi::status::*;
 use atlasfit_net::Prior;
@@ -371,4 +373,31 @@ fn colors_and_attributes_reach_the_surface_as_through_the_core() {
         assert_eq!(atlasfit_result_surface_corner_uv(result, null_mut(), 0), ATLASFIT_NOT_AVAILABLE);
         ok(atlasfit_result_free(result));
     }
+}
+
+#[test]
+fn the_normals_of_corners_are_the_core_s() {
+    // A roof with a little noise.
+    let xyz: Vec<f64> = (0..4000)
+        .flat_map(|i| {
+            let [x, y, z] = [0.754_877, 0.569_840, 0.438_579].map(|step| (f64::from(i) * step).fract() - 0.5);
+            [x, y, 0.004 * z - x.abs()]
+        })
+        .collect();
+    let cloud = PointCloud::from_positions(triples(&xyz));
+    let core = atlasfit::denoise(&cloud, &DenoiseOptions::default(), &mut Run::default());
+    let expected = core.expect("the core fits").surface.corner_normals.expect("a ridge");
+    let mut normals = vec![0f32; 9 * expected.len()];
+    let to = atlasfit_buffer {
+        data: normals.as_mut_ptr().cast(),
+        capacity: normals.len(),
+        ..init(atlasfit_buffer_init)
+    };
+    let mut result = null_mut();
+    unsafe {
+        ok(atlasfit_denoise(&points(&xyz), null(), null(), &mut result));
+        ok(atlasfit_result_copy(result, ATLASFIT_SURFACE_CORNER_NORMALS, &to));
+        ok(atlasfit_result_free(result));
+    }
+    assert_eq!(normals, *expected.as_flattened().as_flattened());
 }

@@ -7,6 +7,7 @@ use atlasfit_capi::arrays::*;
 use atlasfit_capi::buffer::*;
 use atlasfit_capi::denoise::*;
 use atlasfit_capi::faces::*;
+use atlasfit_capi::files::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
@@ -234,6 +235,35 @@ fn results_come_in_the_caller_s_type_and_strides() {
     let expected = |c: u32| if c == u32::MAX { -1 } else { c as i16 };
     assert!((0..n).all(|i| wide[3 * i] == expected(charts[i]) && wide[3 * i + 1..3 * i + 3] == [7, 7]));
     assert!(charts.contains(&u32::MAX), "the strays are on no chart");
+}
+
+#[test]
+fn files_hold_the_normals_of_the_corners_of_polygons_and_give_them_back() {
+    let (xyz, _) = cube();
+    let xyz: Vec<f64> = xyz.iter().map(|&x| f64::from(x)).collect();
+    let (corners, starts) = (QUADS.map(i64::from), STARTS.map(i64::from));
+    let quads = atlasfit_points {
+        faces: faces(corners.as_ptr().cast(), starts.as_ptr().cast(), 6, ATLASFIT_I64),
+        ..points(&xyz)
+    };
+    // A number per quad, so that those of a vertex differ.
+    let normals: Vec<f32> = (0..24).flat_map(|c| [0.0, (c / 4) as f32, 1.0]).collect();
+    let options =
+        atlasfit_save_options { corner_normals: normals.as_ptr(), ..init(atlasfit_save_options_init) };
+    let path = std::ffi::CString::new(format!("{}/creased_quads.obj", env!("CARGO_TARGET_TMPDIR")));
+    let path = path.expect("no 0 in it");
+    let (mut file, mut info) = (std::ptr::null_mut(), output::<atlasfit_file_info>());
+    let mut back = vec![0f32; 12 * 9];
+    unsafe {
+        ok(atlasfit_file_save(path.as_ptr(), &quads, &options, null(), null_mut(), 0));
+        ok(atlasfit_file_load(path.as_ptr(), null(), &mut file));
+        ok(atlasfit_file_get_info(file, &mut info));
+        ok(atlasfit_file_corner_normals(file, back.as_mut_ptr(), back.len()));
+        atlasfit_file_free(file);
+    }
+    assert_eq!((info.triangles, info.has_corner_normals), (12, 1));
+    let expected: Vec<f32> = (0..36).flat_map(|c| [0.0, (c / 6) as f32, 1.0]).collect();
+    assert_eq!(back, expected);
 }
 
 #[test]

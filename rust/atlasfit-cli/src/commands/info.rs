@@ -137,6 +137,9 @@ fn attributes(mesh: &TriMesh) -> Value {
     for a in &mesh.attributes {
         add(&a.name, kind(a.kind), a.width, "point");
     }
+    if mesh.corner_normals.is_some() {
+        add("normal", "f32", 3, "corner");
+    }
     if mesh.corner_uv.is_some() {
         add("uv", "f32", 2, "corner");
     }

@@ -124,10 +124,18 @@ struct Shading<'a> {
     shown: Shown,
     /// Normal of each shown face, twice its area long.
     face_normals: Vec<Vec3>,
-    /// Unit normal of each vertex, where faces are shown smooth.
-    smooth: Option<Vec<Vec3>>,
+    /// Where faces are shown smooth.
+    smooth: Option<Smooth<'a>>,
     vertex_colors: Option<&'a [[f32; 4]]>,
     texture: Option<Textured<'a>>,
+}
+
+/// Unit normals of a smooth surface.
+enum Smooth<'a> {
+    /// Per vertex.
+    Vertices(Vec<Vec3>),
+    /// Per corner of each triangle, as the mesh has them.
+    Corners(&'a [[[f32; 3]; 3]]),
 }
 
 /// A texture, and where each corner lies on it.
@@ -147,13 +155,16 @@ impl<'a> Shading<'a> {
             })
             .collect();
         let smooth = (!style.flat).then(|| {
+            if let Some(corners) = &mesh.corner_normals {
+                return Smooth::Corners(corners);
+            }
             let mut sums = vec![Vec3::ZERO; mesh.positions.len()];
             for (&i, n) in shown.faces.iter().zip(&face_normals) {
                 for v in mesh.triangles[i as usize] {
                     sums[v as usize] += *n;
                 }
             }
-            sums.into_par_iter().map(Vec3::normalized).collect::<Vec<_>>()
+            Smooth::Vertices(sums.into_par_iter().map(Vec3::normalized).collect())
         });
         let colored = style.colors && matches!(style.mode, Mode::Shaded | Mode::Uncertainty);
         let texture = texture.zip(mesh.corner_uv.as_deref()).filter(|_| colored);
@@ -182,11 +193,13 @@ impl<'a> Shading<'a> {
     /// The normal that light falls on, in the viewer's frame: on the side that is seen.
     fn normal(&self, face: usize, flat: Vec3, weights: [f32; 3]) -> Vec3 {
         let corners = self.mesh.triangles[face];
+        let at = |smooth: &Smooth<'_>, c: usize| match smooth {
+            Smooth::Vertices(normals) => normals[corners[c] as usize],
+            Smooth::Corners(normals) => Vec3(normals[face][c].map(f64::from)),
+        };
         let mut n = match &self.smooth {
-            Some(normals) => {
-                let sum = Vec3::from_fn(|k| {
-                    (0..3).map(|c| f64::from(weights[c]) * normals[corners[c] as usize][k]).sum()
-                });
+            Some(smooth) => {
+                let sum: Vec3 = (0..3).map(|c| at(smooth, c) * f64::from(weights[c])).sum();
                 self.shown.camera.turn(sum).normalized()
             }
             None => flat,

@@ -74,20 +74,26 @@ impl Scene {
                 firsts().flat_map(|i| a.values[i * a.width..(i + 1) * a.width].iter().copied()).collect();
             out.cloud.attributes.push(Attribute { values, ..a.clone() });
         }
+        let mut differ = false;
         if !self.normals.is_empty() {
-            out.cloud.normals = Some(self.joined_normals(&welded, input));
+            let (normals, mixed) = self.joined_normals(&welded);
+            (out.cloud.normals, differ) = (Some(normals), mixed);
         }
         let mut faces = Faces::default();
         for t in &self.triangles {
             let corner = |v: u32| welded.ids.get(v as usize).copied().unwrap_or(index(-1));
             let uv = |v: u32| self.uv.get(v as usize).copied().unwrap_or_default();
-            if self.uv.is_empty() {
-                faces.push(&t.map(corner), &[]);
-            } else {
-                faces.push(&t.map(corner), &t.map(uv));
-            }
+            let (uv, normal) = (t.map(uv), t.map(|v| v.saturating_add(1)));
+            faces.push(
+                &t.map(corner),
+                if self.uv.is_empty() { &[] } else { &uv },
+                if differ { &normal } else { &[] },
+            );
         }
         out.faces = faces.finish(&out.cloud.positions, &mut input.report);
+        if let Some(of_vertices) = &out.cloud.normals {
+            out.faces.look_up_normals(&self.normals, of_vertices);
+        }
         Ok(out)
     }
 
@@ -103,8 +109,8 @@ impl Scene {
         weld(places.map(|i| (bits(self.positions[i]), color(i), attributes(i))))
     }
 
-    /// The normals of joined vertices: the mean where they differ.
-    fn joined_normals(&self, welded: &Welded, input: &mut Input<'_>) -> Vec<[f32; 3]> {
+    /// The normals of joined vertices, the mean where they differ; and whether they do somewhere.
+    fn joined_normals(&self, welded: &Welded) -> (Vec<[f32; 3]>, bool) {
         let mut normals: Vec<[f32; 3]> = welded.first.iter().map(|&i| self.normals[i as usize]).collect();
         let mut sums = vec![[0.0f64; 3]; normals.len()];
         let mut differ = vec![false; normals.len()];
@@ -118,9 +124,7 @@ impl Scene {
         for (id, _) in differ.iter().enumerate().filter(|d| *d.1) {
             normals[id] = Vec3(sums[id]).normalized().to_f32();
         }
-        let averaged = differ.iter().filter(|d| **d).count();
-        let what = "vertices with different normals at different corners, averaged";
-        input.report.add(what, averaged as u64, None);
-        normals
+        let mixed = differ.contains(&true);
+        (normals, mixed)
     }
 }

@@ -86,13 +86,23 @@ fn quoted(text: &str) -> String {
 }
 
 /// A vertex as it is written.
+#[derive(Clone, Copy)]
 struct Vertex {
     /// Its number in the mesh.
     old: u32,
-    uv: [f32; 2],
+    /// A triangle and which of its corners has the vertex's texture coordinate and normal; none where no
+    /// triangle uses it.
+    corner: Option<(u32, u8)>,
 }
 
-/// The mesh with vertices split where texture coordinates differ between corners.
+impl Vertex {
+    /// The value of a column of corners at it.
+    fn at<T: Copy + Default>(self, column: &[[T; 3]]) -> T {
+        self.corner.map_or_else(T::default, |(t, k)| column[t as usize][k as usize])
+    }
+}
+
+/// The mesh with vertices split where texture coordinates or normals differ between corners.
 struct Split<'a> {
     vertices: Vec<Vertex>,
     triangles: Cow<'a, [[u32; 3]]>,
@@ -100,34 +110,45 @@ struct Split<'a> {
 
 impl<'a> Split<'a> {
     fn of(job: &Job<'a>) -> Result<Self> {
-        match job.corner_uv {
-            Some(uv) if !job.triangles.is_empty() => Self::by_uv(job, uv),
-            _ => {
-                let vertex = |old| Vertex { old, uv: [0.0; 2] };
-                let vertices = (0..job.positions.len() as u32).map(vertex).collect();
-                Ok(Self { vertices, triangles: job.triangles.into() })
+        match (job.corner_uv, job.corner_normals) {
+            _ if job.triangles.is_empty() => Ok(Self::whole(job)),
+            (None, None) => Ok(Self::whole(job)),
+            (Some(uv), None) => Self::by(job, |t, k| uv[t][k].map(f32::to_bits)),
+            (None, Some(n)) => Self::by(job, |t, k| n[t][k].map(f32::to_bits)),
+            (Some(uv), Some(n)) => {
+                Self::by(job, |t, k| (uv[t][k].map(f32::to_bits), n[t][k].map(f32::to_bits)))
             }
         }
     }
 
-    /// One vertex per distinct pair of vertex and texture coordinate, ordered by vertex, so that readers
-    /// which weld them again get the vertices in their old order.
-    fn by_uv(job: &Job<'_>, uv: &[[[f32; 2]; 3]]) -> Result<Self> {
-        let key = |t: usize, k: usize| (job.triangles[t][k], uv[t][k].map(f32::to_bits));
-        let mut keys: Vec<(u32, [u32; 2])> =
-            (0..job.triangles.len()).flat_map(|t| (0..3).map(move |k| key(t, k))).collect();
+    /// The vertices as they are.
+    fn whole(job: &Job<'a>) -> Self {
+        let vertices = (0..job.positions.len() as u32).map(|old| Vertex { old, corner: None }).collect();
+        Self { vertices, triangles: job.triangles.into() }
+    }
+
+    /// One vertex per distinct pair of vertex and value at a triangle's corner, ordered by vertex, so that
+    /// readers which weld them again get the vertices in their old order.
+    fn by<T: Ord + Copy>(job: &Job<'_>, value: impl Fn(usize, usize) -> T) -> Result<Self> {
+        let corners = (0..job.triangles.len()).flat_map(|t| (0..3).map(move |k| (t, k)));
+        let mut keys: Vec<(u32, Option<T>)> =
+            corners.clone().map(|(t, k)| (job.triangles[t][k], Some(value(t, k)))).collect();
         let mut used = vec![false; job.positions.len()];
         job.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
-        keys.extend(used.iter().enumerate().filter(|u| !u.1).map(|(v, _)| (v as u32, [0; 2])));
+        keys.extend(used.iter().enumerate().filter(|u| !u.1).map(|(v, _)| (v as u32, None)));
         job.check()?;
         keys.sort_unstable();
         keys.dedup();
-        let id = |k: (u32, [u32; 2])| keys.partition_point(|&x| x < k) as u32;
-        let faces = job.watched(0..job.triangles.len());
-        let triangles = faces.map(|t| [0, 1, 2].map(|k| id(key(t, k)))).collect();
+        let mut vertices: Vec<Vertex> = keys.iter().map(|&(old, _)| Vertex { old, corner: None }).collect();
+        let mut triangles = vec![[0; 3]; job.triangles.len()];
+        for (t, k) in job.watched(corners) {
+            let key = (job.triangles[t][k], Some(value(t, k)));
+            let id = keys.partition_point(|&x| x < key);
+            triangles[t][k] = id as u32;
+            vertices[id].corner = Some((t as u32, k as u8));
+        }
         job.check()?;
-        let vertex = |(old, uv): (u32, [u32; 2])| Vertex { old, uv: uv.map(f32::from_bits) };
-        Ok(Self { vertices: keys.into_iter().map(vertex).collect(), triangles: Cow::Owned(triangles) })
+        Ok(Self { vertices, triangles: Cow::Owned(triangles) })
     }
 }
 
@@ -211,7 +232,11 @@ fn columns(
     let bounds = bounds_json(vertices.iter().map(position));
     let column = |name: &str, accessor: usize| Column { name: name.to_owned(), accessor };
     let mut out = vec![column("POSITION", buffer.floats(vertices.iter().map(position), &bounds))];
-    if let Some(normals) = job.normals {
+    if let Some(normals) = job.corner_normals.filter(|_| !job.triangles.is_empty()) {
+        let of_vertex = |v: u32| job.normals.map_or([0.0; 3], |n| n[v as usize]);
+        let rows = vertices.iter().map(|v| if v.corner.is_some() { v.at(normals) } else { of_vertex(v.old) });
+        out.push(column("NORMAL", buffer.floats(rows, "")));
+    } else if let Some(normals) = job.normals {
         let rows = vertices.iter().map(|v| normals[v.old as usize]);
         out.push(column("NORMAL", buffer.floats(rows, "")));
     }
@@ -220,9 +245,9 @@ fn columns(
         let rows = job.watched(vertices.iter()).map(|v| linear(colors[v.old as usize]));
         out.push(column("COLOR_0", buffer.floats(rows, "")));
     }
-    if job.corner_uv.is_some() && !job.triangles.is_empty() {
+    if let Some(uv) = job.corner_uv.filter(|_| !job.triangles.is_empty()) {
         // v is down in glTF.
-        let rows = vertices.iter().map(|v| [v.uv[0], 1.0 - v.uv[1]]);
+        let rows = vertices.iter().map(|v| v.at(uv)).map(|[u, v]| [u, 1.0 - v]);
         out.push(column("TEXCOORD_0", buffer.floats(rows, "")));
     }
     for a in job.attributes {

@@ -41,6 +41,7 @@ struct Reader {
     // Scratch for one face.
     corners: Vec<u32>,
     uv: Vec<[f32; 2]>,
+    corner_normal: Vec<u32>,
 }
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
@@ -131,11 +132,11 @@ impl Reader {
             b"f" | b"fo" => {
                 let before = [self.faces.triangles.len(), self.corner_normals.len()];
                 let ok = self.face(words);
-                input.reserve(self.faces.triangles.len() - before[0], 36)?;
+                input.reserve(self.faces.triangles.len() - before[0], 48)?;
                 input.reserve(self.corner_normals.len() - before[1], 8)?;
                 if self.corners.len() > 3 {
-                    // The polygon, its corners and their texture coordinates.
-                    input.reserve(1, 24 + 12 * self.corners.len())?;
+                    // The polygon, its corners, their texture coordinates and normals.
+                    input.reserve(1, 24 + 16 * self.corners.len())?;
                 }
                 ok
             }
@@ -216,6 +217,7 @@ impl Reader {
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) -> bool {
         self.corners.clear();
         self.uv.clear();
+        self.corner_normal.clear();
         let mut ok = true;
         for word in words {
             let mut parts = word.split(|&b| b == b'/');
@@ -236,11 +238,14 @@ impl Reader {
             {
                 self.uv.push(uv);
             }
-            if let Some(normal) = part(self.normals.len()) {
+            let normal = part(self.normals.len());
+            self.corner_normal.push(normal.filter(|&n| n != NO_VERTEX).map_or(0, |n| n + 1));
+            if let Some(normal) = normal {
                 self.corner_normals.push(CornerNormal { vertex, normal });
             }
         }
-        self.faces.push(&self.corners, &self.uv);
+        let normal = if self.corner_normals.is_empty() { &[][..] } else { &self.corner_normal };
+        self.faces.push(&self.corners, &self.uv, normal);
         ok
     }
 
@@ -261,7 +266,11 @@ impl Reader {
             content.cloud.normals = Some(self.normals);
         } else if !self.corner_normals.is_empty() {
             input.reserve(n, 41)?;
-            content.cloud.normals = self.vertex_normals(input);
+            let (normals, mixed) = self.vertex_normals(input);
+            if let Some(normals) = normals.as_deref().filter(|_| mixed) {
+                content.faces.look_up_normals(&self.normals, normals);
+            }
+            content.cloud.normals = normals;
         }
         content.cloud.positions = self.positions;
         Ok(content)
@@ -282,8 +291,9 @@ impl Reader {
         colors
     }
 
-    /// One normal per vertex from those of its corners. `None` where some vertex has none.
-    fn vertex_normals(&self, input: &mut Input<'_>) -> Option<Vec<[f32; 3]>> {
+    /// One normal per vertex from those of its corners, the mean where they differ; `None` where some vertex
+    /// has none. And whether they differ somewhere.
+    fn vertex_normals(&self, input: &mut Input<'_>) -> (Option<Vec<[f32; 3]>>, bool) {
         let n = self.positions.len();
         // Per vertex: the first normal of a corner, the sum of all, and whether they differ.
         let mut first = vec![NO_VERTEX; n];
@@ -304,17 +314,14 @@ impl Reader {
                 sum[v][c] += f64::from(normal[c]);
             }
         }
-        let averaged = mixed.iter().filter(|&&m| m).count() as u64;
-        let what = "vertices with different normals at different corners, averaged";
-        input.report.add(what, averaged, None);
         let covered = first.iter().filter(|&&k| k != NO_VERTEX).count();
         if covered < n {
             input.report.add("normals, left out because not every vertex has one", covered as u64, None);
-            return None;
+            return (None, false);
         }
         let normal = |v: usize| {
             if mixed[v] { Vec3(sum[v]).normalized().to_f32() } else { self.normals[first[v] as usize] }
         };
-        Some((0..n).map(normal).collect())
+        (Some((0..n).map(normal).collect()), mixed.contains(&true))
     }
 }

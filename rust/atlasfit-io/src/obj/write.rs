@@ -32,8 +32,11 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
             None => writeln!(out, "v {x} {y} {z}")?,
         }
     }
-    for [x, y, z] in job.normals.unwrap_or_default() {
-        writeln!(out, "vn {x} {y} {z}")?;
+    let at_corners = corner_normals(job, out)?;
+    if at_corners.is_none() {
+        for [x, y, z] in job.normals.unwrap_or_default() {
+            writeln!(out, "vn {x} {y} {z}")?;
+        }
     }
     // Equal texture coordinates are written once, in the order of their first use.
     let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
@@ -50,11 +53,15 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         write!(out, "f")?;
         for (k, v) in face.corners.iter().map(|&v| u64::from(v) + 1).enumerate() {
             let vt = face.uv.get(k).and_then(|uv| numbers.get(&uv.map(f32::to_bits)));
-            match (vt, job.normals.is_some()) {
-                (Some(vt), true) => write!(out, " {v}/{vt}/{v}")?,
-                (Some(vt), false) => write!(out, " {v}/{vt}")?,
-                (None, true) => write!(out, " {v}//{v}")?,
-                (None, false) => write!(out, " {v}")?,
+            let vn = match &at_corners {
+                Some(numbers) => face.normals.get(k).and_then(|n| numbers.get(&n.map(f32::to_bits)).copied()),
+                None => job.normals.map(|_| v),
+            };
+            match (vt, vn) {
+                (Some(vt), Some(vn)) => write!(out, " {v}/{vt}/{vn}")?,
+                (Some(vt), None) => write!(out, " {v}/{vt}")?,
+                (None, Some(vn)) => write!(out, " {v}//{vn}")?,
+                (None, None) => write!(out, " {v}")?,
             }
         }
         writeln!(out)
@@ -68,4 +75,18 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
         }
     }
     Ok(written)
+}
+
+/// Writes the normals of the corners, equal ones once, in the order of their first use; gives their numbers.
+/// None where the vertices' normals hold.
+fn corner_normals(job: &Job<'_>, out: &mut impl Write) -> Result<Option<HashMap<[u32; 3], u64>>> {
+    let Some(normals) = job.corner_normals.filter(|n| !n.is_empty()) else { return Ok(None) };
+    let mut numbers = HashMap::new();
+    for n in normals.as_flattened() {
+        let next = numbers.len() as u64 + 1;
+        if *numbers.entry(n.map(f32::to_bits)).or_insert(next) == next {
+            writeln!(out, "vn {} {} {}", n[0], n[1], n[2])?;
+        }
+    }
+    Ok(Some(numbers))
 }

@@ -233,7 +233,7 @@ fn faces(
         if let Some(texture) = texture {
             uv.extend(corners.iter().map(|&v| texture.get(v as usize).copied().unwrap_or_default()));
         }
-        faces.push(&corners, &uv);
+        faces.push(&corners, &uv, &[]);
     }
     input.report.add("faces that cannot be read, left out", bad, first_bad);
     let first = Some(format!("face {done}"));

@@ -11,6 +11,7 @@ pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     if job.corner_uv.is_some() {
         written.lost.push("texture coordinates".into());
     }
+    job.note_corner_normals(&mut written);
     if job.face_chart.is_some() {
         written.lost.push("chart numbers of the faces".into());
     }

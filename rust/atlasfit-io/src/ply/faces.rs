@@ -65,7 +65,7 @@ impl Row {
     }
 
     fn push_to(&self, kept: &Kept, faces: &mut Faces) {
-        let triangles = faces.push(&self.corners, &self.uv);
+        let triangles = faces.push(&self.corners, &self.uv, &[]);
         if kept.chart.is_some() {
             let chart = if self.chart < 0.0 { u32::MAX } else { self.chart as u32 };
             faces.chart.extend(std::iter::repeat_n(chart, triangles));
@@ -104,7 +104,7 @@ pub(super) fn read(body: &mut Body<'_, '_>, element: &Element, faces: &mut Faces
     let (mut bad, mut first_bad) = (0, None);
     for i in body.input.watched(0..element.count) {
         if common && let Some(corners) = take_triangle(body) {
-            faces.push(&corners, &[]);
+            faces.push(&corners, &[], &[]);
             continue;
         }
         row.clear();
@@ -202,7 +202,7 @@ pub(super) fn read_strips(body: &mut Body<'_, '_>, element: &Element, faces: &mu
             for strip in body.list.split(|&v| v < 0.0) {
                 for (i, t) in strip.windows(3).enumerate() {
                     let [a, b, c] = [0, 1, 2].map(|k| index(t[k] as i64));
-                    faces.push(&if i % 2 == 0 { [a, b, c] } else { [b, a, c] }, &[]);
+                    faces.push(&if i % 2 == 0 { [a, b, c] } else { [b, a, c] }, &[], &[]);
                 }
             }
         }

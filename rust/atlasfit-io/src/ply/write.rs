@@ -43,6 +43,7 @@ struct Plan {
 pub(crate) fn write(job: &Job<'_>, out: &mut impl Write) -> Result<Written> {
     let mut written = Written::default();
     written.note_rounded(job.colors);
+    job.note_corner_normals(&mut written);
     // 8 bits count the corners, and twice as many texture coordinates, of all but very large polygons.
     let largest = job.polygons.and_then(|p| p.sizes.iter().max()).copied().unwrap_or(3);
     let plan = Plan {

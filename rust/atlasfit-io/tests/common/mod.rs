@@ -62,6 +62,7 @@ pub fn cube() -> TriMesh {
             values: (0..8).map(|i| f64::from(i) * 0.5).collect(),
         }],
         corner_uv: Some(corner_uv),
+        corner_normals: None,
         face_chart: Some((0..12).map(|t| t / 2).collect()),
         positions,
         triangles,

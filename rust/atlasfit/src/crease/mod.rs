@@ -11,6 +11,7 @@
 mod bends;
 mod chains;
 pub(crate) mod constants;
+mod corners;
 mod evidence;
 mod model;
 mod piece;
@@ -24,8 +25,27 @@ use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
+use chains::Creases;
 
-/// Finds the creases, and puts the surface and the points on them.
+/// The creases of a surface, to ask again when its triangles are others.
+pub(crate) struct Creased(Creases);
+
+impl Creased {
+    /// A unit normal per corner of each triangle: at a crease, that of the triangle's side. None where no
+    /// vertex has more than one.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn corner_normals(
+        &self,
+        s: &Surface,
+        ctx: &Context<'_>,
+    ) -> Result<Option<Vec<[[f32; 3]; 3]>>> {
+        corners::normals(s, &self.0, ctx)
+    }
+}
+
+/// Finds the creases, and puts the surface and the points on them. None where there is no crease.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -34,17 +54,18 @@ pub(crate) fn sharpen(
     projected: &mut [ProjectedPoint],
     known: &KnownScan<'_>,
     ctx: &Context<'_>,
-) -> Result<()> {
+) -> Result<Option<Creased>> {
     let edges = Edges::new(&s.triangles, ctx)?;
     let bent = bends::find(s, &edges, ctx)?;
     if bent.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
-    let Some(windows) = window::Windows::new(s, projected, known, ctx)? else { return Ok(()) };
+    let Some(windows) = window::Windows::new(s, projected, known, ctx)? else { return Ok(None) };
     let seeds = bends::spread(&bent, s, &windows, ctx)?;
     let pieces = evidence::pieces(&windows, &seeds, ctx)?;
     drop(windows);
-    let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(()) };
+    let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(None) };
     sharpen::surface(s, &creases, &edges, ctx)?;
-    sharpen::points(projected, &creases, ctx)
+    sharpen::points(projected, &creases, ctx)?;
+    Ok(Some(Creased(creases)))
 }

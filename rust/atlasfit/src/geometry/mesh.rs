@@ -23,6 +23,9 @@ pub struct TriMesh {
     pub attributes: Vec<Attribute>,
     /// Texture coordinates per corner of each triangle, v up.
     pub corner_uv: Option<Vec<[[f32; 2]; 3]>>,
+    /// Unit normals per corner of each triangle, where those of a vertex differ between its triangles, as at
+    /// creases; then [`Self::normals`] are means of them.
+    pub corner_normals: Option<Vec<[[f32; 3]; 3]>>,
     /// UV chart per triangle; `u32::MAX` where there is none.
     pub face_chart: Option<Vec<u32>>,
 }
@@ -66,7 +69,8 @@ impl TriMesh {
         let of_vertices = point_bytes(&self.positions, &self.normals, &self.colors, &self.attributes);
         let uv = self.corner_uv.as_ref().map_or(0, |uv| size_of_val(&uv[..]));
         let chart = self.face_chart.as_ref().map_or(0, |c| size_of_val(&c[..]));
-        of_vertices + (size_of_val(&self.triangles[..]) + uv + chart) as u64
+        let normals = self.corner_normals.as_ref().map_or(0, |n| size_of_val(&n[..]));
+        of_vertices + (size_of_val(&self.triangles[..]) + uv + normals + chart) as u64
     }
 
     /// The vertices as a point cloud with their attributes.

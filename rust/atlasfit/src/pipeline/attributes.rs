@@ -30,6 +30,7 @@ pub(super) fn mesh(
     let surface = std::mem::take(&mut built.surface);
     let mut mesh = TriMesh::new(vec3::plain(surface.positions), surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.to_f32()).collect());
+    mesh.corner_normals = built.corner_normals.take();
     let sources = first_inputs(&built.input.of_input, built.projected.len());
     transfer(cloud, &built.projected, &sources, &mut mesh, ctx)?;
     let mut extrapolated = built.extrapolated.take();

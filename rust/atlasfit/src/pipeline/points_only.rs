@@ -35,6 +35,7 @@ pub(super) fn build(
     }
     Ok(Built {
         surface: Surface::default(),
+        corner_normals: None,
         extrapolated: None,
         charts,
         projected,

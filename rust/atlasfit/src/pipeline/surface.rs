@@ -29,6 +29,8 @@ use crate::spatial::spacing::Sampling;
 pub(super) struct Built {
     /// The surface.
     pub surface: Surface,
+    /// Unit normals per corner of its triangles, where it has creases.
+    pub corner_normals: Option<Vec<[[f32; 3]; 3]>>,
     /// For each of its vertices, whether it was invented to close the surface; only of a solid.
     pub extrapolated: Option<Vec<bool>>,
     /// The charts, facing as the surface does.
@@ -101,7 +103,7 @@ pub(super) fn build(
     // Without what holds no data, what held together by it is apart.
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
     not_empty(&surface)?;
-    crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
+    let creases = crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
     input.warnings.extend(lighten(&mut surface, &projected, options, &known, ctx)?);
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
@@ -111,8 +113,13 @@ pub(super) fn build(
         input.warnings.extend(warnings::plates(&solid, one_sided, frame.scale));
         (surface, extrapolated) = (solid.surface, Some(solid.extrapolated));
     }
+    let corner_normals = match &creases {
+        Some(creases) => creases.corner_normals(&surface, ctx)?,
+        None => None,
+    };
     Ok(Built {
         surface,
+        corner_normals,
         extrapolated,
         charts,
         projected,

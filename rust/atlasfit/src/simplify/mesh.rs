@@ -224,6 +224,7 @@ fn whole(mesh: &TriMesh, cut: &Cut, light: super::Simplified, frame: &Frame) -> 
                 })
                 .collect(),
             corner_uv,
+            corner_normals: None,
             face_chart: charts,
         },
         source,
