@@ -65,6 +65,14 @@ fn a_box_keeps_its_edges_however_it_is_turned() {
         // As the charts are blended, without creases: 2 times the noise.
         let off = off(&out, edges().into_iter().map(|p| turn(p).0).collect());
         assert!(off < 0.6 * NOISE, "{off}");
+        let corners = (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 0 { HALF[i] } else { -HALF[i] }));
+        let vertices: Vec<Vec3> = out.surface.positions.iter().map(|&p| Vec3(p)).collect();
+        let mut from_corners: Vec<f64> = corners
+            .map(|c| vertices.iter().map(|p| p.dist2(turn(Vec3(c)))).fold(f64::INFINITY, f64::min).sqrt())
+            .collect();
+        from_corners.sort_by(f64::total_cmp);
+        let [half, most] = [from_corners[3], from_corners[6]];
+        assert!(half < NOISE && most < 2.5 * NOISE, "{from_corners:?}");
         shades_like_a_box(&out, turn);
     }
 }

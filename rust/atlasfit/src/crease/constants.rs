@@ -64,6 +64,17 @@ pub(crate) struct CreaseConstants {
     /// A crease is at least this long, in the length that its first piece is believed for. Source: derived, a
     /// shorter one is seen by no window but those that hold all of it.
     pub longest_alone: f64,
+    /// An edge lies along a crease whose ends are nearer to it than this share of its length. Source: chosen.
+    pub along: f64,
+    /// Ends of creases this near to each other, in spacings, may meet in a corner. Source: chosen, as far as a
+    /// window's third side keeps a crease from the corner.
+    pub meet: f64,
+    /// Least volume of the box of three unit normals of a corner's sides. Source: chosen: three sides at 25
+    /// degrees of each other.
+    pub spread: f64,
+    /// How far about a corner its fan reaches beyond the ends of the creases, in spacings: what is tried.
+    /// Source: chosen.
+    pub caps: [f64; 4],
     /// A triangle is folded whose normal has a smaller cosine with its side's. Source: chosen, 72 degrees.
     pub folded: f64,
     /// Times that folded triangles are spread out. Source: chosen.
@@ -106,6 +117,10 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     parallel: 0.95,
     aligned: 0.5,
     longest_alone: 1.0,
+    along: 0.25,
+    meet: 4.0,
+    spread: 0.15,
+    caps: [1.5, 1.0, 2.0, 2.5],
     folded: 0.3,
     unfoldings: 8,
     snap: 0.2,

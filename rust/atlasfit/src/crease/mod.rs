@@ -9,11 +9,14 @@
 //! is Attene, Falcidieno, Rossignac and Spagnuolo (2003); here the points say where and whether.
 
 mod bends;
+mod cap;
 mod chains;
 pub(crate) mod constants;
-mod corners;
+mod corner;
 mod evidence;
+mod mend;
 mod model;
+mod normals;
 mod piece;
 mod pull;
 mod sharpen;
@@ -41,7 +44,7 @@ impl Creased {
         s: &Surface,
         ctx: &Context<'_>,
     ) -> Result<Option<Vec<[[f32; 3]; 3]>>> {
-        corners::normals(s, &self.0, ctx)
+        normals::of_corners(s, &self.0, ctx)
     }
 }
 
@@ -63,9 +66,13 @@ pub(crate) fn sharpen(
     let Some(windows) = window::Windows::new(s, projected, known, ctx)? else { return Ok(None) };
     let seeds = bends::spread(&bent, s, &windows, ctx)?;
     let pieces = evidence::pieces(&windows, &seeds, ctx)?;
-    drop(windows);
     let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(None) };
+    let corners = corner::find(&creases, &windows, ctx)?;
+    drop(windows);
     sharpen::surface(s, &creases, &edges, ctx)?;
+    cap::surface(s, &corners, ctx)?;
+    cap::surface(s, &mend::places(s, &creases, ctx)?, ctx)?;
     sharpen::points(projected, &creases, ctx)?;
-    Ok(Some(Creased(creases)))
+    cap::points(projected, &corners, ctx)?;
+    Ok(Some(Creased(corner::extended(creases, &corners, ctx)?)))
 }

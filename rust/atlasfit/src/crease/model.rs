@@ -37,6 +37,10 @@ impl Model {
     pub fn with_width(self, width: f64) -> Self {
         Self { width, ..self }
     }
+    /// Whether the surface falls on both sides of the line, seen along the normal; else it rises.
+    pub fn is_ridge(&self) -> bool {
+        self.coefficients[6] < 0.0
+    }
     /// Where the line is at `y`.
     pub fn line(&self, y: f64) -> f64 {
         self.offset + (self.skew + self.arc * y) * y

@@ -30,6 +30,10 @@ pub(super) struct Pull {
     pub normal: Vec3,
     /// Unit normal on the crease: halfway between the sides.
     pub ridge: Vec3,
+    /// Unit normals of the sides where they meet: of that of negative `across`, and of the other.
+    pub sides: [Vec3; 2],
+    /// Spacing of the points.
+    pub unit: f64,
 }
 
 impl Pull {
@@ -68,7 +72,21 @@ fn of_piece(piece: &Piece, chain: u32, p: Vec3, normal: Vec3) -> Option<Pull> {
         across: (x - piece.model.line(y)) * piece.unit * weight,
         normal: piece.normal(x, y) * weight,
         ridge: ridge * weight,
+        sides: sides.map(|n| n * weight),
+        unit: piece.unit * weight,
     })
+}
+
+/// The creases that may be believed at a place.
+pub(super) fn about(creases: &Creases, p: Vec3) -> Vec<u32> {
+    let mut found = Vec::new();
+    let _: ControlFlow<()> = creases.tree.meeting(&Aabb::of(&[p]), |k| {
+        if creases.bounds[k as usize].distance2(p) == 0.0 && !found.contains(&creases.chain[k as usize]) {
+            found.push(creases.chain[k as usize]);
+        }
+        ControlFlow::Continue(())
+    });
+    found
 }
 
 /// What the likeliest crease about a place with this unit normal asks of it, or one crease that is `asked`:
@@ -92,6 +110,8 @@ pub(super) fn pull(creases: &Creases, p: Vec3, normal: Vec3, asked: Option<u32>)
                 m.across += one.across;
                 m.normal += one.normal;
                 m.ridge += one.ridge;
+                m.sides = [0, 1].map(|i| m.sides[i] + one.sides[i]);
+                m.unit += one.unit;
             }
         }
         ControlFlow::Continue(())
@@ -107,6 +127,8 @@ pub(super) fn pull(creases: &Creases, p: Vec3, normal: Vec3, asked: Option<u32>)
         across: best.across * part,
         normal: best.normal.normalized(),
         ridge: best.ridge.normalized(),
+        sides: best.sides.map(Vec3::normalized),
+        unit: best.unit * part,
     })
 }
 

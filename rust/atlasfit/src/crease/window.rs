@@ -55,6 +55,14 @@ pub(super) struct Strip {
     pub points: Vec<([f64; 3], f64)>,
 }
 
+/// Points about a place.
+pub(super) struct Ball {
+    /// Standard deviation of the noise.
+    pub sigma: f64,
+    /// The points, each with what its chart leaves of it unexplained, in nats.
+    pub points: Vec<(Vec3, f64)>,
+}
+
 /// What finding points reuses.
 pub(super) struct Scratch {
     near: Vec<Neighbour>,
@@ -159,6 +167,17 @@ impl<'a> Windows<'a> {
         let misfits = self.misfits(&scratch.own, sigma * piece.unit);
         let points = scratch.own.iter().map(|&i| local(i)).zip(misfits);
         Strip { sigma, points: points.collect() }
+    }
+    /// The points of the sheet next to a place, up to so far from it: where they are, and what their charts
+    /// leave of each unexplained, in nats.
+    pub fn ball(&self, at: Vec3, radius: f64, scratch: &mut Scratch) -> Ball {
+        let nearest = self.tree.nearest_one(at).index as usize;
+        let sigma = self.on_charts.get(nearest).map_or(1.0, |&i| self.known.noise_at(i));
+        self.own(self.vertex[nearest], radius, scratch);
+        let place = |i: u32| self.known.points[i as usize];
+        let misfits = self.misfits(&scratch.own, sigma);
+        let points = scratch.own.iter().map(|&i| place(i)).zip(misfits);
+        Ball { sigma, points: points.collect() }
     }
     /// Finds the points of the sheet about a vertex: those next to vertices that hang together with it.
     fn own(&self, vertex: u32, radius: f64, scratch: &mut Scratch) {

@@ -5,7 +5,8 @@
 //! and Wüthrich 1998). Elsewhere it is the vertex's.
 
 use super::chains::Creases;
-use super::pull::pull;
+use super::constants::CREASE;
+use super::pull::{about, pull};
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -19,7 +20,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn normals(
+pub(super) fn of_corners(
     s: &Surface,
     creases: &Creases,
     ctx: &Context<'_>,
@@ -77,21 +78,26 @@ pub(super) fn normals(
 /// Whether an edge of two triangles lies along a crease, and the triangles on its two sides.
 fn is_crease(s: &Surface, creases: &Creases, edge: &[HalfEdge; 2]) -> bool {
     let at = |v: u32| s.positions[v as usize];
+    let ends = edge[0].ends().map(at);
+    let middle = (ends[0] + ends[1]) * 0.5;
+    let chains = about(creases, middle);
+    if chains.is_empty() {
+        return false;
+    }
     let corners = edge.map(|half| s.triangles[half.face()].map(at));
     let facing = corners.map(|c| area_vector(c).normalized());
-    let [a, b] = edge[0].ends().map(at);
     let mean = (facing[0] + facing[1]).normalized();
-    let Some(crease) = pull(creases, (a + b) * 0.5, mean, None) else { return false };
-    let asked = |p: Vec3, normal: Vec3| pull(creases, p, normal, Some(crease.chain));
-    let beside = [0, 1].map(|i| asked(corners[i].iter().copied().sum::<Vec3>() * (1.0 / 3.0), facing[i]));
-    let [Some(one), Some(other)] = beside else { return false };
-    let bends = |i: usize, own: Vec3, across: Vec3| facing[i].dot(own) > facing[i].dot(across);
-    // The ends are nearer to the line than the middles of the triangles.
-    let near = 0.5 * one.across.abs().min(other.across.abs());
-    one.across * other.across < 0.0
-        && bends(0, one.normal, other.normal)
-        && bends(1, other.normal, one.normal)
-        && [a, b].iter().all(|&p| asked(p, mean).is_none_or(|end| end.across.abs() < near))
+    // It runs along the line, not across it.
+    let near = CREASE.along * (ends[1] - ends[0]).norm();
+    chains.into_iter().any(|chain| {
+        let asked = |p: Vec3| pull(creases, p, mean, Some(chain));
+        let Some(crease) = asked(middle) else { return false };
+        let [one, other] = crease.sides;
+        let fits = facing.map(|n| n.dot(one) - n.dot(other));
+        fits[0] * fits[1] < 0.0
+            && facing.iter().all(|n| n.dot(one).max(n.dot(other)) > CREASE.same_side)
+            && ends.iter().all(|&p| asked(p).is_none_or(|end| end.across.abs() < near))
+    })
 }
 
 /// The number of a face's corner at a vertex.
@@ -129,7 +135,7 @@ mod tests {
     fn of(s: &Surface) -> Option<Vec<[[f32; 3]; 3]>> {
         let ridge = creases((-2..=2).map(|k| piece([0.0, f64::from(k), 0.0], 1, 2.0)).collect());
         let ridge = ridge.expect("a crease");
-        Run::default().execute(|ctx| normals(s, &ridge, ctx)).expect("nothing stops it")
+        Run::default().execute(|ctx| of_corners(s, &ridge, ctx)).expect("nothing stops it")
     }
 
     #[test]
