@@ -2707,8 +2707,8 @@ atlasfit_status atlasfit_file_corner_uv(const atlasfit_file *file,
                                         size_t capacity);
 
 /**
- * Copies the unit normals at the corners of the triangles: 3 numbers each. #ATLASFIT_NOT_AVAILABLE where those of
- * the points hold.
+ * Copies the unit normals at the corners of the triangles: 3 numbers each. #ATLASFIT_NOT_AVAILABLE where
+ * those of the points hold.
  *
  * @param corner_normals Room for `capacity` numbers.
  * @param capacity       At least 9 * info.triangles.

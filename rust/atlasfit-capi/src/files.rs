@@ -290,8 +290,8 @@ pub unsafe extern "C" fn atlasfit_file_corner_uv(
     })
 }
 
-/// Copies the unit normals at the corners of the triangles: 3 numbers each. #ATLASFIT_NOT_AVAILABLE where those of
-/// the points hold.
+/// Copies the unit normals at the corners of the triangles: 3 numbers each. #ATLASFIT_NOT_AVAILABLE where
+/// those of the points hold.
 ///
 /// @param corner_normals Room for `capacity` numbers.
 /// @param capacity       At least 9 * info.triangles.

@@ -33,8 +33,8 @@ struct CornerColumn<T> {
 }
 
 impl<T: Copy + Default> CornerColumn<T> {
-    /// Takes the values of a face of `n` corners, which the triangles before it come first: one per corner, or
-    /// none. `corners` counts the corners of all polygons, this face's among them.
+    /// Takes the values of a face of `n` corners: one per corner, or none. `triangles` came before it;
+    /// `corners` counts the corners of all polygons, this face's among them.
     fn push(&mut self, values: &[T], n: usize, triangles: usize, corners: usize) {
         let values = (values.len() == n).then_some(values);
         if values.is_some() && !self.used {

@@ -66,8 +66,8 @@ pub(crate) struct CreaseConstants {
     pub longest_alone: f64,
     /// An edge lies along a crease whose ends are nearer to it than this share of its length. Source: chosen.
     pub along: f64,
-    /// Ends of creases this near to each other, in spacings, may meet in a corner. Source: chosen, as far as a
-    /// window's third side keeps a crease from the corner.
+    /// Ends of creases this near to each other, in spacings, may meet in a corner. Source: chosen, as far as
+    /// a window's third side keeps a crease from the corner.
     pub meet: f64,
     /// Least volume of the box of three unit normals of a corner's sides. Source: chosen: three sides at 25
     /// degrees of each other.

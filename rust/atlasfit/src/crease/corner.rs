@@ -1,8 +1,8 @@
 //! Corners: places where three creases end.
 //!
 //! In: creases and the points about their ends. Out: where three sides meet, if the points are likelier with
-//! three planes there than with what the charts say. A crease is seen by windows of two sides, so that it ends
-//! short of the third.
+//! three planes there than with what the charts say. A crease is seen by windows of two sides, so that it
+//! ends short of the third.
 
 use super::chains::Creases;
 use super::constants::CREASE;

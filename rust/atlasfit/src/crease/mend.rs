@@ -1,7 +1,7 @@
 //! Places beside creases where the mesh is folded: thorns, and handles too small for the points to ask for.
 //!
-//! In: a surface that is cut along its creases, the creases. Out: places on them about which the mesh is to be
-//! made anew, each as a corner of two sides.
+//! In: a surface that is cut along its creases, the creases. Out: places on them about which the mesh is to
+//! be made anew, each as a corner of two sides.
 
 use super::chains::Creases;
 use super::constants::CREASE;

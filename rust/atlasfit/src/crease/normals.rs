@@ -1,8 +1,8 @@
 //! Normals at the corners of triangles: one for each side of a crease.
 //!
-//! In: a surface and its creases. Out: a unit normal per corner, where some vertex has more than one. At a vertex
-//! the triangles between two creases share one: the mean of theirs, weighted by the angle at the vertex (Thürmer
-//! and Wüthrich 1998). Elsewhere it is the vertex's.
+//! In: a surface and its creases. Out: a unit normal per corner, where some vertex has more than one. At a
+//! vertex the triangles between two creases share one: the mean of theirs, weighted by the angle at the
+//! vertex (Thürmer and Wüthrich 1998). Elsewhere it is the vertex's.
 
 use super::chains::Creases;
 use super::constants::CREASE;
