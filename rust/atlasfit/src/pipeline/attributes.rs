@@ -60,10 +60,15 @@ fn column(name: &str, kind: ScalarKind, mut values: Vec<f64>) -> Attribute {
     Attribute { name: name.to_string(), width: 1, kind, values }
 }
 
-/// Adds columns. A scan that was denoised before brings some of the same names: they keep their places.
+/// Adds columns. A scan that was denoised before brings some of the same names: those columns keep their
+/// places, and get "_before" added until none before them has their name.
 pub(super) fn put(attributes: &mut Vec<Attribute>, columns: Vec<Attribute>) {
-    for old in attributes.iter_mut().filter(|a| columns.iter().any(|c| c.name == a.name)) {
-        old.name.push_str("_before");
+    let mut names: Vec<String> = columns.iter().map(|c| c.name.clone()).collect();
+    for old in attributes.iter_mut() {
+        while names.contains(&old.name) {
+            old.name.push_str("_before");
+        }
+        names.push(old.name.clone());
     }
     attributes.extend(columns);
 }
@@ -194,4 +199,20 @@ fn transfer(
         mesh.attributes.push(Attribute { values, ..a.clone() });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_that_was_denoised_twice_keeps_all_its_columns_under_names_of_their_own() {
+        let named = |names: &[&str]| -> Vec<Attribute> {
+            names.iter().map(|n| column(n, ScalarKind::F64, vec![0.0])).collect()
+        };
+        let mut given = named(&["uncertainty", "intensity", "uncertainty_before"]);
+        put(&mut given, named(&["uncertainty"]));
+        let names: Vec<&str> = given.iter().map(|a| a.name.as_str()).collect();
+        assert_eq!(names, ["uncertainty_before", "intensity", "uncertainty_before_before", "uncertainty"]);
+    }
 }
