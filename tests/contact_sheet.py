@@ -54,7 +54,7 @@ def main():
     draw = ImageDraw.Draw(sheet)
     failed = False
     with tempfile.TemporaryDirectory() as folder:
-        mesh, shot = pathlib.Path(folder, "surface.ply"), pathlib.Path(folder, "shot.png")
+        mesh, shot = pathlib.Path(folder, "surface.glb"), pathlib.Path(folder, "shot.png")
         for row, scan in enumerate(args.scans):
             up = "z" if scan.stem in args.z_up.split(",") else "y"
             for column, (name, program) in enumerate(programs):

@@ -197,7 +197,7 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	const bool sure = par.getBool("uncertainty");
 	if (sure) {
 		quality = told(fit, ATLASFIT_SURFACE_UNCERTAINTY, r.vertices);
-	} else if (r.attributes > 0) {
+	} else if (!scan.quality.empty() && r.attributes > 0) {
 		quality.resize(r.vertices);
 		check(atlasfit_result_surface_attribute(fit.result.get(), 0, quality.data(), quality.size()));
 	}
