@@ -183,6 +183,14 @@ impl Recipe {
         Ok(recipe)
     }
 
+    /// The text of the recipe, with all keys.
+    ///
+    /// # Errors
+    /// [`Error::Recipe`] where it cannot be written.
+    pub fn text(&self) -> Result<String> {
+        toml::to_string(self).map_err(|e| Error::recipe(e.to_string(), "Report this"))
+    }
+
     /// Fails on numbers out of range.
     ///
     /// # Errors

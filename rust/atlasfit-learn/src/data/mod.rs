@@ -11,6 +11,7 @@ mod shard;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use batches::pixels;
 pub use batches::{Batch, Batches};
 pub use make::{Generated, generate};
 pub use pictures::{Painter, prepare};
