@@ -129,11 +129,11 @@ impl Default for ModelRecipe {
             decoder: Decoder::AtlasNet,
             charts: 8,
             code: 128,
-            point_units: vec![32, 64, 256],
+            point_units: vec![32, 64, 192],
             image_side: 64,
             image_width: 8,
             hidden: vec![96, 64],
-            side: 11,
+            side: 9,
             channels: 48,
         }
     }
@@ -142,13 +142,13 @@ impl Default for ModelRecipe {
 impl Default for TrainRecipe {
     fn default() -> Self {
         Self {
-            epochs: 24,
+            epochs: 16,
             batch: 32,
-            points: 768,
+            points: 640,
             rate: 2e-3,
-            halve_every: 6,
-            stretch: 0.005,
-            patience: 8,
+            halve_every: 4,
+            stretch: 0.01,
+            patience: 6,
             seed: 1,
         }
     }

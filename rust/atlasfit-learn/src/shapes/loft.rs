@@ -45,13 +45,18 @@ fn around(v: f64, square: bool) -> [f64; 2] {
 }
 
 impl Loft {
-    /// Rings with both ends open.
+    /// Rings with both ends open; it faces away from its line where the rings' first axis, the line and their
+    /// second axis are a right-handed frame.
     pub(super) fn open(rings: Vec<Ring>, square: bool) -> Self {
         Self { rings, square }
     }
 
-    /// Rings with both ends closed, flat.
+    /// Rings with both ends closed, flat; it faces outward.
     pub(super) fn closed(mut rings: Vec<Ring>, square: bool) -> Self {
+        let along = rings[rings.len() - 1].centre - rings[0].centre;
+        if rings[0].axes[0].cross(along).dot(rings[0].axes[1]) < 0.0 {
+            rings.iter_mut().for_each(|r| r.axes[1] = r.axes[1] * -1.0);
+        }
         let point = |r: &Ring| Ring { centre: r.centre, axes: [Vec3::ZERO; 2] };
         let (first, last) = (point(&rings[0]), point(&rings[rings.len() - 1]));
         rings.insert(0, first);
@@ -117,8 +122,7 @@ impl Loft {
         on(&self.rings[i]) * (1.0 - t) + on(&self.rings[i + 1]) * t
     }
 
-    /// Vertices with their coordinates (v is NaN where a ring is a point), and triangles among them that face outward where rings go round their
-    /// line to the left.
+    /// Vertices with their coordinates (v is NaN where a ring is a point), and triangles among them.
     pub(super) fn mesh(&self) -> (Vec<Vec3>, Vec<[f64; 2]>, Vec<[u32; 3]>) {
         let columns = if self.square { 4 } else { ROUND };
         let rows = self.rings.len();

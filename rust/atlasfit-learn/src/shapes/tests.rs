@@ -39,3 +39,19 @@ fn a_point_is_found_again_by_its_place() {
         assert!(worst < 0.03, "{}: {worst}", family.name());
     }
 }
+
+#[test]
+fn closed_parts_face_outward() {
+    // Bodies, seats, legs, wings; vessels and shades are open.
+    for family in [Family::Chair, Family::Table, Family::Aircraft] {
+        for seed in 0..20 {
+            for part in Shape::new(family, seed).parts {
+                let (points, _, triangles) = part.loft.mesh();
+                let corner = |v: u32| points[v as usize] - points[0];
+                let volume = triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))));
+                let volume: f64 = volume.sum();
+                assert!(volume > 0.0, "{} {seed}: part {} has volume {volume}", family.name(), part.slot);
+            }
+        }
+    }
+}
