@@ -11,12 +11,13 @@ use crate::train::State;
 use atlasfit::Stop;
 use candle_core::{DType, Device, Tensor};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
 
 /// The key in the header that says what the file is, and the layout that this version writes.
 const KIND: &str = "atlasfit-learn";
-const VERSION: &str = "1";
+const VERSION: u32 = 1;
 /// What the remedy is where a file is no model.
 const ADVICE: &str = "Give a model that `atlasfit learn train` wrote";
 
@@ -37,6 +38,23 @@ pub struct Loaded {
     pub recipe: Recipe,
     /// Where the training can go on.
     pub training: Option<(Adam, State)>,
+}
+
+/// What the header says.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    version: u32,
+    recipe: Recipe,
+    /// Steps of Adam.
+    steps: u64,
+    /// Where training stands; none in a model for use only.
+    state: Option<State>,
+}
+
+/// The part of the header that every version has.
+#[derive(Deserialize)]
+struct Versioned {
+    version: u32,
 }
 
 /// Numbers to write, by name.
@@ -74,13 +92,15 @@ pub fn to_bytes(
     precision: Precision,
 ) -> Result<Vec<u8>> {
     let internal = |e: &dyn std::fmt::Display| atlasfit::Error::internal(format!("a model's header: {e}"));
-    let json = |value: serde_json::Result<String>| value.map_err(|e| internal(&e));
-    let mut header = HashMap::from([(KIND.to_owned(), VERSION.to_owned())]);
-    header.insert("recipe".into(), json(serde_json::to_string(recipe))?);
-    if let Some((adam, state)) = training {
-        header.insert("state".into(), json(serde_json::to_string(state))?);
-        header.insert("steps".into(), adam.steps.to_string());
-    }
+    let header = Header {
+        version: VERSION,
+        recipe: recipe.clone(),
+        steps: training.map_or(0, |t| t.0.steps),
+        state: training.map(|t| t.1.clone()),
+    };
+    // One entry: the order of several is random.
+    let header = serde_json::to_string(&header).map_err(|e| internal(&e))?;
+    let header = HashMap::from([(KIND.to_owned(), header)]);
     let half = precision == Precision::Half;
     let tensors = numbers(model, training.map(|t| t.0))?
         .into_iter()
@@ -140,14 +160,15 @@ pub fn from_bytes(bytes: &[u8], name: &Path, device: &Device) -> Result<Loaded> 
     let damaged = |e: safetensors::SafeTensorError| bad(format!("it is damaged or only half written ({e})"));
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
     let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
-    let header = header.metadata().clone().unwrap_or_default();
-    match header.get(KIND).map(String::as_str) {
-        Some(VERSION) => {}
-        Some(other) => return Err(bad(format!("it has the layout {other}, not {VERSION}"))),
-        None => return Err(bad("it is no model of this program".into())),
+    let Some(text) = header.metadata().as_ref().and_then(|m| m.get(KIND)) else {
+        return Err(bad("it is no model of this program".into()));
+    };
+    let unread = |e: serde_json::Error| bad(format!("its header cannot be read ({e})"));
+    let version: Versioned = serde_json::from_str(text).map_err(unread)?;
+    if version.version != VERSION {
+        return Err(bad(format!("it has the layout {}, not {VERSION}", version.version)));
     }
-    let recipe: Recipe = serde_json::from_str(header.get("recipe").map_or("", String::as_str))
-        .map_err(|e| bad(format!("its recipe cannot be read ({e})")))?;
+    let Header { recipe, state, steps, .. } = serde_json::from_str(text).map_err(unread)?;
     recipe.validate()?;
     let model = Model::new(&recipe.model, 0, device)?;
     let read = |tensor: &str, len: usize| -> Result<Vec<f32>> {
@@ -177,11 +198,8 @@ pub fn from_bytes(bytes: &[u8], name: &Path, device: &Device) -> Result<Loaded> 
         m.mean = read(&format!("{name}.mean"), n)?;
         m.variance = read(&format!("{name}.variance"), n)?;
     }
-    let training = match header.get("state") {
+    let training = match state {
         Some(state) => {
-            let state = serde_json::from_str(state)
-                .map_err(|e| bad(format!("the state of the training cannot be read ({e})")))?;
-            let steps = header.get("steps").and_then(|s| s.parse().ok()).unwrap_or(0);
             let moments = model
                 .params
                 .vars

@@ -13,31 +13,42 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 
-/// Chamfer distance of each shape's samples to its points, mean over the shapes: a scalar.
+/// Chamfer distance of each shape's samples to its points, mean over the shapes: a scalar. There may be several
+/// answers to each shape: samples (answers shapes, samples, 3), all shapes' first answers first.
 ///
 /// # Errors
 /// Shapes that do not fit; samples that are not finite ([`atlasfit::Error::Diverged`]); cancelled or out of
 /// time.
 pub fn chamfer(samples: &Tensor, points: &Tensor, ctx: &Context<'_>) -> Result<Tensor> {
-    let ((shapes, n, _), (_, m, _)) = (samples.dims3()?, points.dims3()?);
+    let ((all, n, _), (shapes, m, _)) = (samples.dims3()?, points.dims3()?);
     let device = samples.device();
     let plain = |t: &Tensor| t.detach().flatten_all()?.to_vec1::<f32>();
     let (s, p) = (vectors(&plain(samples)?)?, vectors(&plain(points)?)?);
-    let nearest: Vec<[Vec<u32>; 2]> = (0..shapes)
+    let nearest: Vec<Vec<[Vec<u32>; 2]>> = (0..shapes)
         .into_par_iter()
-        .map(|i| {
-            let (s, p) = (&s[i * n..(i + 1) * n], &p[i * m..(i + 1) * m]);
-            Ok([nearest(s, p, i * m, ctx)?, nearest(p, s, i * n, ctx)?])
+        .map(|shape| {
+            let p = &p[shape * m..][..m];
+            let of_points = Neighbours::build(p, ctx)?;
+            (shape..all)
+                .step_by(shapes)
+                .map(|i| {
+                    let s = &s[i * n..][..n];
+                    let of_samples = Neighbours::build(s, ctx)?;
+                    Ok([nearest(s, &of_points, shape * m, ctx)?, nearest(p, &of_samples, i * n, ctx)?])
+                })
+                .collect()
         })
         .collect::<atlasfit::Result<_>>()?;
-    let all = |k: usize| -> Result<Tensor> {
-        let flat: Vec<u32> = nearest.iter().flat_map(|both| both[k].iter().copied()).collect();
+    let indices = |k: usize| -> Result<Tensor> {
+        let flat: Vec<u32> =
+            (0..all).flat_map(|i| nearest[i % shapes][i / shapes][k].iter().copied()).collect();
         let len = flat.len();
         Ok(Tensor::from_vec(flat, len, device)?)
     };
-    let (flat, target) = (samples.reshape((shapes * n, 3))?, points.reshape((shapes * m, 3))?);
-    let to_points = (&flat - target.index_select(&all(0)?, 0)?)?.sqr()?.sum(D::Minus1)?.mean_all()?;
-    let to_samples = (flat.index_select(&all(1)?, 0)? - &target)?.sqr()?.sum(D::Minus1)?.mean_all()?;
+    let (flat, target) = (samples.reshape((all * n, 3))?, points.reshape((shapes * m, 3))?);
+    let targets = Tensor::cat(&vec![&target; all / shapes], 0)?;
+    let to_points = (&flat - target.index_select(&indices(0)?, 0)?)?.sqr()?.sum(D::Minus1)?.mean_all()?;
+    let to_samples = (flat.index_select(&indices(1)?, 0)? - targets)?.sqr()?.sum(D::Minus1)?.mean_all()?;
     Ok((to_points + to_samples)?)
 }
 
@@ -52,9 +63,8 @@ fn vectors(flat: &[f32]) -> atlasfit::Result<Vec<Vec3>> {
     Ok(flat.as_chunks::<3>().0.iter().map(|p| Vec3(p.map(f64::from))).collect())
 }
 
-/// For each of `from` the index of the nearest of `to`, plus `offset`.
-fn nearest(from: &[Vec3], to: &[Vec3], offset: usize, ctx: &Context<'_>) -> atlasfit::Result<Vec<u32>> {
-    let tree = Neighbours::build(to, ctx)?;
+/// For each point the index of its nearest one in a tree, plus `offset`.
+fn nearest(from: &[Vec3], tree: &Neighbours, offset: usize, ctx: &Context<'_>) -> atlasfit::Result<Vec<u32>> {
     let mut out = Vec::with_capacity(from.len());
     for (i, p) in from.iter().enumerate() {
         ctx.check_at(i)?;

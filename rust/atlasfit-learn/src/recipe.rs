@@ -142,11 +142,11 @@ impl Default for ModelRecipe {
 impl Default for TrainRecipe {
     fn default() -> Self {
         Self {
-            epochs: 16,
+            epochs: 12,
             batch: 32,
             points: 640,
             rate: 2e-3,
-            halve_every: 4,
+            halve_every: 3,
             stretch: 0.01,
             patience: 6,
             seed: 1,

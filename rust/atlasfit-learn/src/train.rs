@@ -267,10 +267,9 @@ impl Training {
             let pictures = Tensor::from_slice(&batch.pictures, (batch.len, side, side, CHANNELS), device)?;
             codes.extend(model.encode_pictures(&pictures, Mode::Train)?);
         }
-        let target = Tensor::cat(&vec![&points; codes.len()], 0)?;
         let samples = model.decode(&Tensor::cat(&codes, 0)?, Mode::Train)?;
         let (shapes, charts, n, _) = samples.dims4()?;
-        let chamfer = chamfer(&samples.reshape((shapes, charts * n, 3))?, &target, ctx)?;
+        let chamfer = chamfer(&samples.reshape((shapes, charts * n, 3))?, &points, ctx)?;
         let stretch = stretch(&samples, model.side())?;
         let loss = (&chamfer + (&stretch * self.recipe.train.stretch)?)?;
         let number = |t: &Tensor| Ok::<f64, Error>(f64::from(t.to_scalar::<f32>()?));

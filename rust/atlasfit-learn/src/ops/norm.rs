@@ -154,6 +154,11 @@ impl Norm {
     }
 }
 
+/// Row `i` of row-major values.
+fn part(values: &[f32], i: usize, units: usize) -> &[f32] {
+    &values[i * units..][..units]
+}
+
 impl CustomOp3 for Norm {
     fn name(&self) -> &'static str {
         "norm-activate"
@@ -197,17 +202,17 @@ impl CustomOp3 for Norm {
         let [groups, rows, units] = self.size;
         let m = self.moments.get().cloned().unwrap_or_default();
         let inverse = Self::inverse(&m);
-        let slope = |y: f32| if y > 0.0 { 1.0 } else { self.slope };
         with_slice(x, |x| {
             with_slice(y, |y| {
                 with_slice(gradient, |d| {
                     let [shift_sum, gain_sum] = sums(self.size, |group, row, a, b| {
-                        let (mean, inverse) = (&m.mean[group * units..], &inverse[group * units..]);
-                        let at = row * units;
+                        let (mean, inverse) = (part(&m.mean, group, units), part(&inverse, group, units));
+                        let (x, y, d) = (part(x, row, units), part(y, row, units), part(d, row, units));
+                        let (a, b) = (&mut a[..units], &mut b[..units]);
                         for j in 0..units {
-                            let d = d[at + j] * slope(y[at + j]);
+                            let d = if y[j] > 0.0 { d[j] } else { self.slope * d[j] };
                             a[j] += d;
-                            b[j] += d * (x[at + j] - mean[j]) * inverse[j];
+                            b[j] += d * (x[j] - mean[j]) * inverse[j];
                         }
                     });
                     let gains = gain.flatten_all()?.to_vec1::<f32>()?;
@@ -222,10 +227,12 @@ impl CustomOp3 for Norm {
                         .collect();
                     let mut dx = vec![0.0; x.len()];
                     self.rows(&mut dx, |group, row, out| {
-                        let (at, g) = (row * units, group * units);
+                        let (x, y, d) = (part(x, row, units), part(y, row, units), part(d, row, units));
+                        let [a, p, q] = [&a, &p, &q].map(|v| part(v, group, units));
+                        let out = &mut out[..units];
                         for j in 0..units {
-                            let d = d[at + j] * slope(y[at + j]);
-                            out[j] = a[g + j] * d + p[g + j] * x[at + j] + q[g + j];
+                            let d = if y[j] > 0.0 { d[j] } else { self.slope * d[j] };
+                            out[j] = a[j] * d + p[j] * x[j] + q[j];
                         }
                     });
                     let small =
