@@ -2,7 +2,7 @@
 //!
 //! In: a recipe, a collection, a folder. Out, in the folder: `last.safetensors` (training goes on from it),
 //! `best.safetensors` (the model with the lowest validation so far) and `log.csv`, all written whole after each
-//! epoch. The same recipe gives the same bytes for any number of threads, and when training goes on from
+//! epoch; at the end `model.safetensors`, the best one in half precision. The same recipe gives the same bytes for any number of threads, and when training goes on from
 //! `last.safetensors`.
 
 use crate::adam::Adam;
@@ -25,6 +25,8 @@ use std::time::{Duration, Instant};
 pub const LAST: &str = "last.safetensors";
 /// The best model so far.
 pub const BEST: &str = "best.safetensors";
+/// The best model in half precision, once training is over.
+pub const MODEL: &str = "model.safetensors";
 /// The losses, one line per epoch.
 pub const LOG: &str = "log.csv";
 
@@ -180,6 +182,8 @@ pub fn train(
         watch(Event::Epoch(epoch + 1, row));
         early = run.is_stale() && epoch + 1 < total;
     }
+    let best = checkpoint::load(&folder.join(BEST), device)?;
+    checkpoint::save(&folder.join(MODEL), &best.model, recipe, None, Precision::Half, &ctx.stop())?;
     Ok(Trained {
         state: run.state,
         best: folder.join(BEST),

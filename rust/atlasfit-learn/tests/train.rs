@@ -7,7 +7,7 @@ use atlasfit::run::{Context, Run};
 use atlasfit_learn::checkpoint::{self, Precision};
 use atlasfit_learn::data::{Dataset, Painter, generate};
 use atlasfit_learn::recipe::{Decoder, Encoder, Recipe};
-use atlasfit_learn::train::{BEST, LAST, LOG, Trained, train};
+use atlasfit_learn::train::{BEST, LAST, LOG, MODEL, Trained, train};
 use atlasfit_learn::{Device, Result};
 use std::path::{Path, PathBuf};
 
@@ -73,8 +73,8 @@ fn trained(recipe: &Recipe, data: &Dataset, to: &Path, resume: bool, threads: us
     run(threads, |ctx| train(recipe, data, to, resume, &Device::Cpu, ctx, &mut |_| {}))
 }
 
-fn bytes(folder: &Path) -> [Vec<u8>; 3] {
-    [LAST, BEST, LOG].map(|name| std::fs::read(folder.join(name)).unwrap())
+fn bytes(folder: &Path) -> [Vec<u8>; 4] {
+    [LAST, BEST, LOG, MODEL].map(|name| std::fs::read(folder.join(name)).unwrap())
 }
 
 #[test]
