@@ -24,6 +24,12 @@ pub struct Generated {
     pub shapes: [usize; 3],
 }
 
+/// The generator's seed of a shape: by the collection's seed and the shape's number in its family.
+#[must_use]
+pub const fn seed_of(collection: u64, number: u64) -> u64 {
+    collection.wrapping_mul(1 << 32).wrapping_add(number)
+}
+
 /// Which shapes a split holds: each family's seeds, one after the other: 8 of 10 to train, 1 to validate, 1 to
 /// test.
 fn seeds(recipe: &DataRecipe, split: Split) -> Vec<(Family, u64)> {
@@ -33,10 +39,9 @@ fn seeds(recipe: &DataRecipe, split: Split) -> Vec<(Family, u64)> {
         Split::Validate => (n * 8 / 10, n * 9 / 10),
         Split::Test => (n * 9 / 10, n),
     };
-    let first = recipe.seed.wrapping_mul(1 << 32);
     let all: Vec<(Family, u64)> = Family::ALL
         .into_iter()
-        .flat_map(|family| (low..high).map(move |i| (family, first.wrapping_add(i))))
+        .flat_map(|family| (low..high).map(move |i| (family, seed_of(recipe.seed, i))))
         .collect();
     // Each shard holds all families.
     shuffled(all.len(), recipe.seed).into_iter().map(|i| all[i as usize]).collect()

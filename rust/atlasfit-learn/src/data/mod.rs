@@ -13,7 +13,7 @@ mod tests;
 
 pub(crate) use batches::pixels;
 pub use batches::{Batch, Batches};
-pub use make::{Generated, generate};
+pub use make::{Generated, generate, seed_of};
 pub use pictures::{Painter, prepare};
 pub use shapenet::{ShapeNet, convert};
 pub use shard::Shard;
