@@ -1,4 +1,5 @@
-//! Writes a made-up shape: `cargo run -p atlasfit-learn --example shape -- chair 365 chair.ply`. The number is that
+//! Writes a made-up shape: `cargo run -p atlasfit-learn --example shape -- chair 365 chair.ply`. The number
+//! is that
 //! of the shape in the family, as collections of the data seed 1 count them: from 360 on they are in the test
 //! split of the recipe `quick`.
 

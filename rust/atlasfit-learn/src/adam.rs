@@ -1,4 +1,5 @@
-//! Adam (Kingma and Ba 2014) with moments that can be written and read, so that training goes on with the same
+//! Adam (Kingma and Ba 2014) with moments that can be written and read, so that training goes on with the
+//! same
 //! bytes.
 
 use crate::params::Params;

@@ -1,4 +1,5 @@
-//! Models as files: safetensors with the recipe in the header; of a training that can go on, Adam's moments and
+//! Models as files: safetensors with the recipe in the header; of a training that can go on, Adam's moments
+//! and
 //! the state of the training too.
 //!
 //! Files are written whole to a hidden name and then renamed: what bears the name is never half of one.
@@ -7,7 +8,7 @@ use crate::adam::Adam;
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::recipe::Recipe;
-use crate::train::State;
+use crate::state::State;
 use atlasfit::Stop;
 use candle_core::{DType, Device, Tensor};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};

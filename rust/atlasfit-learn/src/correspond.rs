@@ -1,6 +1,7 @@
 //! Correspondence: the same place of the same chart on two answers.
 //!
-//! In: answers to two shapes. Out: for points of the one their counterparts on the other; how far these are from
+//! In: answers to two shapes. Out: for points of the one their counterparts on the other; how far these are
+//! from
 //! the known ones of made-up shapes. Source: *Deep Manifold Prior*, supplement A ("Shape correspondence").
 
 use crate::data::{Dataset, Split};
@@ -38,7 +39,8 @@ pub struct Errors {
     pub nearest: f64,
 }
 
-/// For each point the sample of `b` that has the place on its chart of the sample of `a` nearest to the point.
+/// For each point the sample of `b` that has the place on its chart of the sample of `a` nearest to the
+/// point.
 ///
 /// # Errors
 /// [`atlasfit::Error::InvalidArgument`] for answers of different models; cancelled or out of time.

@@ -88,7 +88,8 @@ pub struct Answer {
     pub side: usize,
 }
 
-/// Answers to some inputs, all of one kind: coordinates or pixels, one input after the other; with `side` samples
+/// Answers to some inputs, all of one kind: coordinates or pixels, one input after the other; with `side`
+/// samples
 /// along a side of each chart where the decoder can.
 ///
 /// # Errors
@@ -162,7 +163,8 @@ pub fn chamfers(model: &Model, all: &Answers, input: Input, ctx: &Context<'_>) -
     Ok(each?)
 }
 
-/// The mean Chamfer distance of `count` points that are the same for all shapes: the better one of points drawn
+/// The mean Chamfer distance of `count` points that are the same for all shapes: the better one of points
+/// drawn
 /// from all training shapes together, and of the best of several training shapes.
 ///
 /// # Errors
@@ -277,7 +279,8 @@ impl Frame {
     /// The frame of the finite ones of some points.
     ///
     /// # Errors
-    /// [`atlasfit::Error::EmptyInput`] without any; [`atlasfit::Error::Degenerate`] where all lie in one place.
+    /// [`atlasfit::Error::EmptyInput`] without any; [`atlasfit::Error::Degenerate`] where all lie in one
+    /// place.
     pub fn about(points: &[[f64; 3]]) -> atlasfit::Result<Self> {
         let (mut low, mut high) = (Vec3([f64::INFINITY; 3]), Vec3([f64::NEG_INFINITY; 3]));
         for p in points.iter().filter(|p| p.iter().all(|x| x.is_finite())) {

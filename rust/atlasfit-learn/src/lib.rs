@@ -1,5 +1,6 @@
 //! Atlases learned from a collection of shapes, as in *Deep Manifold Prior* (Gadelha, Wang, Maji), section
-//! "Learning from data" and supplement A: the same charts and the same stretch as in `atlasfit-net`, made by a
+//! "Learning from data" and supplement A: the same charts and the same stretch as in `atlasfit-net`, made by
+//! a
 //! network from points or from one picture. Tensors and gradients are candle's; nearest neighbours, Chamfer
 //! distance, overlap and UV quality are the core's.
 //!
@@ -34,6 +35,7 @@ pub mod ops;
 pub mod params;
 pub mod recipe;
 pub mod shapes;
+pub mod state;
 pub mod train;
 
 pub use error::{Error, Result};

@@ -1,7 +1,9 @@
 //! What is minimised: Chamfer distance to the shape plus the weighted stretch of the charts.
 //!
-//! In: samples (shapes, samples, 3), points (shapes, points, 3). Out: the mean over the shapes, with gradients
-//! through the samples. Which point is nearest to which comes from the core's trees and is piecewise constant,
+//! In: samples (shapes, samples, 3), points (shapes, points, 3). Out: the mean over the shapes, with
+//! gradients
+//! through the samples. Which point is nearest to which comes from the core's trees and is piecewise
+//! constant,
 //! so the gradient is exact for the nearest points found. Source: *Deep Manifold Prior*, section 3; sums over
 //! points are means, as in `atlasfit::measure::chamfer`.
 
@@ -13,7 +15,8 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 
-/// Chamfer distance of each shape's samples to its points, mean over the shapes: a scalar. There may be several
+/// Chamfer distance of each shape's samples to its points, mean over the shapes: a scalar. There may be
+/// several
 /// answers to each shape: samples (answers shapes, samples, 3), all shapes' first answers first.
 ///
 /// # Errors
@@ -73,7 +76,8 @@ fn nearest(from: &[Vec3], tree: &Neighbours, offset: usize, ctx: &Context<'_>) -
     Ok(out)
 }
 
-/// Stretch of charts, samples (shapes, charts, side side, 3): as `atlasfit_net::loss::stretch`, the mean over a
+/// Stretch of charts, samples (shapes, charts, side side, 3): as `atlasfit_net::loss::stretch`, the mean
+/// over a
 /// chart's samples of the summed squared distances to their grid neighbours; added over the charts, mean over
 /// the shapes. A scalar.
 ///

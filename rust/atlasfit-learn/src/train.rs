@@ -1,8 +1,10 @@
 //! Training: epochs over a collection, a checkpoint after each, the best one kept.
 //!
 //! In: a recipe, a collection, a folder. Out, in the folder: `last.safetensors` (training goes on from it),
-//! `best.safetensors` (the model with the lowest validation so far) and `log.csv`, all written whole after each
-//! epoch; at the end `model.safetensors`, the best one in half precision. The same recipe gives the same bytes for any number of threads, and when training goes on from
+//! `best.safetensors` (the model with the lowest validation so far) and `log.csv`, all written whole after
+//! each
+//! epoch; at the end `model.safetensors`, the best one in half precision. The same recipe gives the same
+//! bytes for any number of threads, and when training goes on from
 //! `last.safetensors`.
 
 use crate::adam::Adam;
@@ -14,10 +16,9 @@ use crate::loss::{chamfer, stretch};
 use crate::model::{CHANNELS, Model};
 use crate::params::Mode;
 use crate::recipe::Recipe;
+pub use crate::state::{Epoch, State};
 use atlasfit::run::{Context, Stage};
 use candle_core::{Device, Tensor};
-use serde::{Deserialize, Serialize};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -29,66 +30,6 @@ pub const BEST: &str = "best.safetensors";
 pub const MODEL: &str = "model.safetensors";
 /// The losses, one line per epoch.
 pub const LOG: &str = "log.csv";
-
-/// One epoch in numbers; Chamfer distances are squared lengths of the normalised frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Epoch {
-    /// Mean Chamfer distance over the batches, while they were trained on.
-    pub chamfer: f64,
-    /// Mean stretch over the batches, before its weight.
-    pub stretch: f64,
-    /// Mean Chamfer distance of the validation shapes from their points; none without that encoder.
-    pub from_points: Option<f64>,
-    /// The same from one picture of each.
-    pub from_image: Option<f64>,
-    /// Learning rate.
-    pub rate: f64,
-}
-
-impl Epoch {
-    /// What the best epoch is chosen by: the mean over the encoders.
-    #[must_use]
-    pub fn validation(&self) -> f64 {
-        let both: Vec<f64> = self.from_points.into_iter().chain(self.from_image).collect();
-        both.iter().sum::<f64>() / both.len().max(1) as f64
-    }
-}
-
-/// Where a training stands.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct State {
-    /// All epochs so far.
-    pub epochs: Vec<Epoch>,
-}
-
-impl State {
-    /// The epoch with the lowest validation, from 0.
-    #[must_use]
-    pub fn best(&self) -> Option<usize> {
-        let by = |i: &usize| self.epochs[*i].validation();
-        (0..self.epochs.len()).min_by(|a, b| by(a).total_cmp(&by(b)))
-    }
-
-    /// The log: one line per epoch.
-    #[must_use]
-    pub fn csv(&self) -> String {
-        let mut text = "epoch,chamfer,stretch,validation_points,validation_image,rate\n".to_owned();
-        let cell = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.6e}"));
-        for (i, e) in self.epochs.iter().enumerate() {
-            let _ = writeln!(
-                text,
-                "{},{:.6e},{:.6e},{},{},{:e}",
-                i + 1,
-                e.chamfer,
-                e.stretch,
-                cell(e.from_points),
-                cell(e.from_image),
-                e.rate
-            );
-        }
-        text
-    }
-}
 
 /// What happens while a model is trained.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,10 +64,12 @@ pub struct Trained {
     pub shapes_per_second: f64,
 }
 
-/// Trains a model in a folder. With `resume` it goes on from the folder's [`LAST`]; the recipe must be the same.
+/// Trains a model in a folder. With `resume` it goes on from the folder's [`LAST`]; the recipe must be the
+/// same.
 ///
 /// # Errors
-/// [`Error::Diverged`] where the loss is no number: the files of the last good epoch stay. [`Error::BadFile`],
+/// [`Error::Diverged`] where the loss is no number: the files of the last good epoch stay.
+/// [`Error::BadFile`],
 /// [`Error::Recipe`]; files that cannot be written; cancelled or out of time.
 pub fn train(
     recipe: &Recipe,

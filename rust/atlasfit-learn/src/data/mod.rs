@@ -1,6 +1,8 @@
-//! Collections of shapes on disk: a folder with a manifest and shards, made by the generator or from ShapeNet.
+//! Collections of shapes on disk: a folder with a manifest and shards, made by the generator or from
+//! ShapeNet.
 //!
-//! A shard is a safetensors file of up to [`SHARD`] shapes: `points` (shapes, points, 3) f32 in the normalised
+//! A shard is a safetensors file of up to [`SHARD`] shapes: `points` (shapes, points, 3) f32 in the
+//! normalised
 //! frame, `pictures` (shapes, views, side, side, 2) u8, `family` (shapes) u8, `id` (shapes) u64.
 
 mod batches;

@@ -8,7 +8,8 @@ use atlasfit::bake::Image;
 use atlasfit::geometry::TriMesh;
 use atlasfit::run::Context;
 
-/// How far a channel differs from the background's where something is: above the rounding of a picture that is
+/// How far a channel differs from the background's where something is: above the rounding of a picture that
+/// is
 /// written as JPEG and read again.
 const DIFFERENT: u8 = 12;
 /// The share of the picture that is left free on every side, as the project's renderer leaves it.
@@ -31,7 +32,8 @@ pub trait Painter: Sync {
     fn read(&self, bytes: &[u8]) -> std::result::Result<Image, String>;
 }
 
-/// The picture of an image: its object is cut out and put in the middle of a square. `name` names it in errors.
+/// The picture of an image: its object is cut out and put in the middle of a square. `name` names it in
+/// errors.
 ///
 /// # Errors
 /// [`Error::BadFile`] where nothing stands out from the background.
@@ -68,7 +70,8 @@ pub fn prepare(image: &Image, side: usize, name: &str) -> Result<Vec<u8>> {
     Ok(out)
 }
 
-/// How much of each pixel is covered, 0 to 1: alpha, or where all of it is opaque, whether the pixel differs from
+/// How much of each pixel is covered, 0 to 1: alpha, or where all of it is opaque, whether the pixel differs
+/// from
 /// the background, the colour that most of the border has.
 fn cover(image: &Image) -> Vec<f32> {
     if image.rgba.iter().any(|c| c[3] < 255) {

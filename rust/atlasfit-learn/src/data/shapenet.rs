@@ -1,9 +1,12 @@
 //! ShapeNet's folders and AtlasNet's renderings and splits as a collection of ours.
 //!
 //! Meshes: `SHAPENET/CATEGORY/MODEL/models/model_normalized.obj` (ShapeNetCore 2) or
-//! `SHAPENET/CATEGORY/MODEL/model.obj` (ShapeNetCore 1). Pictures: `RENDERINGS/CATEGORY/MODEL/rendering/00.png`
-//! to `23.png` (AtlasNet's ShapeNetRendering); without them the project draws. Split: ShapeNet's `all.csv` with
-//! the columns synsetId, modelId and split; without it the first 8 of 10 models of a category, by name, train,
+//! `SHAPENET/CATEGORY/MODEL/model.obj` (ShapeNetCore 1). Pictures:
+//! `RENDERINGS/CATEGORY/MODEL/rendering/00.png`
+//! to `23.png` (AtlasNet's ShapeNetRendering); without them the project draws. Split: ShapeNet's `all.csv`
+//! with
+//! the columns synsetId, modelId and split; without it the first 8 of 10 models of a category, by name,
+//! train,
 //! the next one validates, the last one tests.
 
 use super::make::drawn;

@@ -1,5 +1,6 @@
 //! From a code to charts, each a convolutional network: the code becomes a small picture, which blocks of
-//! upsampling and convolution double while they halve its channels. Source: *Deep Manifold Prior*, supplement A
+//! upsampling and convolution double while they halve its channels. Source: *Deep Manifold Prior*,
+//! supplement A
 //! ("ConvAtlas"). It does not say how the code enters; here one linear layer, shared by all charts, makes a
 //! picture of 4 x 4 from it.
 

@@ -50,7 +50,8 @@ fn gradients_of_both_models_are_those_of_finite_differences() {
             // Along the gradient itself the derivative is its length.
             let direction = (gradient / f64::from(size.max(1e-9))).unwrap();
             let before = var.as_tensor().copy().unwrap();
-            // Kinks of ReLU and of nearest points lie everywhere, rounding in small steps: the best one counts.
+            // Kinks of ReLU and of nearest points lie everywhere, rounding in small steps: the best one
+            // counts.
             let off = [4e-4, 4e-5].map(|change| {
                 let h = change / f64::from(size.max(1.0));
                 let at = |h: f64| {
@@ -84,7 +85,8 @@ fn the_papers_sizes_are_met() {
         let recipe = crate::Recipe::read(text).unwrap();
         Model::new(&recipe.model, 1, &Device::Cpu).unwrap().counts()
     };
-    // ResNet-18 has 11.18 million without its classifier; ours has a picture of 2 channels and one more shortcut.
+    // ResNet-18 has 11.18 million without its classifier; ours has a picture of 2 channels and one more
+    // shortcut.
     let conv = of("convatlas");
     assert!((11.1e6..11.6e6).contains(&(conv.image as f64)), "{conv:?}");
     // The paper says 14.5 million, but not where the code enters.
@@ -94,7 +96,8 @@ fn the_papers_sizes_are_met() {
     assert!((42.0e6..43.5e6).contains(&(dense.decoder as f64)), "{dense:?}");
 }
 
-/// The decoder of one chart against the exact gradients of `atlasfit-net`: the same weights, the same picture.
+/// The decoder of one chart against the exact gradients of `atlasfit-net`: the same weights, the same
+/// picture.
 #[test]
 fn a_convolutional_chart_has_the_value_and_the_gradients_of_the_exact_network() {
     use atlasfit_net::net::Conv;

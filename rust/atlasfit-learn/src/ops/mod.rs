@@ -1,6 +1,7 @@
 //! Operations on tensors that candle's CPU lacks, or does by one thread: each with its exact gradient.
 //!
-//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in fixed
+//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in
+//! fixed
 //! order, so that results do not depend on the number of threads. On other devices the same values come from
 //! candle's own operations; tests compare the two.
 //!

@@ -1,6 +1,7 @@
 //! Batch norm and what follows it, in one pass over the values.
 //!
-//! In: values of shape (groups, rows, units), gain and shift of shape (groups, units). Each unit of each group
+//! In: values of shape (groups, rows, units), gain and shift of shape (groups, units). Each unit of each
+//! group
 //! is normalised over its rows. Out: slope-ReLU of the normalised values. The gradient is that of Ioffe and
 //! Szegedy 2015 with the statistics' own dependence on the values.
 

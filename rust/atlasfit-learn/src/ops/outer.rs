@@ -1,4 +1,5 @@
-//! Sums of every row of one matrix with every row of another: what a layer's units get from a shape and from a
+//! Sums of every row of one matrix with every row of another: what a layer's units get from a shape and from
+//! a
 //! place of its chart, without a copy of the shape's numbers at each place.
 
 use super::{made, slice, with_slice};

@@ -4,7 +4,8 @@ use candle_core::{Result, Tensor};
 
 /// From (rows, inputs) and (groups, inputs, units) the products (groups, rows, units).
 ///
-/// The groups' matrices are laid side by side and multiplied at once. (candle 0.9.2 multiplies a matrix that is
+/// The groups' matrices are laid side by side and multiplied at once. (candle 0.9.2 multiplies a matrix that
+/// is
 /// broadcast over the groups with the wrong numbers: it takes the groups' matrices to lie side by side.)
 ///
 /// # Errors

@@ -71,7 +71,8 @@ impl Unfold {
         [count, w.along(rows), w.along(columns), w.side * w.side * channels]
     }
 
-    /// Calls `at(pixel, place)` for each tap of each window of a picture: offsets of the picture's pixel and of
+    /// Calls `at(pixel, place)` for each tap of each window of a picture: offsets of the picture's pixel and
+    /// of
     /// the tap, in numbers.
     fn taps(&self, mut at: impl FnMut(usize, usize)) {
         let [_, rows, columns, channels] = self.size;

@@ -60,7 +60,8 @@ struct Upsample {
 }
 
 impl Upsample {
-    /// Calls `at(to, from, weight)` for each pixel of the result and each of the four that it is made of: offsets
+    /// Calls `at(to, from, weight)` for each pixel of the result and each of the four that it is made of:
+    /// offsets
     /// in numbers.
     fn taps(&self, mut at: impl FnMut(usize, usize, f32)) {
         let [_, side, channels] = self.size;

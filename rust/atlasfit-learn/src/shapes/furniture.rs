@@ -1,6 +1,6 @@
 //! Chairs, tables, lamps.
 
-use super::Build;
+use super::build::Build;
 use super::loft::Loft;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::numeric::vec3::Vec3;

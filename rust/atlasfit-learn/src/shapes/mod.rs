@@ -1,15 +1,20 @@
 //! Made-up shapes of five families, of varied size and topology, with known correspondences.
 //!
-//! In: a family and a seed. Out: a shape of parts, y up, front +z, its box centred at 0 with a longest side of
+//! In: a family and a seed. Out: a shape of parts, y up, front +z, its box centred at 0 with a longest side
+//! of
 //! 1. A part's slot says what it is, the same for all shapes of the family.
 
+mod build;
 mod furniture;
 mod loft;
 mod others;
 #[cfg(test)]
 mod tests;
 
+pub use build::Part;
 pub use loft::Loft;
+
+use build::Build;
 
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::sample::uniform;
@@ -50,15 +55,6 @@ impl Family {
     }
 }
 
-/// A part, and what it is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    /// What it is, the same for all shapes of the family.
-    pub slot: u8,
-    /// Its surface.
-    pub loft: Loft,
-}
-
 /// A shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
@@ -73,17 +69,6 @@ pub struct Place {
     pub slot: u8,
     /// Along the part and around it, each in [0, 1].
     pub at: [f64; 2],
-}
-
-/// Parts so far.
-struct Build {
-    parts: Vec<Part>,
-}
-
-impl Build {
-    fn add(&mut self, slot: u8, loft: Loft) {
-        self.parts.push(Part { slot, loft });
-    }
 }
 
 impl Shape {

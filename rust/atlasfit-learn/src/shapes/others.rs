@@ -1,6 +1,6 @@
 //! Vessels and aircraft.
 
-use super::Build;
+use super::build::Build;
 use super::furniture::{between, chance};
 use super::loft::{Loft, Ring};
 use atlasfit::numeric::rng::Rng;
@@ -89,7 +89,8 @@ fn wing(root: Vec3, tip: Vec3, chords: [f64; 2], thick: Vec3) -> Loft {
     Loft::closed(vec![ring(root, chords[0]), ring(tip, chords[1])], false)
 }
 
-/// Slots: 0 body, 1 and 2 wings, 3 and 4 tail, 5 fin, 6 to 9 engines, 10 and 11 struts of a second pair of wings
+/// Slots: 0 body, 1 and 2 wings, 3 and 4 tail, 5 fin, 6 to 9 engines, 10 and 11 struts of a second pair of
+/// wings
 /// 12 and 13, 14 propeller.
 pub(super) fn aircraft(build: &mut Build, rng: &mut Rng) {
     let long = 1.0;

@@ -35,7 +35,8 @@ impl Guide for NetworkOptions {
 /// charts, as [`Trainer::starting_at`] takes them.
 pub type First<'a> = dyn Fn(&[Vec3], [usize; 2], &Context<'_>) -> Result<Vec<Vec3>> + Sync + 'a;
 
-/// Explicit networks whose charts begin where something else says, for example a model of a collection of shapes.
+/// Explicit networks whose charts begin where something else says, for example a model of a collection of
+/// shapes.
 pub struct Begun<'a> {
     /// How they are made and trained.
     pub options: NetworkOptions,

@@ -117,11 +117,13 @@ impl Trainer {
         Self::on_grid(points, options, options.grid(), None, ctx)
     }
 
-    /// [`Self::new`], but the charts begin at samples on their grids, in place of what [`Start`] says: chart after
+    /// [`Self::new`], but the charts begin at samples on their grids, in place of what [`Start`] says: chart
+    /// after
     /// chart, line after line, coordinates within (-1, 1).
     ///
     /// # Errors
-    /// As [`Self::new`]; [`atlasfit::Error::InvalidArgument`] where there are not as many samples as the grids
+    /// As [`Self::new`]; [`atlasfit::Error::InvalidArgument`] where there are not as many samples as the
+    /// grids
     /// have.
     pub fn starting_at(
         points: &[Vec3],

@@ -1,7 +1,7 @@
 //! A model's answer to a file: a picture or a scan.
 
+use super::job::{execute, plain};
 use super::painter::Renderer;
-use super::{execute, plain};
 use crate::console::{Console, RunArgs};
 use crate::files::{self, InputArgs};
 use anyhow::{Context as _, Result};

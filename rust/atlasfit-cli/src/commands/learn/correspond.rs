@@ -1,4 +1,5 @@
-//! `atlasfit learn correspond`: two answers of a model, in the same colours where their charts' places are the
+//! `atlasfit learn correspond`: two answers of a model, in the same colours where their charts' places are
+//! the
 //! same.
 
 use super::answers::{answer, model};

@@ -1,8 +1,8 @@
 //! `atlasfit learn make-data`.
 
 use super::args::{MakeData, RecipeArgs};
+use super::job::{execute, plain};
 use super::painter::Renderer;
-use super::{execute, plain};
 use crate::console::{Console, Usage};
 use crate::files;
 use anyhow::Result;

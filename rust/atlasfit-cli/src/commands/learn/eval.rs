@@ -1,7 +1,7 @@
 //! `atlasfit learn eval`.
 
 use super::args::Eval;
-use super::{execute, plain};
+use super::job::{execute, plain};
 use crate::console::Console;
 use crate::files;
 use crate::number::json as number;

@@ -6,14 +6,13 @@ mod correspond;
 mod curves;
 mod data;
 mod eval;
+mod job;
 mod painter;
 mod reconstruct;
 mod train;
 
-use crate::console::{Console, RunArgs, Usage};
+use crate::console::Console;
 use anyhow::Result;
-use atlasfit::{Context, Error as Core};
-use atlasfit_learn::Error;
 
 /// What to do.
 #[derive(Debug, clap::Subcommand)]
@@ -39,26 +38,4 @@ pub fn run(what: &Learn, console: &Console) -> Result<()> {
         Learn::Reconstruct(args) => reconstruct::run(args, console),
         Learn::Correspond(args) => correspond::run(args, console),
     }
-}
-
-/// An error of learning as the program's.
-fn plain(error: Error) -> anyhow::Error {
-    match error {
-        Error::Core(e) => e.into(),
-        Error::File(e) => e.into(),
-        Error::Recipe { .. } => Usage(error.to_string()).into(),
-        other => other.into(),
-    }
-}
-
-/// Runs a job of learning, with the bar of the core's stages or without.
-fn execute<T: Send>(
-    args: &RunArgs,
-    bar: bool,
-    console: &Console,
-    job: impl FnOnce(&Context<'_>) -> atlasfit_learn::Result<T> + Send,
-) -> Result<T> {
-    let mut run = if bar { console.start(args) } else { console.start_silent(args) };
-    let done = run.execute(|ctx| Ok::<_, Core>(job(ctx)))?;
-    done.map_err(plain)
 }

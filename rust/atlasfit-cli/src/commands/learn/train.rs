@@ -1,8 +1,9 @@
 //! `atlasfit learn train`.
 
 use super::args::Train;
+use super::job::{execute, plain};
 use super::painter::Renderer;
-use super::{curves, data, execute, plain};
+use super::{curves, data};
 use crate::console::Console;
 use crate::files;
 use crate::number::{json as number, short};
