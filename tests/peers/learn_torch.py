@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""The recipe `quick` (or `quick-conv`) of `atlasfit learn train` in PyTorch, as a user of PyTorch would write it:
-the peer for speed. The same model, batches of random numbers of the same sizes, the same loss with exact nearest
-neighbours; Adam. Prints images per second: shapes trained on per second, each from its points and from one image.
+"""The recipe `quick` (or `quick-conv`) of `atlasfit learn train` in PyTorch, as a user of PyTorch would write
+it: the peer for speed. The same model, batches of random numbers of the same sizes, the same loss with exact
+nearest neighbours; Adam. Prints images per second: shapes trained on per second, each from its points and from
+one image.
 
 usage: learn_torch.py [quick|quick-conv] [STEPS]. Needs torch and scipy.
 """
@@ -96,7 +97,8 @@ class ConvAtlas(nn.Module):
         super().__init__()
         self.channels, self.side = channels, 32
         start = 16 * channels
-        self.start = nn.Sequential(nn.Linear(CODE, start, bias=False), nn.BatchNorm1d(start), nn.LeakyReLU(0.2))
+        first = nn.Linear(CODE, start, bias=False)
+        self.start = nn.Sequential(first, nn.BatchNorm1d(start), nn.LeakyReLU(0.2))
         blocks = []
         for i in range(3):
             blocks.append(nn.Upsample(scale_factor=2, mode="bilinear", align_corners=False))

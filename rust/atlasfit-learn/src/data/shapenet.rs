@@ -99,8 +99,8 @@ impl ShapeNet {
         if entries.is_empty() {
             return Err(Error::bad_file(
                 &self.meshes,
-                "this is not ShapeNet's layout: there is no CATEGORY/MODEL/models/model_normalized.obj and no \
-                 CATEGORY/MODEL/model.obj",
+                "this is not ShapeNet's layout: there is neither CATEGORY/MODEL/models/model_normalized.obj \
+                 nor CATEGORY/MODEL/model.obj",
                 "Give the folder whose folders are categories, such as 03001627",
             ));
         }

@@ -45,9 +45,9 @@ pub fn run(args: &Train, console: &Console) -> Result<()> {
     let mut recipe = data::recipe(&args.recipe)?;
     recipe.train.seed = recipe.train.seed.wrapping_add(args.run.seed);
     let device = atlasfit_learn::device(&args.device.device).map_err(plain)?;
+    let collection = collection(args, &recipe, console)?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("cannot make {}", args.output.display()))?;
-    let collection = collection(args, &recipe, console)?;
     let counts = Model::new(&recipe.model, recipe.train.seed, &device).map_err(|e| plain(e.into()))?;
     let (counts, count) = (counts.counts(), counts.params.count());
     console.tell_progress(format_args!(
@@ -71,7 +71,8 @@ pub fn run(args: &Train, console: &Console) -> Result<()> {
             Event::Step { step, of, chamfer, left } if told.elapsed() >= EVERY => {
                 told = Instant::now();
                 let left = clock(left);
-                console.tell_progress(format_args!("step {step}/{of}: {} ({left} left)", short(chamfer)));
+                let chamfer = short(chamfer);
+                console.tell_progress(format_args!("step {step}/{of}: {chamfer} ({left} left)"));
             }
             Event::Epoch(epoch, row) => {
                 told = Instant::now();
