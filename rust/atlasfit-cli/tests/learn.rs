@@ -134,5 +134,13 @@ fn what_is_wrong_is_said_with_the_file_and_the_remedy() {
     fails(&[&"reconstruct", &plain, &"-o", &to], 1, &["plain.png", "looks like background"]);
     fails(&[&"make-data", &"--shapenet", &folder.0, &"-o", &to], 1, &["ShapeNet's layout"]);
     fails(&[&"train", &"--device", &"cuda", &"-o", &to], 1, &["cuda"]);
-    assert!(!to.exists() || to.is_dir(), "nothing was written");
+    let output = command()
+        .args(["denoise", "--init", "x"])
+        .arg(example("vase.ply"))
+        .arg("-o")
+        .arg(&to)
+        .output()
+        .unwrap();
+    assert!(output.status.code() == Some(2) && err(&output).contains("--prior mlp"), "{}", err(&output));
+    assert!(!to.exists(), "nothing was written");
 }

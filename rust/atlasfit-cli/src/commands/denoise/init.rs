@@ -1,6 +1,5 @@
 //! A learned start: the networks of `--prior mlp` begin at the answer of a model to the scan.
 
-use super::{Args, Prior};
 use crate::console::Usage;
 use crate::files;
 use anyhow::Result;
@@ -11,8 +10,12 @@ use atlasfit_learn::Device;
 use atlasfit_learn::checkpoint::{self, Loaded};
 use atlasfit_learn::eval::{Frame, Input, answers};
 use atlasfit_learn::recipe::Decoder;
-use atlasfit_net::NetworkOptions;
-use atlasfit_net::explicit::Begun;
+use atlasfit_net::explicit::{Begun, Network};
+use atlasfit_net::{NetworkOptions, Prior};
+use std::path::Path;
+
+/// What to say where there are no such networks.
+const OTHER_PRIOR: &str = "--init starts the networks of --prior mlp. Give both";
 
 /// The model, and how the networks go on from it.
 pub struct Start {
@@ -20,12 +23,13 @@ pub struct Start {
     options: NetworkOptions,
 }
 
-/// The start of `--init`; `None` without it.
-pub fn start(args: &Args, prior: &atlasfit_net::Prior) -> Result<Option<Start>> {
-    let Some(path) = &args.init else { return Ok(None) };
-    let (Prior::Mlp, atlasfit_net::Prior::Network(options)) = (args.prior, prior) else {
-        return Err(Usage("--init starts the networks of --prior mlp. Give both".into()).into());
-    };
+/// The start that `--init` names; `None` without it.
+pub fn start(path: Option<&Path>, prior: &Prior) -> Result<Option<Start>> {
+    let Some(path) = path else { return Ok(None) };
+    let Prior::Network(options) = prior else { return Err(Usage(OTHER_PRIOR.into()).into()) };
+    if options.network != Network::Dense {
+        return Err(Usage(OTHER_PRIOR.into()).into());
+    }
     let loaded = checkpoint::load(path, &Device::Cpu)?;
     let recipe = &loaded.recipe.model;
     if recipe.decoder != Decoder::AtlasNet || !recipe.encoder.points() {

@@ -327,7 +327,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let prior = args.prior();
     let guide = prior.guide();
     #[cfg(feature = "learn")]
-    let start = init::start(args, &prior)?;
+    let start = init::start(args.init.as_deref(), &prior)?;
     #[cfg(feature = "learn")]
     let guide = start.as_ref().map(|s| s as &dyn pipeline::Guide).or(guide);
     let started = Instant::now();
