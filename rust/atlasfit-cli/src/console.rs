@@ -239,6 +239,14 @@ impl Console {
         self.tell("note", text.to_string(), |told| &mut told.notes);
     }
 
+    /// How long work stands, on standard error; nothing with `--quiet`.
+    #[cfg(feature = "learn")]
+    pub fn tell_progress(&self, text: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
     /// Something that may make the result wrong, on standard error and in the JSON.
     pub fn warn(&self, text: impl std::fmt::Display) {
         self.tell("warning", text.to_string(), |told| &mut told.warnings);

@@ -11,6 +11,7 @@ mod failure;
 mod files;
 mod number;
 mod output;
+mod plot;
 mod render;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -63,6 +64,10 @@ enum Command {
     /// The Gaussian processes behind the paper's networks: figures and tables
     #[command(subcommand)]
     Gp(commands::gp::Gp),
+    /// Learn from a collection of shapes, as in the paper: make data, train, measure, reconstruct
+    #[cfg(feature = "learn")]
+    #[command(subcommand)]
+    Learn(Box<commands::learn::Learn>),
 }
 
 fn main() -> ExitCode {
@@ -87,6 +92,8 @@ fn main() -> ExitCode {
         Command::Unwrap(args) => commands::unwrap::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
         Command::Gp(what) => commands::gp::run(what, &console),
+        #[cfg(feature = "learn")]
+        Command::Learn(what) => commands::learn::run(what, &console),
         Command::Simplify(args) => commands::simplify::run(args, &console),
         Command::Info(args) => commands::info::run(args, &console),
         Command::Convert(args) => commands::convert::run(args, &console),

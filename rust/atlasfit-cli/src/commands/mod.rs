@@ -6,6 +6,8 @@ pub mod convert;
 pub mod denoise;
 pub mod gp;
 pub mod info;
+#[cfg(feature = "learn")]
+pub mod learn;
 pub mod measure;
 pub mod render;
 pub mod simplify;

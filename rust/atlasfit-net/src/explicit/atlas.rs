@@ -26,6 +26,16 @@ pub struct NetworkAtlas {
 }
 
 impl NetworkAtlas {
+    /// An atlas of samples that other networks made.
+    ///
+    /// # Panics
+    /// Where there are not as many samples as the charts' grids have.
+    #[must_use]
+    pub fn new(charts: usize, grid: [usize; 2], samples: Vec<Vec3>) -> Self {
+        assert_eq!(samples.len(), charts * grid[0] * grid[1], "samples do not fill the grids");
+        Self { charts, grid, samples }
+    }
+
     /// The charts' grids as one mesh, chart after chart. A curve's triangles have no area: two of the corners
     /// are the same vertex.
     #[must_use]

@@ -31,6 +31,30 @@ impl Guide for NetworkOptions {
     }
 }
 
+/// Where charts begin, as something else says: from points and the size of a chart's grid to samples of all
+/// charts, as [`Trainer::starting_at`] takes them.
+pub type First<'a> = dyn Fn(&[Vec3], [usize; 2], &Context<'_>) -> Result<Vec<Vec3>> + Sync + 'a;
+
+/// Explicit networks whose charts begin where something else says, for example a model of a collection of
+/// shapes.
+pub struct Begun<'a> {
+    /// How they are made and trained.
+    pub options: NetworkOptions,
+    /// Where they begin.
+    pub first: &'a First<'a>,
+}
+
+impl Guide for Begun<'_> {
+    fn validate(&self) -> Result<()> {
+        self.options.validate()
+    }
+    fn surface(&self, points: &[Vec3], _sigma: f64, ctx: &Context<'_>) -> Result<TriMesh> {
+        let first = (self.first)(points, self.options.grid(), ctx)?;
+        let trainer = Trainer::starting_at(points, &self.options, &first, ctx)?;
+        Ok(train(trainer, &self.options, ctx, &mut |_, _| true)?.surface())
+    }
+}
+
 /// Fits networks to finite points in the normalised frame. Seed, threads and limits are those of the run.
 ///
 /// # Errors
@@ -62,9 +86,18 @@ pub fn fit_watched(
     ctx: &Context<'_>,
     watch: &mut (dyn FnMut(usize, Loss) -> bool + Send),
 ) -> Result<NetworkAtlas> {
+    train(Trainer::new(points, options, ctx)?, options, ctx, watch)
+}
+
+/// Trains networks from their start.
+fn train(
+    mut trainer: Trainer,
+    options: &NetworkOptions,
+    ctx: &Context<'_>,
+    watch: &mut (dyn FnMut(usize, Loss) -> bool + Send),
+) -> Result<NetworkAtlas> {
     let phases = options.phases();
     ctx.stage(Stage::Fit, phases.iter().map(|p| p.steps).sum());
-    let mut trainer = Trainer::new(points, options, ctx)?;
     let (mut step, mut running) = (0, true);
     for phase in phases {
         if options.recipe == Recipe::Fast && options.network == Network::Dense {

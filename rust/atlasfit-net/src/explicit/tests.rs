@@ -35,7 +35,7 @@ fn trained(
 ) -> (NetworkAtlas, Vec<Loss>) {
     Run { threads, seed: 3, ..Run::default() }
         .execute(|ctx| {
-            let mut trainer = Trainer::on_grid(points, &how, grid, ctx)?;
+            let mut trainer = Trainer::on_grid(points, &how, grid, None, ctx)?;
             let losses =
                 (0..how.iterations).map(|_| trainer.step(how.learning_rate, ctx)).collect::<Result<_>>()?;
             Ok((trainer.finish(ctx)?, losses))
@@ -66,7 +66,7 @@ fn training_gives_the_same_bytes_for_any_number_of_threads_and_others_for_anothe
             assert_eq!(losses, again);
         }
         let other = Run { seed: 4, ..Run::default() }
-            .execute(|ctx| Trainer::on_grid(&points, &how, grid, ctx)?.finish(ctx))
+            .execute(|ctx| Trainer::on_grid(&points, &how, grid, None, ctx)?.finish(ctx))
             .unwrap();
         assert_ne!(one.samples, other.samples);
     }
@@ -97,7 +97,7 @@ fn charts_that_start_as_patches_begin_on_the_scan_and_those_of_torch_do_not() {
             let how = NetworkOptions { network, start, charts: 4, ..PAPER };
             let grid = how.grid().map(|n| n.min(32));
             let atlas = Run::default()
-                .execute(|ctx| Trainer::on_grid(&points, &how, grid, ctx)?.finish(ctx))
+                .execute(|ctx| Trainer::on_grid(&points, &how, grid, None, ctx)?.finish(ctx))
                 .unwrap();
             let far = |p: &Vec3| ((*p).norm() - 0.5).powi(2);
             (atlas.samples.iter().map(far).sum::<f64>() / atlas.samples.len() as f64).sqrt()
@@ -163,7 +163,7 @@ fn thinned_steps_stand_for_whole_ones() {
     let [whole, thinned] = [0, 1].map(|thin| {
         Run::default()
             .execute(|ctx| {
-                let mut trainer = Trainer::on_grid(&points, &how, [64, 64], ctx)?;
+                let mut trainer = Trainer::on_grid(&points, &how, [64, 64], None, ctx)?;
                 trainer.thin(thin);
                 trainer.step(1e-3, ctx)
             })

@@ -10,7 +10,7 @@ use crate::finite::check_finite;
 use crate::loss::{Chamfer, stretch};
 use crate::net::{Conv, Dense, Grid};
 use crate::sample::Sample;
-use atlasfit::error::Result;
+use atlasfit::error::{Error, Result};
 use atlasfit::numeric::rng::Rng;
 use atlasfit::numeric::vec3::Vec3;
 use atlasfit::run::Context;
@@ -114,14 +114,41 @@ impl Trainer {
     /// [`atlasfit::Error::OutOfMemory`].
     pub fn new(points: &[Vec3], options: &NetworkOptions, ctx: &Context<'_>) -> Result<Self> {
         options.validate()?;
-        Self::on_grid(points, options, options.grid(), ctx)
+        Self::on_grid(points, options, options.grid(), None, ctx)
     }
 
-    /// [`Self::new`] with another grid of samples per chart.
+    /// [`Self::new`], but the charts begin at samples on their grids, in place of what [`Start`] says: chart
+    /// after
+    /// chart, line after line, coordinates within (-1, 1).
+    ///
+    /// # Errors
+    /// As [`Self::new`]; [`atlasfit::Error::InvalidArgument`] where there are not as many samples as the
+    /// grids
+    /// have.
+    pub fn starting_at(
+        points: &[Vec3],
+        options: &NetworkOptions,
+        first: &[Vec3],
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
+        options.validate()?;
+        let grid = options.grid();
+        let wanted = options.charts * grid[0] * grid[1];
+        if first.len() != wanted {
+            return Err(Error::invalid(
+                format!("{} samples to start at", first.len()),
+                format!("Give {} x {} for each of {} charts", grid[0], grid[1], options.charts),
+            ));
+        }
+        Self::on_grid(points, options, grid, Some(first), ctx)
+    }
+
+    /// [`Self::new`] with another grid of samples per chart, and where charts begin.
     pub(super) fn on_grid(
         points: &[Vec3],
         options: &NetworkOptions,
         grid: [usize; 2],
+        first: Option<&[Vec3]>,
         ctx: &Context<'_>,
     ) -> Result<Self> {
         let bytes = match options.network {
@@ -158,7 +185,11 @@ impl Trainer {
             gradient: Vec::new(),
         };
         trainer.set_grid(grid);
-        if options.start == Start::Patches {
+        if let Some(first) = first {
+            let samples: Vec<Sample> = first.iter().map(|p| p.to_f32()).collect();
+            (trainer.charts.par_iter_mut().zip(samples.par_chunks(grid[0] * grid[1])))
+                .try_for_each(|(chart, samples)| chart.aim(samples, ctx))?;
+        } else if options.start == Start::Patches {
             let patches = patches(points, options.charts, ctx)?;
             (trainer.charts.par_iter_mut().zip(patches))
                 .try_for_each(|(chart, patch)| chart.aim(&patch.samples(options.dim, grid), ctx))?;

@@ -10,6 +10,10 @@
 //! taps are then shifted and added, so that nothing is copied into columns. Biases before batch norm have no
 //! effect and are left out.
 
+mod view;
+
+pub use view::BlockView;
+
 use super::adam::Adam;
 use super::dense::EPS;
 use super::gemm::{PANEL, Packed, Store, TILE, add_outer_of, multiply_panels};

@@ -1,5 +1,7 @@
 //! `atlasfit denoise`: points in; clean points, a stitched surface and chart UVs out.
 
+#[cfg(feature = "learn")]
+mod init;
 mod report;
 mod scans;
 
@@ -74,6 +76,10 @@ pub struct Args {
     /// How networks are trained
     #[arg(long, value_enum, default_value = "fast", help_heading = "Fit")]
     recipe: TrainingRecipe,
+    /// Begin the networks of --prior mlp at the answer of a model that `learn train` wrote
+    #[cfg(feature = "learn")]
+    #[arg(long, value_name = "MODEL", help_heading = "Fit")]
+    init: Option<PathBuf>,
     /// Fill holes whose boundary is shorter than this, in the scan's unit
     #[arg(
         long,
@@ -318,6 +324,12 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let scans: Vec<&Path> = args.scans.iter().map(PathBuf::as_path).collect();
     output::check(&outputs, &scans, args.write, console)?;
     let cgal = args.cgal()?;
+    let prior = args.prior();
+    let guide = prior.guide();
+    #[cfg(feature = "learn")]
+    let start = init::start(args.init.as_deref(), &prior)?;
+    #[cfg(feature = "learn")]
+    let guide = start.as_ref().map(|s| s as &dyn pipeline::Guide).or(guide);
     let started = Instant::now();
     console.part_to(UNTIL[0]);
     let loaded = scans::load(&args.scans, args.read, &args.run, console)?;
@@ -328,8 +340,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     console.part_to(UNTIL[1]);
     let mut outcome = {
         let mut run = console.start(&args.run);
-        let guide = args.prior();
-        pipeline::denoise_vertices(&loaded.cloud, &loaded.faces, &options, guide.guide(), &mut run)?
+        pipeline::denoise_vertices(&loaded.cloud, &loaded.faces, &options, guide, &mut run)?
     };
     if let Some(cgal) = cgal {
         console.start(&args.run).execute(|ctx| atlasfit_native::wrap(&mut outcome, cgal, &options, ctx))?;

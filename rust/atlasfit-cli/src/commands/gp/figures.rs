@@ -2,8 +2,8 @@
 
 use super::laws::{convolution, curvature, kernels, spectrum, width};
 use super::patches::bridge;
-use super::plot::Figure;
 use super::prior::{level_sets, networks, prior};
+use crate::plot::Figure;
 
 /// Makes a figure from a seed.
 pub type Make = fn(u64) -> Figure;

@@ -1,7 +1,7 @@
 //! Figures of the laws: kernels and what batch norm does to them, pixels of convolutions, curvature,
 //! convergence with width, spectra.
 
-use super::plot::{Axis, Figure, Legend, Mark, Panel};
+use crate::plot::{Axis, Figure, Legend, Mark, Panel};
 use atlasfit::numeric::rng::Rng;
 use atlasfit::prior::precisions;
 use atlasfit_gp::batch_norm;

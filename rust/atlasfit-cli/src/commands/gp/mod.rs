@@ -4,7 +4,6 @@ mod args;
 mod figures;
 mod laws;
 mod patches;
-mod plot;
 mod prior;
 mod report;
 

@@ -1,6 +1,6 @@
 //! The bridge between the exact process and the default prior: patches, and its figure.
 
-use super::plot::{Axis, Figure, Legend, Mark, Panel, Shape};
+use crate::plot::{Axis, Figure, Legend, Mark, Panel, Shape};
 use anyhow::Result;
 use atlasfit::numeric::rng::Rng;
 use atlasfit::spatial::neighbours::Neighbours;

@@ -1,7 +1,7 @@
 //! Figures of what the prior looks like: covariance, curves and surfaces by depth; the same from finite
 //! networks; level sets.
 
-use super::plot::{Axis, Figure, Legend, Mark, Panel, Shape};
+use crate::plot::{Axis, Figure, Legend, Mark, Panel, Shape};
 use atlasfit::numeric::rng::Rng;
 use atlasfit_gp::kernel::Kernel;
 use atlasfit_gp::network::Network;

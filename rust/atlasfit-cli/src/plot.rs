@@ -221,7 +221,7 @@ type Chart<'a, B> = ChartContext<
 >;
 
 impl Shape {
-    fn points(&self) -> Vec<[f64; 2]> {
+    pub fn points(&self) -> Vec<[f64; 2]> {
         match self {
             Self::Line(p) | Self::Dashed(p) | Self::Dots(p) => p.clone(),
             Self::Band(p) => p.iter().flat_map(|p| [[p[0], p[1]], [p[0], p[2]]]).collect(),

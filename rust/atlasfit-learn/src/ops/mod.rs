@@ -1,0 +1,46 @@
+//! Operations on tensors that candle's CPU lacks, or does by one thread: each with its exact gradient.
+//!
+//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in
+//! fixed
+//! order, so that results do not depend on the number of threads. On other devices the same values come from
+//! candle's own operations; tests compare the two.
+//!
+//! Pictures are stored as (pictures, rows, columns, channels), so that a convolution is one matrix product.
+
+mod norm;
+mod outer;
+mod product;
+mod unfold;
+mod upsample;
+
+pub use norm::{Moments, norm_activate};
+pub use outer::outer_add;
+pub use product::shared_product;
+pub use unfold::{Window, unfold};
+pub use upsample::upsample;
+
+use candle_core::{CpuStorage, Device, Layout, Result, Shape, Storage, Tensor, bail};
+
+/// Calls `f` with the numbers of a contiguous tensor on the CPU.
+fn with_slice<T>(x: &Tensor, f: impl FnOnce(&[f32]) -> Result<T>) -> Result<T> {
+    let x = x.contiguous()?;
+    let (storage, layout) = x.storage_and_layout();
+    match &*storage {
+        Storage::Cpu(storage) => f(slice(storage, layout)?),
+        _ => bail!("a tensor of another device than the CPU"),
+    }
+}
+
+/// The numbers behind a contiguous layout.
+fn slice<'a>(storage: &'a CpuStorage, layout: &Layout) -> Result<&'a [f32]> {
+    let Some((from, to)) = layout.contiguous_offsets() else { bail!("a tensor that is not contiguous") };
+    Ok(&storage.as_slice::<f32>()?[from..to])
+}
+
+/// A tensor on the CPU.
+fn made(values: Vec<f32>, shape: impl Into<Shape>) -> Result<Tensor> {
+    Tensor::from_vec(values, shape.into(), &Device::Cpu)
+}
+
+#[cfg(test)]
+mod tests;
