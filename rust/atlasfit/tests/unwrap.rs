@@ -2,7 +2,7 @@
 
 use atlasfit::geometry::TriMesh;
 use atlasfit::unwrap::{Packer, Preset, UnwrapOptions, UvLayout, unwrap};
-use atlasfit::{CancelToken, Error, Run};
+use atlasfit::{CancelToken, Error, Run, measure};
 use proptest::prelude::*;
 
 fn run(mesh: &TriMesh, options: &UnwrapOptions, threads: usize) -> Result<UvLayout, Error> {
@@ -309,6 +309,64 @@ fn broken_faces_are_counted_and_mapped() {
     let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
     check(&mesh, &uv);
     assert_eq!((uv.degenerate_faces, uv.duplicate_faces), (3, 1));
+}
+
+#[test]
+fn a_mesh_without_shared_vertices_is_laid_out_as_one_with_them() {
+    let whole = ellipsoid(12, 0.8, 0.6);
+    let mut soup = TriMesh::default();
+    for t in &whole.triangles {
+        let first = soup.positions.len() as u32;
+        soup.positions.extend(t.map(|v| whole.positions[v as usize]));
+        soup.triangles.push([first, first + 1, first + 2]);
+    }
+    let [a, b] = [&whole, &soup].map(|mesh| run(mesh, &UnwrapOptions::default(), 0).unwrap());
+    check(&soup, &b);
+    assert_eq!((a.charts, a.welded_vertices), (b.charts, 0));
+    assert_eq!(b.welded_vertices, soup.positions.len() - whole.positions.len());
+    // A seam that is asked for between two of its faces stays one.
+    let seams = Some((0..soup.positions.len() as u32 / 3).map(|f| [3 * f, 3 * f + 1]).collect());
+    let cut = run(&soup, &UnwrapOptions::default().with_seam_edges(seams), 0).unwrap();
+    check(&soup, &cut);
+    assert!(cut.charts > b.charts, "{} {}", cut.charts, b.charts);
+}
+
+#[test]
+fn repeated_faces_get_charts_of_their_own_and_the_rest_stays_whole() {
+    let mut mesh = ellipsoid(12, 0.8, 0.6);
+    let charts = run(&mesh, &UnwrapOptions::default(), 0).unwrap().charts;
+    mesh.triangles.extend((0..20).map(|i| mesh.triangles[23 * i]).collect::<Vec<_>>());
+    let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+    check(&mesh, &uv);
+    assert_eq!(uv.duplicate_faces, 20);
+    assert!(uv.charts <= charts + 20, "{} instead of {charts}", uv.charts);
+}
+
+#[test]
+fn more_stretch_than_helps_is_not_spent_on_fewer_charts() {
+    let mut mesh = ellipsoid(12, 0.8, 0.6);
+    for i in 0..5u32 {
+        let first = mesh.positions.len() as u32;
+        let x = 3.0 + f64::from(i);
+        mesh.positions.extend([[x, 0.0, 0.0], [x + 0.5, 0.0, 0.0], [x, 0.5, 0.0]]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    let one = run(&mesh, &UnwrapOptions::default().with_max_charts(Some(1)), 0).unwrap();
+    check(&mesh, &one);
+    assert!(one.charts <= 7 && one.stretch_bound < 3.0, "{} {}", one.charts, one.stretch_bound);
+}
+
+#[test]
+fn a_bound_holds_at_the_density_of_the_whole_layout() {
+    for (name, mesh) in [("ellipsoid", ellipsoid(16, 0.7, 0.4)), ("torus", torus(24)), ("cube", cube())] {
+        for bound in [1.05, 1.1, 1.3, 1.5, 2.0, 4.0] {
+            let uv = run(&mesh, &UnwrapOptions::default().with_max_stretch(bound), 0).unwrap();
+            let mut laid = mesh.clone();
+            laid.corner_uv = Some(uv.corner_uv);
+            let quality = Run::default().execute(|ctx| measure::uv(&laid, ctx)).unwrap();
+            assert!(quality.stretch_p95 <= bound + 1e-3, "{name} at {bound}: {}", quality.stretch_p95);
+        }
+    }
 }
 
 #[test]
