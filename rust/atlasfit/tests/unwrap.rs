@@ -369,6 +369,58 @@ fn a_bound_holds_at_the_density_of_the_whole_layout() {
     }
 }
 
+/// Mean symmetric Dirichlet energy by area, at the scale of least energy.
+fn energy(mesh: &TriMesh, uv: &UvLayout) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let (mut forth, mut back, mut all) = (0.0, 0.0, 0.0);
+    for (t, at) in mesh.triangles.iter().zip(&uv.corner_uv) {
+        let [p, q, r] = t.map(|v| mesh.positions[v as usize]);
+        let [a, b] = [q, r].map(|x| [0, 1, 2].map(|k| x[k] - p[k]));
+        let [d, e] = [1, 2].map(|i| [0, 1].map(|k| f64::from(at[i][k]) - f64::from(at[0][k])));
+        let area = 0.5 * (dot(&a, &a) * dot(&b, &b) - dot(&a, &b).powi(2)).sqrt();
+        let det = 0.5 * (d[0] * e[1] - d[1] * e[0]) / area;
+        let crossed = 2.0 * dot(&d, &e) * dot(&a, &b);
+        let squares = (dot(&d, &d) * dot(&b, &b) + dot(&e, &e) * dot(&a, &a) - crossed) / (4.0 * area * area);
+        forth += area * squares;
+        back += area * squares / (det * det);
+        all += area;
+    }
+    2.0 * (forth * back).sqrt() / all
+}
+
+/// Length of the seams by the square root of the area.
+fn seam(mesh: &TriMesh, uv: &UvLayout) -> f64 {
+    let mut laid = mesh.clone();
+    laid.corner_uv = Some(uv.corner_uv.clone());
+    Run::default().execute(|ctx| measure::uv(&laid, ctx)).unwrap().seam
+}
+
+#[test]
+fn a_bound_on_the_energy_is_held_in_one_chart_with_short_seams() {
+    let plain = UnwrapOptions::default();
+    for (name, mesh) in [("ellipsoid", ellipsoid(12, 0.7, 0.4)), ("torus", torus(20)), ("cube", cube())] {
+        let free = run(&mesh, &plain, 0).unwrap();
+        let loose = run(&mesh, &plain.clone().with_max_energy(Some(4.2)), 0).unwrap();
+        let tight = run(&mesh, &plain.clone().with_max_energy(Some(4.05)), 0).unwrap();
+        for (uv, bound) in [(&loose, 4.2), (&tight, 4.05)] {
+            check(&mesh, uv);
+            assert_eq!(uv.charts, 1, "{name} at {bound}");
+            assert!(energy(&mesh, uv) <= bound + 1e-4, "{name}: {} for {bound}", energy(&mesh, uv));
+        }
+        let lengths = [&loose, &tight, &free].map(|uv| seam(&mesh, uv));
+        assert!(lengths[0] <= lengths[1] + 1e-9 && lengths[1] <= lengths[2] + 1e-9, "{name}: {lengths:?}");
+    }
+    let none = run(&cube(), &plain.with_max_energy(Some(4.0)), 0);
+    assert!(matches!(none, Err(Error::InvalidArgument { .. })), "4 is isometry");
+}
+
+#[test]
+fn seams_for_a_bound_on_the_energy_do_not_depend_on_the_number_of_threads() {
+    let options = UnwrapOptions::default().with_max_energy(Some(4.1));
+    let mesh = ellipsoid(14, 0.6, 0.5);
+    assert_eq!(run(&mesh, &options, 1).unwrap(), run(&mesh, &options, 3).unwrap());
+}
+
 #[test]
 fn a_long_strip_is_cut_across_unless_charts_or_pages_are_given() {
     let mut strip = TriMesh::default();

@@ -5,9 +5,11 @@
 
 use super::chart::Chart;
 use super::constants::UNWRAP;
+use super::flatten::newton::mean_energy;
 use super::flatten::shape::stretch;
 use super::kept::kept_charts;
 use super::options::{STRETCH_LIMIT, UnwrapOptions};
+use super::seams::{Opened, opened};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::numeric::plane::corners;
@@ -33,6 +35,9 @@ pub(super) fn bounded(
     let mut bound = options.max_stretch;
     if options.keep_uvs {
         return Ok(Bounded { charts: kept_charts(s, uvs, bound, ctx)?, bound });
+    }
+    if let Some(energy) = options.max_energy {
+        return Ok(Bounded { charts: within_energy(s, energy, &charts_within, ctx)?, bound });
     }
     let mut best = Bounded { charts: held(s, bound, &charts_within, ctx)?, bound };
     let Some(most) = options.max_charts else { return Ok(best) };
@@ -76,6 +81,35 @@ fn held(
         asked = 1.0 + (asked - 1.0) * UNWRAP.tightened * (bound - 1.0) / (reached - 1.0);
     }
     Ok(least.map_or_else(Vec::new, |l| l.1))
+}
+
+/// Charts of mean energy at most `most`: each part of the surface in one, cut open, and where that fails in
+/// as many as a tighter and tighter bound on the stretch asks for.
+fn within_energy(
+    s: &Surface,
+    most: f64,
+    charts_within: &impl Fn(f64) -> Result<Vec<Chart>>,
+    ctx: &Context<'_>,
+) -> Result<Vec<Chart>> {
+    let Opened { mut charts, failed } = opened(s, most, ctx)?;
+    if failed.is_empty() {
+        return Ok(charts);
+    }
+    let mut bound = 1.0 + UNWRAP.energetic;
+    loop {
+        let mut more = charts_within(bound)?;
+        more.retain(|c| failed.contains(&c.faces[0]));
+        let (mut energy, mut area) = (0.0, 0.0);
+        for c in &more {
+            energy += c.area * mean_energy(&c.tris, &c.rest(s), &c.uv);
+            area += c.area;
+        }
+        if energy <= most * area || bound - 1.0 < UNWRAP.least_excess {
+            charts.extend(more);
+            return Ok(charts);
+        }
+        bound = 1.0 + (bound - 1.0) * UNWRAP.less_energetic;
+    }
 }
 
 /// The stretch that 95% of the area stays within, at the density at which the charts have the surface's area.

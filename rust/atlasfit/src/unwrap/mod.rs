@@ -6,7 +6,7 @@
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `first` (laid flat, by `flatten` with
 //! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts within the stretch bound) →
 //! `shorten` (no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
-//! stand-in (`large`).
+//! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -31,6 +31,7 @@ mod pack;
 mod planar;
 mod polygons;
 mod preset;
+mod seams;
 mod segment;
 mod shorten;
 mod split;

@@ -41,6 +41,10 @@ pub struct Args {
     /// [default: that of the preset]
     #[arg(long, value_name = "FACTOR", help_heading = "Charts")]
     pub max_stretch: Option<f64>,
+    /// Bound on the mean symmetric Dirichlet energy instead of the stretch, above 4: each part in one chart,
+    /// cut open as little as that allows. 4.1 is usual
+    #[arg(long, value_name = "ENERGY", help_heading = "Charts", conflicts_with_all = ["max_stretch", "preset"])]
+    pub max_energy: Option<f64>,
     /// Most charts: the stretch bound is raised as far as that needs
     #[arg(long, value_name = "N", help_heading = "Charts")]
     pub max_charts: Option<usize>,

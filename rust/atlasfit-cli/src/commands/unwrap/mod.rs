@@ -119,6 +119,7 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
     };
     Ok(UnwrapOptions::default()
         .with_max_stretch(args.max_stretch.unwrap_or(args.preset.max_stretch()))
+        .with_max_energy(args.max_energy)
         .with_max_charts(args.max_charts)
         .with_texels_per_unit(args.density)
         .with_packer(packer)
