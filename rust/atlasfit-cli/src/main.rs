@@ -46,6 +46,9 @@ enum Command {
     Denoise(Box<commands::denoise::Args>),
     /// Lay out UVs for a mesh: few charts, little stretch, no flips, no overlaps, packed
     Unwrap(commands::unwrap::Args),
+    /// Pack the charts of the UVs that a mesh has anew: they keep their shapes
+    #[command(mut_args(commands::unwrap::packing))]
+    Pack(commands::unwrap::Args),
     /// Make a mesh of fewer triangles; its UVs, colours and texture stay
     Simplify(commands::simplify::Args),
     /// Tell what a file holds: counts, attributes, extent, defects, spacing and noise
@@ -89,7 +92,7 @@ fn main() -> ExitCode {
     };
     let done = match &cli.command {
         Command::Denoise(args) => commands::denoise::run(args, &console),
-        Command::Unwrap(args) => commands::unwrap::run(args, &console),
+        Command::Unwrap(args) | Command::Pack(args) => commands::unwrap::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
         Command::Gp(what) => commands::gp::run(what, &console),
         #[cfg(feature = "learn")]

@@ -2,7 +2,7 @@
 
 use atlasfit::geometry::TriMesh;
 use atlasfit::unwrap::{Packer, Preset, UnwrapOptions, UvLayout, unwrap};
-use atlasfit::{CancelToken, Error, Run};
+use atlasfit::{CancelToken, Error, Run, measure};
 use proptest::prelude::*;
 
 fn run(mesh: &TriMesh, options: &UnwrapOptions, threads: usize) -> Result<UvLayout, Error> {
@@ -177,14 +177,16 @@ fn polygons_stay_in_one_piece() {
     let mesh = torus(24);
     let polygon: Vec<u32> = (0..mesh.triangles.len() as u32).map(|f| f / 2).collect();
     let options = UnwrapOptions::default().with_face_polygon(Some(polygon));
-    let uv = run(&mesh, &options, 0).unwrap();
-    check(&mesh, &uv);
-    assert_eq!(uv.split_polygons, 0);
-    for (t, pair) in uv.face_chart.chunks_exact(2).enumerate() {
-        assert_eq!(pair[0], pair[1], "quad {t}");
-        // The two triangles share corners 0 and 1 or 2 of the quad.
-        assert_eq!(uv.corner_uv[2 * t][0], uv.corner_uv[2 * t + 1][0]);
-        assert_eq!(uv.corner_uv[2 * t][2], uv.corner_uv[2 * t + 1][1]);
+    for options in [options.clone(), options.with_max_energy(Some(4.1))] {
+        let uv = run(&mesh, &options, 0).unwrap();
+        check(&mesh, &uv);
+        assert_eq!(uv.split_polygons, 0);
+        for (t, pair) in uv.face_chart.chunks_exact(2).enumerate() {
+            assert_eq!(pair[0], pair[1], "quad {t}");
+            // The two triangles share corners 0 and 1 or 2 of the quad.
+            assert_eq!(uv.corner_uv[2 * t][0], uv.corner_uv[2 * t + 1][0]);
+            assert_eq!(uv.corner_uv[2 * t][2], uv.corner_uv[2 * t + 1][1]);
+        }
     }
 }
 
@@ -309,6 +311,116 @@ fn broken_faces_are_counted_and_mapped() {
     let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
     check(&mesh, &uv);
     assert_eq!((uv.degenerate_faces, uv.duplicate_faces), (3, 1));
+}
+
+#[test]
+fn a_mesh_without_shared_vertices_is_laid_out_as_one_with_them() {
+    let whole = ellipsoid(12, 0.8, 0.6);
+    let mut soup = TriMesh::default();
+    for t in &whole.triangles {
+        let first = soup.positions.len() as u32;
+        soup.positions.extend(t.map(|v| whole.positions[v as usize]));
+        soup.triangles.push([first, first + 1, first + 2]);
+    }
+    let [a, b] = [&whole, &soup].map(|mesh| run(mesh, &UnwrapOptions::default(), 0).unwrap());
+    check(&soup, &b);
+    assert_eq!((a.charts, a.welded_vertices), (b.charts, 0));
+    assert_eq!(b.welded_vertices, soup.positions.len() - whole.positions.len());
+    // A seam that is asked for between two of its faces stays one.
+    let seams = Some((0..soup.positions.len() as u32 / 3).map(|f| [3 * f, 3 * f + 1]).collect());
+    let cut = run(&soup, &UnwrapOptions::default().with_seam_edges(seams), 0).unwrap();
+    check(&soup, &cut);
+    assert!(cut.charts > b.charts, "{} {}", cut.charts, b.charts);
+}
+
+#[test]
+fn repeated_faces_get_charts_of_their_own_and_the_rest_stays_whole() {
+    let mut mesh = ellipsoid(12, 0.8, 0.6);
+    let charts = run(&mesh, &UnwrapOptions::default(), 0).unwrap().charts;
+    mesh.triangles.extend((0..20).map(|i| mesh.triangles[23 * i]).collect::<Vec<_>>());
+    let uv = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
+    check(&mesh, &uv);
+    assert_eq!(uv.duplicate_faces, 20);
+    assert!(uv.charts <= charts + 20, "{} instead of {charts}", uv.charts);
+}
+
+#[test]
+fn more_stretch_than_helps_is_not_spent_on_fewer_charts() {
+    let mut mesh = ellipsoid(12, 0.8, 0.6);
+    for i in 0..5u32 {
+        let first = mesh.positions.len() as u32;
+        let x = 3.0 + f64::from(i);
+        mesh.positions.extend([[x, 0.0, 0.0], [x + 0.5, 0.0, 0.0], [x, 0.5, 0.0]]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    let one = run(&mesh, &UnwrapOptions::default().with_max_charts(Some(1)), 0).unwrap();
+    check(&mesh, &one);
+    assert!(one.charts <= 7 && one.stretch_bound < 3.0, "{} {}", one.charts, one.stretch_bound);
+}
+
+#[test]
+fn a_bound_holds_at_the_density_of_the_whole_layout() {
+    for (name, mesh) in [("ellipsoid", ellipsoid(16, 0.7, 0.4)), ("torus", torus(24)), ("cube", cube())] {
+        for bound in [1.05, 1.1, 1.3, 1.5, 2.0, 4.0] {
+            let uv = run(&mesh, &UnwrapOptions::default().with_max_stretch(bound), 0).unwrap();
+            let mut laid = mesh.clone();
+            laid.corner_uv = Some(uv.corner_uv);
+            let quality = Run::default().execute(|ctx| measure::uv(&laid, ctx)).unwrap();
+            assert!(quality.stretch_p95 <= bound + 1e-3, "{name} at {bound}: {}", quality.stretch_p95);
+        }
+    }
+}
+
+/// Mean symmetric Dirichlet energy by area, at the scale of least energy.
+fn energy(mesh: &TriMesh, uv: &UvLayout) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let (mut forth, mut back, mut all) = (0.0, 0.0, 0.0);
+    for (t, at) in mesh.triangles.iter().zip(&uv.corner_uv) {
+        let [p, q, r] = t.map(|v| mesh.positions[v as usize]);
+        let [a, b] = [q, r].map(|x| [0, 1, 2].map(|k| x[k] - p[k]));
+        let [d, e] = [1, 2].map(|i| [0, 1].map(|k| f64::from(at[i][k]) - f64::from(at[0][k])));
+        let area = 0.5 * (dot(&a, &a) * dot(&b, &b) - dot(&a, &b).powi(2)).sqrt();
+        let det = 0.5 * (d[0] * e[1] - d[1] * e[0]) / area;
+        let crossed = 2.0 * dot(&d, &e) * dot(&a, &b);
+        let squares = (dot(&d, &d) * dot(&b, &b) + dot(&e, &e) * dot(&a, &a) - crossed) / (4.0 * area * area);
+        forth += area * squares;
+        back += area * squares / (det * det);
+        all += area;
+    }
+    2.0 * (forth * back).sqrt() / all
+}
+
+/// Length of the seams by the square root of the area.
+fn seam(mesh: &TriMesh, uv: &UvLayout) -> f64 {
+    let mut laid = mesh.clone();
+    laid.corner_uv = Some(uv.corner_uv.clone());
+    Run::default().execute(|ctx| measure::uv(&laid, ctx)).unwrap().seam
+}
+
+#[test]
+fn a_bound_on_the_energy_is_held_in_one_chart_with_short_seams() {
+    let plain = UnwrapOptions::default();
+    for (name, mesh) in [("ellipsoid", ellipsoid(12, 0.7, 0.4)), ("torus", torus(20)), ("cube", cube())] {
+        let free = run(&mesh, &plain, 0).unwrap();
+        let loose = run(&mesh, &plain.clone().with_max_energy(Some(4.2)), 0).unwrap();
+        let tight = run(&mesh, &plain.clone().with_max_energy(Some(4.05)), 0).unwrap();
+        for (uv, bound) in [(&loose, 4.2), (&tight, 4.05)] {
+            check(&mesh, uv);
+            assert_eq!(uv.charts, 1, "{name} at {bound}");
+            assert!(energy(&mesh, uv) <= bound + 1e-4, "{name}: {} for {bound}", energy(&mesh, uv));
+        }
+        let lengths = [&loose, &tight, &free].map(|uv| seam(&mesh, uv));
+        assert!(lengths[0] <= lengths[1] + 1e-9 && lengths[1] <= lengths[2] + 1e-9, "{name}: {lengths:?}");
+    }
+    let none = run(&cube(), &plain.with_max_energy(Some(4.0)), 0);
+    assert!(matches!(none, Err(Error::InvalidArgument { .. })), "4 is isometry");
+}
+
+#[test]
+fn seams_for_a_bound_on_the_energy_do_not_depend_on_the_number_of_threads() {
+    let options = UnwrapOptions::default().with_max_energy(Some(4.1));
+    let mesh = ellipsoid(14, 0.6, 0.5);
+    assert_eq!(run(&mesh, &options, 1).unwrap(), run(&mesh, &options, 3).unwrap());
 }
 
 #[test]

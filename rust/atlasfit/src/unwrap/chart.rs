@@ -3,7 +3,7 @@
 use super::constants::UNWRAP;
 use super::planar::{hull, thinned};
 use super::surface::{NONE, Surface};
-use crate::numeric::plane::twice_area;
+use crate::numeric::plane::{corners, twice_area};
 use crate::run::Context;
 
 /// A connected piece of the surface, flattened. Units: the surface has area 1.
@@ -110,6 +110,23 @@ impl Chart {
     /// Rest triangles of the faces.
     pub(crate) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
         self.faces.iter().map(|&f| s.rest[f as usize]).collect()
+    }
+
+    /// Its area in the plane; negative for one that is mirrored.
+    pub(crate) fn flat_area(&self) -> f64 {
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = corners(*t, &self.uv);
+            0.5 * twice_area(a, b, c)
+        };
+        self.tris.iter().map(area).sum()
+    }
+
+    /// Scales it to the area that it has on the surface, and turns one that is mirrored over.
+    pub(crate) fn take_own_area(&mut self) {
+        let flat = self.flat_area();
+        let size = if flat == 0.0 { 1.0 } else { (self.area / flat.abs()).sqrt() };
+        let side = size * if flat < 0.0 { -1.0 } else { 1.0 };
+        self.uv.iter_mut().for_each(|[u, v]| (*u, *v) = (*u * side, *v * size));
     }
 
     /// The chart of one face.

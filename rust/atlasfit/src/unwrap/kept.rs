@@ -7,7 +7,6 @@ use super::chart::Chart;
 use super::flatten::shape::over_area;
 use super::surface::{NONE, Surface};
 use crate::error::Result;
-use crate::numeric::plane::{corners, twice_area};
 use crate::run::Context;
 use crate::spatial::lists::Lists;
 use crate::spatial::sets::Sets;
@@ -48,22 +47,10 @@ pub(crate) fn kept_charts(
                 chart.uv[v as usize] = uv.map(f64::from);
             }
         }
-        scale(&mut chart);
+        chart.take_own_area();
         chart.over = over_area(s, &chart, bound);
         out.push(chart);
     }
     ctx.check()?;
     Ok(out)
-}
-
-/// Gives a chart the area that it has on the surface, and turns one that is mirrored over.
-fn scale(chart: &mut Chart) {
-    let area = |t: &[u32; 3]| {
-        let [a, b, c] = corners(*t, &chart.uv);
-        0.5 * twice_area(a, b, c)
-    };
-    let flat: f64 = chart.tris.iter().map(area).sum();
-    let size = if flat == 0.0 { 1.0 } else { (chart.area / flat.abs()).sqrt() };
-    let side = size * if flat < 0.0 { -1.0 } else { 1.0 };
-    chart.uv.iter_mut().for_each(|[u, v]| (*u, *v) = (*u * side, *v * size));
 }

@@ -43,6 +43,9 @@ pub struct UvLayout {
     pub duplicate_faces: usize,
     /// Edges cut because more than two triangles, or two of clashing orientation, meet there.
     pub non_manifold_edges: usize,
+    /// Vertices at open edges that lie exactly where another one does and were taken for it, for the layout
+    /// only: a mesh without shared vertices hangs together in its UVs.
+    pub welded_vertices: usize,
     /// Charts that had to be cut further to stay free of flips and overlaps.
     pub repaired_charts: usize,
     /// Polygons that could not stay in one piece because they do not lie flat.
@@ -151,6 +154,7 @@ pub(crate) fn layout(
         degenerate_faces: s.degenerate,
         duplicate_faces: s.duplicate,
         non_manifold_edges: s.non_manifold,
+        welded_vertices: s.welded,
         split_polygons,
         ..known
     })

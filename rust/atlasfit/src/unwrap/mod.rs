@@ -6,7 +6,7 @@
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `first` (laid flat, by `flatten` with
 //! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts within the stretch bound) →
 //! `shorten` (no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
-//! stand-in (`large`).
+//! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -14,6 +14,7 @@
 #[cfg(feature = "benchmarks")]
 #[doc(hidden)]
 pub mod benchmarks;
+mod bounded;
 mod chart;
 mod checked;
 mod constants;
@@ -30,6 +31,7 @@ mod pack;
 mod planar;
 mod polygons;
 mod preset;
+mod seams;
 mod segment;
 mod shorten;
 mod split;
@@ -47,6 +49,7 @@ pub use split::{SplitCorners, SplitMesh};
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::run::{Context, Stage};
+use bounded::{Bounded, bounded};
 use chart::Chart;
 use checked::pack_checked;
 use constants::UNWRAP;
@@ -155,17 +158,9 @@ fn packed_by(
     ctx.stage(Stage::Segment, mesh.triangles.len());
     let s = Surface::new(mesh, options, ctx)?;
     ctx.check()?;
-    let mut bound = options.max_stretch;
-    let list = loop {
-        if options.keep_uvs {
-            break kept::kept_charts(&s, mesh.corner_uv.as_deref().unwrap_or_default(), bound, ctx)?;
-        }
-        let list = charts_within(&s, bound, ctx)?;
-        if bound >= STRETCH_LIMIT || options.max_charts.is_none_or(|most| list.len() <= most) {
-            break list;
-        }
-        bound = (1.0 + (bound - 1.0) * UNWRAP.loosen).min(STRETCH_LIMIT);
-    };
+    let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
+    let Bounded { charts: list, bound } =
+        bounded(&s, uvs, options, |bound| charts_within(&s, bound, ctx), ctx)?;
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
     let list = shorten::shorten(&s, list, options, bound, ctx)?;

@@ -28,6 +28,11 @@ pub struct UnwrapOptions {
     /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1.
     /// Smaller gives more charts. Default that of [`Preset::Balanced`], 1.1.
     pub max_stretch: f64,
+    /// Bound on the mean symmetric Dirichlet energy s1² + s2² + 1/s1² + 1/s2² by area, instead of `max_stretch`:
+    /// more than 4, which is isometry; 4.1 is what OptCuts uses. Seams are as short as can be found within
+    /// it: each connected part is one chart, cut open, where that comes out shorter than several charts.
+    /// `None` = `max_stretch` counts.
+    pub max_energy: Option<f64>,
     /// Most charts; `max_stretch` is raised as far as that needs (up to [`STRETCH_LIMIT`]). `None` = any
     /// number. More are still made where the topology or the constraints ask for them.
     pub max_charts: Option<usize>,
@@ -64,6 +69,7 @@ pub struct UnwrapOptions {
 setters! {
     UnwrapOptions {
         with_max_stretch: max_stretch: f64,
+        with_max_energy: max_energy: Option<f64>,
         with_max_charts: max_charts: Option<usize>,
         with_page_size: page_size: [u32; 2],
         with_padding_px: padding_px: u32,
@@ -83,6 +89,7 @@ impl Default for UnwrapOptions {
     fn default() -> Self {
         Self {
             max_stretch: Preset::default().max_stretch(),
+            max_energy: None,
             max_charts: None,
             page_size: [1024; 2],
             padding_px: 2,
@@ -123,6 +130,14 @@ impl UnwrapOptions {
             return Err(Error::invalid(
                 format!("max_stretch is {}", self.max_stretch),
                 "Give a finite number above 1, for example 1.1",
+            ));
+        }
+        if let Some(e) = self.max_energy
+            && !(e > 4.0 && e.is_finite())
+        {
+            return Err(Error::invalid(
+                format!("max_energy is {e}"),
+                "Give a finite number above 4 (isometry), for example 4.1, or none",
             ));
         }
         if self.max_charts == Some(0) {

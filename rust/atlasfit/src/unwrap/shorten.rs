@@ -25,7 +25,7 @@ pub(crate) fn shorten(
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Chart>> {
-    if options.max_charts.is_some() || options.keep_uvs {
+    if options.max_charts.is_some() || options.max_energy.is_some() || options.keep_uvs {
         return Ok(list);
     }
     let area = list.iter().map(|c| c.area).sum::<f64>();

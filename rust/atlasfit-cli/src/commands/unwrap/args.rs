@@ -41,6 +41,10 @@ pub struct Args {
     /// [default: that of the preset]
     #[arg(long, value_name = "FACTOR", help_heading = "Charts")]
     pub max_stretch: Option<f64>,
+    /// Bound on the mean symmetric Dirichlet energy instead of the stretch, above 4: each part in one chart,
+    /// cut open as little as that allows. 4.1 is usual
+    #[arg(long, value_name = "ENERGY", help_heading = "Charts", conflicts_with_all = ["max_stretch", "preset"])]
+    pub max_energy: Option<f64>,
     /// Most charts: the stretch bound is raised as far as that needs
     #[arg(long, value_name = "N", help_heading = "Charts")]
     pub max_charts: Option<usize>,
@@ -60,7 +64,7 @@ pub struct Args {
     #[arg(long, value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
     pub texture_size: Option<[u32; 2]>,
     /// Keep the charts of the UVs that the mesh has: move, turn, scale and pack them only
-    #[arg(long, help_heading = "Pages", conflicts_with_all = ["max_stretch", "max_charts", "preset"])]
+    #[arg(long, help_heading = "Pages", conflicts_with_all = ["max_stretch", "max_energy", "max_charts", "preset"])]
     pub pack_only: bool,
     /// Free texels between charts and at the border [default: 2; with the mesh's own texture 24]
     #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
@@ -113,6 +117,15 @@ fn size(s: &str) -> Result<[u32; 2], String> {
         let (least, most) = PAGE_TEXELS.into_inner();
         format!("give SIZE or WIDTHxHEIGHT in texels, each from {least} to {most}")
     })
+}
+
+/// What `pack` makes of an option: it packs only, and does not show those that make charts.
+pub fn packing(option: clap::Arg) -> clap::Arg {
+    match option.get_id().as_str() {
+        "pack_only" => option.default_value("true").hide(true),
+        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" => option.hide(true),
+        _ => option,
+    }
 }
 
 impl Args {

@@ -9,8 +9,8 @@ use crate::console::{Console, Usage};
 use crate::files::{self, Kept};
 use crate::output::{self, Writer, Written};
 use anyhow::Result;
-pub use args::Args;
 use args::Packer;
+pub use args::{Args, packing};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
@@ -111,6 +111,12 @@ fn load(args: &Args, console: &Console) -> Result<Kept> {
 
 /// The core's options.
 fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<UnwrapOptions> {
+    let for_charts = args.max_stretch.is_some() || args.max_energy.is_some() || args.max_charts.is_some();
+    if args.pack_only && for_charts {
+        let wrong =
+            "the charts are kept: leave out --max-stretch, --max-energy and --max-charts, or unwrap anew";
+        return Err(Usage(wrong.into()).into());
+    }
     let of_triangle = polygons.map(Polygons::of_triangles);
     let groups = args.groups.as_deref().map(|p| constraints::groups(p, mesh, of_triangle.as_deref()));
     let packer = match args.packer {
@@ -119,6 +125,7 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
     };
     Ok(UnwrapOptions::default()
         .with_max_stretch(args.max_stretch.unwrap_or(args.preset.max_stretch()))
+        .with_max_energy(args.max_energy)
         .with_max_charts(args.max_charts)
         .with_texels_per_unit(args.density)
         .with_packer(packer)

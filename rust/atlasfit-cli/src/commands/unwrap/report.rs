@@ -19,6 +19,10 @@ pub fn notes(layout: &UvLayout, options: &UnwrapOptions, console: &Console) {
             layout.non_manifold_edges,
             "edges where more than two faces, or two that face apart, meet: cut in the UVs",
         ),
+        (
+            layout.welded_vertices,
+            "vertices lie where another does: taken for one in the layout only, the mesh keeps them",
+        ),
         (layout.split_polygons, "polygons that do not lie flat were cut: these are written as triangles"),
     ] {
         if n > 0 {
@@ -110,7 +114,7 @@ impl Done<'_> {
             "pages": layout.pages, "width": layout.width, "height": layout.height,
             "coverage": number(quality.coverage), "texels_per_unit": number(layout.texels_per_unit),
             "degenerate_faces": layout.degenerate_faces, "duplicate_faces": layout.duplicate_faces,
-            "non_manifold_edges": layout.non_manifold_edges, "repaired_charts": layout.repaired_charts,
+            "non_manifold_edges": layout.non_manifold_edges, "welded_vertices": layout.welded_vertices, "repaired_charts": layout.repaired_charts,
             "split_polygons": layout.split_polygons, "padding": layout.padding_px,
             "warnings": layout.warnings, "seconds": number(self.seconds),
             "stages": stages_json(self.stages),

@@ -64,6 +64,17 @@ pub(crate) struct FlattenConstants {
     /// The same for all vertices of a step, against drifting. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub drift: f64,
+    /// Border vertices and edges nearer to each other than this are pushed apart; the surface has area 1.
+    /// Source: chosen, about ten texels of a page of 1024.
+    pub reach: f64,
+    /// How much that counts, in mean energy. Source: derived: against a stress of a tenth, two sides stay a
+    /// tenth of the reach apart.
+    pub barrier: f64,
+    /// Share of a distance that must be left after a step. In (0, 1). Source: chosen.
+    pub nearer: f64,
+    /// What holds all vertices in a Newton step, in mean energy per squared length: against drifting, where
+    /// contacts are a million times as stiff. Source: chosen.
+    pub steady: f64,
     /// What positions of one ring of vertices are multiplied by for the next one inward, where vertices are
     /// only to be put in order. In (0, 1). Source: chosen, for speed.
     /// Halved or doubled: same bytes.
@@ -106,6 +117,10 @@ pub(crate) const FLATTEN: FlattenConstants = FlattenConstants {
     halvings: 12,
     held: 1e8,
     drift: 1e-9,
+    reach: 1e-2,
+    barrier: 2e-5,
+    nearer: 0.2,
+    steady: 1e-6,
     inward: 0.95,
     leaf: 24,
     hub: 12,

@@ -130,7 +130,7 @@ fn minimise(energy: &Energy<'_>, uv: &mut Vec<[f64; 2]>, steps: usize, ctx: &Con
 }
 
 /// The disk with its border on a circle of the disk's area.
-fn convex(disk: &Disk<'_>, cot: &[[f64; 3]], ctx: &Context<'_>) -> Option<Vec<[f64; 2]>> {
+pub(crate) fn convex(disk: &Disk<'_>, cot: &[[f64; 3]], ctx: &Context<'_>) -> Option<Vec<[f64; 2]>> {
     let &Disk { tris, rest, border, vertices } = disk;
     let mut next = vec![(NONE, 0.0); vertices];
     for &(i, k) in border {
@@ -221,7 +221,7 @@ fn gradient([l, x, y]: [f64; 3], p: [[f64; 2]; 3]) -> [[f64; 2]; 3] {
 }
 
 /// The least positive length of `step` at which a triangle collapses.
-fn first_collapse(tris: &[[u32; 3]], uv: &[[f64; 2]], step: &[[f64; 2]]) -> f64 {
+pub(super) fn first_collapse(tris: &[[u32; 3]], uv: &[[f64; 2]], step: &[[f64; 2]]) -> f64 {
     let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
     let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
     tris.iter().fold(f64::INFINITY, |least, t| {

@@ -23,14 +23,14 @@ pub(crate) struct Factor {
 }
 
 /// The elimination tree, and how many entries each column of the factor has below its diagonal.
-struct Tree {
-    parent: Vec<u32>,
-    count: Vec<u32>,
+pub(super) struct Tree {
+    pub(super) parent: Vec<u32>,
+    pub(super) count: Vec<u32>,
 }
 
 impl Tree {
     /// Finds them, for vertices eliminated in some order; `place` is its inverse.
-    fn new(graph: &Graph, order: &[u32], place: &[u32]) -> Self {
+    pub(super) fn new(graph: &Graph, order: &[u32], place: &[u32]) -> Self {
         let n = order.len();
         let mut parent = vec![NONE; n];
         let mut flag = vec![NONE; n];
@@ -65,8 +65,7 @@ impl Factor {
         ctx: &Context<'_>,
     ) -> Self {
         let n = coordinates.len();
-        let mut order: Vec<u32> = (0..n as u32).collect();
-        Dissection::new(graph, coordinates).dissect(&mut order);
+        let order = dissected(graph, coordinates);
         if ctx.check().is_err() {
             return Self::default();
         }
@@ -168,6 +167,13 @@ impl Factor {
             b[i] = work[p as usize];
         }
     }
+}
+
+/// The vertices in an order of elimination.
+pub(super) fn dissected(graph: &Graph, coordinates: &[[f64; 2]]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..coordinates.len() as u32).collect();
+    Dissection::new(graph, coordinates).dissect(&mut order);
+    order
 }
 
 /// What nested dissection works on, and with.

@@ -2,9 +2,12 @@
 //! them.
 
 pub(crate) mod arap;
+mod block;
 mod constants;
+mod contacts;
 pub(crate) mod dirichlet;
 mod factor;
 pub(crate) mod graph;
+pub(crate) mod newton;
 pub(crate) mod project;
 pub(crate) mod shape;

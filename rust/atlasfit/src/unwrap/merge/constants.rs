@@ -11,9 +11,6 @@
 
 /// The numbers, see [`MERGE`].
 pub(crate) struct MergeConstants {
-    /// Share of a chart's area that may be stretched beyond the bound. Source: derived, the bound is a 95th
-    /// percentile.
-    pub over: f64,
     /// Beyond this stretch bound, merges that as-rigid-as-possible steps do not manage are tried without
     /// flips, at some cost. Within it hardly anything comes of that. Above 1. Source: chosen.
     /// Halved: charts 0.96 (homer 1.71), seam 1.00 (homer 1.31), stretch 0.99 (homer 0.91), coverage 1.01
@@ -96,7 +93,6 @@ pub(crate) struct MergeConstants {
 
 /// Their values.
 pub(crate) const MERGE: MergeConstants = MergeConstants {
-    over: 0.05,
     loose: 1.35,
     passes: 2,
     floor: 0.2,

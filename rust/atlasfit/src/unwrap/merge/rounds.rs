@@ -10,6 +10,7 @@ use super::limits::MergeLimits;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
+use crate::unwrap::constants::UNWRAP;
 use crate::unwrap::surface::Surface;
 use rayon::prelude::*;
 
@@ -43,7 +44,7 @@ pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
         let chosen = matching(candidates, charts.list.len());
         // Whether to try hard: once nothing else fits, and where stretch is allowed.
         let limits =
-            MergeLimits { bound, over: MERGE.over, hard: passes == MERGE.passes && bound > MERGE.loose };
+            MergeLimits { bound, over: UNWRAP.beyond, hard: passes == MERGE.passes && bound > MERGE.loose };
         let results: Vec<Option<Chart>> = chosen
             .par_iter()
             .map(|&(a, b)| {

@@ -11,6 +11,7 @@ use super::limits::MergeLimits;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
+use crate::unwrap::constants::UNWRAP;
 use crate::unwrap::surface::Surface;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -38,7 +39,7 @@ pub(crate) fn spend(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
     for c in charts.list.iter().flatten() {
         (left, area) = (left - c.over, area + c.area);
     }
-    left += MERGE.spent * MERGE.over * area;
+    left += MERGE.spent * UNWRAP.beyond * area;
     // What was tried: the merged chart, or that it does not fit.
     let mut tried: FxHashMap<(u32, u32), Option<Chart>> = FxHashMap::default();
     loop {

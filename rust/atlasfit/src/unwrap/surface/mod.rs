@@ -21,7 +21,7 @@ use twins::{Twins, pair_edges};
 
 /// The surface, scaled to total area 1.
 pub(crate) struct Surface {
-    /// Vertices per face, as given.
+    /// Vertices per face, as given; those of open edges at one place are one.
     pub tri: Vec<[u32; 3]>,
     /// Opposite half-edge (`3 * face + slot`) of the edge from corner `slot` to the next; [`NONE`] at
     /// borders.
@@ -48,6 +48,8 @@ pub(crate) struct Surface {
     pub duplicate: usize,
     /// Edges cut because more than two faces, or two clashing ones, meet there.
     pub non_manifold: usize,
+    /// Vertices that are taken for another one at the same place.
+    pub welded: usize,
 }
 
 impl Surface {
@@ -59,15 +61,13 @@ impl Surface {
         if m as u64 * 3 >= u64::from(NONE) {
             return Err(Error::invalid(format!("{m} triangles"), "Split the mesh: half-edges are 32-bit"));
         }
-        let tri = mesh.triangles.clone();
         let finite = |v: u32| mesh.positions[v as usize].iter().all(|x| x.is_finite());
-        let usable: Vec<bool> = tri
-            .iter()
+        let usable: Vec<bool> = (mesh.triangles.iter())
             .map(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && t.iter().all(|&v| finite(v)))
             .collect();
         ctx.check()?;
         let (pos, unit) = normalised(mesh, &usable, ctx)?;
-        let Twins { twin, non_manifold, duplicate } = pair_edges(&tri, &usable, options, ctx)?;
+        let Twins { tri, twin, non_manifold, duplicate, welded } = pair_edges(mesh, &usable, options, ctx)?;
         ctx.check()?;
         let mut out = Self::from_parts(Arc::new(pos), tri, twin, ctx)?;
         ctx.check()?;
@@ -93,7 +93,7 @@ impl Surface {
             out.area[f] = 0.0;
         }
         out.degenerate = (0..m).filter(|&f| !usable[f] || out.normal[f] == Vec3::ZERO).count();
-        Ok(Self { usable, unit, duplicate, non_manifold, ..out })
+        Ok(Self { usable, unit, duplicate, non_manifold, welded, ..out })
     }
 
     /// Measures the faces of a mesh with known adjacency; all count as usable.
@@ -131,7 +131,7 @@ impl Surface {
         }
         let usable = vec![true; m];
         let cells = None;
-        let (unit, degenerate, duplicate, non_manifold) = (1.0, 0, 0, 0);
+        let (unit, degenerate, duplicate, non_manifold, welded) = (1.0, 0, 0, 0, 0);
         Ok(Self {
             tri,
             twin,
@@ -146,6 +146,7 @@ impl Surface {
             degenerate,
             duplicate,
             non_manifold,
+            welded,
         })
     }
 

@@ -1,0 +1,84 @@
+//! The numbers of cutting surfaces open: one place, each with its unit and where it is from.
+//!
+//! Source of all: chosen on eleven of the meshes of OptCuts, by hand; what halving and doubling does is not
+//! measured yet.
+
+/// Mean symmetric Dirichlet energy of an isometry.
+pub(super) const LEAST_ENERGY: f64 = 4.0;
+
+/// Where cuts grow to.
+#[derive(Clone, Copy)]
+pub(super) struct Plan {
+    /// Shortest length of a new cut; the surface has area 1.
+    pub least: f64,
+    /// Half of the places are those of most energy, half those of most energy times this power of their
+    /// distance from the border and other cuts.
+    pub power: f64,
+}
+
+/// The numbers, see [`SEAMS`].
+pub(super) struct SeamsConstants {
+    /// Faces of the stand-in on which seams are looked for first.
+    pub coarse: usize,
+    /// Surfaces of more than this many times as many faces have one.
+    pub much: usize,
+    /// How many times its length a cut through a polygon costs.
+    pub within_polygon: f64,
+    /// Cuts to far ends at most, before a first layout is good enough.
+    pub first_cuts: usize,
+    /// Mean energy of one that is.
+    pub first_energy: f64,
+    /// Newton steps for the first positions at most.
+    pub first_steps: usize,
+    /// Newton steps after which a trial is judged.
+    pub trial_steps: usize,
+    /// Newton steps after a change at most.
+    pub steps: usize,
+    /// Steps end where one lowers the mean energy by less than this.
+    pub least: f64,
+    /// How far the sides of a new cut are drawn apart, as a share of the shortest edge there ...
+    pub parted: f64,
+    /// ... and how often that is quartered where triangles turn over.
+    pub partings: usize,
+    /// Places that a cut may grow to which are tried at once.
+    pub targets: usize,
+    /// Shortest piece of a seam that is closed at once, as a share of the whole, at first.
+    pub piece: f64,
+    /// Loose ends whose closing is tried again, of those that were before.
+    pub again: usize,
+    /// Cuts that are added at most; a part that needs more is left to the merging of charts.
+    pub most_cuts: usize,
+    /// Share of the energy above an isometry's that a new cut must take away.
+    pub gain: f64,
+    /// Share by which a round must shorten the cuts to be followed by others.
+    pub shorter: f64,
+    /// Searches that are made from the start, of which the best is kept, and in turn tried for more cuts, after
+    /// which others may be closed.
+    pub plans: [Plan; 3],
+}
+
+/// Their values.
+pub(super) const SEAMS: SeamsConstants = SeamsConstants {
+    coarse: 2000,
+    much: 2,
+    within_polygon: 1e3,
+    first_cuts: 16,
+    first_energy: 20.0,
+    first_steps: 60,
+    trial_steps: 3,
+    steps: 40,
+    least: 1e-4,
+    parted: 0.02,
+    partings: 6,
+    targets: 6,
+    piece: 0.08,
+    again: 2,
+    most_cuts: 60,
+    gain: 1e-3,
+    shorter: 2e-3,
+    plans: [
+        Plan { least: 0.12, power: 1.0 },
+        Plan { least: 0.06, power: 2.0 },
+        Plan { least: 0.2, power: 1.0 },
+    ],
+};

@@ -1,0 +1,98 @@
+//! Cuts of a coarse stand-in on the surface that it stands for.
+//!
+//! In: a layout of the stand-in, whose vertices are some of the surface's. Out: one of the surface, whose cuts
+//! run along the shortest ways between the same vertices.
+
+use super::sheet::{Layout, Sheet};
+use crate::error::Result;
+use crate::run::Context;
+use crate::spatial::sets::Sets;
+use crate::unwrap::surface::NONE;
+use rustc_hash::FxHashMap;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// The same cuts on the full sheet, laid flat; `None` where they do not make a disk of it.
+pub(super) fn lifted(
+    small: &Sheet<'_>,
+    found: &Layout,
+    sheet: &Sheet<'_>,
+    ctx: &Context<'_>,
+) -> Result<Option<Layout>> {
+    let home: FxHashMap<u32, u32> =
+        sheet.vertex.iter().enumerate().map(|(i, &v)| (v, i as u32)).rev().collect();
+    let mut cut = vec![false; sheet.ends.len()];
+    for (ends, _) in small.ends.iter().zip(&found.cut).filter(|c| *c.1) {
+        let [Some(&a), Some(&b)] = ends.map(|v| home.get(&small.vertex[v as usize])) else {
+            return Ok(None);
+        };
+        for e in shortest(sheet, a, b, &cut, ctx)? {
+            cut[e as usize] = true;
+        }
+    }
+    whole(sheet, &mut cut, ctx)?;
+    let out = sheet.fresh(cut, ctx);
+    ctx.check()?;
+    Ok(out)
+}
+
+/// The shortest way between two vertices; edges that are cut already cost little.
+fn shortest(sheet: &Sheet<'_>, a: u32, b: u32, cut: &[bool], ctx: &Context<'_>) -> Result<Vec<u32>> {
+    let mut reached: FxHashMap<u32, (f64, u32)> = FxHashMap::default();
+    let mut heap = BinaryHeap::from([Reverse((0u64, a))]);
+    reached.insert(a, (0.0, NONE));
+    let mut looks = 0;
+    while let Some(Reverse((key, v))) = heap.pop() {
+        looks += 1;
+        ctx.check_at(looks)?;
+        if v == b {
+            break;
+        }
+        let d = f64::from_bits(key);
+        if d > reached[&v].0 {
+            continue;
+        }
+        for &e in sheet.near(v) {
+            let length = sheet.length[e as usize] * if cut[e as usize] { 0.1 } else { 1.0 };
+            let (w, d) = (sheet.other(e, v), d + length);
+            if reached.get(&w).is_none_or(|r| d < r.0) {
+                reached.insert(w, (d, e));
+                heap.push(Reverse((d.to_bits(), w)));
+            }
+        }
+    }
+    let (mut v, mut out) = (b, Vec::new());
+    while let Some(&(_, e)) = reached.get(&v).filter(|r| r.1 != NONE) {
+        out.push(e);
+        v = sheet.other(e, v);
+    }
+    Ok(out)
+}
+
+/// Closes cuts, the longest first, that part the sheet.
+fn whole(sheet: &Sheet<'_>, cut: &mut [bool], ctx: &Context<'_>) -> Result<()> {
+    let beyond = |e: u32| {
+        let h = sheet.half[e as usize] as usize;
+        [h as u32 / 3, sheet.across[h / 3][h % 3]]
+    };
+    let mut sets = Sets::new(sheet.faces.len());
+    let mut closed: Vec<u32> = Vec::new();
+    for e in 0..sheet.ends.len() as u32 {
+        ctx.check_at(e as usize)?;
+        if cut[e as usize] {
+            closed.push(e);
+        } else {
+            let [f, g] = beyond(e);
+            sets.join(f, g);
+        }
+    }
+    closed.sort_by(|&a, &b| sheet.length[b as usize].total_cmp(&sheet.length[a as usize]).then(a.cmp(&b)));
+    for e in closed {
+        let [f, g] = beyond(e);
+        if sets.find(f) != sets.find(g) {
+            sets.join(f, g);
+            cut[e as usize] = false;
+        }
+    }
+    Ok(())
+}

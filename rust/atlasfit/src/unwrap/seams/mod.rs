@@ -1,0 +1,82 @@
+//! Seams as an optimisation: few charts, one for each connected part where that can be, cut open only as far
+//! as a bound on the distortion asks for.
+//!
+//! In: a surface and a bound on the symmetric Dirichlet energy. Out: charts, if each part of the surface could
+//! be opened. After OptCuts (Li, Kaufman, Kim, Solomon, Sheffer 2018), which moves seams vertex by vertex:
+//! here whole cuts grow to where the distortion is and are closed from their ends again, first on a coarse
+//! stand-in.
+
+mod constants;
+mod grow;
+mod initial;
+mod lift;
+mod search;
+mod sheet;
+mod trim;
+
+use super::chart::Chart;
+use super::large::{Patches, coarsen};
+use super::surface::{NONE, Surface};
+use crate::error::Result;
+use crate::run::Context;
+use crate::spatial::lists::Lists;
+use crate::spatial::sets::Sets;
+use constants::SEAMS;
+use lift::lifted;
+use rustc_hash::FxHashSet;
+use sheet::Sheet;
+
+/// Parts of a surface that were opened.
+pub(super) struct Opened {
+    /// One for each.
+    pub charts: Vec<Chart>,
+    /// Faces of the other parts.
+    pub failed: FxHashSet<u32>,
+}
+
+/// Charts of mean energy at most `bound` with short seams: one for each connected part of the surface that can
+/// be opened so.
+pub(super) fn opened(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Opened> {
+    let mut sets = Sets::new(s.faces());
+    for (f, twins) in s.twin.iter().enumerate() {
+        ctx.check_at(f)?;
+        twins.iter().filter(|&&h| h != NONE).for_each(|&h| sets.join(f as u32, h / 3));
+    }
+    let root: Vec<[u32; 1]> = (0..s.faces() as u32).map(|f| [sets.find(f)]).collect();
+    let lists = Lists::new(s.faces(), &root, ctx)?;
+    let mut out = Opened { charts: Vec::new(), failed: FxHashSet::default() };
+    for id in 0..s.faces() as u32 {
+        let faces: Vec<u32> = lists.of(id).iter().copied().filter(|&f| s.usable[f as usize]).collect();
+        if !faces.is_empty() {
+            match part_opened(s, faces.clone(), bound, ctx)? {
+                Some(chart) => out.charts.push(chart),
+                None => out.failed.extend(faces),
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// One connected part in one chart.
+fn part_opened(s: &Surface, faces: Vec<u32>, bound: f64, ctx: &Context<'_>) -> Result<Option<Chart>> {
+    if let [f] = faces[..] {
+        return Ok(Some(Chart::single(s, f)));
+    }
+    let whole = faces.len() == s.faces();
+    let Some(sheet) = Sheet::new(s, faces, ctx)? else { return Ok(None) };
+    let plan = SEAMS.plans[0];
+    if sheet.faces.len() > SEAMS.much * SEAMS.coarse && whole {
+        let patches = Patches::new(s, vec![0; s.faces()], 1);
+        let levels = coarsen(s, &patches, SEAMS.coarse, ctx)?;
+        let coarse = &levels.last().surface;
+        let faces = (0..coarse.faces() as u32).collect();
+        if let Some(small) = Sheet::new(coarse, faces, ctx)?
+            && let Some(found) = search::search(&small, bound, ctx)?
+            && let Some(start) = lifted(&small, &found, &sheet, ctx)?
+            && let Some(found) = search::within(&sheet, start, plan, bound, ctx)?
+        {
+            return Ok(Some(found.chart));
+        }
+    }
+    Ok(search::search(&sheet, bound, ctx)?.map(|l| l.chart))
+}

@@ -1,0 +1,93 @@
+//! The search for short seams within a bound.
+//!
+//! In: a sheet. Out: a layout within the bound.
+
+use super::constants::{LEAST_ENERGY, Plan, SEAMS};
+use super::grow::grown;
+use super::initial::first_cut;
+use super::sheet::{Layout, Sheet};
+use super::trim::trimmed;
+use crate::error::Result;
+use crate::run::Context;
+use rayon::prelude::*;
+
+/// A layout within the bound; `None` where there is none to be found.
+pub(super) fn search(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Option<Layout>> {
+    let Some(start) = opened_enough(sheet, ctx)? else { return Ok(None) };
+    let found: Vec<Option<Layout>> = (SEAMS.plans.par_iter())
+        .map(|&plan| within(sheet, start.clone(), plan, bound, ctx))
+        .collect::<Result<_>>()?;
+    let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
+    let Some(mut now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
+    let mut in_vain = 0;
+    for &plan in SEAMS.plans.iter().cycle() {
+        ctx.check()?;
+        if in_vain == SEAMS.plans.len() {
+            break;
+        }
+        in_vain += 1;
+        // Any cut that lowers the energy makes room for others to be closed.
+        let Some(longer) = grown(sheet, &now, plan, LEAST_ENERGY, ctx)? else { continue };
+        let other = trimmed(sheet, longer, bound, ctx)?;
+        if other.length < now.length * (1.0 - SEAMS.shorter) {
+            now = other;
+            in_vain = 0;
+        }
+    }
+    Ok(Some(now))
+}
+
+/// The start with cuts to where the distortion is, and these closed as far as the bound allows. `None` where
+/// no cut helps any more.
+pub(super) fn within(
+    sheet: &Sheet<'_>,
+    start: Layout,
+    plan: Plan,
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<Layout>> {
+    let mut now = start;
+    for growths in 0.. {
+        if now.energy <= bound {
+            break;
+        }
+        if growths == SEAMS.most_cuts {
+            return Ok(None);
+        }
+        let enough = now.energy - SEAMS.gain * (now.energy - LEAST_ENERGY);
+        let mut next = None;
+        for &plan in [plan].iter().chain(&SEAMS.plans) {
+            next = grown(sheet, &now, plan, bound, ctx)?.filter(|l| l.energy < enough);
+            if next.is_some() {
+                break;
+            }
+        }
+        let Some(next) = next else { return Ok(None) };
+        now = next;
+    }
+    trimmed(sheet, now, bound, ctx).map(Some)
+}
+
+/// A first layout that is not far from flat: a part with a small border, which would be drawn out of all
+/// measure, is cut to its far ends before.
+fn opened_enough(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Option<Layout>> {
+    let mut cut = first_cut(sheet, ctx)?;
+    let mut best: Option<Layout> = None;
+    for _ in 0..SEAMS.first_cuts {
+        let fresh = sheet.fresh(cut.clone(), ctx);
+        ctx.check()?;
+        if let Some(l) = fresh {
+            if best.as_ref().is_none_or(|b| l.energy < b.energy) {
+                best = Some(l);
+            }
+            if best.as_ref().is_some_and(|b| b.energy < SEAMS.first_energy) {
+                break;
+            }
+        }
+        let (distance, by) = sheet.distances(&sheet.opened(&cut), ctx)?;
+        let far = |best: u32, v: u32| if distance[v as usize] > distance[best as usize] { v } else { best };
+        let end = (0..sheet.vertices() as u32).fold(0, far);
+        sheet.path(end, &by).into_iter().for_each(|e| cut[e as usize] = true);
+    }
+    Ok(best)
+}
