@@ -117,19 +117,6 @@ pub(crate) struct OrientConstants {
     /// made 0.65 and more.
     /// Halved or doubled: same bytes.
     pub explained: f64,
-    /// Ground is at most this high, in its lesser width. Source: chosen.
-    pub flat: f64,
-    /// Side of the columns that are looked down through, in spacings. Source: chosen, so that about four points
-    /// are in one.
-    pub cell: f64,
-    /// A gap in a column, in its sides, lies between two surfaces: what is steeper than 76 degrees is a wall,
-    /// whose points follow each other. Source: chosen.
-    pub gap: f64,
-    /// Share of the points of ground that others may hide from above: trees, eaves. Source: chosen; of a body
-    /// it is half.
-    pub hidden: f64,
-    /// Where a viewer above stands, in longest sides: all rays to it are alike. Source: chosen.
-    pub far_above: f64,
     /// One scanner sees only what faces it. This share of the points may seem not to: noise turns those that
     /// lean most, and so do mixed pixels at the edges. Source: chosen.
     /// Halved or doubled: same bytes.
@@ -165,10 +152,5 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     step_end: 0.01,
     most_steps: 200,
     explained: 0.5,
-    flat: 0.5,
-    cell: 2.0,
-    gap: 4.0,
-    hidden: 0.1,
-    far_above: 1e3,
     turned_away: 0.1,
 };

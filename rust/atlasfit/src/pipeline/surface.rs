@@ -187,7 +187,7 @@ pub(super) fn area(sampling: &Sampling) -> f64 {
     sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
 }
 
-/// How the points vote on each chart's side if one scanner made the scan, or it is ground; `part` says which of the connected
+/// How the points vote on each chart's side if one scanner made the scan; `part` says which of the connected
 /// charts each belongs to. No votes where none is found.
 pub(super) fn votes_of_scanner(
     projected: &[ProjectedPoint],
@@ -197,10 +197,7 @@ pub(super) fn votes_of_scanner(
     ctx: &Context<'_>,
 ) -> Result<Vec<Vote>> {
     let origin = frame.origin.map(|x| -x / frame.scale);
-    let scanner = match orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)? {
-        None => orient::viewer_above(projected, sampling.median, origin, ctx)?,
-        found => found,
-    };
+    let scanner = orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)?;
     Ok(scanner.map_or_else(Vec::new, |v| votes_toward(v, projected, part.len())))
 }
 
