@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+pub mod batch;
 pub mod bench;
 pub mod compare;
 pub mod convert;
@@ -11,4 +12,5 @@ pub mod learn;
 pub mod measure;
 pub mod render;
 pub mod simplify;
+pub mod tiles;
 pub mod unwrap;
