@@ -167,7 +167,9 @@ impl Rows {
                 block.positions.extend_from_slice(&cloud.positions[first..first + n]);
                 if let Some(colors) = &cloud.colors {
                     let full = |c: f32| (c.clamp(0.0, 1.0) * 65535.0).round() as u16;
-                    block.colors.extend(colors[first..first + n].iter().map(|c| [c[0], c[1], c[2]].map(full)));
+                    block
+                        .colors
+                        .extend(colors[first..first + n].iter().map(|c| [c[0], c[1], c[2]].map(full)));
                 }
                 return Ok(true);
             }
@@ -199,9 +201,9 @@ impl RowLayout {
     fn read(&self, n: usize, block: &mut RowBlock) {
         let RowBlock { positions, colors, bytes } = block;
         positions.resize(n, [0.0; 3]);
-        for k in 0..3 {
+        for (k, &axis) in self.axes.iter().enumerate() {
             let (scale, offset) = (self.scale[k], self.offset[k]);
-            column(bytes, self.axes[k], |i, v| positions[i][k] = v * scale + offset);
+            column(bytes, axis, |i, v| positions[i][k] = v * scale + offset);
         }
         if let Some((layouts, full)) = &self.colors {
             colors.resize(n, [0; 3]);
@@ -286,9 +288,9 @@ impl RowsWriter {
             _ => return Ok(()),
         };
         for (row, p) in block.bytes.chunks_exact_mut(layout.stride).zip(positions) {
-            for k in 0..3 {
+            for (k, &x) in p.iter().enumerate() {
                 let ColumnLayout { offset, kind, big_endian, .. } = layout.axes[k];
-                let value = (p[k] - layout.offset[k]) / layout.scale[k];
+                let value = (x - layout.offset[k]) / layout.scale[k];
                 // Coordinates that are not finite stay as they are.
                 if !value.is_finite() {
                     continue;
@@ -296,7 +298,7 @@ impl RowsWriter {
                 let Some(held) = put(&mut row[offset..], kind, big_endian, value) else {
                     return Err(Error::Unsupported {
                         file: self.path.display().to_string(),
-                        what: format!("the coordinate {} is beyond what its numbers hold", p[k]),
+                        what: format!("the coordinate {x} is beyond what its numbers hold"),
                         advice: "Write the scan with a coarser scale or another offset".into(),
                     });
                 };
@@ -309,7 +311,9 @@ impl RowsWriter {
         match &mut self.out {
             Out::Plain(file) => file.write_all(&block.bytes).map_err(io),
             #[cfg(feature = "laz")]
-            Out::Packed(packer) => packer.compress_many(&block.bytes).map_err(|e| io(std::io::Error::other(e))),
+            Out::Packed(packer) => {
+                packer.compress_many(&block.bytes).map_err(|e| io(std::io::Error::other(e)))
+            }
             Out::Held(_) => Ok(()),
         }
     }

@@ -27,8 +27,9 @@ impl Cells {
         let finite = || points.iter().filter(|p| p.iter().all(|x| x.is_finite()));
         if self.side == 0.0 {
             let longest = (0..3).map(|k| {
-                let [low, high] = finite()
-                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[k]), high.max(p[k])]);
+                let [low, high] = finite().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+                    [low.min(p[k]), high.max(p[k])]
+                });
                 high - low
             });
             let longest = longest.fold(0.0, f64::max);

@@ -186,7 +186,9 @@ impl Seam {
         store::whole(&folder.seam(tile), |out| {
             for list in [&self.cut, &self.border] {
                 out.column(&list.iter().map(|e| [e.at[0], e.at[1]].concat_array()).collect::<Vec<_>>())?;
-                out.column(&list.iter().map(|e| [e.normals[0], e.normals[1]].concat_array()).collect::<Vec<_>>())?;
+                out.column(
+                    &list.iter().map(|e| [e.normals[0], e.normals[1]].concat_array()).collect::<Vec<_>>(),
+                )?;
                 out.list(&list.iter().map(|e| e.part).collect::<Vec<_>>())?;
             }
             out.column(&self.parts.iter().map(|s| [s.area, s.volume, s.triangles]).collect::<Vec<_>>())

@@ -18,6 +18,7 @@ use atlasfit::unwrap::unwrap;
 use atlasfit::{DenoiseOptions, Run, Stop};
 use atlasfit_io::{SaveMesh, Texture, save_mesh};
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::path::Path;
 
 /// How far coarser levels may move and how long their edges get, as multiples of the finest level's.
 pub(crate) const LEVELS: [f32; 3] = [1.0, 4.0, 16.0];
@@ -42,19 +43,30 @@ pub(crate) struct Light {
 }
 
 /// Makes a tile's surface ready.
-pub(crate) fn run(plan: &Plan, folder: Folder<'_>, tile: usize, run: &mut Run<'_>, stop: &Stop) -> Result<()> {
+pub(crate) fn run(
+    plan: &Plan,
+    folder: Folder<'_>,
+    tile: usize,
+    run: &mut Run<'_>,
+    stop: &Stop,
+) -> Result<()> {
     let mesh = job::read_mesh(folder, tile)?;
     let seam = Seam::read(folder, tile)?;
     let (surface, pinned) = joined(mesh, &seam, &Decided::read(folder, tile)?);
     let cloud = if plan.colors { Some(colored(folder, tile)?) } else { None };
     let mut finest = Light::default();
+    // That of the finest level, for all.
+    let mut origin = None;
     let last = if plan.tileset.is_some() { LEVELS.len() } else { 1 };
     for (level, share) in LEVELS.into_iter().enumerate().take(last) {
         let light = run.execute(|ctx| simplify_tile(&surface, &pinned, share, ctx))?;
         let mesh = placed(plan, &light);
         let error = share * surface.error.iter().copied().fold(0.0, f32::max);
         finest.errors[level] = f64::from(error) * plan.known.scale;
-        write_glb(plan, tile, level, &mesh, cloud.as_ref(), run, stop)?;
+        let origin = *origin.get_or_insert_with(|| middle(&mesh.positions, step(plan)));
+        if let Some(path) = plan.glb(tile, level) {
+            write_glb(plan, &path, origin, mesh.clone(), cloud.as_ref(), run, stop)?;
+        }
         if level == 0 {
             let shared: FxHashSet<_> =
                 (0..pinned.len()).filter(|&v| pinned[v]).map(|v| key(surface.positions[v])).collect();
@@ -163,21 +175,19 @@ fn colors(mesh: &TriMesh, cloud: &PointCloud, run: &mut Run<'_>) -> Result<Vec<[
 }
 
 /// Writes a level of detail as GLB, with UVs and texture where they are wanted. Tiles of the format have y
-/// up within a file and z up among each other; positions are small, from the tile's middle.
+/// up within a file and z up among each other; positions are small, from `origin`.
 fn write_glb(
     plan: &Plan,
-    tile: usize,
-    level: usize,
-    mesh: &TriMesh,
+    path: &Path,
+    origin: [f64; 3],
+    mut mesh: TriMesh,
     cloud: Option<&PointCloud>,
     run: &mut Run<'_>,
     stop: &Stop,
 ) -> Result<()> {
-    let Some(path) = plan.glb(tile, level) else { return Ok(()) };
     if mesh.triangles.is_empty() {
         return Ok(());
     }
-    let mut mesh = mesh.clone();
     let mut png = None;
     if plan.options.uv {
         let side = side_for(mesh.positions.len()).min(4096);
@@ -189,9 +199,8 @@ fn write_glb(
             png = Some(encoded(&run.execute(|ctx| bake(&mesh, Colors::Points(cloud), &how, ctx))?)?);
         }
     }
-    let middle = middle(&mesh.positions, step(plan));
     for p in &mut mesh.positions {
-        let [x, y, z] = sub(*p, middle);
+        let [x, y, z] = sub(*p, origin);
         *p = [x, z, -y];
     }
     for n in mesh.normals.iter_mut().flatten() {
@@ -202,7 +211,7 @@ fn write_glb(
     }
     let mut how = SaveMesh::default().with_texture(png.as_deref().map(Texture::Png));
     how.stop = stop.clone();
-    save_mesh(&path, &mesh, &how)?;
+    save_mesh(path, &mesh, &how)?;
     Ok(())
 }
 
@@ -215,10 +224,7 @@ pub(crate) fn middle(positions: &[[f64; 3]], step: f64) -> [f64; 3] {
 /// The least and the greatest coordinates.
 pub(crate) fn extent(positions: &[[f64; 3]]) -> [[f64; 3]; 2] {
     positions.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
-        [
-            std::array::from_fn(|k| f64::min(low[k], p[k])),
-            std::array::from_fn(|k| f64::max(high[k], p[k])),
-        ]
+        [std::array::from_fn(|k| f64::min(low[k], p[k])), std::array::from_fn(|k| f64::max(high[k], p[k]))]
     })
 }
 
@@ -229,7 +235,8 @@ fn encoded(image: &Image) -> Result<Vec<u8>> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     let rgb: Vec<u8> = image.rgba.iter().flat_map(|c| [c[0], c[1], c[2]]).collect();
-    let wrong = |e: png::EncodingError| Error::refused(format!("cannot encode the texture: {e}"), "Report this");
+    let wrong =
+        |e: png::EncodingError| Error::refused(format!("cannot encode the texture: {e}"), "Report this");
     let mut writer = encoder.write_header().map_err(wrong)?;
     writer.write_image_data(&rgb).map_err(wrong)?;
     writer.finish().map_err(wrong)?;

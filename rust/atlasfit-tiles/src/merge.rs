@@ -141,7 +141,8 @@ pub(crate) fn surface(plan: &Plan, folder: Folder<'_>, stop: &Stop) -> Result<()
     }
     let colored = plan.colors;
     store::whole(path, |out| {
-        let colors = if colored { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };
+        let colors =
+            if colored { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };
         let head = format!(
             "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty double x\nproperty \
              double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float \
@@ -151,7 +152,7 @@ pub(crate) fn surface(plan: &Plan, folder: Folder<'_>, stop: &Stop) -> Result<()
         let mut next = 0u32;
         let mut bytes = Vec::new();
         for tile in 0..plan.tiles.len() {
-            stop.check("writing").map_err(atlasfit::Error::from)?;
+            stop.check("writing")?;
             let light = Light::read(folder, tile)?;
             for v in 0..light.positions.len() {
                 if light.shared[v] == 1 {
@@ -174,7 +175,7 @@ pub(crate) fn surface(plan: &Plan, folder: Folder<'_>, stop: &Stop) -> Result<()
         let mut next = 0u32;
         let mut written: rustc_hash::FxHashSet<Key> = rustc_hash::FxHashSet::default();
         for tile in 0..plan.tiles.len() {
-            stop.check("writing").map_err(atlasfit::Error::from)?;
+            stop.check("writing")?;
             let light = Light::read(folder, tile)?;
             let mut number = Vec::with_capacity(light.positions.len());
             for (p, s) in light.positions.iter().zip(&light.shared) {
@@ -214,19 +215,25 @@ pub(crate) fn tileset(plan: &Plan, folder: Folder<'_>) -> Result<()> {
             continue;
         }
         let own = extent(&light.positions);
-        whole = extent(&[whole[0], whole[1], own[0], own[1]]);
+        for k in 0..3 {
+            whole[0][k] = whole[0][k].min(own[0][k]);
+            whole[1][k] = whole[1][k].max(own[1][k]);
+        }
         lights.push((tile, middle(&light.positions, step), own, light.errors));
     }
     if lights.is_empty() {
-        return Err(Error::refused("the scan makes no surface", "Give a denser scan, or set the noise by hand"));
+        return Err(Error::refused(
+            "the scan makes no surface",
+            "Give a denser scan, or set the noise by hand",
+        ));
     }
     let origin: [f64; 3] = std::array::from_fn(|k| ((whole[0][k] + whole[1][k]) * 0.5 / step).round() * step);
     for (tile, middle, own, errors) in lights {
         coarsest = coarsest.max(errors[LEVELS.len() - 1]);
         // Levels lie in each other, the coarsest outside.
         let mut node: Option<Value> = None;
-        for level in 0..LEVELS.len() {
-            let error = if level == 0 { 0.0 } else { errors[level] };
+        for (level, error) in errors.into_iter().enumerate() {
+            let error = if level == 0 { 0.0 } else { error };
             let mut of_level = json!({
                 "boundingVolume": { "box": bounds(own, middle) },
                 "geometricError": error,

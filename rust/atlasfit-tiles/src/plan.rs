@@ -248,7 +248,8 @@ pub fn plan(request: &Request, run: &mut Run<'_>, stop: &Stop) -> Result<Plan> {
         tasks: Vec::new(),
     };
     plan.tasks = crate::tasks::of(&plan, &absolute(&request.folder)?);
-    let text = serde_json::to_string_pretty(&plan).map_err(|e| Error::refused(e.to_string(), "Report this"))?;
+    let text =
+        serde_json::to_string_pretty(&plan).map_err(|e| Error::refused(e.to_string(), "Report this"))?;
     store::text(&folder.plan(), &text)?;
     Ok(plan)
 }
@@ -376,7 +377,7 @@ fn pass(request: &Request, folder: Folder<'_>, stop: &Stop) -> Result<Pass> {
                     row.put(&mut bytes);
                     if !position.iter().all(|x| x.is_finite()) {
                         found.not_finite += 1;
-                    } else if row.row % every == 0 {
+                    } else if row.row.is_multiple_of(every) {
                         found.spread.push(position);
                         if found.spread.len() > SPREAD {
                             every *= 2;
@@ -421,11 +422,7 @@ fn announced(request: &Request, stop: &Stop) -> Result<Vec<u64>> {
         match (&crs, rows.crs()) {
             (Some((other, known)), Some(own)) if known != own => {
                 return Err(Error::refused(
-                    format!(
-                        "{} and {} are in different coordinate systems",
-                        other.display(),
-                        file.display()
-                    ),
+                    format!("{} and {} are in different coordinate systems", other.display(), file.display()),
                     "Bring them into one first, for example with `pdal translate` and filters.reprojection",
                 ));
             }
@@ -444,8 +441,7 @@ fn known(request: &Request, folder: Folder<'_>, pass: &Pass, run: &mut Run<'_>) 
     let points = pass.points;
     let windows = if points <= SAMPLE { Vec::new() } else { windows(pass) };
     let within = |p: &[f64; 3]| {
-        windows.is_empty()
-            || windows.iter().any(|w| (0..3).all(|k| (p[k] - w.middle[k]).abs() <= w.reach))
+        windows.is_empty() || windows.iter().any(|w| (0..3).all(|k| (p[k] - w.middle[k]).abs() <= w.reach))
     };
     let mut sample = Vec::new();
     folder.each_raw(|rows| {

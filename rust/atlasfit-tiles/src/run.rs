@@ -60,6 +60,7 @@ pub fn task(plan: &Plan, folder: &Path, name: &str, run: &mut Run<'_>, stop: &St
         return Err(Error::refused(format!("the plan has no task {name}"), "See `tasks` in plan.json"));
     };
     if task.is_done() {
+        task.outputs.iter().for_each(|o| store::sweep(o));
         return Ok(());
     }
     if let Some(before) = plan.tasks.iter().find(|t| task.after.contains(&t.name) && !t.is_done()) {
@@ -79,6 +80,11 @@ pub fn task(plan: &Plan, folder: &Path, name: &str, run: &mut Run<'_>, stop: &St
         Kind::Surface => merge::surface(plan, at, stop),
         Kind::Tileset => merge::tileset(plan, at),
     };
+    // Where another process was first, the outputs are there all the same.
+    let done = if task.is_done() { Ok(()) } else { done };
+    if done.is_ok() {
+        task.outputs.iter().for_each(|o| store::sweep(o));
+    }
     let log = Log {
         seconds: started.elapsed().as_secs_f64(),
         threads: run.threads,
@@ -212,8 +218,7 @@ pub fn simulate(plan: &Plan, folder: &Path, workers: usize) -> Simulated {
     for (i, task) in plan.tasks.iter().enumerate() {
         task.after.iter().filter_map(|a| number.get(a.as_str())).for_each(|&a| then[a].push(i));
     }
-    let mut ready: std::collections::BTreeSet<usize> =
-        (0..waits.len()).filter(|&i| waits[i] == 0).collect();
+    let mut ready: std::collections::BTreeSet<usize> = (0..waits.len()).filter(|&i| waits[i] == 0).collect();
     // Tasks that run: when they end, in nanoseconds.
     let mut running: std::collections::BTreeSet<(u64, usize)> = std::collections::BTreeSet::new();
     let (mut now, mut work, mut memory, mut peak) = (0u64, 0.0, 0u64, 0u64);

@@ -1,7 +1,8 @@
 //! Files of numbers in a work folder, whole or not at all.
 //!
-//! In: values. Out: little-endian bytes under a hidden name, renamed once all is written; and back. What a
-//! killed process has left under such a name is removed by whoever writes the file next.
+//! In: values. Out: little-endian bytes under a hidden name, renamed once all is written; and back. Several
+//! processes may write the same file, as an engine may run a task twice: each has a name of its own. What
+//! killed ones have left is removed once the file is there ([`sweep`]).
 
 use crate::error::{Error, Result};
 use std::fs::File;
@@ -11,12 +12,22 @@ use std::path::{Path, PathBuf};
 /// Bytes that are read or written at once.
 const BUFFER: usize = 1 << 18;
 
-/// The hidden name under which `path` is written.
-fn hidden(path: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(".part");
-    path.with_file_name(name)
+/// How hidden names begin under which `path` is written, by this crate and by atlasfit-io.
+fn hidden(path: &Path) -> String {
+    format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy())
+}
+
+/// Removes what others have begun of a file that is there.
+pub(crate) fn sweep(path: &Path) {
+    let begin = hidden(path);
+    let Some(entries) = path.parent().and_then(|folder| std::fs::read_dir(folder).ok()) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(&begin) && name.ends_with(".part") {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Writes a file by `write`; it is there once all of it is.
@@ -25,7 +36,9 @@ fn hidden(path: &Path) -> PathBuf {
 /// [`Error::Io`], and those of `write`.
 pub(crate) fn whole(path: &Path, write: impl FnOnce(&mut Writer) -> Result<()>) -> Result<()> {
     let io = |source| Error::io(path, "write it", source);
-    let part = hidden(path);
+    // Machines that share a folder may have processes of one number: the time tells them apart.
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_nanos());
+    let part = path.with_file_name(format!("{}{}-{now}.part", hidden(path), std::process::id()));
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make it", e))?;
     }
@@ -37,7 +50,11 @@ pub(crate) fn whole(path: &Path, write: impl FnOnce(&mut Writer) -> Result<()>) 
         let _ = std::fs::remove_file(&part);
         return Err(e);
     }
-    std::fs::rename(&part, path).map_err(io)
+    match std::fs::rename(&part, path) {
+        // Another process was first, and has swept.
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound && path.exists() => Ok(()),
+        renamed => renamed.map_err(io),
+    }
 }
 
 /// Writes a text file, whole or not at all.

@@ -3,7 +3,7 @@
 //! In: a plan without them. Out: its tasks, in an order in which they may run one after the other.
 
 use crate::folder::Folder;
-use crate::plan::{Plan, ROW_BYTES, Task, memory};
+use crate::plan::{Plan, Task, memory};
 use std::path::{Path, PathBuf};
 
 /// What a task does.
@@ -104,15 +104,23 @@ pub(crate) fn of(plan: &Plan, at: &Path) -> Vec<Task> {
         if plan.colors {
             inputs.push(folder.points(k));
         }
-        let mut outputs = vec![folder.light(k)];
-        outputs.extend(plan.glb(k, 0));
-        tasks.push(task(Kind::Light(k), inputs, outputs, vec![Kind::Seams], own, LIGHT_BYTES * own + ROW_BYTES));
+        // Written after the tile's GLB files, of which there are none where it has no surface.
+        let outputs = vec![folder.light(k)];
+        let memory = LIGHT_BYTES * own + STREAM_BYTES;
+        tasks.push(task(Kind::Light(k), inputs, outputs, vec![Kind::Seams], own, memory));
     }
     let lights: Vec<PathBuf> = tiles.clone().map(|k| folder.light(k)).collect();
     let after: Vec<Kind> = tiles.map(Kind::Light).collect();
     if let Some(surface) = &plan.surface {
         let outputs = vec![surface.clone()];
-        tasks.push(task(Kind::Surface, lights.clone(), outputs, after.clone(), all, STREAM_BYTES + 100 * edges));
+        tasks.push(task(
+            Kind::Surface,
+            lights.clone(),
+            outputs,
+            after.clone(),
+            all,
+            STREAM_BYTES + 100 * edges,
+        ));
     }
     if let Some(tileset) = &plan.tileset {
         tasks.push(task(Kind::Tileset, lights, vec![tileset.join("tileset.json")], after, all, STREAM_BYTES));

@@ -221,11 +221,11 @@ pub fn run(what: &Tiles, console: &Console) -> Result<()> {
 }
 
 fn plan(args: &PlanArgs, console: &Console) -> Result<()> {
-    let outputs =
-        Outputs { surface: args.output.as_deref(), points: args.points.as_deref(), force: false };
+    let outputs = Outputs { surface: args.output.as_deref(), points: args.points.as_deref(), force: false };
     let options = DenoiseOptions::default().with_noise(args.noise).with_uv(!args.no_uv);
     let request = args.tiles.request(&args.scans, &outputs, &options, &args.run)?;
-    let plan = atlasfit_tiles::plan(&request, &mut console.start_silent(&args.run), &console.stop(&args.run))?;
+    let plan =
+        atlasfit_tiles::plan(&request, &mut console.start_silent(&args.run), &console.stop(&args.run))?;
     told(&plan, console);
     report(&plan, &request.folder, console);
     Ok(())
@@ -235,7 +235,10 @@ fn plan(args: &PlanArgs, console: &Console) -> Result<()> {
 fn told(plan: &Plan, console: &Console) {
     plan.notes.iter().for_each(|n| console.note(n));
     if plan.not_finite > 0 {
-        console.note(format!("{} points with coordinates that are not finite stay as they are", plan.not_finite));
+        console.note(format!(
+            "{} points with coordinates that are not finite stay as they are",
+            plan.not_finite
+        ));
     }
 }
 

@@ -13,6 +13,6 @@ mod rows;
 
 pub(crate) use header::is_las;
 pub(crate) use read::{is_rows, read};
-pub(crate) use rows::{finish, row_layout, start_of_points};
 #[cfg(feature = "laz")]
 pub(crate) use rows::{Packer, Unpacker, fixed_chunks, packer, unpacker};
+pub(crate) use rows::{finish, row_layout, start_of_points};

@@ -8,11 +8,11 @@ use crate::error::Result;
 use crate::input::Input;
 use crate::rows::RowLayout;
 use atlasfit::geometry::ScalarKind;
+#[cfg(feature = "laz")]
+pub(crate) use packed::{Packer, Unpacker, packer, unpacker};
 use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
-#[cfg(feature = "laz")]
-pub(crate) use packed::{Packer, Unpacker, packer, unpacker};
 
 /// Points of a chunk that is written.
 const CHUNK: u32 = 50_000;
@@ -130,9 +130,9 @@ pub(crate) fn finish(from: &Path, out: &mut BufWriter<File>, extent: [[f64; 3]; 
     }
     if extent[0][0] <= extent[1][0] {
         out.seek(SeekFrom::Start(179))?;
-        for k in 0..3 {
-            out.write_all(&extent[1][k].to_le_bytes())?;
-            out.write_all(&extent[0][k].to_le_bytes())?;
+        for (least, greatest) in extent[0].iter().zip(&extent[1]) {
+            out.write_all(&greatest.to_le_bytes())?;
+            out.write_all(&least.to_le_bytes())?;
         }
     }
     out.flush()

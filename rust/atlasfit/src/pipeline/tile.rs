@@ -82,12 +82,8 @@ pub fn denoise_tile(
     let options = options.clone().with_uv(false).with_min_part(0.0).with_largest(false);
     match run.execute(|ctx| denoised(cloud, rows, survey, &options, ctx)) {
         Err(none @ (Error::Degenerate { .. } | Error::EmptyInput { .. })) => {
-            let outlier = |&position: &[f64; 3]| TilePoint {
-                position,
-                normal: [0.0; 3],
-                part: NO_PART,
-                outlier: true,
-            };
+            let outlier =
+                |&position: &[f64; 3]| TilePoint { position, normal: [0.0; 3], part: NO_PART, outlier: true };
             let points = cloud.positions.iter().map(outlier).collect();
             Ok(DenoisedTile { points, surface: TileSurface::default(), nothing: Some(none.to_string()) })
         }
@@ -115,9 +111,8 @@ fn denoised(
     strength::apply(&scan, &mut atlas, options, false, ctx)?;
     let built = surface::build(scan, atlas, options, ctx)?;
     let (surface, part_of_chart) = surface_of(&built, ctx)?;
-    let to_user = |from: [f64; 3], p: Vec3| {
-        finish::share_of_way(from, built.frame.to_user(p).0, options.strength)
-    };
+    let to_user =
+        |from: [f64; 3], p: Vec3| finish::share_of_way(from, built.frame.to_user(p).0, options.strength);
     let moved = finish::move_points(cloud, &built.input, &built.projected, to_user, ctx)?;
     let normals = moved.points.normals.unwrap_or_default();
     let points = (moved.points.positions.into_iter().zip(normals).zip(moved.outlier).zip(&moved.chart))
