@@ -39,6 +39,7 @@ mod bad_lines;
 mod bytes;
 mod faces;
 mod foreign;
+mod row_layout;
 mod text;
 mod weld;
 

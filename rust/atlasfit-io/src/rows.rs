@@ -4,11 +4,12 @@
 //! kind whose rows differ in the positions only. LAS, LAZ (COPC too) and binary PLY without faces are read
 //! so; other formats are held as a whole, and written as PLY.
 
-use crate::bytes::{ColumnLayout, column, put};
+use crate::bytes::{ColumnLayout, put};
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::input::Input;
 use crate::load::{LoadOptions, load};
+use crate::row_layout::RowLayout;
 use crate::save::{SaveCloud, save_cloud};
 use crate::staged::Staged;
 use crate::stopping::{READING, WRITING};
@@ -18,26 +19,6 @@ use atlasfit::geometry::PointCloud;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-
-/// Where things stand in a file of rows.
-pub(crate) struct RowLayout {
-    /// Where the rows begin: a byte offset.
-    pub start: u64,
-    /// Rows.
-    pub count: u64,
-    /// Bytes of a row.
-    pub stride: usize,
-    /// The coordinates: number times scale plus offset.
-    pub axes: [ColumnLayout; 3],
-    pub scale: [f64; 3],
-    pub offset: [f64; 3],
-    /// Red, green and blue, and the value that stands for full.
-    pub colors: Option<([ColumnLayout; 3], f64)>,
-    /// What the file says of its coordinate system, as it stands there; nothing where it says nothing.
-    pub crs: Option<Vec<u8>>,
-    /// How rows are packed; none where they are not.
-    pub packing: Option<Vec<u8>>,
-}
 
 /// Rows of a file.
 #[derive(Debug, Clone, Default)]
@@ -191,26 +172,9 @@ impl Rows {
                 layout
             }
         };
-        layout.read(n, block);
-        Ok(true)
-    }
-}
-
-impl RowLayout {
-    /// Positions and colours of the rows.
-    fn read(&self, n: usize, block: &mut RowBlock) {
         let RowBlock { positions, colors, bytes } = block;
-        positions.resize(n, [0.0; 3]);
-        for (k, &axis) in self.axes.iter().enumerate() {
-            let (scale, offset) = (self.scale[k], self.offset[k]);
-            column(bytes, axis, |i, v| positions[i][k] = v * scale + offset);
-        }
-        if let Some((layouts, full)) = &self.colors {
-            colors.resize(n, [0; 3]);
-            for (k, layout) in layouts.iter().enumerate() {
-                column(bytes, *layout, |i, v| colors[i][k] = (v / full * 65535.0).clamp(0.0, 65535.0) as u16);
-            }
-        }
+        layout.read(n, bytes, positions, colors);
+        Ok(true)
     }
 }
 

@@ -9,11 +9,13 @@
 //! ```
 
 use crate::error::{Error, Result};
-use crate::plan::ROW_BYTES;
 use crate::store::Number;
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
+
+/// Bytes on disk for one point of a tile or its surroundings.
+pub(crate) const ROW_BYTES: u64 = 40;
 
 /// A point on disk.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,8 @@
 //! reads files and writes files whole or not at all, so that any engine may run them and a killed run goes
 //! on. docs/scale.md has the design and the figures.
 //!
-//! Layers: `error`, `store` ← `cut` ← `folder`, `plan`, `tasks` ← `job`, `seams`, `light`, `merge` ← `run`.
+//! Layers: `error` ← `store` ← `cut`, `folder` ← `plan` ← `tasks`, `job` ← `seams` ← `light` ← `merge`,
+//! `planning` ← `run`.
 
 mod cut;
 mod error;
@@ -14,6 +15,7 @@ mod job;
 mod light;
 mod merge;
 mod plan;
+mod planning;
 mod run;
 mod seams;
 mod store;
@@ -21,6 +23,7 @@ mod tasks;
 
 pub use cut::Tree;
 pub use error::{Error, Result};
-pub use plan::{Known, Options, Plan, Request, Scan, Task, Tile, plan};
+pub use plan::{Known, Options, Plan, Scan, Task, Tile};
+pub use planning::{Request, plan};
 pub use run::{Log, Simulated, Status, all, simulate, status, task};
 pub use seams::Summary;

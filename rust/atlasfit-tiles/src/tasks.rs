@@ -2,8 +2,9 @@
 //!
 //! In: a plan without them. Out: its tasks, in an order in which they may run one after the other.
 
-use crate::folder::Folder;
-use crate::plan::{Plan, Task, memory};
+use crate::folder::{Folder, ROW_BYTES};
+use crate::plan::{Plan, Task};
+use atlasfit::DenoiseOptions;
 use std::path::{Path, PathBuf};
 
 /// What a task does.
@@ -52,6 +53,12 @@ impl Kind {
 const LIGHT_BYTES: u64 = 700;
 /// Bytes of memory of a task that passes files through.
 const STREAM_BYTES: u64 = 64 << 20;
+
+/// Bytes of memory of a task on so many points.
+fn memory(points: u64, options: &DenoiseOptions) -> u64 {
+    atlasfit::pipeline::memory_needed(points as usize, &options.clone().with_uv(false), 2)
+        .saturating_add(points * (ROW_BYTES + 24))
+}
 
 /// The tasks of a plan in a folder.
 pub(crate) fn of(plan: &Plan, at: &Path) -> Vec<Task> {

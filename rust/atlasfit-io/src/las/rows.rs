@@ -6,7 +6,7 @@ use super::read::checked_header;
 use crate::bytes::ColumnLayout;
 use crate::error::Result;
 use crate::input::Input;
-use crate::rows::RowLayout;
+use crate::row_layout::RowLayout;
 use atlasfit::geometry::ScalarKind;
 #[cfg(feature = "laz")]
 pub(crate) use packed::{Packer, Unpacker, packer, unpacker};

@@ -5,7 +5,7 @@ use super::header::{self, Encoding};
 use crate::bytes::{ColumnLayout, size};
 use crate::error::Result;
 use crate::input::Input;
-use crate::rows::RowLayout;
+use crate::row_layout::RowLayout;
 use atlasfit::geometry::ScalarKind;
 
 /// Where things stand; nothing where this is not rows of bytes that are points.

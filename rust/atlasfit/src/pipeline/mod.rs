@@ -32,6 +32,7 @@ pub mod survey;
 mod sweeps;
 pub mod tile;
 mod warnings;
+mod whole;
 
 pub use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
 pub use finish::uv_options;

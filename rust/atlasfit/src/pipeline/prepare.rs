@@ -6,8 +6,9 @@
 
 use super::constants::PIPELINE;
 use super::copies::{self, Places};
-use super::survey::Survey;
 use super::warnings;
+pub use super::whole::Frame;
+use super::whole::Survey;
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate, quantised};
 use crate::numeric::dense::principal;
@@ -100,23 +101,6 @@ pub struct Scan {
     pub whole: usize,
     /// What a tile was told of the whole; nothing where this is the whole.
     pub told: Option<Survey>,
-}
-
-/// The normalised frame in the user's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
-    /// Origin, in the user's frame.
-    pub origin: Vec3,
-    /// Length of the unit, in the user's.
-    pub scale: f64,
-}
-
-impl Frame {
-    /// A place of the normalised frame in the user's.
-    #[must_use]
-    pub fn to_user(&self, p: Vec3) -> Vec3 {
-        p * self.scale + self.origin
-    }
 }
 
 /// Where the given positions went.
