@@ -90,6 +90,7 @@ FUNCTIONS = {
     "atlasfit_result_free": (status, [_handle]),
     "atlasfit_result_warnings": (status, [_handle, _array, c_size_t, _array]),
     "atlasfit_result_report": (status, [_handle, POINTER(atlasfit_report)]),
+    "atlasfit_result_sweep": (status, [_handle, c_size_t, POINTER(atlasfit_sweep)]),
     "atlasfit_result_point_positions": (status, [_handle, _array, c_size_t]),
     "atlasfit_result_point_normals": (status, [_handle, _array, c_size_t]),
     "atlasfit_result_point_sources": (status, [_handle, _array, c_size_t]),

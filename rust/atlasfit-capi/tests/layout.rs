@@ -60,14 +60,15 @@ fn structs() -> Vec<Struct> {
             struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
             network_iterations recipe network_stretch_weight network_learning_rate viewpoint
             has_viewpoint watertight min_part largest faces max_error strength
-            surface uncertainty
+            surface uncertainty sweeps
         }
         atlasfit_report {
             struct_size points_given not_finite duplicates outliers points vertices triangles charts
             uv_charts parts boundary_loops boundary_edges filled_holes attributes one_sided has_uv
             has_colors reserved spacing noise voxel stage_seconds dropped_parts dropped_points
-            followed_outliers uncertainty_factor
+            followed_outliers uncertainty_factor sweeps apart_before apart_after
         }
+        atlasfit_sweep { struct_size sweep reserved points pairs moved matrix }
         atlasfit_atlas_info { struct_size charts origin unit }
         atlasfit_projection { struct_size capacity positions normals charts chart_uv distances }
         atlasfit_unwrap_options {

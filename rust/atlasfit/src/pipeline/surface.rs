@@ -76,7 +76,7 @@ pub(super) fn build(
     ctx.advance(1);
     if votes.is_empty() {
         let parts = orient::connected(fitted.len(), &relations);
-        votes = votes_of_scanner(&projected, &sampling, &parts, frame, ctx)?;
+        votes = votes_of_scanner(&projected, &sampling, noise.sigma, &parts, frame, ctx)?;
     }
     let sites = sites::of_points(&points, &projected, &fitted, &members, &sampling, ctx)?;
     ctx.advance(1);
@@ -196,17 +196,22 @@ pub(super) fn area(sampling: &Sampling) -> f64 {
     sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
 }
 
-/// How the points vote on each chart's side if one scanner made the scan; `part` says which of the connected
-/// charts each belongs to. No votes where none is found.
+/// How the points vote on each chart's side if one scanner made the scan, or it is ground; `noise` is its
+/// standard deviation, `part` says which of the connected charts each belongs to. No votes where none is
+/// found.
 pub(super) fn votes_of_scanner(
     projected: &[ProjectedPoint],
     sampling: &Sampling,
+    noise: f64,
     part: &[u32],
     frame: Frame,
     ctx: &Context<'_>,
 ) -> Result<Vec<Vote>> {
     let origin = frame.origin.map(|x| -x / frame.scale);
-    let scanner = orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)?;
+    let scanner = match orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)? {
+        None => orient::viewer_above(projected, sampling.median, noise, origin, ctx)?,
+        found => found,
+    };
     Ok(scanner.map_or_else(Vec::new, |v| votes_toward(v, projected, part.len())))
 }
 
