@@ -5,8 +5,8 @@
 
 use crate::error::{Error, Result};
 use crate::folder::Folder;
-use crate::plan::{Plan, Task};
-use crate::tasks::Kind;
+use crate::plan::{Plan, Task, Tile};
+use crate::tasks::{self, Kind};
 use crate::{job, light, merge, seams, store};
 use atlasfit::{Run, Stop};
 use serde::{Deserialize, Serialize};
@@ -188,6 +188,8 @@ const USUAL: f64 = 6e-5;
 pub struct Simulated {
     /// Workers.
     pub workers: usize,
+    /// Tasks.
+    pub tasks: usize,
     /// Seconds from the first task to the last.
     pub seconds: f64,
     /// Seconds of all tasks together.
@@ -200,10 +202,26 @@ pub struct Simulated {
     pub measured: bool,
 }
 
+/// A plan as it would be for so many points of the same kind: its tiles and files again and again.
+fn as_if(plan: &Plan, points: u64, folder: &Path) -> Plan {
+    let own: u64 = plan.tiles.iter().map(|t| t.own).sum();
+    let times = points.div_ceil(own.max(1)).max(1);
+    let mut larger = plan.clone();
+    let files = plan.scans.len() as u32;
+    let tile = |k: u64, t: &Tile| Tile {
+        files: t.files.iter().map(|f| f + files * k as u32).collect(),
+        ..t.clone()
+    };
+    larger.tiles = (0..times).flat_map(|k| plan.tiles.iter().map(move |t| tile(k, t))).collect();
+    larger.scans = (0..times).flat_map(|_| plan.scans.iter().cloned()).collect();
+    larger.tasks = tasks::of(&larger, folder);
+    larger
+}
+
 /// Runs the plan on paper: each worker takes the first task that may run as soon as it is free. Times are
-/// those of the tasks that are done, by points.
+/// those of the tasks that are done, by points. With `points`, as if the scan had so many.
 #[must_use]
-pub fn simulate(plan: &Plan, folder: &Path, workers: usize) -> Simulated {
+pub fn simulate(plan: &Plan, folder: &Path, workers: usize, points: Option<u64>) -> Simulated {
     let workers = workers.max(1);
     let mut times = Times::default();
     for task in &plan.tasks {
@@ -211,6 +229,8 @@ pub fn simulate(plan: &Plan, folder: &Path, workers: usize) -> Simulated {
             times.add(task, log.seconds);
         }
     }
+    let larger = points.map(|points| as_if(plan, points, folder));
+    let plan = larger.as_ref().unwrap_or(plan);
     let number: std::collections::BTreeMap<&str, usize> =
         plan.tasks.iter().enumerate().map(|(i, t)| (t.name.as_str(), i)).collect();
     let mut waits: Vec<usize> = plan.tasks.iter().map(|t| t.after.len()).collect();
@@ -245,6 +265,7 @@ pub fn simulate(plan: &Plan, folder: &Path, workers: usize) -> Simulated {
     let seconds = now as f64 / 1e9;
     Simulated {
         workers,
+        tasks: plan.tasks.len(),
         seconds,
         work_seconds: work,
         busy: work / (seconds * workers as f64).max(f64::MIN_POSITIVE),

@@ -49,6 +49,9 @@ pub struct PlanArgs {
     /// tasks that are done
     #[arg(long, value_name = "WORKERS", value_parser = clap::value_parser!(u64).range(1..))]
     simulate: Option<u64>,
+    /// With --simulate: as if the scan had so many points of the same kind
+    #[arg(long, value_name = "POINTS", requires = "simulate", value_parser = clap::value_parser!(u64).range(1..))]
+    as_if: Option<u64>,
     #[command(flatten)]
     tiles: TileArgs,
     #[command(flatten)]
@@ -245,14 +248,14 @@ fn told(plan: &Plan, console: &Console) {
 fn simulate(args: &PlanArgs, workers: usize, console: &Console) -> Result<()> {
     let folder = &args.scans[0];
     let plan = Plan::read(folder)?;
-    let s = atlasfit_tiles::simulate(&plan, folder, workers);
+    let s = atlasfit_tiles::simulate(&plan, folder, workers, args.as_if);
     if !s.measured {
         console.note("no task of this plan has run: times are those of another machine (docs/scale.md)");
     }
     let text = format!(
         "{} tasks on {} workers: {} from the first to the last, {} of work, workers busy {:.0} %, up to {:.1} \
          GB of memory on all of them\n",
-        count(plan.tasks.len()),
+        count(s.tasks),
         workers,
         seconds(s.seconds),
         seconds(s.work_seconds),
