@@ -389,11 +389,14 @@ def test_a_batch_names_what_failed_and_does_the_rest(program, tmp_path):
     assert again.returncode == 0 and "2 of 2" in again.stdout, again.stderr
 
 
-def test_points_of_the_surface_lie_on_it(scan, program, tmp_path):
-    """The lighter surface, as it is written by default, is as near as one of the whole scan."""
+def test_the_surface_with_fewer_triangles_has_no_cracks_either(scan, whole, program, atlasfit, tmp_path):
+    """The lighter surface, as it is written by default, is near the points and without cracks, too."""
     out = ("-o", tmp_path / "s.ply", "--points", tmp_path / "p", "--tile-points", 5000)
     assert start(program, "denoise", scan, *out, "--no-uv").wait() == 0
     _, vertices = read_ply(tmp_path / "s.ply")
     _, points = read_ply(tmp_path / "p" / "0000-scan.ply")
     away = cKDTree(vertices).query(points)[0]
     assert np.quantile(away, 0.95) < 2 * SPACING
+    topology = atlasfit("measure", tmp_path / "s.ply")["topology"]
+    assert topology["non_manifold_edges"] == topology["inconsistent_edges"] == 0
+    assert all(topology[name] == whole[0][name] for name in ("parts", "boundary_loops"))

@@ -52,7 +52,8 @@ pub(crate) fn run(
 ) -> Result<()> {
     let mesh = job::read_mesh(folder, tile)?;
     let seam = Seam::read(folder, tile)?;
-    let (surface, pinned) = joined(mesh, &seam, &Decided::read(folder, tile)?);
+    let (surface, ends) = joined(mesh, &seam, &Decided::read(folder, tile)?);
+    let pinned = pinned(&surface, &ends);
     let cloud = if plan.colors { Some(colored(folder, tile)?) } else { None };
     let mut finest = Light::default();
     // That of the finest level, for all.
@@ -69,7 +70,7 @@ pub(crate) fn run(
         }
         if level == 0 {
             let shared: FxHashSet<_> =
-                (0..pinned.len()).filter(|&v| pinned[v]).map(|v| key(surface.positions[v])).collect();
+                (0..ends.len()).filter(|&v| ends[v]).map(|v| key(surface.positions[v])).collect();
             let of = |p: &[f64; 3]| u8::from(shared.contains(&key(*p)));
             finest.shared = light.positions.iter().map(of).collect();
             if let Some(cloud) = &cloud {
@@ -83,7 +84,17 @@ pub(crate) fn run(
     finest.write(folder, tile)
 }
 
-/// The tile's surface with what was decided for it, and which of its vertices stay where they are.
+/// Which vertices stay when the surface gets lighter: those where it `ends` at other tiles, and their
+/// neighbours: else both sides could get an edge between the same two ends, which would have four triangles.
+fn pinned(s: &TileSurface, ends: &[bool]) -> Vec<bool> {
+    let mut pinned = ends.to_vec();
+    for t in s.triangles.iter().filter(|t| t.iter().any(|&v| ends[v as usize])) {
+        t.iter().for_each(|&v| pinned[v as usize] = true);
+    }
+    pinned
+}
+
+/// The tile's surface with what was decided for it, and at which of its vertices it ends at other tiles.
 fn joined(mut s: TileSurface, seam: &Seam, decided: &Decided) -> (TileSurface, Vec<bool>) {
     let of = |part: u32| decided.parts.get(part as usize).copied().unwrap_or(2);
     let mut number: FxHashMap<_, u32> = FxHashMap::default();
@@ -119,8 +130,8 @@ fn joined(mut s: TileSurface, seam: &Seam, decided: &Decided) -> (TileSurface, V
         }
     }
     let s = compact(s);
-    let pinned = s.positions.iter().map(|p| number.contains_key(&key(*p))).collect();
-    (s, pinned)
+    let ends = s.positions.iter().map(|p| number.contains_key(&key(*p))).collect();
+    (s, ends)
 }
 
 /// The tile's coloured points and those about it.
