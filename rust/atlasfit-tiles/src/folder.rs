@@ -5,7 +5,7 @@
 //! points/000012          the points of a tile and those about it
 //! tiles/000012.moved     where its own points go      .mesh: its part of the surface
 //! tiles/000012.seam      where that ends              seams/: what was decided for all
-//! light/000012.mesh      the lighter surface          log/NAME.json: how long a task took
+//! light/000012.mesh      the lighter surface          log/NAME.json: how long a task took, once it is done
 //! ```
 
 use crate::error::{Error, Result};
@@ -82,6 +82,11 @@ impl Folder<'_> {
     }
     pub fn log(self, task: &str) -> PathBuf {
         self.0.join("log").join(format!("{task}.json"))
+    }
+
+    /// Why a task failed, the last time.
+    pub fn failed(self, task: &str) -> PathBuf {
+        self.0.join("log").join(format!("{task}.failed.json"))
     }
 
     /// Takes the folder for planning.

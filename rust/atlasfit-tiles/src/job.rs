@@ -68,6 +68,8 @@ pub(crate) struct Seam {
     pub cut: Vec<End>,
     /// Edges without another triangle.
     pub border: Vec<End>,
+    /// Other edges between two places where it ends: closing triangles must not use them again.
+    pub across: Vec<[[f64; 3]; 2]>,
     /// The parts.
     pub parts: Vec<Sums>,
 }
@@ -120,6 +122,18 @@ impl Part {
                 }
             }
         }
+        let mut at_end = vec![false; s.positions.len()];
+        for (edge, count) in &edges {
+            if *count == [2, 1] {
+                edge.iter().for_each(|&v| at_end[v as usize] = true);
+            }
+        }
+        let is_across = |edge: &[u32; 2], [all, own]: [u8; 2]| {
+            own > 0 && [all, own] != [2, 1] && edge.iter().all(|&v| at_end[v as usize])
+        };
+        let across = edges.iter().filter(|(edge, count)| is_across(edge, **count));
+        seam.across = across.map(|(edge, _)| edge.map(|v| s.positions[v as usize])).collect();
+        seam.across.sort_unstable_by_key(|e| e.map(key));
         let mut of_triangle = own.iter();
         s.triangles.retain(|_| *of_triangle.next().unwrap_or(&false));
         Self { surface: compact(s), seam }
@@ -191,6 +205,7 @@ impl Seam {
                 )?;
                 out.list(&list.iter().map(|e| e.part).collect::<Vec<_>>())?;
             }
+            out.column(&self.across.iter().map(|e| e.concat_array()).collect::<Vec<_>>())?;
             out.column(&self.parts.iter().map(|s| [s.area, s.volume, s.triangles]).collect::<Vec<_>>())
         })
     }
@@ -207,8 +222,10 @@ impl Seam {
             Ok(at.into_iter().zip(normals).zip(part).map(end).collect())
         };
         let (cut, border) = (list()?, list()?);
+        let across = from.column::<6, f64>()?.into_iter();
+        let across = across.map(|p| [[p[0], p[1], p[2]], [p[3], p[4], p[5]]]).collect();
         let sums = |[area, volume, triangles]: [f64; 3]| Sums { area, volume, triangles };
-        Ok(Self { cut, border, parts: from.column()?.into_iter().map(sums).collect() })
+        Ok(Self { cut, border, across, parts: from.column()?.into_iter().map(sums).collect() })
     }
 }
 

@@ -90,8 +90,13 @@ pub fn task(plan: &Plan, folder: &Path, name: &str, run: &mut Run<'_>, stop: &St
         threads: run.threads,
         error: done.as_ref().err().map(ToString::to_string),
     };
+    let (there, other) = match done {
+        Ok(()) => (at.log(name), at.failed(name)),
+        Err(_) => (at.failed(name), at.log(name)),
+    };
+    let _ = std::fs::remove_file(other);
     // A full disk must not hide why the task failed.
-    let noted = store::text(&at.log(name), &serde_json::to_string(&log).unwrap_or_default());
+    let noted = store::text(&there, &serde_json::to_string(&log).unwrap_or_default());
     done.and(noted)
 }
 
@@ -114,9 +119,9 @@ pub fn all(
     Ok(())
 }
 
-/// What a task's record says.
-fn log(folder: Folder<'_>, task: &Task) -> Option<Log> {
-    serde_json::from_str(&std::fs::read_to_string(folder.log(&task.name)).ok()?).ok()
+/// What a record says.
+fn log(path: &Path) -> Option<Log> {
+    serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
 /// How a plan stands.
@@ -126,15 +131,15 @@ pub fn status(plan: &Plan, folder: &Path) -> Status {
     let mut status = Status { tasks: plan.tasks.len(), ..Status::default() };
     let mut times = Times::default();
     for task in &plan.tasks {
-        let log = log(at, task);
         if task.is_done() {
             status.done += 1;
-            if let Some(log) = log {
+            if let Some(log) = log(&at.log(&task.name)) {
                 times.add(task, log.seconds);
             }
         } else {
             status.missing.extend(task.outputs.iter().map(|o| o.display().to_string()));
-            status.failed.extend(log.and_then(|l| l.error).map(|e| (task.name.clone(), e)));
+            let failed = log(&at.failed(&task.name)).and_then(|l| l.error);
+            status.failed.extend(failed.map(|e| (task.name.clone(), e)));
         }
     }
     let left: Vec<&Task> = plan.tasks.iter().filter(|t| !t.is_done()).collect();
@@ -225,7 +230,7 @@ pub fn simulate(plan: &Plan, folder: &Path, workers: usize, points: Option<u64>)
     let workers = workers.max(1);
     let mut times = Times::default();
     for task in &plan.tasks {
-        if let Some(log) = log(Folder(folder), task).filter(|l| l.error.is_none()) {
+        if let Some(log) = log(&Folder(folder).log(&task.name)) {
             times.add(task, log.seconds);
         }
     }

@@ -15,7 +15,7 @@ use crate::plan::Plan;
 use crate::store;
 use atlasfit::Run;
 use atlasfit::pipeline::tile::close_ring;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -106,6 +106,11 @@ struct Placed {
     end: End,
 }
 
+/// An edge without its direction.
+fn ordered([a, b]: [Key; 2]) -> [Key; 2] {
+    if a <= b { [a, b] } else { [b, a] }
+}
+
 fn placed(end: &End) -> ([Key; 2], bool) {
     let [a, b] = end.at.map(key);
     if a <= b { ([a, b], true) } else { ([b, a], false) }
@@ -118,6 +123,8 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<
     let mut sums: Vec<Sums> = Vec::new();
     let mut edges: FxHashMap<[Key; 2], Vec<Placed>> = FxHashMap::default();
     let mut borders: Vec<(u32, End)> = Vec::new();
+    // Edges that triangles have already, between places where tiles end.
+    let mut across: FxHashSet<[Key; 2]> = FxHashSet::default();
     let mut seam_edges = 0;
     for tile in 0..tiles {
         let seam = Seam::read(folder, tile)?;
@@ -126,6 +133,7 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<
         for end in seam.cut {
             edges.entry(placed(&end).0).or_default().push(Placed { tile: tile as u32, end });
         }
+        across.extend(seam.across.into_iter().map(|e| ordered(e.map(key))));
         borders.extend(seam.border.into_iter().map(|e| (tile as u32, e)));
     }
     let node = |tile: u32, part: u32| first[tile as usize] + part;
@@ -135,6 +143,7 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<
     for (_, of) in edges {
         match &of[..] {
             [a, b] => {
+                across.insert(placed(&a.end).0);
                 seam_edges += 1;
                 let [x, y] = [a, b].map(|e| node(e.tile, e.end.part));
                 let alike = placed(&a.end).1 != placed(&b.end).1;
@@ -178,7 +187,15 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<
         if forward {
             ring.places.reverse();
         }
-        let closed = run.execute(|ctx| close_ring(&ring.places, ctx))?;
+        let mut taken: Vec<[u32; 2]> = Vec::new();
+        for (i, a) in ring.places.iter().enumerate() {
+            for (k, b) in ring.places[..i].iter().enumerate() {
+                if across.contains(&ordered([key(*a), key(*b)])) {
+                    taken.push([k as u32, i as u32]);
+                }
+            }
+        }
+        let closed = run.execute(|ctx| close_ring(&ring.places, &taken, ctx))?;
         let of = node(lead.tile, lead.end.part);
         for &(e, _) in ring.edges.iter().flatten() {
             let other = node(loose[e].tile, loose[e].end.part);
@@ -188,6 +205,8 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<
         }
         match closed {
             Some(triangles) => {
+                let edges = triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
+                across.extend(edges.map(|e| ordered(e.map(|v| key(ring.places[v as usize])))));
                 summary.closed_rings += 1;
                 summary.closing_triangles += triangles.len();
                 let closing = triangles.iter().map(|t| (t.map(|v| ring.places[v as usize]), lead.end.part));

@@ -66,11 +66,12 @@ pub(crate) fn of(plan: &Plan, at: &Path) -> Vec<Task> {
     let options = plan.options.of_core();
     let all: u64 = plan.tiles.iter().map(|t| t.own).sum();
     let wants_surface = plan.surface.is_some() || plan.tileset.is_some();
-    let task = |kind: Kind, inputs, outputs, after: Vec<Kind>, points, memory| Task {
+    // The record comes last: what an earlier plan has left under the results' names is not this one's.
+    let task = |kind: Kind, inputs, outputs: Vec<PathBuf>, after: Vec<Kind>, points, memory| Task {
+        outputs: outputs.into_iter().chain([folder.log(&kind.name())]).collect(),
         name: kind.name(),
         command: ["tiles", "run", &at.to_string_lossy(), "--task", &kind.name()].map(String::from).to_vec(),
         inputs,
-        outputs,
         after: after.into_iter().map(Kind::name).collect(),
         points,
         memory,

@@ -357,7 +357,7 @@ fn value(plan: &Plan, folder: &Path, status: &Status) -> Value {
         "missing": status.missing, "seconds_left": status.seconds_left.map(number),
         "surface": status.summary,
         "files": plan.tasks.iter().filter(|t| ["surface", "tileset"].contains(&t.name.as_str())
-            || t.name.starts_with("points-")).flat_map(|t| &t.outputs).map(|o| files::text(o))
+            || t.name.starts_with("points-")).filter_map(|t| t.outputs.first()).map(|o| files::text(o))
             .collect::<Vec<_>>(),
     })
 }

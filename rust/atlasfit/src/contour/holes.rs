@@ -92,17 +92,22 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
 }
 
 /// Triangles of the least area that close a ring of places, by their numbers in it; none where it has too
-/// many.
+/// many, or none do without the edges `taken` between two of them.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn ring(positions: &[Vec3], ctx: &Context<'_>) -> Result<Option<Vec<[u32; 3]>>> {
+pub(crate) fn ring(
+    positions: &[Vec3],
+    taken: &[[u32; 2]],
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<[u32; 3]>>> {
     let ring: Vec<u32> = (0..positions.len() as u32).collect();
     if !(3..=CONTOUR.max_edges).contains(&ring.len()) {
         return Ok(None);
     }
-    let free = TakenEdges::among(&[], &[], ctx)?;
-    Ok(patch::of_least_area(positions, &ring, f64::INFINITY, &free, ctx)?.map(|p| p.triangles))
+    let flat: Vec<[u32; 3]> = taken.iter().map(|&[a, b]| [a, b, a]).collect();
+    let taken = TakenEdges::among(&vec![true; positions.len()], &flat, ctx)?;
+    Ok(patch::of_least_area(positions, &ring, f64::INFINITY, &taken, ctx)?.map(|p| p.triangles))
 }
 
 impl Left {

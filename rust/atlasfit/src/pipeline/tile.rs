@@ -200,10 +200,11 @@ pub fn simplify_tile(
 }
 
 /// Triangles that close a ring of places, by their numbers in it, with the least area; none where it is too
-/// long. They run along the ring as it is given.
+/// long, or cannot be closed without the edges `taken` between two of them. They run along the ring as it is
+/// given.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn close_ring(ring: &[[f64; 3]], ctx: &Context<'_>) -> Result<Option<Vec<[u32; 3]>>> {
-    holes::ring(vec3::of(ring), ctx)
+pub fn close_ring(ring: &[[f64; 3]], taken: &[[u32; 2]], ctx: &Context<'_>) -> Result<Option<Vec<[u32; 3]>>> {
+    holes::ring(vec3::of(ring), taken, ctx)
 }
