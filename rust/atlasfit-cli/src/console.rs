@@ -263,6 +263,11 @@ impl Console {
         }
     }
 
+    /// The notes and the warnings so far.
+    pub fn told(&self) -> [Vec<String>; 2] {
+        self.told.lock().map(|t| [t.notes.clone(), t.warnings.clone()]).unwrap_or_default()
+    }
+
     /// The report of a command: text, or the JSON with `--json`, with all notes and warnings. `--quiet`
     /// silences the text.
     pub fn report(&self, text: &str, json: &Value) {

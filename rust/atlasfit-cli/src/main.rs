@@ -11,6 +11,7 @@ mod failure;
 mod files;
 mod number;
 mod output;
+mod page;
 mod plot;
 mod render;
 mod version;
