@@ -5,6 +5,7 @@
 
 use anyhow::{Context as _, Result};
 use atlasfit::{CancelToken, Deadline, Progress, Run, Stage, Stop};
+#[cfg(not(target_family = "wasm"))]
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use std::io::IsTerminal;
@@ -95,20 +96,26 @@ pub struct Console {
     runs_alone: AtomicBool,
 }
 
+/// The first Ctrl-C cancels, the second ends the program at once.
+#[cfg(not(target_family = "wasm"))]
+fn listen(token: CancelToken) -> Result<()> {
+    ctrlc::set_handler(move || {
+        if token.is_cancelled() {
+            atlasfit_io::discard_unfinished();
+            std::process::exit(130);
+        }
+        token.cancel();
+    })
+    .context("cannot listen to Ctrl-C")
+}
+
 impl Console {
     /// Listens to Ctrl-C: the first cancels the run, the second ends the program at once, without leaving
     /// half an output.
     pub fn new(quiet: bool, json: bool) -> Result<Self> {
         let cancel = CancelToken::new();
-        let token = cancel.clone();
-        ctrlc::set_handler(move || {
-            if token.is_cancelled() {
-                atlasfit_io::discard_unfinished();
-                std::process::exit(130);
-            }
-            token.cancel();
-        })
-        .context("cannot listen to Ctrl-C")?;
+        #[cfg(not(target_family = "wasm"))]
+        listen(cancel.clone())?;
         Ok(Self {
             quiet,
             json,
@@ -169,6 +176,13 @@ impl Console {
         Run { progress: None, ..self.start(args) }
     }
 
+    #[cfg(target_family = "wasm")]
+    #[allow(clippy::unused_self, reason = "as elsewhere")]
+    fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
+        None
+    }
+
+    #[cfg(not(target_family = "wasm"))]
     fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
         if self.quiet {
             return None;
@@ -219,6 +233,10 @@ impl Console {
         doing: &'static str,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T> {
+        // There are no threads in a browser.
+        if cfg!(target_family = "wasm") {
+            return Ok(job());
+        }
         let (give, take) = sync_channel(1);
         let work = move || drop(give.send(job()));
         std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work).context("cannot start a thread")?;
