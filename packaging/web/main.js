@@ -51,8 +51,9 @@ start.addEventListener("click", () => {
     outputs.push(points);
   }
   log.textContent = "";
-  log.hidden = report.hidden = true;
+  log.hidden = true;
   downloads.replaceChildren();
+  report.replaceChildren();
   start.disabled = true;
   stop.disabled = false;
   delete document.body.dataset.state;
@@ -84,7 +85,11 @@ function show(data, outputs, page) {
       href: URL.createObjectURL(new Blob([data.files[name]], { type })), download: name, textContent: `Save ${name}`,
     });
     downloads.append(link);
-    if (name === page) report.src = link.href;
+    if (name !== page) continue;
+    const frame = document.createElement("iframe");
+    frame.title = "report";
+    frame.setAttribute("sandbox", "allow-scripts");
+    frame.src = link.href;
+    report.append(frame);
   }
-  report.hidden = false;
 }

@@ -4,11 +4,8 @@
 //! Ctrl-C end the whole command: reading, working, baking, writing.
 
 use anyhow::{Context as _, Result};
-use atlasfit::{CancelToken, Deadline, Progress, Run, Stage, Stop};
-#[cfg(not(target_family = "wasm"))]
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use atlasfit::{CancelToken, Deadline, Progress, Run, Stop};
 use serde_json::{Value, json};
-use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -176,14 +173,18 @@ impl Console {
         Run { progress: None, ..self.start(args) }
     }
 
+    /// Work in a browser tells no progress.
     #[cfg(target_family = "wasm")]
-    #[allow(clippy::unused_self, reason = "as elsewhere")]
     fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
         None
     }
 
     #[cfg(not(target_family = "wasm"))]
     fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
+        use atlasfit::Stage;
+        use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+        use std::io::IsTerminal;
+
         if self.quiet {
             return None;
         }
