@@ -56,7 +56,7 @@ def test_the_arrays_of_a_page_belong_together(pages):
             colors = len(base64.b64decode(show["rgb"])) // 3
             n = counts.get(show["of"])
             if show["of"] == "cloud":
-                n = len(base64.b64decode(what["clouds"][show["cloud"]])) // 6
+                n = len(base64.b64decode(what["clouds"][show["cloud"]]["xyz"])) // 6
             assert colors in (0, n), (name, show["name"])
 
 

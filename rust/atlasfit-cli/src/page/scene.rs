@@ -20,7 +20,7 @@ use std::borrow::Cow;
 
 /// Triangles of a page, about: 40 bytes each.
 const MOST_TRIANGLES: usize = 100_000;
-/// Points of a page: 24 bytes each, before and after.
+/// Points of a page: 30 bytes each, before and after.
 const MOST_POINTS: usize = 100_000;
 /// Side of the cube that is shown, in sides of the box about the surface: strays near it are seen.
 const ROOM: f64 = 1.6;
@@ -31,11 +31,19 @@ pub type Rgb8 = [u8; 3];
 /// Points, a surface, and the ways to show them.
 #[derive(Default)]
 pub struct Scene {
-    pub clouds: Vec<Vec<[f64; 3]>>,
+    pub clouds: Vec<Cloud>,
     pub mesh: Option<TriMesh>,
     pub shows: Vec<Show>,
     /// What is shown first, left and right, by its place in `shows`.
     pub start: [usize; 2],
+}
+
+/// Points.
+#[derive(Default)]
+pub struct Cloud {
+    pub positions: Vec<[f64; 3]>,
+    /// Unit normals for the light, or zeros; empty: none.
+    pub normals: Vec<[f32; 3]>,
 }
 
 /// A way to show something.
@@ -186,15 +194,24 @@ impl Scene {
         let of_mesh = self.mesh.iter().flat_map(|m| &m.positions);
         let cube = match self.clouds.last() {
             // Strays of the scan do not make the rest small.
-            Some(last) if self.mesh.is_none() => about(last.iter()),
+            Some(last) if self.mesh.is_none() => about(last.positions.iter()),
             _ => about(of_mesh),
         };
-        let clouds: Vec<String> = self.clouds.iter().map(|c| cube.packed(c)).collect();
+        let clouds: Vec<Value> = self.clouds.iter().map(|c| c.json(&cube)).collect();
         let shows: Vec<Value> = self.shows.iter().map(Show::json).collect();
         json!({
             "clouds": clouds, "mesh": self.mesh.as_ref().map(|m| mesh_json(m, &cube)), "shows": shows,
             "start": self.start,
         })
+    }
+}
+
+impl Cloud {
+    fn json(&self, cube: &Cube) -> Value {
+        // In 8 bits a coordinate: for shading only.
+        let eighth = |x: f32| ((127.0 * x).round() as i8).to_le_bytes()[0];
+        let normals: Vec<u8> = self.normals.as_flattened().iter().map(|&x| eighth(x)).collect();
+        json!({ "xyz": cube.packed(&self.positions), "normals": packed(&normals) })
     }
 }
 
@@ -224,12 +241,15 @@ mod tests {
         let surface =
             TriMesh::new(vec![[5e5, 0.0, 0.0], [5e5 + 1.0, 0.0, 0.0], [5e5, 1.0, 0.0]], vec![[0, 1, 2]]);
         let scene = Scene {
-            clouds: vec![vec![[5e5 + 0.25, 0.5, 0.0], [0.0, 0.0, 0.0], [f64::NAN; 3]]],
+            clouds: vec![Cloud {
+                positions: vec![[5e5 + 0.25, 0.5, 0.0], [0.0, 0.0, 0.0], [f64::NAN; 3]],
+                normals: Vec::new(),
+            }],
             mesh: Some(surface),
             ..Scene::default()
         };
         let json = scene.json();
-        let bytes = BASE64_STANDARD.decode(json["clouds"][0].as_str().unwrap()).unwrap();
+        let bytes = BASE64_STANDARD.decode(json["clouds"][0]["xyz"].as_str().unwrap()).unwrap();
         let whole: Vec<u16> = bytes.as_chunks::<2>().0.iter().map(|b| u16::from_le_bytes(*b)).collect();
         let x = 1.6 * f64::from(whole[0]) / 65534.0 - 0.3;
         assert!((x - 0.25).abs() < 1e-4, "{x}");

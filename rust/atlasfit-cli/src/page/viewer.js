@@ -30,12 +30,13 @@
     vec3 place(vec3 p) { return p * (65535.0 / 65534.0) - 0.5; }
     const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);`;
   const ofPoints = program(
-    `in vec3 position; in vec3 color; uniform mat4 view; uniform float size; uniform float away;
+    `in vec3 position; in vec3 normal; in vec3 color; uniform mat4 view; uniform float size; uniform vec3 eye;
     out vec3 tint; ${place}
     void main() {
       gl_Position = position == vec3(1.0) ? NOWHERE : view * vec4(place(position), 1.0);
       gl_PointSize = clamp(size / gl_Position.w, 1.5, 14.0);
-      tint = color * mix(1.05, 0.55, clamp((gl_Position.w - away) / 0.7 + 0.5, 0.0, 1.0));
+      float length_ = length(normal);
+      tint = color * (length_ > 0.1 ? 0.3 + 0.7 * abs(dot(normal / length_, eye)) : 1.0);
     }`,
     `in vec3 tint; out vec4 shown;
     void main() {
@@ -89,7 +90,9 @@
   }
 
   // The shapes, and a colour buffer for each show.
-  const clouds = scene.clouds.map((text) => ({ count: shorts(text).length / 3, xyz: buffer(shorts(text)) }));
+  const clouds = scene.clouds.map(({ xyz, normals }) => ({
+    count: shorts(xyz).length / 3, xyz: buffer(shorts(xyz)), normals: normals && buffer(new Int8Array(bytes(normals).buffer)),
+  }));
   const mesh = scene.mesh && surface(scene.mesh);
   const GREY = [189, 196, 204];
   const colors = scene.shows.map((show) => {
@@ -198,8 +201,9 @@
       gl.useProgram(ofPoints);
       gl.uniformMatrix4fv(uniform(ofPoints, "view"), false, view);
       gl.uniform1f(uniform(ofPoints, "size"), (0.9 / Math.sqrt(cloud.count)) * height / Math.tan(FOV / 2) / 2);
-      gl.uniform1f(uniform(ofPoints, "away"), away());
+      gl.uniform3fv(uniform(ofPoints, "eye"), turned()[2]);
       attribute(ofPoints, "position", cloud.xyz, 3, gl.UNSIGNED_SHORT, true);
+      if (cloud.normals) attribute(ofPoints, "normal", cloud.normals, 3, gl.BYTE, true);
       attribute(ofPoints, "color", colors[number], 3, gl.UNSIGNED_BYTE, true);
       gl.drawArrays(gl.POINTS, 0, cloud.count);
       return;

@@ -6,7 +6,7 @@ use crate::console::Console;
 use crate::number::{count, counted, short};
 use crate::page::Page;
 use crate::page::bars::Bars;
-use crate::page::scene::{Rgb8, Scene, Show, What, eight_bits, light_mesh, light_points, show_uvs};
+use crate::page::scene::{Cloud, Rgb8, Scene, Show, What, eight_bits, light_mesh, light_points, show_uvs};
 use crate::render::scale::{Scale, paint};
 use atlasfit::geometry::{Attribute, PointCloud, TriMesh};
 use atlasfit::measure::uv::Pages;
@@ -82,7 +82,17 @@ fn show_points(scene: &mut Scene, scan: &PointCloud, outcome: &Denoised, seed: u
         after_of[source as usize] = i as u32;
     }
     let some = light_points(scan.len(), seed);
-    let before: Vec<[f64; 3]> = some.iter().map(|&i| scan.positions[i as usize]).collect();
+    // The normal of the denoised point, for both; of outliers none.
+    let normal = |i: &u32| {
+        let after = after_of[*i as usize] as usize;
+        let on_chart = outcome.point_chart.get(after).is_some_and(|c| *c != u32::MAX);
+        let normals = outcome.points.normals.as_ref().filter(|_| on_chart);
+        normals.map_or([0.0; 3], |n| n[after])
+    };
+    let before = Cloud {
+        positions: some.iter().map(|&i| scan.positions[i as usize]).collect(),
+        normals: some.iter().map(normal).collect(),
+    };
     let is_outlier = |i: u32| match after_of[i as usize] {
         u32::MAX => true,
         after => outcome.point_chart[after as usize] == u32::MAX,
@@ -96,7 +106,11 @@ fn show_points(scene: &mut Scene, scan: &PointCloud, outcome: &Denoised, seed: u
     scene.shows.push(scanned.with_colors(some.iter().map(marked).collect()));
     let kept: Vec<u32> = some.into_iter().filter(|&i| after_of[i as usize] != u32::MAX).collect();
     let at: Vec<usize> = kept.iter().map(|&i| after_of[i as usize] as usize).collect();
-    scene.clouds = vec![before, at.iter().map(|&i| outcome.points.positions[i]).collect()];
+    let after = Cloud {
+        positions: at.iter().map(|&i| outcome.points.positions[i]).collect(),
+        normals: kept.iter().map(normal).collect(),
+    };
+    scene.clouds = vec![before, after];
     let denoised = Show::new("Denoised points", What::Cloud(1));
     scene.shows.push(denoised.with_colors(kept.iter().map(marked).collect()));
     let all = moved(scan, outcome);
