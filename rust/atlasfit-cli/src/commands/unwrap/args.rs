@@ -28,6 +28,9 @@ pub struct Args {
     /// The mesh to write, with its UVs, or - for standard output; its extension decides the format
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
+    /// Write an HTML page that shows checker, charts, stretch and UV layout to turn with the mouse
+    #[arg(long, value_name = "HTML")]
+    pub report: Option<PathBuf>,
     /// What matters most: a name for a bound on the stretch
     #[arg(
         long,
@@ -147,6 +150,11 @@ pub fn packing(option: clap::Arg) -> clap::Arg {
 impl Args {
     pub fn output(&self) -> Output<'_> {
         Output { option: "--output", path: &self.output, holds: Holds::Uvs }
+    }
+
+    /// The page to write.
+    pub fn page(&self) -> Option<Output<'_>> {
+        self.report.as_deref().map(|path| Output { option: "--report", path, holds: Holds::Page })
     }
 
     /// Every file that is read.
