@@ -44,6 +44,7 @@ pub(super) fn build(
         left_out: LeftOut::default(),
         filled_holes: 0,
         one_sided: !conflicts.is_empty(),
+        goal: None,
         frame,
         input,
     })
