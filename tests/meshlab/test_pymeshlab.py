@@ -299,7 +299,7 @@ def test_parts_of_one_shape_are_stacked_where_that_is_asked_for(torus):
     ms = holding(both, np.concatenate([faces, faces + len(vertices)]))
     apart = ms.apply_filter(UNWRAP)
     stacked = ms.apply_filter(UNWRAP, stack="Identical")
-    assert 2 * stacked["charts"] <= apart["charts"] + 2 and stacked["texels_per_unit"] > apart["texels_per_unit"]
+    assert stacked["texels_per_unit"] > 1.2 * apart["texels_per_unit"]
     corners = ms.current_mesh().wedge_tex_coord_matrix().reshape(2, -1, 2).round(6)
     assert {*map(tuple, corners[0])} == {*map(tuple, corners[1])}
 
