@@ -13,12 +13,16 @@ Without --library cargo builds it. pip uses this file too (PEP 517, PEP 660): `p
 
 import argparse
 import base64
+import gzip
 import hashlib
+import io
 import os
 import platform
 import re
+import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -54,6 +58,10 @@ def blender_platform():
 
 def cargo_library():
     """The library, built by cargo."""
+    if not shutil.which("cargo"):
+        sys.exit(
+            "atlasfit has no wheel for this platform, and to build it cargo is missing: install Rust (rustup.rs)"
+        )
     subprocess.run(
         ["cargo", "build", "--release", "--locked", "--package", "atlasfit-capi"], cwd=ROOT, check=True
     )
@@ -81,17 +89,21 @@ def write_zip(path, files):
     return path
 
 
-def wheel(library, out, editable=False):
-    """The Python package as a platform wheel; an editable one names this folder instead of holding its files."""
-    tag = f"py3-none-{wheel_platform(library)}"
-    info = f"atlasfit-{VERSION}.dist-info"
-    metadata = (
+def metadata():
+    """What PyPI and pip know of the package."""
+    return (
         f"Metadata-Version: 2.4\nName: atlasfit\nVersion: {VERSION}\n"
         "Summary: Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one surface, "
         "low-stretch UVs\n"
         "License-Expression: MIT OR Apache-2.0\nLicense-File: LICENSE-MIT\nLicense-File: LICENSE-APACHE\n"
         "Requires-Python: >=3.9\nRequires-Dist: numpy>=1.22\n"
     )
+
+
+def wheel(library, out, editable=False):
+    """The Python package as a platform wheel; an editable one names this folder instead of holding its files."""
+    tag = f"py3-none-{wheel_platform(library)}"
+    info = f"atlasfit-{VERSION}.dist-info"
     if editable:
         files = [(f"__editable__.atlasfit-{VERSION}.pth", f"{HERE}\n".encode())]
     else:
@@ -100,7 +112,7 @@ def wheel(library, out, editable=False):
         (f"{info}/licenses/{name}", (ROOT / name).read_bytes()) for name in ("LICENSE-MIT", "LICENSE-APACHE")
     ]
     files += [
-        (f"{info}/METADATA", metadata.encode()),
+        (f"{info}/METADATA", metadata().encode()),
         (
             f"{info}/WHEEL",
             f"Wheel-Version: 1.0\nGenerator: package.py\nRoot-Is-Purelib: false\nTag: {tag}\n".encode(),
@@ -141,6 +153,39 @@ def extension(wheel_path, out):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """PEP 517."""
     return wheel(cargo_library().read_bytes(), Path(wheel_directory)).name
+
+
+def build_sdist(sdist_directory, config_settings=None):
+    """PEP 517: what cargo and this file need, as git has it."""
+    wanted = (
+        "Cargo.toml",
+        "Cargo.lock",
+        ".cargo",
+        "rust",
+        "include",
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "README.md",
+    )
+    ours = ("blender-addon/package.py", "blender-addon/atlasfit")
+    listed = subprocess.run(
+        ["git", "ls-files", *wanted, *ours], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    files = {name: (ROOT / name).read_bytes() for name in listed.stdout.splitlines()}
+    files["PKG-INFO"] = metadata().encode()
+    files["pyproject.toml"] = (
+        b'[build-system]\nrequires = []\nbuild-backend = "package"\nbackend-path = ["blender-addon"]\n'
+    )
+    name = f"atlasfit-{VERSION}"
+    raw = io.BytesIO()
+    with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
+        for path, content in sorted(files.items()):
+            entry = tarfile.TarInfo(f"{name}/{path}")
+            entry.size, entry.mtime = len(content), 1577836800
+            archive.addfile(entry, io.BytesIO(content))
+    path = Path(sdist_directory) / f"{name}.tar.gz"
+    path.write_bytes(gzip.compress(raw.getvalue(), 9, mtime=0))
+    return path.name
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):

@@ -396,6 +396,21 @@
 #define ATLASFIT_PRESET_LOW_STRETCH 2
 
 /**
+ * atlasfit_unwrap_options.stack: each part of the mesh has texels of its own.
+ */
+#define ATLASFIT_STACK_NONE 0
+
+/**
+ * atlasfit_unwrap_options.stack: parts that are moved and turned copies of each other get the same UVs.
+ */
+#define ATLASFIT_STACK_IDENTICAL 1
+
+/**
+ * atlasfit_unwrap_options.stack: these and mirror images, whose UVs run the other way round.
+ */
+#define ATLASFIT_STACK_MIRRORED 2
+
+/**
  * atlasfit_uv_copy(): u, v of each corner of each face.
  */
 #define ATLASFIT_UV_CORNERS 0
@@ -1253,9 +1268,19 @@ typedef struct {
    */
   uint32_t keep_uvs;
   /**
-   * Must be 0.
+   * Which parts of the mesh lie on each other on the page, corner on corner: #ATLASFIT_STACK_NONE to
+   * #ATLASFIT_STACK_MIRRORED. A part is what hangs together after all cuts; two have one shape where their
+   * triangles are alike one by one, to a ten thousandth of the part's size. Parts of two groups are not
+   * stacked. Not with keep_uvs. Default #ATLASFIT_STACK_NONE.
    */
-  uint32_t reserved_too;
+  uint32_t stack;
+  /**
+   * Bound on the mean symmetric Dirichlet energy s1^2 + s2^2 + 1/s1^2 + 1/s2^2 by area instead of
+   * max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with seams
+   * as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
+   * Default 0.
+   */
+  double max_energy;
 } atlasfit_unwrap_options;
 
 /**
@@ -1353,6 +1378,15 @@ typedef struct {
    * UVs of their corners: see atlasfit_uv_face_torn().
    */
   size_t torn_faces;
+  /**
+   * Vertices at open edges that lie exactly where another one does and were taken for it, for the layout
+   * only.
+   */
+  size_t welded_vertices;
+  /**
+   * Parts that lie on another one of their shape, as stack of the options asked for.
+   */
+  size_t stacked_parts;
 } atlasfit_uv_info;
 
 /**

@@ -344,7 +344,8 @@ class atlasfit_unwrap_options(Sized):
         ("texels_per_unit", c_double),
         ("hard_edge_angle", c_double),
         ("keep_uvs", c_uint32),
-        ("reserved_too", c_uint32),
+        ("stack", c_uint32),
+        ("max_energy", c_double),
     ]
 
 
@@ -372,6 +373,8 @@ class atlasfit_uv_info(Sized):
         ("faces", c_size_t),
         ("corners", c_size_t),
         ("torn_faces", c_size_t),
+        ("welded_vertices", c_size_t),
+        ("stacked_parts", c_size_t),
     ]
 
 

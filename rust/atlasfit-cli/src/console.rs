@@ -4,10 +4,8 @@
 //! Ctrl-C end the whole command: reading, working, baking, writing.
 
 use anyhow::{Context as _, Result};
-use atlasfit::{CancelToken, Deadline, Progress, Run, Stage, Stop};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use atlasfit::{CancelToken, Deadline, Progress, Run, Stop};
 use serde_json::{Value, json};
-use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -95,20 +93,26 @@ pub struct Console {
     runs_alone: AtomicBool,
 }
 
+/// The first Ctrl-C cancels, the second ends the program at once.
+#[cfg(not(target_family = "wasm"))]
+fn listen(token: CancelToken) -> Result<()> {
+    ctrlc::set_handler(move || {
+        if token.is_cancelled() {
+            atlasfit_io::discard_unfinished();
+            std::process::exit(130);
+        }
+        token.cancel();
+    })
+    .context("cannot listen to Ctrl-C")
+}
+
 impl Console {
     /// Listens to Ctrl-C: the first cancels the run, the second ends the program at once, without leaving
     /// half an output.
     pub fn new(quiet: bool, json: bool) -> Result<Self> {
         let cancel = CancelToken::new();
-        let token = cancel.clone();
-        ctrlc::set_handler(move || {
-            if token.is_cancelled() {
-                atlasfit_io::discard_unfinished();
-                std::process::exit(130);
-            }
-            token.cancel();
-        })
-        .context("cannot listen to Ctrl-C")?;
+        #[cfg(not(target_family = "wasm"))]
+        listen(cancel.clone())?;
         Ok(Self {
             quiet,
             json,
@@ -169,7 +173,18 @@ impl Console {
         Run { progress: None, ..self.start(args) }
     }
 
+    /// Work in a browser tells no progress.
+    #[cfg(target_family = "wasm")]
     fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
+        None
+    }
+
+    #[cfg(not(target_family = "wasm"))]
+    fn progress(&self) -> Option<Box<dyn FnMut(Progress) -> bool>> {
+        use atlasfit::Stage;
+        use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+        use std::io::IsTerminal;
+
         if self.quiet {
             return None;
         }
@@ -219,6 +234,10 @@ impl Console {
         doing: &'static str,
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T> {
+        // There are no threads in a browser.
+        if cfg!(target_family = "wasm") {
+            return Ok(job());
+        }
         let (give, take) = sync_channel(1);
         let work = move || drop(give.send(job()));
         std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work).context("cannot start a thread")?;
@@ -268,6 +287,11 @@ impl Console {
             }
             list(&mut told).push(text);
         }
+    }
+
+    /// The notes and the warnings so far.
+    pub fn told(&self) -> [Vec<String>; 2] {
+        self.told.lock().map(|t| [t.notes.clone(), t.warnings.clone()]).unwrap_or_default()
     }
 
     /// The report of a command: text, or the JSON with `--json`, with all notes and warnings. `--quiet`

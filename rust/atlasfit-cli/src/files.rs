@@ -34,6 +34,11 @@ pub fn text(path: &Path) -> String {
     path.display().to_string()
 }
 
+/// The name of a file without its folder.
+pub fn name(path: &Path) -> String {
+    text(path.file_name().map_or(path, Path::new))
+}
+
 /// Reads a cloud or mesh; repairs are notes.
 pub fn load(path: &Path, args: &RunArgs, console: &Console) -> Result<Loaded> {
     load_as(path, None, args, console)

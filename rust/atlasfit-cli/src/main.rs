@@ -11,24 +11,19 @@ mod failure;
 mod files;
 mod number;
 mod output;
+mod page;
 mod plot;
 mod render;
+mod version;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::Console;
 use failure::Failure;
 use std::process::ExitCode;
 
-/// The version, and the licence where it is another.
-const VERSION: &str = if cfg!(feature = "cgal") {
-    concat!(env!("CARGO_PKG_VERSION"), " (with CGAL: GPL 3 or later)")
-} else {
-    env!("CARGO_PKG_VERSION")
-};
-
 /// Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one clean surface, chart UVs.
 #[derive(Parser)]
-#[command(name = "atlasfit", version = VERSION, propagate_version = true)]
+#[command(name = "atlasfit", version = version::SHORT, long_version = version::long(), propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -66,6 +61,12 @@ enum Command {
     Compare(commands::compare::Args),
     /// Draw a mesh or points to a PNG picture
     Render(commands::render::Args),
+    /// Tell what the program can use on this machine, and try it out
+    Doctor(commands::doctor::Args),
+    /// Write a script that lets a shell complete commands and options
+    Completions(commands::completions::Args),
+    /// Write the manual pages
+    Man(commands::man::Args),
     /// Reproduce the project's figures beside its peers'
     #[command(subcommand)]
     Bench(commands::bench::Bench),
@@ -110,6 +111,9 @@ fn main() -> ExitCode {
         Command::Measure(args) => commands::measure::run(args, &console),
         Command::Compare(args) => commands::compare::run(args, &console),
         Command::Render(args) => commands::render::run(args, &console),
+        Command::Doctor(args) => commands::doctor::run(args, &console),
+        Command::Completions(args) => commands::completions::run(args, Cli::command(), &console),
+        Command::Man(args) => commands::man::run(args, Cli::command(), &console),
     };
     let Err(error) = done else { return ExitCode::SUCCESS };
     let Failure { kind, code, text } = Failure::of(&error);

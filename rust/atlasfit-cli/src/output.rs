@@ -34,6 +34,8 @@ pub enum Holds {
     Uvs,
     /// Pixels, in a PNG file.
     Picture,
+    /// Text and pictures, in an HTML file.
+    Page,
 }
 
 /// An output of a command.
@@ -77,11 +79,18 @@ impl Output<'_> {
 
     /// Fails where this cannot be written.
     fn check(&self, args: OutputArgs, inputs: &[&Path]) -> Result<()> {
-        if self.holds != Holds::Picture {
-            self.format(args)?;
-        } else if !self.is_standard() && !self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
-        {
-            return Err(Usage(format!("{}: pictures are PNG files. Use .png", self.path.display())).into());
+        let named = |extension| self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        let wrong = match self.holds {
+            Holds::Picture if !self.is_standard() && !named("png") => "pictures are PNG files. Use .png",
+            Holds::Page if !named("html") => "reports are HTML files. Use .html",
+            Holds::Picture | Holds::Page => "",
+            _ => {
+                self.format(args)?;
+                ""
+            }
+        };
+        if !wrong.is_empty() {
+            return Err(Usage(format!("{}: {wrong}", self.path.display())).into());
         }
         if self.is_standard() {
             return Ok(());
@@ -114,7 +123,9 @@ pub fn check(outputs: &[Output<'_>], inputs: &[&Path], args: OutputArgs, console
             .into());
         }
     }
-    if args.output_format.is_some() && outputs.iter().all(|o| Format::from_path(o.path).is_some()) {
+    if args.output_format.is_some()
+        && outputs.iter().all(|o| o.holds == Holds::Page || Format::from_path(o.path).is_some())
+    {
         let wrong = "--output-format is for an output without a known extension. Leave it away";
         return Err(Usage(wrong.into()).into());
     }

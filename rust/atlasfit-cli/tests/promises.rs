@@ -255,3 +255,19 @@ fn the_program_names_itself_and_counts_and_options_read_well() {
         refused(&folder, line, 2, hint);
     }
 }
+
+#[test]
+fn a_report_is_an_html_file_that_is_checked_before_the_work() {
+    let folder = Folder::new("report");
+    folder.file("mesh.obj", SQUARE);
+    // The scan does not exist: what is said of the report is said before anything is read.
+    refused(&folder, "denoise /none.ply -o /out.ply --report /out.ply", 2, "Use .html");
+    refused(&folder, "denoise /none.ply -o /out.ply --report -", 2, "Use .html");
+    refused(&folder, "unwrap /mesh.obj -o /out.obj --report /missing/page.html", 1, "missing");
+    assert_eq!(folder.names(), ["mesh.obj"]);
+    let done = words(&folder, "unwrap /mesh.obj -o /out.obj --report /page.html --json");
+    let told: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(told["files"].as_array().map(Vec::len), Some(2), "{}", err(&done));
+    let page = std::fs::read_to_string(folder.0.join("page.html")).unwrap();
+    assert!(page.contains("2 triangles unwrapped") && page.ends_with("</html>\n"));
+}

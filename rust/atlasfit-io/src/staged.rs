@@ -153,10 +153,12 @@ impl Staged {
             // The folder may allow what the file does not. This changes nothing.
             File::options().append(true).open(&target)?;
         }
+        // In a browser there is one process, without a number.
+        let process = if cfg!(target_family = "wasm") { 0 } else { std::process::id() };
         for attempt in 0..100 {
             let mut hidden = std::ffi::OsString::from(".");
             hidden.push(name);
-            hidden.push(format!(".{}-{attempt}.part", std::process::id()));
+            hidden.push(format!(".{process}-{attempt}.part"));
             let hidden = target.with_file_name(hidden);
             let mut unfinished = unfinished();
             goes_on(&unfinished)?;

@@ -337,15 +337,20 @@ impl Run<'_> {
             watch: self.watch.clone(),
         };
         let progress = &mut self.progress;
+        let whole = || {
+            context.check()?;
+            let result = job(&context)?;
+            context.check()?;
+            Ok(result)
+        };
+        // Browsers give a module no threads: the job has this one, and its progress is not told.
+        if cfg!(target_family = "wasm") {
+            return whole();
+        }
         std::thread::scope(|scope| {
             let work = || {
                 let _guard = TellsThatItIsOver(&finished);
-                threads::in_pool(threads, threads::STACK_BYTES, || {
-                    context.check()?;
-                    let result = job(&context)?;
-                    context.check()?;
-                    Ok(result)
-                })
+                threads::in_pool(threads, threads::STACK_BYTES, whole)
             };
             let worker = std::thread::Builder::new()
                 .stack_size(threads::WAITING_STACK_BYTES)

@@ -37,11 +37,38 @@ pub struct Scale {
 }
 
 impl Scale {
-    fn colors(&self) -> &'static [Rgb; 5] {
+    /// A scale that holds most of the numbers: from zero, or to both sides of it where some are below.
+    pub fn over(name: &str, values: &[f64]) -> Self {
+        let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).or(sorted.last()).copied();
+        let (low, high) = (at(1.0 - SHARE).unwrap_or(0.0), at(SHARE).unwrap_or(1.0));
+        let (from, to) = if low < 0.0 {
+            let most = high.max(-low);
+            (-most, most)
+        } else {
+            (0.0, if high > 0.0 { high } else { 1.0 })
+        };
+        Self { name: name.to_owned(), from, to, nothing: sorted.len() < values.len() }
+    }
+
+    /// A scale between two numbers.
+    pub fn between(name: &str, from: f64, to: f64) -> Self {
+        Self { name: name.to_owned(), from, to, nothing: false }
+    }
+
+    /// The numbers at its ends.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.from, self.to]
+    }
+
+    /// Its colours, evenly from one end to the other.
+    pub fn colors(&self) -> &'static [Rgb; 5] {
         if self.from < 0.0 { &SIGNED } else { &RISING }
     }
 
-    fn color(&self, value: f64) -> Rgb {
+    /// The colour of a number; grey where it is none.
+    pub fn color(&self, value: f64) -> Rgb {
         if !value.is_finite() {
             return NOTHING;
         }
@@ -67,17 +94,7 @@ pub fn paint(mesh: &mut TriMesh, name: &str) -> atlasfit::Result<Scale> {
             if out { f64::NAN } else { v }
         })
         .collect();
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).or(sorted.last()).copied();
-    let (low, high) = (at(1.0 - SHARE).unwrap_or(0.0), at(SHARE).unwrap_or(1.0));
-    let (from, to) = if low < 0.0 {
-        let most = high.max(-low);
-        (-most, most)
-    } else {
-        (0.0, if high > 0.0 { high } else { 1.0 })
-    };
-    let scale = Scale { name: column.name.clone(), from, to, nothing: sorted.len() < values.len() };
+    let scale = Scale::over(&column.name, &values);
     let painted = values.iter().map(|v| {
         let [r, g, b] = scale.color(*v);
         [r, g, b, 1.0]

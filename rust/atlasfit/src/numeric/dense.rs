@@ -68,6 +68,26 @@ pub fn eliminate(a: &mut [f64], width: usize, pivots: usize) -> bool {
     Arch::new().dispatch(Eliminate { a, width, pivots })
 }
 
+/// How many `f64` the vector instructions that this processor has and that are used take at once; 1 = none.
+///
+/// ```
+/// assert!(atlasfit::numeric::dense::lanes_here() >= 1);
+/// ```
+#[must_use]
+pub fn lanes_here() -> usize {
+    Arch::new().dispatch(LanesHere)
+}
+
+struct LanesHere;
+
+impl WithSimd for LanesHere {
+    type Output = usize;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        if S::F64_LANES > LANES { 1 } else { S::F64_LANES }
+    }
+}
+
 struct Eliminate<'a> {
     a: &'a mut [f64],
     width: usize,

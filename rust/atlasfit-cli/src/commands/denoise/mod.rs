@@ -2,6 +2,7 @@
 
 #[cfg(feature = "learn")]
 mod init;
+mod page;
 mod report;
 mod scans;
 
@@ -34,6 +35,9 @@ pub struct Args {
     /// The denoised points to write, in input order
     #[arg(long, value_name = "OUT")]
     points: Option<PathBuf>,
+    /// Write an HTML page that shows scan, points and surface to turn with the mouse, noise, warnings, times
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     /// Standard deviation of the scan's noise in its unit, or auto
     #[arg(
         long,
@@ -314,6 +318,11 @@ impl Args {
     fn points(&self) -> Option<Output<'_>> {
         self.points.as_deref().map(|path| Output { option: "--points", path, holds: Holds::Points })
     }
+
+    /// The page to write.
+    fn page(&self) -> Option<Output<'_>> {
+        self.report.as_deref().map(|path| Output { option: "--report", path, holds: Holds::Page })
+    }
 }
 
 /// Shares of the command's time, for the bar: until the scan is read, until it is denoised, until the texture
@@ -325,7 +334,8 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     if args.tiles.asked() {
         return in_tiles(args, console);
     }
-    let outputs: Vec<Output<'_>> = args.surface().into_iter().chain(args.points()).collect();
+    let outputs: Vec<Output<'_>> =
+        args.surface().into_iter().chain(args.points()).chain(args.page()).collect();
     let scans: Vec<&Path> = args.scans.iter().map(PathBuf::as_path).collect();
     output::check(&outputs, &scans, args.write, console)?;
     let cgal = args.cgal()?;
@@ -354,20 +364,39 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     for warning in &outcome.report.warnings {
         console.warn(warning);
     }
-    let unsure = args.uncertainty.then(|| median_uncertainty(&outcome)).flatten();
-    let written = save(&mut outcome, options.texture_size, args, console)?;
-    let done = Done {
+    let seconds = || started.elapsed().as_secs_f64();
+    let page = if args.report.is_some() {
+        let facts = done(args, &outcome, &options, seconds(), &[]).text();
+        let title = page::title(loaded.cloud.len(), &args.scans);
+        let mut run = console.start(&args.run);
+        Some(run.execute(|ctx| page::page(&loaded.cloud, &outcome, &facts, title, console, ctx))?)
+    } else {
+        None
+    };
+    let written = save(&mut outcome, page.as_deref(), options.texture_size, args, console)?;
+    let done = done(args, &outcome, &options, seconds(), &written.files);
+    console.report(&done.text(), &done.json());
+    Ok(())
+}
+
+/// What was done, for the report.
+fn done<'a>(
+    args: &'a Args,
+    outcome: &'a Denoised,
+    options: &DenoiseOptions,
+    seconds: f64,
+    files: &'a [String],
+) -> Done<'a> {
+    Done {
         scans: &args.scans,
         report: &outcome.report,
         surface: &outcome.surface,
         noise_given: args.noise.0.is_some(),
         uv: options.uv,
-        unsure,
-        seconds: started.elapsed().as_secs_f64(),
-        files: &written.files,
-    };
-    console.report(&done.text(), &done.json());
-    Ok(())
+        unsure: args.uncertainty.then(|| median_uncertainty(outcome)).flatten(),
+        seconds,
+        files,
+    }
 }
 
 /// Denoises in tiles.
@@ -383,6 +412,7 @@ fn in_tiles(args: &Args, console: &Console) -> Result<()> {
         ("--uncertainty", args.uncertainty),
         ("--sweeps", args.sweeps.is_some()),
         ("--input-format", args.read.input_format.is_some()),
+        ("--report", args.page().is_some()),
         ("--ascii", args.write.ascii),
     ];
     if let Some((option, _)) = asked.iter().find(|(_, asked)| *asked) {
@@ -434,8 +464,14 @@ fn options(args: &Args, points: usize) -> DenoiseOptions {
         .with_sweeps(args.sweeps.clone())
 }
 
-/// Writes the surface, with a texture where one is asked for, and the points.
-fn save(outcome: &mut Denoised, texture_size: u32, args: &Args, console: &Console) -> Result<Written> {
+/// Writes the surface, with a texture where one is asked for, the points, and the page.
+fn save(
+    outcome: &mut Denoised,
+    page: Option<&[u8]>,
+    texture_size: u32,
+    args: &Args,
+    console: &Console,
+) -> Result<Written> {
     let mut writer = Writer::new(args.write, &args.run, console);
     let mut png = None;
     if args.bake {
@@ -453,6 +489,9 @@ fn save(outcome: &mut Denoised, texture_size: u32, args: &Args, console: &Consol
     }
     if let Some(output) = args.points() {
         writer.cloud(output, &outcome.points)?;
+    }
+    if let (Some(output), Some(page)) = (args.page(), page) {
+        writer.bytes(output, page)?;
     }
     Ok(writer.written)
 }

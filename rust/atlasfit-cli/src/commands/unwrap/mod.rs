@@ -2,6 +2,7 @@
 
 mod args;
 mod constraints;
+mod page;
 mod report;
 mod textures;
 
@@ -9,13 +10,14 @@ use crate::console::{Console, Usage};
 use crate::files::{self, Kept};
 use crate::output::{self, Writer, Written};
 use anyhow::Result;
-use args::Packer;
 pub use args::{Args, packing};
+use args::{Packer, Stack};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
 use atlasfit::unwrap::{self, PagePacker, UnwrapOptions, UvLayout};
 use atlasfit_io::{Asset, Format, Polygons};
+use page::Unwrapped;
 use report::Done;
 use std::path::Path;
 use std::time::Instant;
@@ -42,12 +44,18 @@ const UNTIL: [f64; 4] = [0.03, 0.85, 0.93, 0.97];
 
 /// Unwraps.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
-    output::check(&[args.output()], &args.inputs(), args.write, console)?;
+    let outputs: Vec<_> = [args.output()].into_iter().chain(args.page()).collect();
+    output::check(&outputs, &args.inputs(), args.write, console)?;
     let packer = external_packer(args.packer)?;
     let started = Instant::now();
     console.part_to(UNTIL[0]);
     let Kept { mut loaded, asset } = load(args, console)?;
     let bake = textures::of(args, &mut loaded, asset.as_ref(), console)?;
+    if args.stack != Stack::None && !bake.is_none() {
+        let wrong = "stacked parts share their texels, so no texture of one's own can be baked for each: add \
+                     --bake-from none, or leave out --stack";
+        return Err(Usage(wrong.into()).into());
+    }
     let asset = asset.filter(|asset| bake.keeps_materials(asset));
     let asset = textures::kept(args, &loaded, asset, console)?;
     let polygons = loaded.polygons.take();
@@ -75,8 +83,6 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     console.part_to(UNTIL[3]);
     let size = [layout.width, layout.height];
     let pages = textures::baked(&mut mesh, &bake, size, args, console)?;
-    let results = Results { mesh: &mesh, polygons: polygons.as_ref(), pages: &pages };
-    let written = save(&results, asset.as_ref(), args, console)?;
     let done = Done {
         path: &args.mesh,
         vertices: mesh.positions.len(),
@@ -86,8 +92,25 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         quality: &quality,
         seconds: started.elapsed().as_secs_f64(),
         stages: &stages,
-        files: &written.files,
+        files: &[],
     };
+    let page = if args.report.is_some() {
+        let facts = done.text();
+        let unwrapped = Unwrapped {
+            mesh: &mesh,
+            page: size,
+            bound: layout.stretch_bound,
+            stages: &stages,
+            name: files::name(&args.mesh),
+        };
+        Some(console.start(&args.run).execute(|ctx| page::page(&unwrapped, &facts, console, ctx))?)
+    } else {
+        None
+    };
+    let results =
+        Results { mesh: &mesh, polygons: polygons.as_ref(), pages: &pages, report: page.as_deref() };
+    let written = save(&results, asset.as_ref(), args, console)?;
+    let done = Done { seconds: started.elapsed().as_secs_f64(), files: &written.files, ..done };
     console.report(&done.text(), &done.json());
     Ok(())
 }
@@ -129,6 +152,11 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
         .with_max_charts(args.max_charts)
         .with_texels_per_unit(args.density)
         .with_packer(packer)
+        .with_stack(match args.stack {
+            Stack::None => unwrap::Stack::None,
+            Stack::Identical => unwrap::Stack::Identical,
+            Stack::Mirrored => unwrap::Stack::Mirrored,
+        })
         .with_face_group(groups.transpose()?)
         .with_seam_edges(args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?)
         .with_face_polygon(of_triangle)
@@ -156,12 +184,14 @@ struct Results<'a> {
     polygons: Option<&'a Polygons>,
     /// The new images as PNG files, one per layer of the mesh's file, or one.
     pages: &'a [Vec<u8>],
+    /// The page of --report.
+    report: Option<&'a [u8]>,
 }
 
 /// Writes the mesh with its textures. What the format cannot hold is a note.
 fn save(results: &Results<'_>, asset: Option<&Asset>, args: &Args, console: &Console) -> Result<Written> {
     console.part_to(1.0);
-    let Results { mesh, polygons, pages } = *results;
+    let Results { mesh, polygons, pages, report } = *results;
     let mut writer = Writer::new(args.write, &args.run, console);
     match asset {
         Some(asset) => writer.asset(args.output(), asset, mesh, polygons, pages)?,
@@ -169,6 +199,9 @@ fn save(results: &Results<'_>, asset: Option<&Asset>, args: &Args, console: &Con
             let kept = |lost: &str| lost.starts_with("chart numbers");
             writer.mesh(args.output(), mesh, polygons, pages.first().map(Vec::as_slice), kept)?;
         }
+    }
+    if let (Some(output), Some(page)) = (args.page(), report) {
+        writer.bytes(output, page)?;
     }
     Ok(writer.written)
 }
