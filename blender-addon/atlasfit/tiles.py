@@ -114,7 +114,9 @@ def local(tasks: list[dict], program: str, workers: int, threads: int) -> list[s
     return failed
 
 
-def dask(tasks: list[dict], program: str, workers: int, threads: int, address: str | None = None) -> list[str]:
+def dask(
+    tasks: list[dict], program: str, workers: int, threads: int, address: str | None = None
+) -> list[str]:
     """On Dask distributed: the cluster at `address`, or one of this machine with so many workers."""
     try:
         from distributed import Client, LocalCluster
@@ -251,7 +253,7 @@ def main(arguments: list[str] | None = None) -> int:
         one.add_argument("--engine", choices=["local", "dask", "ray", "slurm"], default="local")
         one.add_argument("--workers", type=int, help="tasks at a time [default: cores / threads]")
         one.add_argument("--threads", type=int, default=1, help="threads of a task [default: 1]")
-        one.add_argument("--address", help="of a Dask scheduler or Ray cluster [default: one of this machine]")
+        one.add_argument("--address", help="of a Dask or Ray cluster [default: one of this machine]")
         one.add_argument("--program", help="the program [default: atlasfit of the PATH]")
         one.add_argument("--sbatch", default="", help="options for sbatch, for example '-p long -t 2:00:00'")
         one.add_argument("--scripts", help="folder for Slurm's script [default: slurm in the work folder]")

@@ -312,7 +312,8 @@ def test_slurm_gets_an_array_job_for_each_step(planned, program, atlasfit, tmp_p
     fake.parent.mkdir()
     fake.write_text(
         "#!/bin/sh\necho \"$*\" >> \"$LOG\"\nfor a; do case $a in --array=1-*) n=${a#--array=1-};; esac; "
-        "command=$a; done\nfor i in $(seq $n); do SLURM_ARRAY_TASK_ID=$i sh -c \"$command\" >&2; done\necho 7\n"
+        "command=$a; done\nfor i in $(seq $n); do SLURM_ARRAY_TASK_ID=$i sh -c \"$command\" >&2; done\n"
+        "echo 7\n"
     )
     fake.chmod(0o755)
     log = tmp_path / "log"

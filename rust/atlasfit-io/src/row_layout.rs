@@ -1,4 +1,5 @@
-//! Where positions and colours stand in rows of bytes: what files of points that are read block by block share.
+//! Where positions and colours stand in rows of bytes: what files of points that are read block by block
+//! share.
 //!
 //! In: rows as a file has them. Out: positions and colours.
 

@@ -50,7 +50,12 @@ pub struct PlanArgs {
     #[arg(long, value_name = "WORKERS", value_parser = clap::value_parser!(u64).range(1..))]
     simulate: Option<u64>,
     /// With --simulate: as if the scan had so many points of the same kind
-    #[arg(long, value_name = "POINTS", requires = "simulate", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(
+        long,
+        value_name = "POINTS",
+        requires = "simulate",
+        value_parser = clap::value_parser!(u64).range(1..)
+    )]
     as_if: Option<u64>,
     #[command(flatten)]
     tiles: TileArgs,
@@ -253,7 +258,8 @@ fn simulate(args: &PlanArgs, workers: usize, console: &Console) -> Result<()> {
         console.note("no task of this plan has run: times are those of another machine (docs/scale.md)");
     }
     let text = format!(
-        "{} tasks on {} workers: {} from the first to the last, {} of work, workers busy {:.0} %, up to {:.1} \
+        "{} tasks on {} workers: {} from the first to the last, {} of work, workers busy {:.0} %, up to \
+         {:.1} \
          GB of memory on all of them\n",
         count(s.tasks),
         workers,

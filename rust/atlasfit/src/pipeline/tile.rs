@@ -61,7 +61,8 @@ pub struct DenoisedTile {
     pub nothing: Option<String>,
 }
 
-/// Denoises a tile. `rows` says which of the whole scan's points each is: they ascend. Of the options, those of the surface's parts and UVs are left to the whole. Points that
+/// Denoises a tile. `rows` says which of the whole scan's points each is: they ascend.
+/// Of the options, those of the surface's parts and UVs are left to the whole. Points that
 /// make no surface stay where they are, as outliers.
 ///
 /// # Errors
