@@ -396,6 +396,21 @@
 #define ATLASFIT_PRESET_LOW_STRETCH 2
 
 /**
+ * atlasfit_unwrap_options.stack: each part of the mesh has texels of its own.
+ */
+#define ATLASFIT_STACK_NONE 0
+
+/**
+ * atlasfit_unwrap_options.stack: parts that are moved and turned copies of each other get the same UVs.
+ */
+#define ATLASFIT_STACK_IDENTICAL 1
+
+/**
+ * atlasfit_unwrap_options.stack: these and mirror images, whose UVs run the other way round.
+ */
+#define ATLASFIT_STACK_MIRRORED 2
+
+/**
  * atlasfit_uv_copy(): u, v of each corner of each face.
  */
 #define ATLASFIT_UV_CORNERS 0
@@ -956,6 +971,13 @@ typedef struct {
    * uncertainty_factor of the report. All else stays the same, byte for byte. Default 0.
    */
   uint32_t uncertainty;
+  /**
+   * The name of an attribute of the points, of width 1, that tells apart the sweeps of which the scan was
+   * merged: whole numbers, 0 or more. They are moved together first, each by a small rigid motion; the
+   * result is where the moved ones say, and atlasfit_result_sweep() tells the motions. NULL moves none.
+   * Default NULL.
+   */
+  const char *sweeps;
 } atlasfit_denoise_options;
 
 /**
@@ -1074,7 +1096,54 @@ typedef struct {
    * other ask for: 1 or more; 0 where uncertainty was not asked for, or the residuals do not tell.
    */
   double uncertainty_factor;
+  /**
+   * Sweeps that were looked at to be moved together, as sweeps of the options asked for; else 0.
+   */
+  size_t sweeps;
+  /**
+   * How far the sweeps were apart along the normal (standard deviation, noise and misfit together) before
+   * they were moved; 0 without sweeps.
+   */
+  double apart_before;
+  /**
+   * The same after they were moved.
+   */
+  double apart_after;
 } atlasfit_report;
+
+/**
+ * How a sweep was moved, as sweeps of atlasfit_denoise_options asked for.
+ */
+typedef struct {
+  /**
+   * sizeof(atlasfit_sweep), set by the caller.
+   */
+  size_t struct_size;
+  /**
+   * Its number, as the attribute has it.
+   */
+  uint32_t sweep;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Its points that are finite.
+   */
+  size_t points;
+  /**
+   * Its points that were seen on other sweeps, of those that were looked at. 0: it is where it was.
+   */
+  size_t pairs;
+  /**
+   * How far its points were moved, root mean square, in their unit.
+   */
+  double moved;
+  /**
+   * Where its points go: three rows of four, a rotation and a shift, in the points' frame and unit.
+   */
+  double matrix[12];
+} atlasfit_sweep;
 
 /**
  * What an atlas holds.
@@ -1199,9 +1268,19 @@ typedef struct {
    */
   uint32_t keep_uvs;
   /**
-   * Must be 0.
+   * Which parts of the mesh lie on each other on the page, corner on corner: #ATLASFIT_STACK_NONE to
+   * #ATLASFIT_STACK_MIRRORED. A part is what hangs together after all cuts; two have one shape where their
+   * triangles are alike one by one, to a ten thousandth of the part's size. Parts of two groups are not
+   * stacked. Not with keep_uvs. Default #ATLASFIT_STACK_NONE.
    */
-  uint32_t reserved_too;
+  uint32_t stack;
+  /**
+   * Bound on the mean symmetric Dirichlet energy s1^2 + s2^2 + 1/s1^2 + 1/s2^2 by area instead of
+   * max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with seams
+   * as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
+   * Default 0.
+   */
+  double max_energy;
 } atlasfit_unwrap_options;
 
 /**
@@ -1299,6 +1378,15 @@ typedef struct {
    * UVs of their corners: see atlasfit_uv_face_torn().
    */
   size_t torn_faces;
+  /**
+   * Vertices at open edges that lie exactly where another one does and were taken for it, for the layout
+   * only.
+   */
+  size_t welded_vertices;
+  /**
+   * Parts that lie on another one of their shape, as stack of the options asked for.
+   */
+  size_t stacked_parts;
 } atlasfit_uv_info;
 
 /**
@@ -1944,6 +2032,17 @@ atlasfit_status atlasfit_result_warnings(const atlasfit_result *result,
                                          char *text,
                                          size_t capacity,
                                          size_t *length);
+
+/**
+ * Tells how a sweep was moved. #ATLASFIT_INDEX_OUT_OF_RANGE where there are not that many.
+ *
+ * @param index Its place among the sweeps, which are sorted by their numbers: 0 to report.sweeps - 1.
+ * @param sweep Filled; its struct_size must be set.
+ */
+ATLASFIT_API
+atlasfit_status atlasfit_result_sweep(const atlasfit_result *result,
+                                      size_t index,
+                                      atlasfit_sweep *sweep);
 
 /**
  * Copies the denoised positions: x, y, z per point, in input order. Outliers that are kept, unless they

@@ -619,6 +619,13 @@ class Denoised {
   std::vector<float> surface_extrapolated() const {
     return told(ATLASFIT_SURFACE_EXTRAPOLATED, report_.vertices);
   }
+  /// How each sweep was moved, by their numbers, where sweeps of the options named an attribute.
+  std::vector<atlasfit_sweep> sweeps() const {
+    std::vector<atlasfit_sweep> all(report_.sweeps, detail::output<atlasfit_sweep>());
+    for (std::size_t i = 0; i < all.size(); i++)
+      detail::check(atlasfit_result_sweep(handle_.get(), i, &all[i]));
+    return all;
+  }
   Atlas atlas() const {
     atlasfit_atlas *atlas = nullptr;
     detail::check(atlasfit_result_atlas(handle_.get(), &atlas));

@@ -16,7 +16,7 @@ from ._abi import VERSION
 from ._atlas import Atlas, Places, Projection
 from ._bake import TexturePage, bake, bake_textures, texture_page, texture_side
 from ._call import Cancel, Cancelled, Error, RunOptions, TimedOut
-from ._denoise import Denoised, Report, Surface, denoise, denoise_memory_needed
+from ._denoise import Denoised, Report, Surface, Sweep, denoise, denoise_memory_needed
 from ._files import Loaded, load, save
 from ._measure import (
     Distance,
@@ -58,6 +58,7 @@ __all__ = [
     "RunOptions",
     "Simplified",
     "Surface",
+    "Sweep",
     "TexturePage",
     "TimedOut",
     "Topology",

@@ -42,6 +42,7 @@ SURFACE_NONE, SURFACE_SMOOTH, SURFACE_WRAP = range(3)
 ) = range(16)
 UV_CORNERS, UV_FACE_CHARTS, UV_FACE_PAGES = range(3)
 PACK_SHAPES, PACK_BOXES = 0, 1
+STACK_NONE, STACK_IDENTICAL, STACK_MIRRORED = range(3)
 PRESET_FEW_SEAMS, PRESET_BALANCED, PRESET_LOW_STRETCH = range(3)
 LOG_ERROR, LOG_WARNING, LOG_INFO = range(1, 4)
 
@@ -90,6 +91,7 @@ FUNCTIONS = {
     "atlasfit_result_free": (status, [_handle]),
     "atlasfit_result_warnings": (status, [_handle, _array, c_size_t, _array]),
     "atlasfit_result_report": (status, [_handle, POINTER(atlasfit_report)]),
+    "atlasfit_result_sweep": (status, [_handle, c_size_t, POINTER(atlasfit_sweep)]),
     "atlasfit_result_point_positions": (status, [_handle, _array, c_size_t]),
     "atlasfit_result_point_normals": (status, [_handle, _array, c_size_t]),
     "atlasfit_result_point_sources": (status, [_handle, _array, c_size_t]),

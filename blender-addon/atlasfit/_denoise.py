@@ -31,6 +31,24 @@ PRIORS = {
 SURFACES = {"none": _abi.SURFACE_NONE, "smooth": _abi.SURFACE_SMOOTH, "wrap": _abi.SURFACE_WRAP}
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """How a sweep was moved.
+
+    sweep   its number, as the attribute has it
+    points  its points that are finite
+    pairs   its points that were seen on other sweeps, of those that were looked at; 0: it is where it was
+    moved   how far its points were moved, root mean square, in their unit
+    matrix  (3, 4) float64, a rotation and a shift: where its points go
+    """
+
+    sweep: int
+    points: int
+    pairs: int
+    moved: float
+    matrix: NDArray[np.float64]
+
+
 @dataclass(frozen=True, repr=False)
 class Report:
     """What was found and done. Lengths are in the points' unit."""
@@ -74,6 +92,14 @@ class Report:
     """By how much the charts' own standard deviations were widened, as the residuals ask for, 1 or more. None
     where uncertainty was not asked for, or the residuals do not tell.
     """
+    sweeps: tuple[Sweep, ...]
+    """How each sweep was moved, by their numbers; empty unless denoise() was told of sweeps."""
+    apart_before: float
+    """How far the sweeps were apart along the normal before they were moved (standard deviation, noise and
+    misfit together); 0 without sweeps.
+    """
+    apart_after: float
+    """The same after they were moved."""
     stage_seconds: dict[str, float]
     """Seconds spent in each stage that ran."""
     warnings: tuple[str, ...]
@@ -229,6 +255,7 @@ def denoise(
     max_error: float | None = None,
     strength: float | None = None,
     uncertainty: bool | None = None,
+    sweeps: str | None = None,
     **options: Unpack[RunOptions],
 ) -> Denoised:
     """Denoises a scan: denoised points, one connected surface with UVs, and the fitted atlas.
@@ -279,6 +306,9 @@ def denoise(
     uncertainty   whether to say how sure the result is (default False): result.attributes,
                   result.surface.attributes and report.uncertainty_factor; nothing else changes. A "wrap" has
                   none for its vertices
+    sweeps        the name of an attribute that tells apart the sweeps of which the scan was merged: whole
+                  numbers, 0 or more. They are moved together first, each by a small rigid motion, which
+                  report.sweeps tells
     options       see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> points = np.random.default_rng(0).normal(size=(2000, 3))
@@ -326,6 +356,8 @@ def denoise(
         strength=strength,
         uncertainty=uncertainty,
     )
+    if sweeps is not None:
+        chosen.sweeps = sweeps.encode()
     if viewpoint is not None:
         chosen.viewpoint[:] = np.asarray(viewpoint, np.float64).reshape(3).tolist()
         chosen.has_viewpoint = 1
@@ -344,6 +376,12 @@ def _copied(result: Handle, array: int, shape: tuple[int, ...]) -> NDArray[np.fl
     to = options_with(_abi.atlasfit_buffer(), data=values.ctypes.data, capacity=values.size)
     check(lib().atlasfit_result_copy(result.pointer, array, byref(to)))
     return values
+
+
+def _sweep(result: Handle, index: int) -> Sweep:
+    raw = _abi.atlasfit_sweep()
+    check(lib().atlasfit_result_sweep(result.pointer, index, byref(raw)))
+    return Sweep(**values(Sweep, raw) | {"matrix": np.array(raw.matrix).reshape(3, 4)})
 
 
 def _corner_normals(result: Handle, triangles: int) -> NDArray[np.float32] | None:
@@ -408,6 +446,7 @@ def _read(result: Handle, columns: Attributes, uncertainty: bool, watertight: bo
         "stage_seconds": stages,
         "warnings": result.warnings(),
         "uncertainty_factor": raw.uncertainty_factor or None,
+        "sweeps": tuple(_sweep(result, i) for i in range(raw.sweeps)),
     }
     return Denoised(
         points=copy("point_positions", (n, 3), np.float64),

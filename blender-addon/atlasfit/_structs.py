@@ -146,6 +146,7 @@ class atlasfit_denoise_options(Sized):
         ("strength", c_double),
         ("surface", c_uint32),
         ("uncertainty", c_uint32),
+        ("sweeps", c_char_p),
     ]
 
 
@@ -178,6 +179,21 @@ class atlasfit_report(Sized):
         ("dropped_points", c_size_t),
         ("followed_outliers", c_size_t),
         ("uncertainty_factor", c_double),
+        ("sweeps", c_size_t),
+        ("apart_before", c_double),
+        ("apart_after", c_double),
+    ]
+
+
+class atlasfit_sweep(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("sweep", c_uint32),
+        ("reserved", c_uint32),
+        ("points", c_size_t),
+        ("pairs", c_size_t),
+        ("moved", c_double),
+        ("matrix", c_double * 12),
     ]
 
 
@@ -328,7 +344,8 @@ class atlasfit_unwrap_options(Sized):
         ("texels_per_unit", c_double),
         ("hard_edge_angle", c_double),
         ("keep_uvs", c_uint32),
-        ("reserved_too", c_uint32),
+        ("stack", c_uint32),
+        ("max_energy", c_double),
     ]
 
 
@@ -356,6 +373,8 @@ class atlasfit_uv_info(Sized):
         ("faces", c_size_t),
         ("corners", c_size_t),
         ("torn_faces", c_size_t),
+        ("welded_vertices", c_size_t),
+        ("stacked_parts", c_size_t),
     ]
 
 

@@ -25,6 +25,11 @@ PRESETS = {
     "balanced": _abi.PRESET_BALANCED,
     "low-stretch": _abi.PRESET_LOW_STRETCH,
 }
+STACKS = {
+    "none": _abi.STACK_NONE,
+    "identical": _abi.STACK_IDENTICAL,
+    "mirrored": _abi.STACK_MIRRORED,
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,6 +62,10 @@ class UvInfo:
     """Share of the area stretched beyond the bound."""
     coverage: float
     """Share of the pages that lies under faces."""
+    welded_vertices: int
+    """Vertices at open edges that were taken for another one at the same place, for the layout only."""
+    stacked_parts: int
+    """Parts that lie on another one of their shape."""
     seconds: float
     """Wall time of unwrapping itself."""
     padding: int
@@ -177,6 +186,8 @@ def unwrap(
     packer: Literal["shapes", "boxes"] | None = None,
     texels_per_unit: float | None = None,
     hard_edge_angle: float | None = None,
+    max_energy: float | None = None,
+    stack: Literal["none", "identical", "mirrored"] | None = None,
     **options: Unpack[RunOptions],
 ) -> Uv:
     """Lays out UVs: charts of low stretch that neither flip nor overlap, packed on square pages.
@@ -203,6 +214,12 @@ def unwrap(
                      wastes more
     texels_per_unit  texels per unit of length on the surface; 0 = what fills the pages (default)
     hard_edge_angle  edges bent by more than this many degrees are seams; 180 = none for that reason (default)
+    max_energy       instead of max_stretch a bound on the mean symmetric Dirichlet energy, more than 4
+                     (isometry): each connected part becomes one chart that is cut open, with seams as short
+                     as can be found. Slower, for up to some ten thousand faces; 0 = none (default)
+    stack            parts of one shape get the same UVs, corner on corner: "identical", moved and turned
+                     copies; "mirrored", mirror images too; "none" (default). info.stacked_parts tells how
+                     many lie on others
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -236,6 +253,8 @@ def unwrap(
         keep_uvs=keep_uvs,
         texels_per_unit=texels_per_unit,
         hard_edge_angle=hard_edge_angle,
+        max_energy=max_energy,
+        stack=choice(stack, STACKS, "stack"),
     )
     uv = Handle("uv")
     run(lambda r: lib().atlasfit_unwrap(byref(mesh), byref(chosen), r, byref(uv.pointer)), options)

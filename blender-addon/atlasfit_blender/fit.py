@@ -2,7 +2,7 @@
 """What Denoise Scan and Reconstruct share: their options, what they read beside the points, the report."""
 
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from . import mesh
 from .long import LongOperator, Refused
@@ -35,6 +35,16 @@ def viewpoint_of(me, matrix):
     return None if known is None else np.array(known, np.float64) @ matrix.T
 
 
+def sweeps_of(me, name):
+    """Which sweep each point is of, by the attribute that tells."""
+    known = me.attributes.get(name)
+    if known is None or known.domain != "POINT" or known.data_type not in {"INT", "INT8"}:
+        whole = [a.name for a in me.attributes if a.domain == "POINT" and a.data_type in {"INT", "INT8"}]
+        have = f"it has {', '.join(whole)}" if whole else "it has none"
+        raise Refused(f"sweeps are told by an attribute of points, of integers: {name} is none ({have})")
+    return mesh.get(known.data, "value", 1, mesh.KINDS[known.data_type][2])
+
+
 def unit(vectors):
     """Of length 1; zeros stay."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -57,6 +67,9 @@ def keep_report(me, title, report, seconds, notes):
         "filled_holes": report.filled_holes,
         "uv_charts": report.uv_charts,
         "uncertainty_factor": 0 if report.uncertainty_factor is None else f"{report.uncertainty_factor:.3g}",
+        "sweeps": len(report.sweeps),
+        "sweeps_apart_before": f"{report.apart_before:.3g}",
+        "sweeps_apart_after": f"{report.apart_after:.3g}",
         "seconds": f"{seconds:.2f}",
     }
     mesh.set_report(me, title, notes, **{key: value for key, value in found.items() if value not in (0, "0")})
@@ -131,6 +144,14 @@ class Fit(LongOperator):
         default=False,
     )
 
+    sweeps: StringProperty(
+        name="Sweeps",
+        description=(
+            "Name of an integer attribute of the points that tells apart the sweeps of which the scan was"
+            " merged: they are moved together first, each by a small rigid motion. Empty moves none"
+        ),
+    )
+
     @classmethod
     def poll(cls, context):
         ob = context.view_layer.objects.active
@@ -139,4 +160,4 @@ class Fit(LongOperator):
     def fit_options(self):
         """Of the fit: the operator must not be touched from the thread that works."""
         names = ("strength", "noise", "charts", "prior", "uncertainty")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in names} | {"sweeps": self.sweeps or None}

@@ -49,7 +49,7 @@ class OBJECT_OT_atlasfit_denoise(fit.Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "hide", "drop", "strength", "noise", "charts", "prior", "uncertainty"):
+        for name in ("result", "hide", "drop", "strength", "noise", "charts", "prior", "uncertainty", "sweeps"):
             layout.prop(self, name)
 
     def prepare(self, context):
@@ -57,11 +57,12 @@ class OBJECT_OT_atlasfit_denoise(fit.Fit, bpy.types.Operator):
         ob = fit.active(context)
         self._edit = context.mode == "EDIT_MESH"
         with mesh.object_mode(context, [ob]):
-            points, normals, triangles = self._read(ob)
+            points, normals, triangles, columns = self._read(ob)
         options = self.fit_options() | {"viewpoint": fit.viewpoint_of(ob.data, mesh.linear(ob))}
         return lambda progress, cancel: atlasfit.denoise(
             points,
             normals=normals,
+            attributes=columns,
             triangles=triangles,
             uv=False,
             **options,
@@ -90,7 +91,8 @@ class OBJECT_OT_atlasfit_denoise(fit.Fit, bpy.types.Operator):
         self._source = (ob.name, mesh.count(me), chosen, matrix)
         # Outliers that are deleted follow nothing.
         triangles = None if self.drop or mesh.is_cloud(me) else self._triangles(me, chosen)
-        return points, normals, triangles
+        columns = {self.sweeps: fit.sweeps_of(me, self.sweeps)[chosen]} if self.sweeps else {}
+        return points, normals, triangles, columns
 
     @staticmethod
     def _triangles(me, chosen):
@@ -262,6 +264,7 @@ class OBJECT_OT_atlasfit_reconstruct(fit.Fit, bpy.types.Operator):
             "charts",
             "prior",
             "uncertainty",
+            "sweeps",
             "texture_size",
             "bake",
             "hide",
@@ -323,6 +326,8 @@ class OBJECT_OT_atlasfit_reconstruct(fit.Fit, bpy.types.Operator):
         try:
             if not mesh.count(me):
                 raise Refused("the mesh has no vertices")
+            if self.sweeps:
+                fit.sweeps_of(me, self.sweeps)
             columns, self._left = mesh.attributes(me)
             colors, self._color = mesh.point_colors(me)
             columns.pop(self._color, None)

@@ -46,6 +46,16 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         default=0,
         min=0,
     )
+    stack: EnumProperty(
+        name="Stack",
+        description="Parts of one shape that share their place in the UV map, corner on corner",
+        items=(
+            ("none", "None", "Each part has a place of its own"),
+            ("identical", "Identical", "Parts that are moved and turned copies of each other"),
+            ("mirrored", "Mirrored", "These and mirror images, whose UVs run the other way round"),
+        ),
+        default="none",
+    )
     seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
     sharp: BoolProperty(
         name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True
@@ -85,6 +95,7 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         for name in ("seams", "sharp", "materials", "keep_uv_seams"):
             column.prop(self, name)
         layout.prop(self, "mark_seams")
+        layout.prop(self, "stack")
         layout.prop(self, "together")
         layout.prop(self, "target")
         if self.target == "NEW":
@@ -99,6 +110,7 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             "preset": self.preset,
             "max_stretch": self.max_stretch or None,
             "max_charts": self.max_charts,
+            "stack": self.stack,
         }
 
     def read(self, given):
@@ -121,12 +133,16 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         if self.keep_uv_seams:
             constraints["corner_uv"] = mesh.corner_uvs(obs, given.parts, "whose seams could be kept")
         colors = None
+        stacked = self.stack != "none"
+        if self.bake and stacked:
+            raise Refused("parts that are stacked share their pixels: turn Bake Colors off, or Stack")
         if self.bake:
             colors = np.concatenate(
                 [bake.corner_colors(ob.data, part.loops) for ob, part in zip(obs, given.parts)]
             )
         kept = self.target == "ACTIVE" and not self.bake
-        return given, constraints, colors, self.old_textures(obs, given) if kept else None
+        obstacle = "parts that are stacked share their pixels" if stacked else None
+        return given, constraints, colors, self.old_textures(obs, given, obstacle) if kept else None
 
     @staticmethod
     def lay_out(given, constraints, colors, old, options, progress, cancel):
@@ -173,7 +189,8 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
 
     def figures(self, info):
         """The bound that was kept."""
-        return {"stretch_bound": f"{info.stretch_bound:.3f}"}
+        found = {"stretch_bound": f"{info.stretch_bound:.3f}"}
+        return found | ({"stacked_parts": info.stacked_parts} if info.stacked_parts else {})
 
 
 register, unregister = bpy.utils.register_classes_factory((UV_OT_atlasfit_unwrap,))

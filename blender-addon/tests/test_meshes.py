@@ -40,3 +40,30 @@ def test_points_alone_are_the_same_without_a_surface(sphere):
     assert len(only.surface.vertices) == len(only.surface.triangles) == 0
     with pytest.raises(atlasfit.Error, match="built without CGAL"):
         atlasfit.denoise(sphere, surface="wrap")
+
+
+def test_parts_of_one_shape_are_stacked_corner_on_corner():
+    vertices, quads = torus(16, 8)
+    faces = triangles(quads)[0]
+    n = len(faces)
+    turned = vertices[:, [1, 2, 0]] + [5, 0, 0]
+    both, all_faces = np.concatenate([vertices, turned]), np.concatenate([faces, faces + len(vertices)])
+    plain = atlasfit.unwrap(both, all_faces)
+    stacked = atlasfit.unwrap(both, all_faces, stack="identical")
+    assert (plain.info.stacked_parts, stacked.info.stacked_parts, stacked.info.welded_vertices) == (0, 1, 0)
+    corners = stacked.corner_uv.reshape(2, -1, 2)
+    assert {*map(tuple, corners[0])} == {*map(tuple, corners[1])}
+    assert {*stacked.face_charts[:n]} == {*stacked.face_charts[n:]}
+    with pytest.raises(ValueError, match="stack"):
+        atlasfit.unwrap(vertices, faces, stack="same")
+    with pytest.raises(atlasfit.Error, match="stack"):
+        atlasfit.unwrap(vertices, faces, corner_uv=plain.corner_uv[:n], keep_uvs=True, stack="identical")
+
+
+def test_a_bound_on_the_energy_makes_one_chart():
+    vertices, quads = torus(16, 8)
+    faces = triangles(quads)[0]
+    found = atlasfit.unwrap(vertices, faces, max_energy=4.3)
+    assert found.info.charts == 1
+    with pytest.raises(atlasfit.Error, match="max_energy"):
+        atlasfit.unwrap(vertices, faces, max_energy=4.0)

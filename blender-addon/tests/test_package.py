@@ -443,3 +443,18 @@ def test_a_viewpoint_turns_the_surface_towards_it(sphere):
 
 def test_the_padding_kept_is_told(sphere):
     assert atlasfit.unwrap(sphere[:3], [[0, 1, 2]], padding=5).info.padding == 5
+
+
+def test_sweeps_are_moved_together_and_told(sphere):
+    second = np.arange(len(sphere)) % 2
+    lifted = sphere + 0.05 * second[:, None] * [0, 0, 1]
+    found = atlasfit.denoise(lifted, attributes={"view": second}, sweeps="view", uv=False)
+    sweeps = found.report.sweeps
+    assert [s.sweep for s in sweeps] == [0, 1] and [s.points for s in sweeps] == [len(sphere) // 2] * 2
+    assert found.report.apart_after < 0.5 * found.report.apart_before
+    assert sweeps[0].matrix[2, 3] - sweeps[1].matrix[2, 3] == pytest.approx(0.05, abs=0.01)
+    assert found.report.apart_before > 0 and sweeps[1].pairs > 100 and sweeps[1].moved > 0.01
+    with pytest.raises(atlasfit.Error, match='no attribute of that name'):
+        atlasfit.denoise(lifted, attributes={"view": second}, sweeps="scan", uv=False)
+    plain = atlasfit.denoise(sphere, uv=False).report
+    assert plain.sweeps == () and plain.apart_before == plain.apart_after == 0

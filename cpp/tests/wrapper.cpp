@@ -200,6 +200,29 @@ int main() {
     want(up * side > 0.9 * 3600, "a sheet faces its viewpoint");
   }
 
+  // A bowl, seen twice: the second sweep is a fiftieth too high.
+  std::vector<double> bowl, sweep_of;
+  for (int k = 0; k < 2; k++)
+    for (int i = 0; i < 40; i++)
+      for (int j = 0; j < 40; j++) {
+        const double x = i / 40.0 - 0.5, y = j / 40.0 - 0.5;
+        bowl.insert(bowl.end(), {x, y, x * x + y * y + 0.02 * k + 0.001 * std::sin(7.0 * i * j)});
+        sweep_of.push_back(k);
+      }
+  atlasfit::Points twice(bowl);
+  twice.attribute("view", sweep_of.data(), ATLASFIT_F64);
+  atlasfit::DenoiseOptions together;
+  together.uv = 0;
+  together.sweeps = "view";
+  const atlasfit::Denoised joined = atlasfit::denoise(twice, together);
+  const std::vector<atlasfit_sweep> moved = joined.sweeps();
+  want(moved.size() == 2 && joined.report().apart_after < 0.5 * joined.report().apart_before, "sweeps are moved");
+  want(moved[1].sweep == 1 && moved[0].points == 1600 && moved[1].pairs > 100, "and each is told");
+  want(std::abs(moved[0].matrix[11] - moved[1].matrix[11] - 0.02) < 0.005, "by as much as they were apart");
+  together.sweeps = "scan";
+  want(status_of([&] { atlasfit::denoise(twice, together); }) == ATLASFIT_INVALID_ARGUMENT,
+       "an attribute that is not there");
+
   const std::vector<double> none, four(4);
   want(status_of([&] { atlasfit::denoise(atlasfit::Points(none)); }) == ATLASFIT_EMPTY_INPUT, "no points");
   want(status_of([&] { atlasfit::Points{four}; }) == ATLASFIT_INVALID_ARGUMENT, "four numbers are no points");

@@ -141,6 +141,25 @@ def floats(ob, name):
     return mesh.get(attribute.data, "value", 1, np.float32)
 
 
+def test_sweeps_are_moved_together_and_an_attribute_that_tells_none_is_refused():
+    ob = scan()
+    co = mesh.positions(ob.data)
+    second = np.arange(len(co)) % 2
+    mesh.put_positions(ob.data, co + 0.05 * second[:, None] * [0, 0, 1])
+    mesh.add_attribute(ob.data, "view", "INT", second.astype(np.int32))
+    for make in (bpy.ops.object.atlasfit_denoise, bpy.ops.object.atlasfit_reconstruct):
+        bpy.context.view_layer.objects.active = ob
+        try:
+            make(sweeps="views")
+            raise AssertionError("not refused")
+        except RuntimeError as error:
+            assert "views is none (it has view)" in str(error)
+        make(sweeps="view")
+        told = report(bpy.context.object)
+        assert bpy.context.object != ob and int(told["sweeps"]) == 2
+        assert float(told["sweeps apart after"]) < float(told["sweeps apart before"]) / 2
+
+
 OF_POINTS = {"uncertainty", "noise", "outlier_probability"}
 
 

@@ -222,3 +222,17 @@ def test_textures_are_drawn_anew_on_one_tile_and_more_are_refused_before_the_wor
     bpy.ops.uv.atlasfit_unwrap(pages=2, density=100.0, textures=False)
     bpy.ops.uv.atlasfit_unwrap(density=100.0)
     assert tiles(ob) == {(0, 0)}
+
+
+def test_parts_of_one_shape_are_stacked_where_that_is_asked_for():
+    first, second = cylinder(), cylinder()
+    second.location.x = 5
+    mesh.put_positions(second.data, mesh.positions(second.data)[:, [1, 2, 0]])
+    select(first, second)
+    bpy.ops.uv.atlasfit_unwrap(stack="identical", seams=False)
+    assert int(report(first)["stacked parts"]) == 1
+    corners = [{*map(tuple, uvs(ob).reshape(-1, 2).round(6))} for ob in (first, second)]
+    assert corners[0] == corners[1]
+    bpy.ops.uv.atlasfit_unwrap()
+    assert "stacked parts" not in report(first)
+    refused(lambda: bpy.ops.uv.atlasfit_unwrap(stack="mirrored", bake=True), "share their pixels")

@@ -13,6 +13,7 @@ use atlasfit::pipeline::{DenoiseOptions, Outliers, denoise_vertices, memory_need
 use atlasfit_net::Prior;
 use atlasfit_net::explicit::{Network, NetworkOptions, Recipe};
 use atlasfit_net::level_set::LevelSetOptions;
+use std::ffi::c_char;
 use std::sync::Arc;
 
 /// atlasfit_denoise_options.prior: a Gaussian process as smooth as the limit of the paper's networks.
@@ -121,9 +122,14 @@ pub struct atlasfit_denoise_options {
     /// 1 says how sure the result is: #ATLASFIT_POINT_UNCERTAINTY to #ATLASFIT_SURFACE_EXTRAPOLATED, and
     /// uncertainty_factor of the report. All else stays the same, byte for byte. Default 0.
     pub uncertainty: u32,
+    /// The name of an attribute of the points, of width 1, that tells apart the sweeps of which the scan was
+    /// merged: whole numbers, 0 or more. They are moved together first, each by a small rigid motion; the
+    /// result is where the moved ones say, and atlasfit_result_sweep() tells the motions. NULL moves none.
+    /// Default NULL.
+    pub sweeps: *const c_char,
 }
 
-// SAFETY: numbers, size first.
+// SAFETY: numbers and a pointer, size first.
 unsafe impl Sized for atlasfit_denoise_options {
     const NAME: &str = "atlasfit_denoise_options";
     const FIRST: usize = std::mem::offset_of!(Self, viewpoint);
@@ -160,6 +166,7 @@ unsafe impl Sized for atlasfit_denoise_options {
             strength: d.strength,
             surface: ATLASFIT_SURFACE_SMOOTH,
             uncertainty: u32::from(d.uncertainty),
+            sweeps: std::ptr::null(),
         }
     }
 }
@@ -183,7 +190,7 @@ impl atlasfit_denoise_options {
     }
 
     /// The core's options. Values that the C types cannot name are refused here, all others by the core.
-    fn core(&self) -> Outcome<(DenoiseOptions, Prior)> {
+    unsafe fn core(&self) -> Outcome<(DenoiseOptions, Prior)> {
         let unknown = |name: &str, value: u32, advice: &str| {
             Err(Failure::invalid(format!("{name} is {value}. Give {advice}")))
         };
@@ -223,6 +230,12 @@ impl atlasfit_denoise_options {
             return unknown("surface", self.surface, "ATLASFIT_SURFACE_NONE to ATLASFIT_SURFACE_WRAP");
         }
         let uncertainty = sized::flag(self.uncertainty, "uncertainty")?;
+        let sweeps = if self.sweeps.is_null() {
+            None
+        } else {
+            // SAFETY: the caller's name ends in a zero.
+            Some(unsafe { points::name(self.sweeps, "sweeps") }?)
+        };
         let options = DenoiseOptions::default()
             // 0 asks for an estimate.
             .with_noise((self.noise != 0.0).then_some(self.noise))
@@ -241,6 +254,7 @@ impl atlasfit_denoise_options {
             .with_viewpoint(has_viewpoint.then_some(self.viewpoint))
             .with_surface(self.surface != ATLASFIT_SURFACE_NONE)
             .with_uncertainty(uncertainty)
+            .with_sweeps(sweeps)
             .with_uv(uv);
         Ok((options, prior))
     }

@@ -152,13 +152,17 @@ const MOST_ATTRIBUTES: u32 = 1024;
 /// Bytes of an attribute's name, at the most: a longer name is taken for one without its end.
 const LONGEST_NAME: usize = 4096;
 
+/// An attribute's name; `what` names it in errors.
+pub(crate) unsafe fn name(at: *const c_char, what: &str) -> Outcome<String> {
+    let text = unsafe { text(at, what, LONGEST_NAME) }?;
+    Ok(String::from_utf8_lossy(text).into_owned())
+}
+
 unsafe fn attribute(a: &atlasfit_attribute, index: usize, count: usize) -> Outcome<Attribute> {
     let name = if a.name.is_null() {
         format!("attribute {index}")
     } else {
-        let what = format!("the name of attribute {index}");
-        let text = unsafe { text(a.name, &what, LONGEST_NAME) }?;
-        String::from_utf8_lossy(text).into_owned()
+        unsafe { self::name(a.name, &format!("the name of attribute {index}")) }?
     };
     if a.width == 0 || a.width > WIDEST {
         return Err(Failure::invalid(format!(

@@ -109,6 +109,13 @@ pub struct atlasfit_report {
     /// By how much the charts' own standard deviations were widened, as the residuals of points beside each
     /// other ask for: 1 or more; 0 where uncertainty was not asked for, or the residuals do not tell.
     pub uncertainty_factor: f64,
+    /// Sweeps that were looked at to be moved together, as sweeps of the options asked for; else 0.
+    pub sweeps: usize,
+    /// How far the sweeps were apart along the normal (standard deviation, noise and misfit together) before
+    /// they were moved; 0 without sweeps.
+    pub apart_before: f64,
+    /// The same after they were moved.
+    pub apart_after: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -132,6 +139,7 @@ pub unsafe extern "C" fn atlasfit_result_report(
     guard("atlasfit_result_report", || unsafe {
         let result = handle::get(result)?;
         let (d, r) = (&result.denoised, &result.denoised.report);
+        let moved = r.registration.as_ref();
         let mut stage_seconds = [0.0; ATLASFIT_STAGE_LIMIT];
         for (stage, seconds) in &r.seconds {
             if let Some(s) = stage_seconds.get_mut(*stage as usize) {
@@ -166,6 +174,9 @@ pub unsafe extern "C" fn atlasfit_result_report(
             dropped_points: r.dropped_points,
             followed_outliers: r.followed_outliers,
             uncertainty_factor: r.uncertainty_factor.unwrap_or(0.0),
+            sweeps: moved.map_or(0, |m| m.sweeps.len()),
+            apart_before: moved.map_or(0.0, |m| m.apart_before),
+            apart_after: moved.map_or(0.0, |m| m.apart_after),
         };
         sized::write(report, value)
     })
@@ -186,6 +197,69 @@ pub unsafe extern "C" fn atlasfit_result_warnings(
 ) -> atlasfit_status {
     guard("atlasfit_result_warnings", || unsafe {
         copy_lines(&handle::get(result)?.denoised.report.warnings, text, capacity, length)
+    })
+}
+
+/// How a sweep was moved, as sweeps of atlasfit_denoise_options asked for.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct atlasfit_sweep {
+    /// sizeof(atlasfit_sweep), set by the caller.
+    pub struct_size: usize,
+    /// Its number, as the attribute has it.
+    pub sweep: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Its points that are finite.
+    pub points: usize,
+    /// Its points that were seen on other sweeps, of those that were looked at. 0: it is where it was.
+    pub pairs: usize,
+    /// How far its points were moved, root mean square, in their unit.
+    pub moved: f64,
+    /// Where its points go: three rows of four, a rotation and a shift, in the points' frame and unit.
+    pub matrix: [f64; 12],
+}
+
+// SAFETY: numbers, size first.
+unsafe impl Sized for atlasfit_sweep {
+    const NAME: &str = "atlasfit_sweep";
+    const FIRST: usize = size_of::<Self>();
+    fn defaults() -> Self {
+        // SAFETY: zeros are valid numbers.
+        Self { struct_size: size_of::<Self>(), ..unsafe { std::mem::zeroed() } }
+    }
+}
+
+/// Tells how a sweep was moved. #ATLASFIT_INDEX_OUT_OF_RANGE where there are not that many.
+///
+/// @param index Its place among the sweeps, which are sorted by their numbers: 0 to report.sweeps - 1.
+/// @param sweep Filled; its struct_size must be set.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn atlasfit_result_sweep(
+    result: *const atlasfit_result,
+    index: usize,
+    sweep: *mut atlasfit_sweep,
+) -> atlasfit_status {
+    guard("atlasfit_result_sweep", || unsafe {
+        sized::checked_target(sweep)?;
+        let result = handle::get(result)?;
+        let sweeps = result.denoised.report.registration.as_ref().map_or(&[][..], |r| &r.sweeps);
+        let found = sweeps.get(index).ok_or_else(|| {
+            Failure::new(
+                ATLASFIT_INDEX_OUT_OF_RANGE,
+                format!("index is {index}, but the sweeps that were moved are {}", sweeps.len()),
+            )
+        })?;
+        let (turn, shift) = (&found.motion.rotation, found.motion.shift);
+        let value = atlasfit_sweep {
+            sweep: found.sweep,
+            points: found.points,
+            pairs: found.pairs,
+            moved: found.moved,
+            matrix: std::array::from_fn(|k| if k % 4 < 3 { turn[k / 4][k % 4] } else { shift[k / 4] }),
+            ..atlasfit_sweep::defaults()
+        };
+        sized::write(sweep, value)
     })
 }
 

@@ -7,7 +7,7 @@ use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use crate::uv::{Layout, atlasfit_uv};
-use atlasfit::unwrap::{Packer, Preset, UnwrapOptions, memory_needed, unwrap};
+use atlasfit::unwrap::{Packer, Preset, Stack, UnwrapOptions, memory_needed, unwrap};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -23,6 +23,13 @@ pub const ATLASFIT_PRESET_FEW_SEAMS: u32 = 0;
 pub const ATLASFIT_PRESET_BALANCED: u32 = 1;
 /// atlasfit_unwrap_options_set_preset(): "low-stretch": lengths are kept best; most charts.
 pub const ATLASFIT_PRESET_LOW_STRETCH: u32 = 2;
+
+/// atlasfit_unwrap_options.stack: each part of the mesh has texels of its own.
+pub const ATLASFIT_STACK_NONE: u32 = 0;
+/// atlasfit_unwrap_options.stack: parts that are moved and turned copies of each other get the same UVs.
+pub const ATLASFIT_STACK_IDENTICAL: u32 = 1;
+/// atlasfit_unwrap_options.stack: these and mirror images, whose UVs run the other way round.
+pub const ATLASFIT_STACK_MIRRORED: u32 = 2;
 
 /// How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
 #[repr(C)]
@@ -62,8 +69,16 @@ pub struct atlasfit_unwrap_options {
     /// turned and scaled to one density, and packed; what flips or overlaps in them is cut. 0 makes new
     /// ones. Default 0.
     pub keep_uvs: u32,
-    /// Must be 0.
-    pub reserved_too: u32,
+    /// Which parts of the mesh lie on each other on the page, corner on corner: #ATLASFIT_STACK_NONE to
+    /// #ATLASFIT_STACK_MIRRORED. A part is what hangs together after all cuts; two have one shape where their
+    /// triangles are alike one by one, to a ten thousandth of the part's size. Parts of two groups are not
+    /// stacked. Not with keep_uvs. Default #ATLASFIT_STACK_NONE.
+    pub stack: u32,
+    /// Bound on the mean symmetric Dirichlet energy s1^2 + s2^2 + 1/s1^2 + 1/s2^2 by area instead of
+    /// max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with seams
+    /// as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
+    /// Default 0.
+    pub max_energy: f64,
 }
 
 // SAFETY: numbers, size first.
@@ -89,7 +104,8 @@ unsafe impl Sized for atlasfit_unwrap_options {
             texels_per_unit: d.texels_per_unit.unwrap_or(0.0),
             hard_edge_angle: d.hard_edge_angle.unwrap_or(STRAIGHT),
             keep_uvs: u32::from(d.keep_uvs),
-            reserved_too: 0,
+            stack: ATLASFIT_STACK_NONE,
+            max_energy: d.max_energy.unwrap_or(0.0),
         }
     }
 }
@@ -112,7 +128,16 @@ impl atlasfit_unwrap_options {
         let keep_uv_seams = sized::flag(self.keep_uv_seams, "keep_uv_seams")?;
         let keep_uvs = sized::flag(self.keep_uvs, "keep_uvs")?;
         sized::zero(self.reserved)?;
-        sized::zero(self.reserved_too)?;
+        let stack = match self.stack {
+            ATLASFIT_STACK_NONE => Stack::None,
+            ATLASFIT_STACK_IDENTICAL => Stack::Identical,
+            ATLASFIT_STACK_MIRRORED => Stack::Mirrored,
+            other => {
+                return Err(Failure::invalid(format!(
+                    "stack is {other}. Give ATLASFIT_STACK_NONE to ATLASFIT_STACK_MIRRORED"
+                )));
+            }
+        };
         Ok(UnwrapOptions::default()
             .with_max_stretch(self.max_stretch)
             .with_max_charts((self.max_charts > 0).then_some(self.max_charts as usize))
@@ -123,6 +148,8 @@ impl atlasfit_unwrap_options {
             .with_packer(packer)
             .with_keep_uv_seams(keep_uv_seams)
             .with_keep_uvs(keep_uvs)
+            .with_stack(stack)
+            .with_max_energy((self.max_energy != 0.0).then_some(self.max_energy))
             .with_hard_edge_angle((self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle)))
     }
 }

@@ -116,6 +116,11 @@ pub struct atlasfit_uv_info {
     /// Faces that do not lie flat and were cut between charts, so that their triangles do not agree on the
     /// UVs of their corners: see atlasfit_uv_face_torn().
     pub torn_faces: usize,
+    /// Vertices at open edges that lie exactly where another one does and were taken for it, for the layout
+    /// only.
+    pub welded_vertices: usize,
+    /// Parts that lie on another one of their shape, as stack of the options asked for.
+    pub stacked_parts: usize,
 }
 
 // SAFETY: numbers, size first.
@@ -162,6 +167,8 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             faces: both.face_chart.len(),
             corners: both.corner_uv.len(),
             torn_faces: both.torn.len(),
+            welded_vertices: l.welded_vertices,
+            stacked_parts: l.stacked_parts,
         };
         sized::write(info, value)
     })

@@ -60,24 +60,25 @@ fn structs() -> Vec<Struct> {
             struct_size noise detail fill_holes charts prior outliers uv texture_size network_charts
             network_iterations recipe network_stretch_weight network_learning_rate viewpoint
             has_viewpoint watertight min_part largest faces max_error strength
-            surface uncertainty
+            surface uncertainty sweeps
         }
         atlasfit_report {
             struct_size points_given not_finite duplicates outliers points vertices triangles charts
             uv_charts parts boundary_loops boundary_edges filled_holes attributes one_sided has_uv
             has_colors reserved spacing noise voxel stage_seconds dropped_parts dropped_points
-            followed_outliers uncertainty_factor
+            followed_outliers uncertainty_factor sweeps apart_before apart_after
         }
+        atlasfit_sweep { struct_size sweep reserved points pairs moved matrix }
         atlasfit_atlas_info { struct_size charts origin unit }
         atlasfit_projection { struct_size capacity positions normals charts chart_uv distances }
         atlasfit_unwrap_options {
             struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams
-            reserved texels_per_unit hard_edge_angle keep_uvs reserved_too
+            reserved texels_per_unit hard_edge_angle keep_uvs stack max_energy
         }
         atlasfit_uv_info {
             struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
-            over_stretched coverage seconds padding reserved faces corners torn_faces
+            over_stretched coverage seconds padding reserved faces corners torn_faces welded_vertices stacked_parts
         }
         atlasfit_image { struct_size rgba width height }
         atlasfit_textures { struct_size images image_count corner_uv face_image normals reserved }

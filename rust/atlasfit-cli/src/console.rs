@@ -266,6 +266,13 @@ impl Console {
         }
     }
 
+    /// The step of a long command that begins, on standard error; nothing with `--quiet`.
+    pub fn step(&self, text: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("{text} ...");
+        }
+    }
+
     /// Something that may make the result wrong, on standard error and in the JSON.
     pub fn warn(&self, text: impl std::fmt::Display) {
         self.tell("warning", text.to_string(), |told| &mut told.warnings);

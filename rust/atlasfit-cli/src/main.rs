@@ -39,6 +39,11 @@ struct Cli {
 enum Command {
     /// Denoise a scan: clean points, one stitched surface, chart UVs
     Denoise(Box<commands::denoise::Args>),
+    /// Scans of any size in bounded memory: cut into tiles, denoised one by one, put together again
+    #[command(subcommand)]
+    Tiles(commands::tiles::Tiles),
+    /// Denoise every scan of a folder: one line of JSON each, failures set aside
+    Batch(Box<commands::batch::Args>),
     /// Lay out UVs for a mesh: few charts, little stretch, no flips, no overlaps, packed
     Unwrap(commands::unwrap::Args),
     /// Pack the charts of the UVs that a mesh has anew: they keep their shapes
@@ -93,6 +98,8 @@ fn main() -> ExitCode {
     };
     let done = match &cli.command {
         Command::Denoise(args) => commands::denoise::run(args, &console),
+        Command::Tiles(what) => commands::tiles::run(what, &console),
+        Command::Batch(args) => commands::batch::run(args, &console),
         Command::Unwrap(args) | Command::Pack(args) => commands::unwrap::run(args, &console),
         Command::Bench(bench) => commands::bench::run(bench, &console),
         Command::Gp(what) => commands::gp::run(what, &console),

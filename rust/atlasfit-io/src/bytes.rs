@@ -94,6 +94,36 @@ pub(crate) fn columns<const C: usize>(
     }
 }
 
+/// Puts a number at the start of `bytes`, which are long enough, rounded to what `kind` holds; gives what it
+/// then is, nothing where it is out of range.
+pub(crate) fn put(bytes: &mut [u8], kind: ScalarKind, big_endian: bool, value: f64) -> Option<f64> {
+    macro_rules! put {
+        ($t:ty, $value:expr) => {{
+            let held: $t = $value;
+            let encoded = if big_endian { held.to_be_bytes() } else { held.to_le_bytes() };
+            bytes[..size_of::<$t>()].copy_from_slice(&encoded);
+            Some(f64::from(held))
+        }};
+    }
+    macro_rules! whole {
+        ($t:ty) => {{
+            let rounded = value.round();
+            let range = f64::from(<$t>::MIN)..=f64::from(<$t>::MAX);
+            if range.contains(&rounded) { put!($t, rounded as $t) } else { None }
+        }};
+    }
+    match kind {
+        ScalarKind::U8 => whole!(u8),
+        ScalarKind::I8 => whole!(i8),
+        ScalarKind::U16 => whole!(u16),
+        ScalarKind::I16 => whole!(i16),
+        ScalarKind::U32 => whole!(u32),
+        ScalarKind::I32 => whole!(i32),
+        ScalarKind::F32 => put!(f32, value as f32),
+        ScalarKind::F64 => put!(f64, value),
+    }
+}
+
 /// The number at the start of `bytes`, which are long enough.
 #[inline]
 pub(crate) fn scalar(bytes: &[u8], kind: ScalarKind, big_endian: bool) -> f64 {

@@ -39,6 +39,7 @@ mod bad_lines;
 mod bytes;
 mod faces;
 mod foreign;
+mod row_layout;
 mod text;
 mod weld;
 
@@ -57,6 +58,7 @@ mod xyz;
 mod asset;
 mod format;
 mod load;
+mod rows;
 mod save;
 mod staged;
 
@@ -69,5 +71,6 @@ pub use job::Texture;
 pub use layer::Layer;
 pub use load::{LoadOptions, Loaded, load, load_bytes, load_reader};
 pub use report::{LoadReport, Note};
+pub use rows::{RowBlock, Rows, RowsWriter};
 pub use save::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh, write_cloud, write_mesh};
 pub use staged::{check_output, discard_unfinished, is_same_file, write_file};

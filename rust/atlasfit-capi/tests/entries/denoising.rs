@@ -152,6 +152,10 @@ pub fn getters(t: &mut Table, s: &Scene) {
         t.sized_grown(name, "report", (&output::<atlasfit_report>(), first), ATLASFIT_OK, |r| {
             atlasfit_result_report(s.result, r)
         });
+        let name = "atlasfit_result_sweep";
+        t.handle(name, s.atlas, |h| atlasfit_result_sweep(h, 0, &mut output()));
+        t.want(name, "sweep NULL", INVALID, atlasfit_result_sweep(s.result, 0, null_mut()));
+        t.want(name, "none", ATLASFIT_INDEX_OUT_OF_RANGE, atlasfit_result_sweep(s.result, 0, &mut output()));
         t.lines("atlasfit_result_warnings", s.result, s.uv, |h, text, room, length| {
             atlasfit_result_warnings(h, text, room, length)
         });

@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+pub mod batch;
 pub mod bench;
 pub mod compare;
 pub mod completions;
@@ -14,4 +15,5 @@ pub mod man;
 pub mod measure;
 pub mod render;
 pub mod simplify;
+pub mod tiles;
 pub mod unwrap;

@@ -9,6 +9,10 @@ mod header;
 mod laz;
 mod points;
 mod read;
+mod rows;
 
 pub(crate) use header::is_las;
 pub(crate) use read::{is_rows, read};
+#[cfg(feature = "laz")]
+pub(crate) use rows::{Packer, Unpacker, fixed_chunks, packer, unpacker};
+pub(crate) use rows::{finish, row_layout, start_of_points};

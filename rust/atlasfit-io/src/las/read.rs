@@ -25,7 +25,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Content> {
 }
 
 /// The header, if points of its format can be read.
-fn checked_header(input: &Input<'_>) -> Result<Header> {
+pub(super) fn checked_header(input: &Input<'_>) -> Result<Header> {
     let damaged = |at: usize, found: String, expected: &str| {
         let advice = "The file is cut off or damaged: get it again";
         input.malformed(Location::Byte(at as u64), found, expected, advice)

@@ -48,7 +48,7 @@ struct List {
 }
 
 /// What 1 in a column of [0, 1] is in a colour property of this type.
-fn color_scale(kind: ScalarKind) -> f64 {
+pub(super) fn color_scale(kind: ScalarKind) -> f64 {
     match kind {
         ScalarKind::F32 | ScalarKind::F64 => 1.0,
         ScalarKind::U16 | ScalarKind::I16 => 65535.0,
@@ -57,7 +57,7 @@ fn color_scale(kind: ScalarKind) -> f64 {
 }
 
 /// The target of each property that its name tells; the others are attributes.
-fn named_targets(properties: &[Property], has_faces: bool) -> Vec<Option<Target>> {
+pub(super) fn named_targets(properties: &[Property], has_faces: bool) -> Vec<Option<Target>> {
     let scalar =
         |name: &str| properties.iter().position(|p| p.list.is_none() && p.name.eq_ignore_ascii_case(name));
     let mut targets: Vec<Option<Target>> = vec![None; properties.len()];

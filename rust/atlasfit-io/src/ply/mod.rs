@@ -10,8 +10,10 @@ mod columns;
 mod faces;
 mod header;
 mod read;
+mod rows;
 mod vertices;
 mod write;
 
 pub(crate) use read::{is_rows, read};
+pub(crate) use rows::row_layout;
 pub(crate) use write::write;

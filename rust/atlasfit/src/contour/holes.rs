@@ -91,6 +91,20 @@ pub(crate) fn fill(s: &mut Surface, longest: f64, widest: f64, ctx: &Context<'_>
     Ok(Filled { holes, touched, left })
 }
 
+/// Triangles of the least area that close a ring of places, by their numbers in it; none where it has too
+/// many.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn ring(positions: &[Vec3], ctx: &Context<'_>) -> Result<Option<Vec<[u32; 3]>>> {
+    let ring: Vec<u32> = (0..positions.len() as u32).collect();
+    if !(3..=CONTOUR.max_edges).contains(&ring.len()) {
+        return Ok(None);
+    }
+    let free = TakenEdges::among(&[], &[], ctx)?;
+    Ok(patch::of_least_area(positions, &ring, f64::INFINITY, &free, ctx)?.map(|p| p.triangles))
+}
+
 impl Left {
     /// Notes a boundary of this length that stays open.
     fn note(&mut self, length: f64, longest: f64) {

@@ -9,6 +9,7 @@ pub(crate) mod pentadiagonal;
 pub(crate) mod plane;
 pub mod rng;
 pub mod robust;
+pub(crate) mod scatter;
 pub mod sort;
 pub mod special;
 pub mod spline;

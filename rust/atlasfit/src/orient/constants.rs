@@ -117,6 +117,24 @@ pub(crate) struct OrientConstants {
     /// made 0.65 and more.
     /// Halved or doubled: same bytes.
     pub explained: f64,
+    /// Ground is at most this high, in its lesser width. Source: chosen.
+    pub flat: f64,
+    /// Side of the columns that are looked down through, in spacings. Source: chosen, so that about four points
+    /// are in one.
+    pub cell: f64,
+    /// Two points of a column are on two surfaces when one is this far off the other's tangent plane, in
+    /// standard deviations of the noise or spacings, the larger of the two. Source: denoised points are within
+    /// half a deviation of their surface, and one that bends by a tenth of a spacing within one is off its
+    /// tangent plane by 0.4 within a column.
+    pub above: f64,
+    /// Cosine between the normals of surfaces that lie above each other. Source: chosen; those of a wall and
+    /// what it stands on are near 0.
+    pub same_way: f64,
+    /// Share of the points of ground that others may hide from above: trees, eaves. Source: chosen; of a body
+    /// it is half.
+    pub hidden: f64,
+    /// Where a viewer above stands, in longest sides: all rays to it are alike. Source: chosen.
+    pub far_above: f64,
     /// One scanner sees only what faces it. This share of the points may seem not to: noise turns those that
     /// lean most, and so do mixed pixels at the edges. Source: chosen.
     /// Halved or doubled: same bytes.
@@ -152,5 +170,11 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     step_end: 0.01,
     most_steps: 200,
     explained: 0.5,
+    flat: 0.5,
+    cell: 2.0,
+    above: 1.0,
+    same_way: 0.5,
+    hidden: 0.1,
+    far_above: 1e3,
     turned_away: 0.1,
 };

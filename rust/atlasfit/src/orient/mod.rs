@@ -3,8 +3,9 @@
 //! In: charts and the points that they share. Out: a sign per chart, and the relations that contradict the
 //! signs (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than
 //! a point's). Where the scan says which way it faces, or one scanner saw all of it, the atlas faces that
-//! way.
+//! way; ground faces up.
 
+mod above;
 mod beside;
 mod centers;
 mod connected;
@@ -16,6 +17,7 @@ mod scanner;
 mod signs;
 mod votes;
 
+pub(crate) use above::viewer_above;
 pub(crate) use beside::{beside, goes_on};
 pub(crate) use centers::Centers;
 pub(crate) use connected::connected;

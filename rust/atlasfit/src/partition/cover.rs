@@ -9,7 +9,7 @@ use super::constants::PARTITION;
 use super::noisy_parts::NoisyParts;
 use crate::atlas::{Patch, ProjectedPoint};
 use crate::error::Result;
-use crate::numeric::rng::shuffled;
+use crate::numeric::scatter::by_name;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<Vec<Patch>> {
-    let order = shuffled(cut.points.len(), ctx.seed).into_iter().map(|i| i as usize);
+    let order = by_name(cut.rows, ctx.seed, ctx)?.into_iter().map(|i| i as usize);
     let seeds: Vec<usize> = order.filter(|&i| !done[i]).take(PARTITION.sample).collect();
     // Grown here, fitted by the caller.
     ctx.stage(Stage::Partition, 2 * seeds.len());
@@ -40,7 +40,7 @@ pub(crate) fn partition(
     earlier: Option<&[ProjectedPoint]>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
-    let order = shuffled(cut.points.len(), ctx.seed);
+    let order = by_name(cut.rows, ctx.seed, ctx)?;
     let mut cover = Cover { cut, covered: done.to_vec(), patches: Vec::new(), known: BTreeSet::new() };
     let mut noisy: Option<NoisyParts> = None;
     for round in 0..PARTITION.rounds {

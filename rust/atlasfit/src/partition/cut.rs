@@ -60,6 +60,10 @@ pub(crate) struct Cut<'a> {
     pub relative: &'a [f32],
     /// How large patches should be.
     pub size: PatchSize,
+    /// Which of the whole scan's points each is.
+    pub rows: &'a [u64],
+    /// Points of the whole scan, of which these may be a tile.
+    pub whole: usize,
 }
 
 impl Cut<'_> {

@@ -145,18 +145,18 @@ fn lay_out(mesh: &mut TriMesh, options: &DenoiseOptions, ctx: &Context<'_>) -> R
 }
 
 /// The user's points, moved: in input order.
-struct Moved {
-    points: PointCloud,
+pub(super) struct Moved {
+    pub points: PointCloud,
     /// The input point that each came from.
     source: Vec<u32>,
     /// The chart that weighs most at each; `u32::MAX` for none.
-    chart: Vec<u32>,
+    pub chart: Vec<u32>,
     /// Whether the input point is finite and on no chart.
-    outlier: Vec<bool>,
+    pub outlier: Vec<bool>,
 }
 
 /// Where a point goes on its way to the surface: all of it for a strength of 1 and more, none for 0.
-fn share_of_way(from: [f64; 3], to: [f64; 3], strength: f64) -> [f64; 3] {
+pub(super) fn share_of_way(from: [f64; 3], to: [f64; 3], strength: f64) -> [f64; 3] {
     // Not by the formula: these two are exact.
     if strength >= 1.0 {
         to
@@ -170,7 +170,7 @@ fn share_of_way(from: [f64; 3], to: [f64; 3], strength: f64) -> [f64; 3] {
 /// Moves the points of `cloud` to where the charts say the surface is; `to_user` says where that is, from the
 /// point as given and its place in the normalised frame.
 /// Outliers and points that are not finite stay where they are, for now.
-fn move_points(
+pub(super) fn move_points(
     cloud: &PointCloud,
     input: &InputMap,
     projected: &[ProjectedPoint],

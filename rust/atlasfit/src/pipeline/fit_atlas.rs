@@ -8,7 +8,8 @@ use crate::blend::membership;
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::noise::{NoiseModel, NoiseSource, learn};
-use crate::partition::{self, Cut, PatchSize, tubes};
+use crate::partition::tubes::{self, Tubes};
+use crate::partition::{self, Cut, PatchSize};
 use crate::run::{Context, Stage};
 use crate::strays::{self, Charted};
 
@@ -31,6 +32,8 @@ pub(super) fn cut(scan: &Scan, size: PatchSize) -> Cut<'_> {
         sigma: scan.noise.for_charts(),
         relative: &scan.relative_noise,
         size,
+        rows: &scan.rows,
+        whole: scan.whole,
     }
 }
 
@@ -41,14 +44,8 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         None => PatchSize::default(),
         Some(charts) => PatchSize::default().for_count(charts, scan.points.len()),
     };
-    let tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
-    if let Some(sigma) = tubes.sigma {
-        scan.noise = NoiseModel { sigma, source: NoiseSource::Tubes, ..scan.noise };
-    }
-    if !scan.noise.is_settled() {
-        let learned = learn::from_charts(&cut(scan, size), scan.noise, &tubes.covered, ctx)?;
-        scan.noise = learned;
-    }
+    let tubes = find_tubes(scan, size, ctx)?;
+    learn_noise(scan, size, &tubes, ctx)?;
     let cut = cut(scan, size);
     let patches = partition::partition(&cut, &tubes.covered, None, ctx)?;
     ctx.stage(Stage::Fit, patches.len());
@@ -62,6 +59,25 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         ));
     }
     Ok(FirstAtlas { fitted, on_tubes: tubes.covered, size })
+}
+
+/// Finds the tubes. Where they hold most of the scan they know its noise.
+pub(super) fn find_tubes(scan: &mut Scan, size: PatchSize, ctx: &Context<'_>) -> Result<Tubes> {
+    let tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
+    if let Some(sigma) = tubes.sigma {
+        scan.noise = NoiseModel { sigma, source: NoiseSource::Tubes, ..scan.noise };
+    }
+    Ok(tubes)
+}
+
+/// Mends the scan's noise by what a sample of charts sees of it, or by what a tile was told.
+pub(super) fn learn_noise(scan: &mut Scan, size: PatchSize, tubes: &Tubes, ctx: &Context<'_>) -> Result<()> {
+    if let Some(told) = &scan.told {
+        scan.noise.sigma = told.noise;
+    } else if !scan.noise.is_settled() {
+        scan.noise = learn::from_charts(&cut(scan, size), scan.noise, &tubes.covered, ctx)?;
+    }
+    Ok(())
 }
 
 /// Takes out the charts that were laid through strays.

@@ -59,7 +59,9 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     // A given noise is the scan's; what the guide leaves is always estimated, but then not questioned either.
     let source = if noise.is_given() { NoiseSource::Given } else { NoiseSource::Quadrics };
     let noise = NoiseModel::new(estimate::noise(&points, &tree, ctx)?.sigma, source, sampling.median);
-    Ok(Scan { points, tree, sampling, noise, relative_noise: Vec::new(), input, frame: scan.frame })
+    let (relative_noise, frame, whole) = (Vec::new(), scan.frame, points.len());
+    let rows = (0..points.len() as u64).collect();
+    Ok(Scan { points, tree, sampling, noise, relative_noise, input, frame, rows, whole, told: None })
 }
 
 /// For each point the nearest place of a mesh (exact on its triangles). Points must be finite.

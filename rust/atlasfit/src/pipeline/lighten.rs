@@ -42,8 +42,27 @@ pub(super) fn lighten(
     if options.max_error == Some(0.0) {
         return Ok(warnings::faces_left(options.faces, s.triangles.len()));
     }
+    let goal = goal(s, projected, options, known, ctx)?;
+    let dense = Dense { positions: &s.positions, normals: &s.normals, triangles: &s.triangles, seams: None };
+    let light = simplify(&dense, &goal, ctx)?;
+    s.chart = light.from.iter().map(|&v| s.chart[v as usize]).collect();
+    (s.positions, s.normals, s.triangles) = (light.positions, light.normals, light.triangles);
+    Ok(warnings::faces_left(options.faces, s.triangles.len()))
+}
+
+/// How far the surface is to be simplified.
+///
+/// # Errors
+/// Those of a limited run.
+pub(super) fn goal(
+    s: &Surface,
+    projected: &[ProjectedPoint],
+    options: &DenoiseOptions,
+    known: &Known<'_>,
+    ctx: &Context<'_>,
+) -> Result<Goal> {
     let n = s.positions.len();
-    let goal = if options.faces.is_none() && options.max_error.is_none() {
+    Ok(if options.faces.is_none() && options.max_error.is_none() {
         let bounds = bounds(projected, known);
         let usual = Bounds::new(known.median_spacing, known.noise);
         let at = |c: &u32| bounds.get(*c as usize).unwrap_or(&usual);
@@ -59,12 +78,7 @@ pub(super) fn lighten(
         let error = bound(error);
         let (error, longest) = (ctx.filled(error, n)?, ctx.filled(f32::INFINITY, n)?);
         Goal { faces: options.faces.unwrap_or(0), error, longest }
-    };
-    let dense = Dense { positions: &s.positions, normals: &s.normals, triangles: &s.triangles, seams: None };
-    let light = simplify(&dense, &goal, ctx)?;
-    s.chart = light.from.iter().map(|&v| s.chart[v as usize]).collect();
-    (s.positions, s.normals, s.triangles) = (light.positions, light.normals, light.triangles);
-    Ok(warnings::faces_left(options.faces, s.triangles.len()))
+    })
 }
 
 /// How far the surface may be simplified about a chart, at a detail of 1.

@@ -28,8 +28,11 @@ mod report;
 mod sheets;
 mod strength;
 mod surface;
+pub mod survey;
 mod sweeps;
+pub mod tile;
 mod warnings;
+mod whole;
 
 pub use crate::geometry::names::{EXTRAPOLATED, NOISE, OUTLIER_PROBABILITY, UNCERTAINTY};
 pub use finish::uv_options;
@@ -188,9 +191,9 @@ fn denoise_in(
     let (moved, registration) = sweeps::registered(cloud, options, &normals, ctx)?.unzip();
     let cloud = moved.as_ref().unwrap_or(cloud);
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
-    let sampled = prepare::sampled(distinct, options.noise, ctx)?;
+    let sampled = prepare::sampled(distinct, options.noise, None, ctx)?;
     memory::reserve_sampled(&sampled, columns, options, ctx)?;
-    let scan = prepare::with_noise(sampled, options.noise, ctx)?;
+    let scan = prepare::with_noise(sampled, options.noise, None, ctx)?;
     let told = scan.input.warnings.clone();
     let given = finish::Given { cloud, triangles };
     let mut denoised =

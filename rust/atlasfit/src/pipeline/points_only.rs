@@ -20,12 +20,12 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { sampling, frame, input, .. } = scan;
+    let Scan { sampling, frame, noise, input, .. } = scan;
     let OrientedAtlas { fitted, relations, conflicts, mut votes, mut projected, .. } = atlas;
     ctx.stage(Stage::Project, 1);
     if votes.is_empty() {
         let parts = orient::connected(fitted.len(), &relations);
-        votes = votes_of_scanner(&projected, &sampling, &parts, frame, ctx)?;
+        votes = votes_of_scanner(&projected, &sampling, noise.sigma, &parts, frame, ctx)?;
     }
     let mut charts: Vec<_> = fitted.into_iter().map(|f| f.chart).collect();
     let side: Vec<f64> = votes.iter().map(|v| v.sum).collect();
@@ -44,6 +44,7 @@ pub(super) fn build(
         left_out: LeftOut::default(),
         filled_holes: 0,
         one_sided: !conflicts.is_empty(),
+        goal: None,
         frame,
         input,
     })

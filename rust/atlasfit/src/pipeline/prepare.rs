@@ -7,6 +7,8 @@
 use super::constants::PIPELINE;
 use super::copies::{self, Places};
 use super::warnings;
+pub use super::whole::Frame;
+use super::whole::Survey;
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate, quantised};
 use crate::numeric::dense::principal;
@@ -92,23 +94,13 @@ pub struct Scan {
     pub frame: Frame,
     /// Where the given positions went.
     pub input: InputMap,
-}
-
-/// The normalised frame in the user's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
-    /// Origin, in the user's frame.
-    pub origin: Vec3,
-    /// Length of the unit, in the user's.
-    pub scale: f64,
-}
-
-impl Frame {
-    /// A place of the normalised frame in the user's.
-    #[must_use]
-    pub fn to_user(&self, p: Vec3) -> Vec3 {
-        p * self.scale + self.origin
-    }
+    /// Which of the whole scan's places each point is, strays counted, copies not; of a tile, which of the
+    /// whole scan's positions: as long as no position repeats another, that is the same.
+    pub rows: Vec<u64>,
+    /// Points of the whole scan, of which these may be a tile or a sample.
+    pub whole: usize,
+    /// What a tile was told of the whole; nothing where this is the whole.
+    pub told: Option<Survey>,
 }
 
 /// Where the given positions went.
@@ -137,6 +129,10 @@ pub(super) struct Sampled {
     pub sampling: Sampling,
     tree: Neighbours,
     frame: Frame,
+    /// A point farther than this from its neighbours is stray.
+    pub lonely: f64,
+    /// See [`Scan::rows`].
+    rows: Vec<u64>,
     input: InputMap,
 }
 
@@ -147,14 +143,34 @@ pub(super) struct Sampled {
 /// few, all in one place or on a line, beyond what numbers can hold; [`Error::InvalidArgument`] for noise as
 /// large as the scan; cancelled or out of time.
 pub fn prepare(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Scan> {
-    with_noise(sampled(distinct, given_noise, ctx)?, given_noise, ctx)
+    with_noise(sampled(distinct, given_noise, None, ctx)?, given_noise, None, ctx)
 }
 
-/// The first half of [`prepare`]: all but the noise, which takes most of the time.
-pub(super) fn sampled(distinct: Distinct, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Sampled> {
+/// The first half of [`prepare`]: all but the noise, which takes most of the time. A tile is `told` of the
+/// whole scan, which then decides instead of its own points.
+pub(super) fn sampled(
+    distinct: Distinct,
+    given_noise: Option<f64>,
+    told: Option<&Survey>,
+    ctx: &Context<'_>,
+) -> Result<Sampled> {
+    sampled_in(distinct, given_noise, told.map(Survey::frame), told, ctx)
+}
+
+/// The same in a frame that is given.
+pub(super) fn sampled_in(
+    distinct: Distinct,
+    given_noise: Option<f64>,
+    given_frame: Option<Frame>,
+    told: Option<&Survey>,
+    ctx: &Context<'_>,
+) -> Result<Sampled> {
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
     check_any(&points, of_input.len(), not_finite)?;
-    let frame = frame(&points, of_input.len() - not_finite, ctx)?;
+    let frame = match given_frame {
+        Some(frame) => frame,
+        None => frame(&points, of_input.len() - not_finite, ctx)?,
+    };
     let rounding = warnings::rounding(&points);
     if let Some(noise) = given_noise
         && noise > PIPELINE.most_noise * frame.scale
@@ -186,17 +202,21 @@ pub(super) fn sampled(distinct: Distinct, given_noise: Option<f64>, ctx: &Contex
     let mut around = spacing_around(&nearest, &spacing, ctx)?;
     drop(nearest);
     // Stray points are taken out once; the rest is then a scan of its own.
-    let lonely = stray(&spacing, &around);
+    let lonely = told.map_or_else(|| lonely(&spacing), |told| told.lonely);
+    let strays = stray(&spacing, &around, lonely);
     drop(spacing);
-    if lonely.contains(&true) {
+    let mut rows: Vec<u64> = (0..points.len() as u64).collect();
+    if strays.contains(&true) {
         drop(tree);
-        keep(&mut points, &mut of_input, &lonely);
-        let mut alone = lonely.iter();
+        keep(&mut points, &mut of_input, &strays);
+        let mut alone = strays.iter();
         around.retain(|_| !alone.next().unwrap_or(&false));
+        rows.retain(|&row| !strays[row as usize]);
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
-    let sampling = Sampling::new(around);
+    let mut sampling = Sampling::new(around);
+    sampling.median = told.map_or(sampling.median, |told| told.spacing);
     if sampling.median < PIPELINE.least_spacing {
         return Err(Error::degenerate(
             "most points all but coincide beside the scan's extent",
@@ -206,12 +226,25 @@ pub(super) fn sampled(distinct: Distinct, given_noise: Option<f64>, ctx: &Contex
     let stray = all - copies - points.len();
     let duplicates = duplicates + copies;
     let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings: Vec::new() };
-    Ok(Sampled { points, tree, sampling, frame, input })
+    Ok(Sampled { points, tree, sampling, frame, lonely, rows, input })
 }
 
 /// The second half of [`prepare`]: the noise.
-pub(super) fn with_noise(scan: Sampled, given_noise: Option<f64>, ctx: &Context<'_>) -> Result<Scan> {
-    let Sampled { points, tree, sampling, frame, mut input } = scan;
+pub(super) fn with_noise(
+    scan: Sampled,
+    given_noise: Option<f64>,
+    told: Option<(Survey, &[u64])>,
+    ctx: &Context<'_>,
+) -> Result<Scan> {
+    let Sampled { points, tree, sampling, frame, rows, mut input, .. } = scan;
+    if let Some((told, names)) = told {
+        let rows = first_rows(&input.of_input, points.len()).into_iter().map(|i| names[i]).collect();
+        let noise = NoiseModel::new(told.tube_noise, NoiseSource::Given, sampling.median);
+        let relative_noise = Vec::new();
+        let (whole, told) = (told.points, Some(told));
+        let scan = Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told };
+        return Ok(scan);
+    }
     let local = estimate::noise(&points, &tree, ctx)?;
     input.warnings.extend(warnings::volume(&local));
     let mut relative_noise = Vec::new();
@@ -234,11 +267,23 @@ pub(super) fn with_noise(scan: Sampled, given_noise: Option<f64>, ctx: &Context<
             NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
         }
     };
-    Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input })
+    let whole = points.len();
+    Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told: None })
+}
+
+/// For each of so many points the first given position that it is.
+fn first_rows(of_input: &[u32], points: usize) -> Vec<usize> {
+    let mut rows = vec![0; points];
+    for (row, &p) in of_input.iter().enumerate().rev() {
+        if let Some(first) = rows.get_mut(p as usize) {
+            *first = row;
+        }
+    }
+    rows
 }
 
 /// Fails where no position is finite.
-fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
+pub(super) fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
     if given == 0 {
         return Err(Error::empty(
             "the scan has no points",
@@ -255,7 +300,7 @@ fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
 }
 
 /// Origin and size of the frame.
-fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
+pub(super) fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
     let beyond = (points.len() as f64 * PIPELINE.beyond) as usize;
     let range = |axis: usize| -> Result<(f64, f64)> {
         ctx.check()?;
@@ -339,13 +384,16 @@ fn spacing_around(nearest: &[[u32; NAMED]], spacing: &[f32], ctx: &Context<'_>) 
     chunks.collect::<Result<Vec<_>>>().map(|v| v.concat())
 }
 
-/// Points that are much lonelier than the points around them.
-fn stray(spacing: &[f32], around: &[f32]) -> Vec<bool> {
-    // Strays near each other vouch for each other: they are measured against the sparsest tenth of the scan
-    // too.
+/// How far from its neighbours no point of this scan is that belongs to a surface: strays near each other
+/// vouch for each other, so they are measured against the sparsest tenth of the scan too.
+fn lonely(spacing: &[f32]) -> f64 {
     let mut all = spacing.to_vec();
     let at = all.len() * 9 / 10;
-    let lonely = SPATIAL.widest * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1);
+    SPATIAL.widest * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1)
+}
+
+/// Points that are much lonelier than the points around them.
+fn stray(spacing: &[f32], around: &[f32], lonely: f64) -> Vec<bool> {
     let lone = |own: f64, around: f64| own > lonely || own > PIPELINE.stray * around;
     spacing.iter().zip(around).map(|(&s, &a)| lone(f64::from(s), f64::from(a))).collect()
 }

@@ -4,7 +4,7 @@
 //! the side that it faces.
 
 use super::constants::PIPELINE;
-use super::lighten::{Known, lighten};
+use super::lighten::{self, Known};
 use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
@@ -21,6 +21,7 @@ use crate::numeric::vec3::Vec3;
 use crate::orient;
 use crate::rim;
 use crate::run::{Context, Stage};
+use crate::simplify::Goal;
 use crate::solid::{self, Solid};
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::spacing::Sampling;
@@ -47,6 +48,8 @@ pub(super) struct Built {
     pub filled_holes: usize,
     /// Whether some part of the surface is one-sided.
     pub one_sided: bool,
+    /// How far the surface may be simplified yet; only of a tile.
+    pub goal: Option<Goal>,
     /// The frame in the user's.
     pub frame: Frame,
     /// Where the user's points went.
@@ -60,12 +63,12 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, .. } = scan;
+    let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, told, .. } = scan;
     let OrientedAtlas { fitted, members, relations, opposing, mut conflicts, mut votes, mut projected } =
         atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
-    let voxel = voxel(&sampling) / options.detail;
+    let voxel = told.as_ref().map_or_else(|| voxel(&sampling), |told| told.voxel) / options.detail;
     // What lies so far away that its voxels have no name is set aside.
     for p in projected.iter_mut().filter(|p| !blocks::within_range(p.position, voxel)) {
         p.chart = u32::MAX;
@@ -73,7 +76,7 @@ pub(super) fn build(
     ctx.advance(1);
     if votes.is_empty() {
         let parts = orient::connected(fitted.len(), &relations);
-        votes = votes_of_scanner(&projected, &sampling, &parts, frame, ctx)?;
+        votes = votes_of_scanner(&projected, &sampling, noise.sigma, &parts, frame, ctx)?;
     }
     let sites = sites::of_points(&points, &projected, &fitted, &members, &sampling, ctx)?;
     ctx.advance(1);
@@ -104,7 +107,12 @@ pub(super) fn build(
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
     not_empty(&surface)?;
     let creases = crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
-    input.warnings.extend(lighten(&mut surface, &projected, options, &known, ctx)?);
+    let mut goal = None;
+    if told.is_some() {
+        goal = Some(lighten::goal(&surface, &projected, options, &known, ctx)?);
+    } else {
+        input.warnings.extend(lighten::lighten(&mut surface, &projected, options, &known, ctx)?);
+    }
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
     let mut extrapolated = None;
@@ -128,6 +136,7 @@ pub(super) fn build(
         left_out,
         filled_holes,
         one_sided,
+        goal,
         frame,
         input,
     })
@@ -187,17 +196,22 @@ pub(super) fn area(sampling: &Sampling) -> f64 {
     sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
 }
 
-/// How the points vote on each chart's side if one scanner made the scan; `part` says which of the connected
-/// charts each belongs to. No votes where none is found.
+/// How the points vote on each chart's side if one scanner made the scan, or it is ground; `noise` is its
+/// standard deviation, `part` says which of the connected charts each belongs to. No votes where none is
+/// found.
 pub(super) fn votes_of_scanner(
     projected: &[ProjectedPoint],
     sampling: &Sampling,
+    noise: f64,
     part: &[u32],
     frame: Frame,
     ctx: &Context<'_>,
 ) -> Result<Vec<Vote>> {
     let origin = frame.origin.map(|x| -x / frame.scale);
-    let scanner = orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)?;
+    let scanner = match orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)? {
+        None => orient::viewer_above(projected, sampling.median, noise, origin, ctx)?,
+        found => found,
+    };
     Ok(scanner.map_or_else(Vec::new, |v| votes_toward(v, projected, part.len())))
 }
 

@@ -34,7 +34,7 @@ mod uv;
 use crate::error::Result;
 use crate::run::Context;
 use constants::SIMPLIFY;
-pub(crate) use data::{Dense, Goal, Simplified, bound};
+pub(crate) use data::{Dense, Goal, Role, Seams, Simplified, bound};
 use data::{First, Level, Mesh, Work};
 pub use mesh::{SimplifiedMesh, SimplifyOptions, simplify_mesh};
 

@@ -4,6 +4,7 @@
 
 use super::checked::Checked;
 use super::split::SplitMesh;
+use super::stack::Copy;
 use super::surface::{NONE, Surface};
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
@@ -46,6 +47,8 @@ pub struct UvLayout {
     /// Vertices at open edges that lie exactly where another one does and were taken for it, for the layout
     /// only: a mesh without shared vertices hangs together in its UVs.
     pub welded_vertices: usize,
+    /// Parts that lie on another one of their shape: see [`Stack`](super::Stack).
+    pub stacked_parts: usize,
     /// Charts that had to be cut further to stay free of flips and overlaps.
     pub repaired_charts: usize,
     /// Polygons that could not stay in one piece because they do not lie flat.
@@ -106,10 +109,12 @@ struct Faces {
     page: Vec<u32>,
 }
 
-/// The layout of packed charts; `known` holds what was decided before.
+/// The layout of packed charts; `copies` take their UVs from other faces, `known` holds what was decided
+/// before.
 pub(crate) fn layout(
     s: &Surface,
     checked: &Checked,
+    copies: &[Copy],
     polygon: Option<&[u32]>,
     known: UvLayout,
     ctx: &Context<'_>,
@@ -135,6 +140,13 @@ pub(crate) fn layout(
             faces.page[f] = faces.page[home];
             faces.uv[f] = [faces.uv[home][0]; 3];
         }
+    }
+    for (i, copy) in copies.iter().enumerate() {
+        ctx.check_at(i)?;
+        let (to, of) = (copy.face as usize, copy.of as usize);
+        faces.uv[to] = copy.taken(faces.uv[of]);
+        faces.chart[to] = faces.chart[of];
+        faces.page[to] = faces.page[of];
     }
     let mut split_polygons = 0;
     let mut first = 0;

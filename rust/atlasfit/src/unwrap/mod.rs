@@ -7,6 +7,7 @@
 //! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts within the stretch bound) →
 //! `shorten` (no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
 //! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
+//! `stack` finds parts of one shape: one of them is laid out, the others take its UVs.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -35,12 +36,13 @@ mod seams;
 mod segment;
 mod shorten;
 mod split;
+mod stack;
 mod surface;
 mod warnings;
 
 pub use layout::UvLayout;
 pub use memory::memory_needed;
-pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, UnwrapOptions};
+pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, Stack, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
 pub use polygons::PolygonLayout;
 pub use preset::Preset;
@@ -59,6 +61,7 @@ use layout::layout;
 use merge::Charts;
 use pack::Packing;
 use segment::Segmentation;
+use stack::stacks;
 use surface::Surface;
 use warnings::warnings;
 
@@ -156,8 +159,15 @@ fn packed_by(
     memory::reserve(mesh, options, ctx)?;
     ctx.plan(&SHARES);
     ctx.stage(Stage::Segment, mesh.triangles.len());
-    let s = Surface::new(mesh, options, ctx)?;
+    let mut s = Surface::new(mesh, options, ctx)?;
     ctx.check()?;
+    let stacks = stacks(&s, options.stack, options.face_group.as_deref(), rounding(mesh, s.unit), ctx)?;
+    if stacks.parts > 0 {
+        let mut left_out = vec![false; s.faces()];
+        stacks.copies.iter().for_each(|c| left_out[c.face as usize] = true);
+        s = Surface::without(mesh, &left_out, options, ctx)?;
+        ctx.check()?;
+    }
     let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
     let Bounded { charts: list, bound } =
         bounded(&s, uvs, options, |bound| charts_within(&s, bound, ctx), ctx)?;
@@ -173,11 +183,18 @@ fn packed_by(
         texels_per_unit: checked.packed.density / s.unit,
         stretch_bound: bound,
         repaired_charts: checked.repaired,
+        stacked_parts: stacks.parts,
         warnings: warnings(&s, &checked, options),
         ..UvLayout::default()
     };
     ctx.check()?;
-    layout(&s, &checked, options.face_polygon.as_deref(), known, ctx)
+    layout(&s, &checked, &stacks.copies, options.face_polygon.as_deref(), known, ctx)
+}
+
+/// What files in single precision round off a mesh's positions, in units of its surface.
+fn rounding(mesh: &TriMesh, unit: f64) -> f64 {
+    let finite = mesh.positions.iter().flatten().filter(|x| x.is_finite());
+    f64::from(f32::EPSILON) * finite.fold(0.0, |most: f64, x| most.max(x.abs())) / unit
 }
 
 /// The surface in charts that are stretched by `bound` at most.

@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(required = true, value_name = "SCAN")]
     scans: Vec<PathBuf>,
     /// The surface to write, or - for standard output; its extension decides the format
-    #[arg(short, long, value_name = "OUT", required_unless_present = "points")]
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["points", "tileset"])]
     output: Option<PathBuf>,
     /// The denoised points to write, in input order
     #[arg(long, value_name = "OUT")]
@@ -169,6 +169,8 @@ pub struct Args {
     /// numbers them: scan_id of E57 files, point_source_id of LAS, file where several files are given
     #[arg(long, value_name = "NAME", help_heading = "Fit")]
     sweeps: Option<String>,
+    #[command(flatten)]
+    tiles: crate::commands::tiles::InTiles,
     #[command(flatten)]
     read: InputArgs,
     #[command(flatten)]
@@ -329,6 +331,9 @@ const UNTIL: [f64; 3] = [0.02, 0.95, 0.98];
 
 /// Denoises. No output is touched unless everything succeeded.
 pub fn run(args: &Args, console: &Console) -> Result<()> {
+    if args.tiles.asked() {
+        return in_tiles(args, console);
+    }
     let outputs: Vec<Output<'_>> =
         args.surface().into_iter().chain(args.points()).chain(args.page()).collect();
     let scans: Vec<&Path> = args.scans.iter().map(PathBuf::as_path).collect();
@@ -392,6 +397,34 @@ fn done<'a>(
         seconds,
         files,
     }
+}
+
+/// Denoises in tiles.
+fn in_tiles(args: &Args, console: &Console) -> Result<()> {
+    let asked = [
+        ("--charts", args.charts.0.is_some()),
+        ("--prior", !matches!(args.prior, Prior::Gp)),
+        ("--faces", args.faces.is_some()),
+        ("--watertight", args.watertight),
+        ("--texture-size", args.texture_size.is_some()),
+        ("--outliers drop", matches!(args.outliers, Outliers::Drop)),
+        ("--surface", args.surface != SurfaceKind::Smooth),
+        ("--uncertainty", args.uncertainty),
+        ("--sweeps", args.sweeps.is_some()),
+        ("--input-format", args.read.input_format.is_some()),
+        ("--report", args.page().is_some()),
+        ("--ascii", args.write.ascii),
+    ];
+    if let Some((option, _)) = asked.iter().find(|(_, asked)| *asked) {
+        return Err(Usage(format!("{option} does not go with --tiles: tiles are computed one by one")).into());
+    }
+    let outputs = crate::commands::tiles::Outputs {
+        surface: args.output.as_deref(),
+        points: args.points.as_deref(),
+        force: args.write.force,
+    };
+    let options = options(args, 0).with_uv(!args.no_uv);
+    args.tiles.denoise(&args.scans, &outputs, &options, &args.run, console)
 }
 
 /// The middle one of the points' uncertainties, where they were asked for.

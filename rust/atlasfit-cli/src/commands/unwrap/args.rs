@@ -81,6 +81,9 @@ pub struct Args {
     /// How charts are put on the page
     #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
     pub packer: Packer,
+    /// Lay parts of one shape on each other, corner on corner: they share their texels
+    #[arg(long, value_enum, default_value = "none", help_heading = "Pages", conflicts_with_all = ["pack_only", "bake"])]
+    pub stack: Stack,
     /// Write a texture with the colours of the mesh's vertices, which it then replaces
     #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]
     pub bake: bool,
@@ -110,6 +113,17 @@ pub enum Packer {
     Xatlas,
 }
 
+/// Which parts share their texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Stack {
+    /// Each part has its own
+    None,
+    /// Parts that are moved and turned copies of each other
+    Identical,
+    /// These and mirror images
+    Mirrored,
+}
+
 fn size(s: &str) -> Result<[u32; 2], String> {
     let side = |t: &str| t.parse::<u32>().ok().filter(|n| PAGE_TEXELS.contains(n));
     match s.split_once('x') {
@@ -126,7 +140,9 @@ fn size(s: &str) -> Result<[u32; 2], String> {
 pub fn packing(option: clap::Arg) -> clap::Arg {
     match option.get_id().as_str() {
         "pack_only" => option.default_value("true").hide(true),
-        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" => option.hide(true),
+        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" | "stack" => {
+            option.hide(true)
+        }
         _ => option,
     }
 }

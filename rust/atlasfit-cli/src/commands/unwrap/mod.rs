@@ -10,8 +10,8 @@ use crate::console::{Console, Usage};
 use crate::files::{self, Kept};
 use crate::output::{self, Writer, Written};
 use anyhow::Result;
-use args::Packer;
 pub use args::{Args, packing};
+use args::{Packer, Stack};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
@@ -51,6 +51,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     console.part_to(UNTIL[0]);
     let Kept { mut loaded, asset } = load(args, console)?;
     let bake = textures::of(args, &mut loaded, asset.as_ref(), console)?;
+    if args.stack != Stack::None && !bake.is_none() {
+        let wrong = "stacked parts share their texels, so no texture of one's own can be baked for each: add \
+                     --bake-from none, or leave out --stack";
+        return Err(Usage(wrong.into()).into());
+    }
     let asset = asset.filter(|asset| bake.keeps_materials(asset));
     let asset = textures::kept(args, &loaded, asset, console)?;
     let polygons = loaded.polygons.take();
@@ -147,6 +152,11 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
         .with_max_charts(args.max_charts)
         .with_texels_per_unit(args.density)
         .with_packer(packer)
+        .with_stack(match args.stack {
+            Stack::None => unwrap::Stack::None,
+            Stack::Identical => unwrap::Stack::Identical,
+            Stack::Mirrored => unwrap::Stack::Mirrored,
+        })
         .with_face_group(groups.transpose()?)
         .with_seam_edges(args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?)
         .with_face_polygon(of_triangle)

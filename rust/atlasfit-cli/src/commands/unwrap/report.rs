@@ -76,6 +76,9 @@ impl Done<'_> {
             self.path.display()
         );
         let _ = writeln!(text, "charts         {}", count(layout.charts));
+        if layout.stacked_parts > 0 {
+            let _ = writeln!(text, "stacked        {} on others", counted(layout.stacked_parts, "part"));
+        }
         let _ = writeln!(
             text,
             "stretch        95% of the area below {:.3}, L2 {:.4}, conformal {:.3}",
@@ -84,8 +87,11 @@ impl Done<'_> {
         let _ = writeln!(text, "seams          {} times the square root of the area", short(quality.seam));
         let _ = writeln!(
             text,
-            "flips          {}, overlapping faces {}, collapsed {}",
-            quality.flips, quality.overlapping_faces, quality.degenerate
+            "flips          {}, overlapping faces {}{}, collapsed {}",
+            quality.flips,
+            quality.overlapping_faces,
+            if layout.stacked_parts > 0 { " (with those of stacked parts)" } else { "" },
+            quality.degenerate
         );
         let _ = writeln!(
             text,
@@ -114,7 +120,8 @@ impl Done<'_> {
             "pages": layout.pages, "width": layout.width, "height": layout.height,
             "coverage": number(quality.coverage), "texels_per_unit": number(layout.texels_per_unit),
             "degenerate_faces": layout.degenerate_faces, "duplicate_faces": layout.duplicate_faces,
-            "non_manifold_edges": layout.non_manifold_edges, "welded_vertices": layout.welded_vertices, "repaired_charts": layout.repaired_charts,
+            "non_manifold_edges": layout.non_manifold_edges, "welded_vertices": layout.welded_vertices,
+            "stacked_parts": layout.stacked_parts, "repaired_charts": layout.repaired_charts,
             "split_polygons": layout.split_polygons, "padding": layout.padding_px,
             "warnings": layout.warnings, "seconds": number(self.seconds),
             "stages": stages_json(self.stages),

@@ -55,6 +55,16 @@ pub(crate) struct Surface {
 impl Surface {
     /// Prepares a mesh.
     pub(crate) fn new(mesh: &TriMesh, options: &UnwrapOptions, ctx: &Context<'_>) -> Result<Self> {
+        Self::without(mesh, &[], options, ctx)
+    }
+
+    /// The same without the faces that are marked, which count for nothing.
+    pub(crate) fn without(
+        mesh: &TriMesh,
+        left_out: &[bool],
+        options: &UnwrapOptions,
+        ctx: &Context<'_>,
+    ) -> Result<Self> {
         mesh.validate()?;
         ctx.check()?;
         let m = mesh.triangles.len();
@@ -62,9 +72,10 @@ impl Surface {
             return Err(Error::invalid(format!("{m} triangles"), "Split the mesh: half-edges are 32-bit"));
         }
         let finite = |v: u32| mesh.positions[v as usize].iter().all(|x| x.is_finite());
-        let usable: Vec<bool> = (mesh.triangles.iter())
+        let mut usable: Vec<bool> = (mesh.triangles.iter())
             .map(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && t.iter().all(|&v| finite(v)))
             .collect();
+        usable.iter_mut().zip(left_out).for_each(|(u, left_out)| *u &= !left_out);
         ctx.check()?;
         let (pos, unit) = normalised(mesh, &usable, ctx)?;
         let Twins { tri, twin, non_manifold, duplicate, welded } = pair_edges(mesh, &usable, options, ctx)?;
@@ -92,7 +103,9 @@ impl Surface {
             out.normal[f] = Vec3::ZERO;
             out.area[f] = 0.0;
         }
-        out.degenerate = (0..m).filter(|&f| !usable[f] || out.normal[f] == Vec3::ZERO).count();
+        let counts = |f: usize| left_out.get(f) != Some(&true);
+        let shapeless = |f: usize| !usable[f] || out.normal[f] == Vec3::ZERO;
+        out.degenerate = (0..m).filter(|&f| counts(f) && shapeless(f)).count();
         Ok(Self { usable, unit, duplicate, non_manifold, welded, ..out })
     }
 
