@@ -145,6 +145,10 @@ std::vector<Parameter> unwrap_parameters()
 	};
 	for (const Parameter& p : page_parameters())
 		list.push_back(p);
+	list.push_back({Parameter::ENUM, "stack", double(o.stack), "Stack",
+		"Parts of one shape share their texels, corner on corner. <b>Identical</b>: moved and turned copies. "
+		"<b>Mirrored</b>: mirror images too.",
+		{"None", "Identical", "Mirrored"}, true}); // in the order of ATLASFIT_STACK_...
 	return list;
 }
 

@@ -67,6 +67,9 @@ void lay_out(MeshModel& layer, atlasfit_unwrap_options options, const RichParame
 	// Colours that the layer's textures have go on a page that keeps their detail.
 	const OldTextures textures = par.getEnum("texture") == TEXTURE_COLORS ? OldTextures(layer, faces, outcome)
 																		  : OldTextures();
+	if (options.stack != ATLASFIT_STACK_NONE && !textures.empty())
+		throw std::runtime_error("atlasfit: parts that are stacked share their texels, so the layer's textures "
+								 "cannot be drawn anew. Set \"Texture page\" to none, or \"Stack\"");
 	const atlasfit_textures before = textures.c();
 	double density = 0;
 	if (!textures.empty()) {
@@ -125,6 +128,8 @@ void lay_out(MeshModel& layer, atlasfit_unwrap_options options, const RichParame
 				 "edges where more than two faces, or two that face apart, meet were cut"}})
 		if (said.first > 0)
 			outcome.lines.push_back(grouped(said.first) + " " + said.second);
+	if (info.stacked_parts > 0)
+		outcome.lines.push_back("stacked: " + grouped(info.stacked_parts) + " parts on others of their shape");
 	keep_pages(layer, layer, images, outcome);
 	outcome.values.push_back({"pages", double(info.pages)});
 	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
@@ -143,6 +148,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	options.max_charts = count(par, "maxCharts");
 	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
 	options.hard_edge_angle = number(par, "hardEdges");
+	options.stack = uint32_t(par.getEnum("stack"));
 	lay_out(layer, options, par, bar, outcome);
 }
 

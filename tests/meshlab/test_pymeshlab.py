@@ -293,6 +293,17 @@ def test_packing_needs_texture_coordinates(torus):
         holding(*torus).apply_filter(PACK)
 
 
+def test_parts_of_one_shape_are_stacked_where_that_is_asked_for(torus):
+    vertices, faces = torus
+    both = np.concatenate([vertices, vertices[:, [1, 2, 0]] + [9, 0, 0]])
+    ms = holding(both, np.concatenate([faces, faces + len(vertices)]))
+    apart = ms.apply_filter(UNWRAP)
+    stacked = ms.apply_filter(UNWRAP, stack="Identical")
+    assert stacked["texels_per_unit"] > 1.2 * apart["texels_per_unit"]
+    corners = ms.current_mesh().wedge_tex_coord_matrix().reshape(2, -1, 2).round(6)
+    assert {*map(tuple, corners[0])} == {*map(tuple, corners[1])}
+
+
 def test_the_largest_error_of_a_surface_is_a_length_or_a_share_and_all_triangles_can_be_kept(scan):
     diagonal = np.linalg.norm(np.ptp(opened(scan).current_mesh().vertex_matrix(), axis=0))
     pure = getattr(ml, "PureValue", getattr(ml, "AbsoluteValue", None))
