@@ -12,9 +12,23 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 # Licences whose text must come along and that a permissive program may hold.
 ALLOWED = {
-    "MIT", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "Zlib", "ISC", "CC0-1.0",
-    "Unicode-3.0", "MPL-2.0", "Unlicense", "0BSD", "BSL-1.0", "MIT-0", "OFL-1.1", "Ubuntu-font-1.0",
-}  # fmt: skip
+    "MIT",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "Zlib",
+    "ISC",
+    "CC0-1.0",
+    "Unicode-3.0",
+    "MPL-2.0",
+    "Unlicense",
+    "0BSD",
+    "BSL-1.0",
+    "MIT-0",
+    "OFL-1.1",
+    "Ubuntu-font-1.0",
+}
 TEXTS = re.compile(r"^(licen[cs]e|copying|notice|unlicense|copyright)", re.I)
 
 
@@ -23,8 +37,11 @@ def linked(package, target):
     command = ["cargo", "tree", "--locked", "-p", package, "-e", "normal,no-proc-macro", "--target", target]
     out = subprocess.run(
         [*command, "--prefix", "none", "--no-dedupe", "-f", "{p}"],
-        cwd=ROOT, capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
     found = set()
     for line in out.splitlines():
         name, version = line.split()[:2]
@@ -84,19 +101,30 @@ def write(out, target, version):
             lock,
         )
         component = {
-            "type": "library", "bom-ref": f"pkg:cargo/{name}@{number}", "name": name, "version": number,
-            "purl": f"pkg:cargo/{name}@{number}", "licenses": [{"expression": crate["license"].replace("/", " OR ")}],
-        }  # fmt: skip
+            "type": "library",
+            "bom-ref": f"pkg:cargo/{name}@{number}",
+            "name": name,
+            "version": number,
+            "purl": f"pkg:cargo/{name}@{number}",
+            "licenses": [{"expression": crate["license"].replace("/", " OR ")}],
+        }
         if found:
             component["hashes"] = [{"alg": "SHA-256", "content": found[1]}]
         components.append(component)
     bom = {
-        "bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
-        "metadata": {"component": {
-            "type": "application", "bom-ref": f"pkg:cargo/atlasfit-cli@{version}", "name": "atlasfit", "version": version,
-            "licenses": [{"expression": "MIT OR Apache-2.0"}],
-        }},
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.5",
+        "version": 1,
+        "metadata": {
+            "component": {
+                "type": "application",
+                "bom-ref": f"pkg:cargo/atlasfit-cli@{version}",
+                "name": "atlasfit",
+                "version": version,
+                "licenses": [{"expression": "MIT OR Apache-2.0"}],
+            }
+        },
         "components": components,
-    }  # fmt: skip
+    }
     (out / "atlasfit.cdx.json").write_text(json.dumps(bom, indent=1) + "\n")
     return len(inside)

@@ -56,7 +56,9 @@ def test_the_sdist_holds_what_cargo_needs_and_says_what_is_missing_without_it(tm
     package = module(ROOT / "blender-addon" / "package.py")
     source = tmp_path / package.build_sdist(tmp_path)
     with tarfile.open(source) as archive:
-        archive.extractall(tmp_path, filter="data") if sys.version_info >= (3, 12) else archive.extractall(tmp_path)
+        archive.extractall(tmp_path, filter="data") if sys.version_info >= (3, 12) else archive.extractall(
+            tmp_path
+        )
     inside = tmp_path / f"atlasfit-{VERSION}"
     done = subprocess.run(
         ["cargo", "metadata", "--no-deps", "--locked", "--offline", "--format-version", "1"],
@@ -65,7 +67,9 @@ def test_the_sdist_holds_what_cargo_needs_and_says_what_is_missing_without_it(tm
     assert done.returncode == 0, done.stderr
     assert (inside / "PKG-INFO").read_text().startswith("Metadata-Version")
     code = "import package, os; os.environ['PATH'] = ''; package.build_wheel('.')"
-    done = subprocess.run([sys.executable, "-c", code], cwd=inside / "blender-addon", capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=inside / "blender-addon", capture_output=True, text=True
+    )
     assert done.returncode and len(done.stderr.splitlines()) == 1 and "cargo is missing" in done.stderr
 
 
