@@ -103,7 +103,7 @@ fn listen(token: CancelToken) -> Result<()> {
         }
         token.cancel();
     })
-    .context("cannot listen to Ctrl-C")
+    .context("cannot start the thread that listens to Ctrl-C, give the program more memory")
 }
 
 impl Console {
