@@ -43,10 +43,10 @@ pub struct Rows {
 
 enum Source {
     /// Rows as they are.
-    Plain { file: BufReader<File>, layout: RowLayout },
+    Plain { file: BufReader<File>, layout: Box<RowLayout> },
     /// Rows that are packed.
     #[cfg(feature = "laz")]
-    Packed { unpacker: Box<las::Unpacker>, layout: RowLayout },
+    Packed { unpacker: Box<las::Unpacker>, layout: Box<RowLayout> },
     /// All of them.
     Held(Box<PointCloud>),
 }
@@ -77,12 +77,12 @@ impl Rows {
                 if length.saturating_sub(layout.start) / (layout.stride as u64) < layout.count {
                     return Err(cut_off(path));
                 }
-                Source::Plain { file: BufReader::with_capacity(BUFFER, file), layout }
+                Source::Plain { file: BufReader::with_capacity(BUFFER, file), layout: Box::new(layout) }
             }
             #[cfg(feature = "laz")]
             Some(packing) => {
                 let unpacker = las::unpacker(file, packing, layout.stride).ok_or_else(|| damaged(path))?;
-                Source::Packed { unpacker: Box::new(unpacker), layout }
+                Source::Packed { unpacker: Box::new(unpacker), layout: Box::new(layout) }
             }
             #[cfg(not(feature = "laz"))]
             Some(_) => return Self::held(path, stop),

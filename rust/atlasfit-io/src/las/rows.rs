@@ -15,6 +15,7 @@ use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Points of a chunk that is written.
+#[cfg(feature = "laz")]
 const CHUNK: u32 = 50_000;
 /// Who a COPC file's own records are of.
 const COPC: &[u8] = b"copc";
