@@ -1492,8 +1492,8 @@ typedef struct {
    */
   size_t faces;
   /**
-   * How far any vertex may be from the new mesh, in the mesh's unit; 0 = as far as faces asks for. Default
-   * 0.
+   * How far any vertex, and the middle of any edge, may be from the new mesh, in the mesh's unit; 0 = as far
+   * as faces asks for. Default 0.
    */
   double max_error;
 } atlasfit_simplify_options;

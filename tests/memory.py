@@ -212,6 +212,7 @@ def cases(program, folder, data):
     for mesh in [small, torn, large, *shared]:
         yield "unwrap", mesh, ["-o", "{out}/u.ply"]
         yield "simplify", mesh, ["-o", "{out}/s.ply", "--faces", "1000"]
+        yield "simplify", mesh, ["-o", "{out}/s.ply", "--max-error", "1e-6"]
         yield "info", mesh, []
         yield "measure", mesh, []
         yield "render", mesh, ["-o", "{out}/r.png"]

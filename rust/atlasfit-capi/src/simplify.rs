@@ -19,8 +19,8 @@ pub struct atlasfit_simplify_options {
     pub struct_size: usize,
     /// Triangles that are few enough; 0 = as few as max_error allows. Default 0.
     pub faces: usize,
-    /// How far any vertex may be from the new mesh, in the mesh's unit; 0 = as far as faces asks for. Default
-    /// 0.
+    /// How far any vertex, and the middle of any edge, may be from the new mesh, in the mesh's unit; 0 = as far
+    /// as faces asks for. Default 0.
     pub max_error: f64,
 }
 

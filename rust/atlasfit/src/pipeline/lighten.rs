@@ -71,13 +71,15 @@ pub(super) fn goal(
             faces: 0,
             error: s.chart.iter().map(|c| finer(at(c).error)).collect(),
             longest: s.chart.iter().map(|c| finer(at(c).longest)).collect(),
+            between: false,
         }
     } else {
         // No surface is larger than the frame.
         let error = options.max_error.map_or(1.0, |e| (e / known.scale).min(1.0));
         let error = bound(error);
         let (error, longest) = (ctx.filled(error, n)?, ctx.filled(f32::INFINITY, n)?);
-        Goal { faces: options.faces.unwrap_or(0), error, longest }
+        let between = options.max_error.is_some();
+        Goal { faces: options.faces.unwrap_or(0), error, longest, between }
     })
 }
 

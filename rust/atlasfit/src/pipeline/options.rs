@@ -47,8 +47,9 @@ pub struct DenoiseOptions {
     /// fewer where it is flat, more where it is not; times the square of [`detail`](Self::detail). Where they
     /// cannot be had within [`max_error`](Self::max_error), the report says so.
     pub faces: Option<usize>,
-    /// How far the surface may be from the contoured one to have fewer triangles, in the scan's unit; 0 =
-    /// as many triangles as it is contoured with, four to ten a point. `None` = as far as
+    /// How far the surface may be from the vertices and the middles of the edges of the contoured one to have
+    /// fewer triangles, in the scan's unit; 0 = as many triangles as it is contoured with, four to ten a point.
+    /// `None` = as far as
     /// [`faces`](Self::faces) asks for; without that a quarter of the noise or a twentieth of the spacing,
     /// the larger of the two, by `detail`. A surface that is [`watertight`](Self::watertight) keeps all
     /// triangles.

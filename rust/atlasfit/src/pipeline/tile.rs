@@ -154,7 +154,12 @@ fn surface_of(built: &Built, ctx: &Context<'_>) -> Result<(TileSurface, Vec<u32>
             *best = (same.len(), same[0].1);
         }
     }
-    let goal = built.goal.clone().unwrap_or(Goal { faces: 0, error: Vec::new(), longest: Vec::new() });
+    let goal = built.goal.clone().unwrap_or(Goal {
+        faces: 0,
+        error: Vec::new(),
+        longest: Vec::new(),
+        between: false,
+    });
     let surface = TileSurface {
         positions: vec3::plain(positions.clone()),
         normals: normals.iter().map(|n| n.to_f32()).collect(),
@@ -187,7 +192,9 @@ pub fn simplify_tile(
     let seams = Seams { uv: Vec::new(), place: (0..n as u32).collect(), role };
     let dense = Dense { positions, normals: &normals, triangles: &surface.triangles, seams: Some(&seams) };
     let times = |of: &[f32]| of.iter().map(|x| x * share).collect();
-    let goal = Goal { faces: 0, error: times(&surface.error), longest: times(&surface.longest) };
+    // Without a greatest length, the error is the user's own: see `lighten::goal`.
+    let between = surface.longest.iter().all(|l| l.is_infinite());
+    let goal = Goal { faces: 0, error: times(&surface.error), longest: times(&surface.longest), between };
     let light = simplify(&dense, &goal, ctx)?;
     let of = |column: &[f32]| light.from.iter().map(|&v| column[v as usize]).collect();
     Ok(TileSurface {

@@ -44,7 +44,7 @@ pub(super) struct Block<'a> {
     /// The points of each triangle: the first one's place in `points`, and from each the next.
     pub(super) head: Vec<u32>,
     pub(super) next: Vec<u32>,
-    /// The vertices of the first mesh that belong to the triangles.
+    /// The points of the first mesh that belong to the triangles.
     pub(super) points: Vec<u32>,
     /// Share of the error within which these stay.
     pub(super) share: f64,
@@ -64,7 +64,7 @@ pub(super) struct Moved {
     pub(super) uv: [f64; 2],
 }
 
-/// The triangle, counted within the block, that a vertex of the first mesh belongs to.
+/// The triangle, counted within the block, that a point belongs to.
 pub(super) struct Owned {
     pub(super) point: u32,
     pub(super) triangle: u32,

@@ -18,11 +18,6 @@ const BATCH: usize = 8;
 
 impl Mesh {
     pub(super) fn new(first: &First<'_>, ctx: &Context<'_>) -> Result<Self> {
-        let mut owner = ctx.filled([0], first.dense.positions.len())?;
-        for (f, t) in first.dense.triangles.iter().enumerate() {
-            ctx.check_at(f)?;
-            t.iter().for_each(|&v| owner[v as usize] = [f as u32]);
-        }
         Ok(Self {
             positions: first.dense.positions.to_vec(),
             normals: first.dense.normals.to_vec(),
@@ -30,7 +25,7 @@ impl Mesh {
             from: (0..first.dense.positions.len() as u32).collect(),
             open: ctx.filled(true, first.dense.positions.len())?,
             triangles: first.dense.triangles.to_vec(),
-            owner,
+            owner: first.points.owner.clone(),
             side: 0.0,
         })
     }

@@ -1,6 +1,7 @@
 //! What the files of this step share, as data: the mesh before, between and after, and how far to go.
 
 use crate::numeric::vec3::Vec3;
+use std::borrow::Cow;
 
 /// The mesh that is simplified. Every vertex is named by a triangle.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +51,9 @@ pub(crate) struct Goal {
     pub error: Vec<f32>,
     /// Edges about each vertex of the first mesh do not get longer.
     pub longest: Vec<f32>,
+    /// Whether the middles of the first mesh's edges stay as near as its vertices, for who counts on the
+    /// error: between vertices that do the surface may be twice as far.
+    pub between: bool,
 }
 
 /// A length as a bound: what is kept in single precision is never more.
@@ -80,6 +84,20 @@ pub(crate) struct Simplified {
 pub(super) struct First<'a> {
     pub(super) dense: &'a Dense<'a>,
     pub(super) goal: &'a Goal,
+    pub(super) points: &'a Points<'a>,
+}
+
+/// Places of the first mesh that stay near: its vertices, and perhaps the middles of its edges.
+#[derive(Debug)]
+pub(super) struct Points<'a> {
+    pub(super) positions: Cow<'a, [Vec3]>,
+    pub(super) normals: Cow<'a, [Vec3]>,
+    /// Greatest distance of each from the new mesh.
+    pub(super) error: Cow<'a, [f32]>,
+    /// A vertex of the first mesh that each is at or next to.
+    pub(super) vertex: Vec<u32>,
+    /// A triangle of the first mesh that each belongs to.
+    pub(super) owner: Vec<[u32; 1]>,
 }
 
 /// Which edges are collapsed.
@@ -105,7 +123,7 @@ pub(super) struct Mesh {
     pub(super) open: Vec<bool>,
     /// Triangles.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// The triangle that each vertex of the first mesh belongs to.
+    /// The triangle that each of the points belongs to.
     pub(super) owner: Vec<[u32; 1]>,
     /// Side of the grid's cells.
     pub(super) side: f64,
@@ -118,7 +136,7 @@ pub(super) struct Work<'a> {
     /// Triangles that may go, cheapest edges first; all where nothing is said, in the order in which they
     /// lie.
     pub(super) surplus: Option<usize>,
-    /// Share of the error within which vertices of the first mesh stay.
+    /// Share of the error within which the points stay.
     pub(super) share: f64,
     /// Whether triangles are to be shaped.
     pub(super) shape: bool,
@@ -150,7 +168,7 @@ pub(super) struct Whole<'a> {
 /// What a block is made of.
 pub(super) struct Piece<'a> {
     pub(super) places: &'a [Place],
-    /// Vertices of the first mesh that belong to its triangles.
+    /// The points that belong to its triangles.
     pub(super) points: &'a [u32],
 }
 

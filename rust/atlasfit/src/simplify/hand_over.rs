@@ -1,7 +1,7 @@
-//! Which triangle each vertex of the first mesh belongs to, when triangles change.
+//! Which triangle each point of the first mesh belongs to, when triangles change.
 //!
 //! In: triangles that go or change, and what comes instead. Out: whether the surface stays near enough; then
-//! the vertices handed over.
+//! the points handed over.
 
 use super::block::Block;
 use super::constants::SIMPLIFY;
@@ -15,7 +15,7 @@ pub(super) struct Change {
     pub(super) old: Vec<u32>,
     /// Those that stay, as they are to be.
     pub(super) new: Vec<NewTriangle>,
-    /// Where the vertices of the first mesh go.
+    /// Where the points go.
     moved: Vec<Handed>,
 }
 
@@ -57,13 +57,13 @@ impl Block<'_> {
         let Change { old, new, moved } = change;
         moved.clear();
         let near = if self.ranked { SIMPLIFY.near_ranked } else { SIMPLIFY.near };
-        let (dense, goal) = (self.first.dense, self.first.goal);
+        let places = self.first.points;
         let mut nearest = (f64::INFINITY, 0);
         for &f in old.iter() {
             let own = new.iter().position(|n| n.triangle == f).unwrap_or(0);
             for (k, point) in self.points_of(f) {
-                let p = dense.positions[point as usize];
-                let most = (self.share * f64::from(goal.error[point as usize])).powi(2);
+                let p = places.positions[point as usize];
+                let most = (self.share * f64::from(places.error[point as usize])).powi(2);
                 let enough = near * near * most;
                 let mut best = (f64::INFINITY, 0);
                 for n in new[own..].iter().chain(&new[..own]) {
@@ -89,7 +89,7 @@ impl Block<'_> {
             return true;
         }
         let n = nearest.1 as usize;
-        dense.normals[n].dot(place - dense.positions[n]).abs() <= self.share * f64::from(goal.error[n])
+        places.normals[n].dot(place - places.positions[n]).abs() <= self.share * f64::from(places.error[n])
     }
 
     /// Changes the triangles; those that go get equal corners.

@@ -18,8 +18,8 @@ use crate::spatial::triangle::area_vector;
 pub struct SimplifyOptions {
     /// Triangles that are few enough, at least 1; `None` = as few as `max_error` allows.
     pub faces: Option<usize>,
-    /// How far any vertex of the mesh may be from the new one, in the mesh's unit, more than 0; `None` = as
-    /// far as `faces` asks for.
+    /// How far any vertex of the mesh, and the middle of any edge, may be from the new one, in the mesh's unit,
+    /// more than 0; `None` = as far as `faces` asks for.
     pub max_error: Option<f64>,
 }
 
@@ -43,10 +43,11 @@ pub struct SimplifiedMesh {
 }
 
 /// Bytes for one vertex, and for one triangle, at the peak of one thread. Source: upper bounds of the peaks
-/// that
-/// `tests/memory.py PROGRAM --only simplify --measure` prints: 340 and 60, by loose triangles, grids, and a
-/// dragon with the UVs of `unwrap`.
+/// that `tests/memory.py PROGRAM --only simplify --measure` prints: 340 and 60, by loose triangles, grids, and
+/// a dragon with the UVs of `unwrap`.
 const BYTES: [u64; 2] = [450, 100];
+/// More of them for one triangle where the middles of edges are held too: 130 by the same grid.
+const BYTES_BETWEEN: u64 = 200;
 
 /// Makes a mesh of fewer triangles: larger where it is flat. Its boundary, and the seams of its UVs, stay
 /// where they are within the error; both sides of a seam stay together, and no triangle turns over in UV
@@ -73,7 +74,9 @@ const BYTES: [u64; 2] = [450, 100];
 pub fn simplify_mesh(mesh: &TriMesh, options: &SimplifyOptions, ctx: &Context<'_>) -> Result<SimplifiedMesh> {
     validate(options)?;
     mesh.validate()?;
-    let needed = [(mesh.positions.len(), BYTES[0]), (mesh.triangles.len(), BYTES[1]), (1, mesh.bytes())];
+    let between = options.max_error.is_some();
+    let of_triangle = BYTES[1] + if between { BYTES_BETWEEN } else { 0 };
+    let needed = [(mesh.positions.len(), BYTES[0]), (mesh.triangles.len(), of_triangle), (1, mesh.bytes())];
     ctx.reserve(
         with_threads(total_bytes(&needed), ctx.threads()),
         "Raise the limit, or give a smaller mesh",
@@ -92,6 +95,7 @@ pub fn simplify_mesh(mesh: &TriMesh, options: &SimplifyOptions, ctx: &Context<'_
         faces: options.faces.unwrap_or(0),
         error: ctx.filled(error, n)?,
         longest: ctx.filled(f32::INFINITY, n)?,
+        between,
     };
     let normals = normals(&cut);
     let dense = Dense {

@@ -5,7 +5,7 @@
 //! collapsed, those that change the surface least first: each collapse is judged by the planes of the
 //! triangles about it (quadrics: Garland and Heckbert 1997, without memory as Lindstrom and Turk 1998), and
 //! every vertex of the first mesh stays within its error of the triangle it now belongs to (as Ciampalini et
-//! al. 1997). Then edges are flipped and vertices moved along the surface, within the same bounds, so that
+//! al. 1997), and the middle of every edge too where the error is a promise. Then edges are flipped and vertices moved along the surface, within the same bounds, so that
 //! triangles get near equal sides (Botsch and Kobbelt 2004).
 //!
 //! The mesh is cut into blocks of a grid. Those are worked on at the same time, each without the vertices
@@ -24,6 +24,7 @@ mod cut_seams;
 mod data;
 mod hand_over;
 mod mesh;
+mod points;
 mod rank;
 mod seam;
 mod shape;
@@ -35,7 +36,7 @@ use crate::error::Result;
 use crate::run::Context;
 use constants::SIMPLIFY;
 pub(crate) use data::{Dense, Goal, Role, Seams, Simplified, bound};
-use data::{First, Level, Mesh, Work};
+use data::{First, Level, Mesh, Points, Work};
 pub use mesh::{SimplifiedMesh, SimplifyOptions, simplify_mesh};
 
 /// Simplifies a mesh.
@@ -43,7 +44,8 @@ pub use mesh::{SimplifiedMesh, SimplifyOptions, simplify_mesh};
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn simplify(dense: &Dense<'_>, goal: &Goal, ctx: &Context<'_>) -> Result<Simplified> {
-    let first = First { dense, goal };
+    let points = Points::new(dense, goal, ctx)?;
+    let first = First { dense, goal, points: &points };
     let mut mesh = Mesh::new(&first, ctx)?;
     let least = goal.error.iter().copied().fold(f32::INFINITY, f32::min);
     if mesh.triangles.len() > goal.faces && least > 0.0 {

@@ -161,37 +161,37 @@ impl Block<'_> {
             self.uv[i] = uv;
         }
         self.normals[i] = if near.normal.dot(self.normals[i]) < 0.0 { -near.normal } else { near.normal };
-        self.from[i] = near.point;
+        self.from[i] = near.vertex;
     }
 
     /// The place on the first mesh next to another, by the points of some triangles; nothing where they have
     /// none.
     fn near(&self, triangles: &[u32], place: Vec3) -> Option<Near> {
-        let dense = self.first.dense;
+        let places = self.first.points;
         let points = || triangles.iter().flat_map(|&f| self.points_of(f)).map(|x| x.1);
-        let dist2 = |point: u32| dense.positions[point as usize].dist2(place);
+        let dist2 = |point: u32| places.positions[point as usize].dist2(place);
         let point = points().min_by(|&x, &y| dist2(x).total_cmp(&dist2(y)))?;
-        let n = dense.normals[point as usize];
+        let n = places.normals[point as usize];
         // Next to a vertex that vertex decides.
         let [a, b, _] = self.corners(&self.triangles[triangles[0] as usize]);
         let soft = (0.1 * dist2(point)).max(SIMPLIFY.at_vertex * a.dist2(b)) + f64::MIN_POSITIVE.sqrt();
         let mut normal = Vec3::ZERO;
         for other in points() {
-            let m = dense.normals[other as usize];
+            let m = places.normals[other as usize];
             // Nothing from beyond a crease.
             if m.dot(n) >= SIMPLIFY.smooth {
                 normal += m * (1.0 / (dist2(other) + soft)).powi(2);
             }
         }
-        let place = place - n * n.dot(place - dense.positions[point as usize]);
-        Some(Near { point, place, normal: normal.normalized() })
+        let place = place - n * n.dot(place - places.positions[point as usize]);
+        Some(Near { vertex: places.vertex[point as usize], place, normal: normal.normalized() })
     }
 }
 
 /// A place on the first mesh.
 struct Near {
-    /// The vertex of the first mesh that is nearest.
-    point: u32,
+    /// A vertex of the first mesh at the nearest point.
+    vertex: u32,
     place: Vec3,
     normal: Vec3,
 }

@@ -42,7 +42,7 @@ fn run_on(run: Run<'_>, m: &Plain, faces: usize, [max_error, longest]: [f64; 2])
     }
     let normals: Vec<Vec3> = normals.into_iter().map(Vec3::normalized).collect();
     let all = |x: f64| vec![bound(x); m.positions.len()];
-    let goal = Goal { faces, error: all(max_error), longest: all(longest) };
+    let goal = Goal { faces, error: all(max_error), longest: all(longest), between: false };
     let dense = Dense { positions: &m.positions, normals: &normals, triangles: &m.triangles, seams: None };
     run.execute(|ctx| simplify(&dense, &goal, ctx)).unwrap()
 }
