@@ -1276,8 +1276,8 @@ typedef struct {
   uint32_t stack;
   /**
    * Bound on the mean symmetric Dirichlet energy s1^2 + s2^2 + 1/s1^2 + 1/s2^2 by area instead of
-   * max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with seams
-   * as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
+   * max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with
+   * seams as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
    * Default 0.
    */
   double max_energy;
@@ -2330,8 +2330,8 @@ atlasfit_status atlasfit_unwrap_memory_needed(size_t vertices,
  * max_charts, a density or several pages.
  *
  * @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
- *                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its corners has
- *                one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
+ *                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
+ *                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
  * @param options How to unwrap; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().

@@ -49,7 +49,17 @@ class OBJECT_OT_atlasfit_denoise(fit.Fit, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("result", "hide", "drop", "strength", "noise", "charts", "prior", "uncertainty", "sweeps"):
+        for name in (
+            "result",
+            "hide",
+            "drop",
+            "strength",
+            "noise",
+            "charts",
+            "prior",
+            "uncertainty",
+            "sweeps",
+        ):
             layout.prop(self, name)
 
     def prepare(self, context):

@@ -75,8 +75,8 @@ pub struct atlasfit_unwrap_options {
     /// stacked. Not with keep_uvs. Default #ATLASFIT_STACK_NONE.
     pub stack: u32,
     /// Bound on the mean symmetric Dirichlet energy s1^2 + s2^2 + 1/s1^2 + 1/s2^2 by area instead of
-    /// max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with seams
-    /// as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
+    /// max_stretch, more than 4 (isometry): each connected part becomes one chart that is cut open, with
+    /// seams as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
     /// Default 0.
     pub max_energy: f64,
 }
@@ -222,8 +222,8 @@ pub unsafe extern "C" fn atlasfit_unwrap_memory_needed(
 /// max_charts, a density or several pages.
 ///
 /// @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
-///                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its corners has
-///                one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
+///                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
+///                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
 /// @param options How to unwrap; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().

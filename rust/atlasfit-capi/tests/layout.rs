@@ -78,7 +78,8 @@ fn structs() -> Vec<Struct> {
         atlasfit_uv_info {
             struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
-            over_stretched coverage seconds padding reserved faces corners torn_faces welded_vertices stacked_parts
+            over_stretched coverage seconds padding reserved faces corners torn_faces
+            welded_vertices stacked_parts
         }
         atlasfit_image { struct_size rgba width height }
         atlasfit_textures { struct_size images image_count corner_uv face_image normals reserved }

@@ -22,8 +22,8 @@ pub(crate) struct OrientConstants {
     /// What one chart beside another counts, in shared points. Source: measured: of the 24 facades of
     /// tests/sides.rs none faces two ways with 0.01 to 0.1, two with none; with 0.1 the two sides of a thin
     /// wedge (fandisk, simulated scan) face alike.
-    /// Halved: com 1.03 (facade0 1.14), facing 0.96 (spiral 0.67); doubled: points 1.01 (plate 1.17), acc 1.02
-    /// (plate 1.18), com 1.01 (plate 1.15), facing 0.96 (spiral 0.70).
+    /// Halved: com 1.03 (facade0 1.14), facing 0.96 (spiral 0.67); doubled: points 1.01 (plate 1.17), acc
+    /// 1.02 (plate 1.18), com 1.01 (plate 1.15), facing 0.96 (spiral 0.70).
     pub beside: f64,
     /// Charts whose centres are nearest to a chart's lie beside it, itself among them. Source: chosen, two
     /// rings.
@@ -119,13 +119,13 @@ pub(crate) struct OrientConstants {
     pub explained: f64,
     /// Ground is at most this high, in its lesser width. Source: chosen.
     pub flat: f64,
-    /// Side of the columns that are looked down through, in spacings. Source: chosen, so that about four points
-    /// are in one.
+    /// Side of the columns that are looked down through, in spacings. Source: chosen, so that about four
+    /// points are in one.
     pub cell: f64,
     /// Two points of a column are on two surfaces when one is this far off the other's tangent plane, in
-    /// standard deviations of the noise or spacings, the larger of the two. Source: denoised points are within
-    /// half a deviation of their surface, and one that bends by a tenth of a spacing within one is off its
-    /// tangent plane by 0.4 within a column.
+    /// standard deviations of the noise or spacings, the larger of the two. Source: denoised points are
+    /// within half a deviation of their surface, and one that bends by a tenth of a spacing within one is off
+    /// its tangent plane by 0.4 within a column.
     pub above: f64,
     /// Cosine between the normals of surfaces that lie above each other. Source: chosen; those of a wall and
     /// what it stands on are near 0.

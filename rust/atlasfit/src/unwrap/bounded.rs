@@ -10,11 +10,10 @@ use super::flatten::shape::stretch;
 use super::kept::kept_charts;
 use super::options::{STRETCH_LIMIT, UnwrapOptions};
 use super::seams::{Opened, opened};
-use super::surface::{NONE, Surface};
+use super::surface::Surface;
 use crate::error::Result;
 use crate::numeric::plane::corners;
 use crate::run::Context;
-use crate::spatial::sets::Sets;
 use rayon::prelude::*;
 
 /// Charts that hold a bound.
@@ -41,7 +40,8 @@ pub(super) fn bounded(
     }
     let mut best = Bounded { charts: held(s, bound, &charts_within, ctx)?, bound };
     let Some(most) = options.max_charts else { return Ok(best) };
-    let enough = most.max(if best.charts.len() > most { parts(s, ctx)? } else { 0 });
+    // Each connected part takes one.
+    let enough = most.max(if best.charts.len() > most { s.parts(ctx)?.len() } else { 0 });
     let mut in_vain = 0;
     while best.charts.len() > enough && bound < STRETCH_LIMIT && in_vain < UNWRAP.patience {
         bound = (1.0 + (bound - 1.0) * UNWRAP.loosen).min(STRETCH_LIMIT);
@@ -141,14 +141,4 @@ fn judge(s: &Surface, charts: &mut [Chart], bound: f64, ctx: &Context<'_>) -> Re
         left < 0.0
     });
     Ok(reached.map_or(bound, |b| b.0))
-}
-
-/// Number of connected parts of the surface: there are at least as many charts.
-fn parts(s: &Surface, ctx: &Context<'_>) -> Result<usize> {
-    let mut sets = Sets::new(s.faces());
-    for (f, twins) in s.twin.iter().enumerate() {
-        ctx.check_at(f)?;
-        twins.iter().filter(|&&h| h != NONE).for_each(|&h| sets.join(f as u32, h / 3));
-    }
-    Ok((0..s.faces() as u32).filter(|&f| s.usable[f as usize] && sets.find(f) == f).count())
 }

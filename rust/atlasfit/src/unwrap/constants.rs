@@ -39,13 +39,14 @@ pub(crate) struct UnwrapConstants {
     /// Factor on the excess stretch that is left to them then, beside what they had too much. Below 1.
     /// Source: chosen.
     pub tightened: f64,
-    /// Excess stretch that is tried first to keep a bound on the energy: mean energies of 4.1 have bounds from
+    /// Excess stretch that is tried first to keep a bound on the energy: mean energies of 4.1 have bounds
+    /// from
     /// 1.25 to 1.5. Source: measured, the 27 meshes of OptCuts.
     pub energetic: f64,
     /// Factor on it while the energy is too high. Below 1. Source: chosen.
     pub less_energetic: f64,
-    /// Excess stretch below which none is tried to keep a bound on the energy. Source: chosen; with 1.01 hardly
-    /// two faces that do not lie flat share a chart.
+    /// Excess stretch below which none is tried to keep a bound on the energy. Source: chosen; with 1.01
+    /// hardly two faces that do not lie flat share a chart.
     pub least_excess: f64,
     /// As-rigid-as-possible iterations for a first chart. Source: chosen.
     /// Halved: charts 1.07 (homer 1.76), seam 1.04 (homer 1.27), stretch 0.99 (homer 0.95), coverage 1.01

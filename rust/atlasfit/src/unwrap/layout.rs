@@ -4,7 +4,7 @@
 
 use super::checked::Checked;
 use super::split::SplitMesh;
-use super::stack::Copy;
+use super::stack::StackedFace;
 use super::surface::{NONE, Surface};
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
@@ -114,7 +114,7 @@ struct Faces {
 pub(crate) fn layout(
     s: &Surface,
     checked: &Checked,
-    copies: &[Copy],
+    copies: &[StackedFace],
     polygon: Option<&[u32]>,
     known: UvLayout,
     ctx: &Context<'_>,

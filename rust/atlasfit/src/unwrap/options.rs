@@ -40,10 +40,10 @@ pub struct UnwrapOptions {
     /// Bound on the stretch max(s1, 1/s2) at the 95th percentile by area, at one texel density; more than 1.
     /// Smaller gives more charts. Default that of [`Preset::Balanced`], 1.1.
     pub max_stretch: f64,
-    /// Bound on the mean symmetric Dirichlet energy s1² + s2² + 1/s1² + 1/s2² by area, instead of `max_stretch`:
-    /// more than 4, which is isometry; 4.1 is what OptCuts uses. Seams are as short as can be found within
-    /// it: each connected part is one chart, cut open, where that comes out shorter than several charts.
-    /// `None` = `max_stretch` counts.
+    /// Bound on the mean symmetric Dirichlet energy s1² + s2² + 1/s1² + 1/s2² by area, instead of
+    /// `max_stretch`: more than 4, which is isometry; 4.1 is what OptCuts uses. Seams are as short as can be
+    /// found within it: each connected part is one chart, cut open, where that comes out shorter than several
+    /// charts. `None` = `max_stretch` counts.
     pub max_energy: Option<f64>,
     /// Most charts; `max_stretch` is raised as far as that needs (up to [`STRETCH_LIMIT`]). `None` = any
     /// number. More are still made where the topology or the constraints ask for them.
@@ -61,9 +61,9 @@ pub struct UnwrapOptions {
     /// How charts are put on the page.
     pub packer: Packer,
     /// Which parts lie on each other on the page, corner on corner. A part is what hangs together after the
-    /// cuts that the options ask for; parts are of one shape where their meshes are alike triangle by triangle
-    /// and lengths differ by a ten thousandth of the part's size at the most. Parts of two groups are not
-    /// stacked. Not with [`keep_uvs`](Self::keep_uvs).
+    /// cuts that the options ask for; parts are of one shape where their meshes are alike triangle by
+    /// triangle and lengths differ by a ten thousandth of the part's size at the most. Parts of two groups
+    /// are not stacked. Not with [`keep_uvs`](Self::keep_uvs).
     pub stack: Stack,
     /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
     pub face_group: Option<Vec<u32>>,
@@ -75,8 +75,8 @@ pub struct UnwrapOptions {
     /// Whether the seams of the UVs that the mesh already has stay seams.
     pub keep_uv_seams: bool,
     /// Whether the charts are those of the UVs that the mesh already has, which it must have then: they are
-    /// moved, turned and scaled to one density, and packed. What flips or overlaps in them is cut. Charts stay
-    /// as they are whatever their stretch; what else cuts charts still does.
+    /// moved, turned and scaled to one density, and packed. What flips or overlaps in them is cut. Charts
+    /// stay as they are whatever their stretch; what else cuts charts still does.
     pub keep_uvs: bool,
     /// Edges that are bent by more than this are seams: degrees in [0, 180]. `None` = none are for that
     /// reason.
@@ -144,7 +144,13 @@ impl UnwrapOptions {
 
     /// Checks the ranges, and the lengths of what is given per triangle.
     pub(crate) fn validate(&self, mesh: &TriMesh) -> Result<()> {
-        let faces = mesh.triangles.len();
+        self.validate_charts(mesh)?;
+        self.validate_pages()?;
+        self.validate_constraints(mesh)
+    }
+
+    /// What is asked of the charts.
+    fn validate_charts(&self, mesh: &TriMesh) -> Result<()> {
         if !(self.max_stretch > 1.0 && self.max_stretch.is_finite()) {
             return Err(Error::invalid(
                 format!("max_stretch is {}", self.max_stretch),
@@ -163,7 +169,8 @@ impl UnwrapOptions {
             return Err(Error::invalid("max_charts is 0", "Give at least 1, or none"));
         }
         let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
-        if self.keep_uvs && (uvs.len() != faces || !uvs.iter().flatten().flatten().all(|x| x.is_finite())) {
+        let whole = uvs.len() == mesh.triangles.len();
+        if self.keep_uvs && !(whole && uvs.iter().flatten().flatten().all(|x| x.is_finite())) {
             return Err(Error::invalid(
                 "keep_uvs is asked for, but the mesh has no UVs, or some that are not finite",
                 "Give finite UVs for each corner, or leave out keep_uvs",
@@ -175,6 +182,11 @@ impl UnwrapOptions {
                 "Leave out one of the two",
             ));
         }
+        Ok(())
+    }
+
+    /// What is asked of the pages.
+    fn validate_pages(&self) -> Result<()> {
         let [width, height] = self.page_size;
         if self.page_size.iter().any(|s| !PAGE_TEXELS.contains(s)) {
             return Err(Error::invalid(
@@ -198,12 +210,17 @@ impl UnwrapOptions {
         {
             return Err(Error::invalid(format!("pages is {n}"), format!("Give 1 to {MOST_PAGES}, or none")));
         }
+        Ok(())
+    }
+
+    /// What must be seams, and what must not.
+    fn validate_constraints(&self, mesh: &TriMesh) -> Result<()> {
         if let Some(a) = self.hard_edge_angle
             && !(0.0..=180.0).contains(&a)
         {
             return Err(Error::invalid(format!("hard_edge_angle is {a}"), "Give 0 to 180 degrees, or none"));
         }
-        let vertices = mesh.positions.len();
+        let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
         for (i, edge) in self.seam_edges.iter().flatten().enumerate() {
             if let Some(&bad) = edge.iter().find(|&&v| v as usize >= vertices) {
                 return Err(Error::IndexOutOfRange {

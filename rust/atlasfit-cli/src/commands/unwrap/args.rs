@@ -46,7 +46,12 @@ pub struct Args {
     pub max_stretch: Option<f64>,
     /// Bound on the mean symmetric Dirichlet energy instead of the stretch, above 4: each part in one chart,
     /// cut open as little as that allows. 4.1 is usual
-    #[arg(long, value_name = "ENERGY", help_heading = "Charts", conflicts_with_all = ["max_stretch", "preset"])]
+    #[arg(
+        long,
+        value_name = "ENERGY",
+        help_heading = "Charts",
+        conflicts_with_all = ["max_stretch", "preset"]
+    )]
     pub max_energy: Option<f64>,
     /// Most charts: the stretch bound is raised as far as that needs
     #[arg(long, value_name = "N", help_heading = "Charts")]
@@ -67,7 +72,11 @@ pub struct Args {
     #[arg(long, value_name = "SIZE|WxH", value_parser = size, help_heading = "Pages")]
     pub texture_size: Option<[u32; 2]>,
     /// Keep the charts of the UVs that the mesh has: move, turn, scale and pack them only
-    #[arg(long, help_heading = "Pages", conflicts_with_all = ["max_stretch", "max_energy", "max_charts", "preset"])]
+    #[arg(
+        long,
+        help_heading = "Pages",
+        conflicts_with_all = ["max_stretch", "max_energy", "max_charts", "preset"]
+    )]
     pub pack_only: bool,
     /// Free texels between charts and at the border [default: 2; with the mesh's own texture 24]
     #[arg(long, value_name = "TEXELS", help_heading = "Pages")]
@@ -82,7 +91,13 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "shapes", help_heading = "Pages")]
     pub packer: Packer,
     /// Lay parts of one shape on each other, corner on corner: they share their texels
-    #[arg(long, value_enum, default_value = "none", help_heading = "Pages", conflicts_with_all = ["pack_only", "bake"])]
+    #[arg(
+        long,
+        value_enum,
+        default_value = "none",
+        help_heading = "Pages",
+        conflicts_with_all = ["pack_only", "bake"]
+    )]
     pub stack: Stack,
     /// Write a texture with the colours of the mesh's vertices, which it then replaces
     #[arg(long, help_heading = "Texture", conflicts_with_all = ["pages", "bake_from"])]

@@ -16,11 +16,9 @@ mod trim;
 
 use super::chart::Chart;
 use super::large::{Patches, coarsen};
-use super::surface::{NONE, Surface};
+use super::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
-use crate::spatial::lists::Lists;
-use crate::spatial::sets::Sets;
 use constants::SEAMS;
 use lift::lifted;
 use rustc_hash::FxHashSet;
@@ -37,21 +35,11 @@ pub(super) struct Opened {
 /// Charts of mean energy at most `bound` with short seams: one for each connected part of the surface that can
 /// be opened so.
 pub(super) fn opened(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Opened> {
-    let mut sets = Sets::new(s.faces());
-    for (f, twins) in s.twin.iter().enumerate() {
-        ctx.check_at(f)?;
-        twins.iter().filter(|&&h| h != NONE).for_each(|&h| sets.join(f as u32, h / 3));
-    }
-    let root: Vec<[u32; 1]> = (0..s.faces() as u32).map(|f| [sets.find(f)]).collect();
-    let lists = Lists::new(s.faces(), &root, ctx)?;
     let mut out = Opened { charts: Vec::new(), failed: FxHashSet::default() };
-    for id in 0..s.faces() as u32 {
-        let faces: Vec<u32> = lists.of(id).iter().copied().filter(|&f| s.usable[f as usize]).collect();
-        if !faces.is_empty() {
-            match part_opened(s, faces.clone(), bound, ctx)? {
-                Some(chart) => out.charts.push(chart),
-                None => out.failed.extend(faces),
-            }
+    for faces in s.parts(ctx)? {
+        match part_opened(s, faces.clone(), bound, ctx)? {
+            Some(chart) => out.charts.push(chart),
+            None => out.failed.extend(faces),
         }
     }
     Ok(out)

@@ -1,9 +1,9 @@
 //! Whether two parts of a surface have one shape.
 //!
-//! In: two parts, whether one may be the other's mirror image. Out: for each face of one the face of the other
-//! that lies on it, corner by corner. The faces of both are walked through at once, from one edge of the first
-//! and each of the other that has its length; then all vertices must have the same distances from four of
-//! them, which leaves a rigid motion or a mirror image, and these four tell which.
+//! In: two parts, whether one may be the other's mirror image. Out: for each face of one the face of the
+//! other that lies on it, corner by corner. The faces of both are walked through at once, from one edge of
+//! the first and each of the other that has its length; then all vertices must have the same distances from
+//! four of them, which leaves a rigid motion or a mirror image, and these four tell which.
 
 use super::constants::STACK;
 use crate::error::Result;
@@ -12,6 +12,7 @@ use crate::run::Context;
 use crate::unwrap::surface::{NONE, Surface};
 
 /// A connected part of the surface.
+#[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
     /// Its faces, ascending.
     pub faces: &'a [u32],
@@ -20,20 +21,26 @@ pub(super) struct Part<'a> {
     group: u32,
     /// Summed length of its half-edges.
     pub length: f64,
-    /// The longest of them.
-    longest: u32,
+    /// The longest of its open half-edges, of which there are few; of all where none is open.
+    start: u32,
+    /// The farthest that one of its vertices is from its first.
+    size: f64,
 }
 
 impl<'a> Part<'a> {
     pub(super) fn new(s: &Surface, faces: &'a [u32], group: u32) -> Self {
-        let mut out = Self { faces, open: 0, group, length: 0.0, longest: faces[0] * 3 };
+        let mut out = Self { faces, open: 0, group, length: 0.0, start: faces[0] * 3, size: 0.0 };
+        let first = s.pos[s.tri[faces[0] as usize][0] as usize];
+        let rank = |h: u32| (twin(s, h) == NONE, length(s, h));
         for h in faces.iter().flat_map(|f| [0, 1, 2].map(|k| 3 * f + k)) {
             out.open += usize::from(twin(s, h) == NONE);
             out.length += length(s, h);
-            if length(s, h) > length(s, out.longest) {
-                out.longest = h;
+            out.size = out.size.max(first.dist2(s.pos[s.tri[h as usize / 3][h as usize % 3] as usize]));
+            if rank(h) > rank(out.start) {
+                out.start = h;
             }
         }
+        out.size = out.size.sqrt();
         out
     }
 
@@ -59,6 +66,8 @@ fn length(s: &Surface, h: u32) -> f64 {
 /// What is needed to compare parts, again and again.
 pub(super) struct Matcher<'a> {
     s: &'a Surface,
+    /// How far the file rounds positions.
+    rounded: f64,
     /// For each face that was walked through, `3 * face + corner` of the other part: where its first corner
     /// lies.
     place: Vec<u32>,
@@ -70,9 +79,15 @@ pub(super) struct Matcher<'a> {
 }
 
 impl<'a> Matcher<'a> {
-    pub(super) fn new(s: &'a Surface) -> Self {
+    pub(super) fn new(s: &'a Surface, rounded: f64) -> Self {
         let (place, taken) = (vec![NONE; s.faces()], vec![false; s.faces()]);
-        Self { s, place, taken, walked: Vec::new(), open: Vec::new() }
+        Self { s, rounded, place, taken, walked: Vec::new(), open: Vec::new() }
+    }
+
+    /// Lengths of a part and another one that differ by no more are equal. Each end of an edge is rounded, in
+    /// both parts.
+    pub(super) fn slack(&self, part: &Part<'_>) -> f64 {
+        STACK.alike * part.size + 4.0 * self.rounded
     }
 
     /// Where the first corner of a face of the first part lies: `3 * face + corner` of the other one.
@@ -86,22 +101,19 @@ impl<'a> Matcher<'a> {
         part: &Part<'_>,
         other: &Part<'_>,
         mirrored: bool,
-        rounded: f64,
         ctx: &Context<'_>,
     ) -> Result<bool> {
-        let s = self.s;
-        let corner = |f: u32| s.tri[f as usize].map(|v| s.pos[v as usize]);
-        let first = corner(part.faces[0])[0];
-        let size =
-            part.faces.iter().flat_map(|&f| corner(f)).map(|p| p.dist2(first)).fold(0.0, f64::max).sqrt();
-        let slack = STACK.alike * size + 4.0 * rounded;
-        let wanted = length(s, part.longest);
+        let (s, slack) = (self.s, self.slack(part));
         let starts = other.faces.iter().flat_map(|f| [0, 1, 2].map(|k| 3 * f + k));
-        for start in starts.filter(|&h| (length(s, h) - wanted).abs() <= slack) {
+        let open = twin(s, part.start) == NONE;
+        let wanted = length(s, part.start);
+        for start in
+            starts.filter(|&h| (twin(s, h) == NONE) == open && (length(s, h) - wanted).abs() <= slack)
+        {
             ctx.check()?;
-            if self.walk([part.longest, start], mirrored, slack, ctx)?
+            if self.walk([part.start, start], mirrored, slack, ctx)?
                 && self.walked.len() == part.faces.len()
-                && self.congruent(part, mirrored, slack)
+                && self.congruent(part, mirrored, slack, ctx)?
             {
                 return Ok(true);
             }
@@ -154,8 +166,9 @@ impl<'a> Matcher<'a> {
         Ok(true)
     }
 
-    /// Whether a rigid motion, or that of a mirror image, lays the part on the other as it was walked through.
-    fn congruent(&self, part: &Part<'_>, mirrored: bool, slack: f64) -> bool {
+    /// Whether a rigid motion, or that of a mirror image, lays the part on the other as it was walked
+    /// through.
+    fn congruent(&self, part: &Part<'_>, mirrored: bool, slack: f64, ctx: &Context<'_>) -> Result<bool> {
         let s = self.s;
         // Each corner of the part, and the place that it would lie on.
         let pairs = || {
@@ -167,19 +180,19 @@ impl<'a> Matcher<'a> {
                 })
             })
         };
-        let farthest = |score: &dyn Fn(Vec3) -> f64| {
-            pairs().fold(None, |best: Option<(f64, [Vec3; 2])>, p| match best {
-                Some(b) if b.0 >= score(p[0]) => Some(b),
-                _ => Some((score(p[0]), p)),
-            })
+        let Some(first) = pairs().next() else { return Ok(false) };
+        let farthest = |score: &dyn Fn(Vec3) -> f64| -> Result<(f64, [Vec3; 2])> {
+            ctx.check()?;
+            Ok(pairs()
+                .map(|p| (score(p[0]), p))
+                .fold((0.0, first), |best, p| if p.0 > best.0 { p } else { best }))
         };
-        let Some(a) = pairs().next() else { return false };
-        let Some((_, a)) = farthest(&|p| p.dist2(a[0])) else { return false };
-        let Some((wide, b)) = farthest(&|p| p.dist2(a[0])) else { return false };
+        let (_, a) = farthest(&|p| p.dist2(first[0]))?;
+        let (wide, b) = farthest(&|p| p.dist2(a[0]))?;
         let along = b[0] - a[0];
-        let Some((_, c)) = farthest(&|p| along.cross(p - a[0]).norm2()) else { return false };
+        let (_, c) = farthest(&|p| along.cross(p - a[0]).norm2())?;
         let across = along.cross(c[0] - a[0]);
-        let Some((volume, d)) = farthest(&|p| across.dot(p - a[0]).abs()) else { return false };
+        let (volume, d) = farthest(&|p| across.dot(p - a[0]).abs())?;
         let all = [a, b, c, d];
         let same = |p: [Vec3; 2]| {
             all.iter().all(|q| (p[0].dist2(q[0]).sqrt() - p[1].dist2(q[1]).sqrt()).abs() <= 2.0 * slack)
@@ -187,6 +200,6 @@ impl<'a> Matcher<'a> {
         // A flat part is its own mirror image.
         let flat = volume <= STACK.flat * wide.powf(1.5);
         let side = |k: usize| (b[k] - a[k]).cross(c[k] - a[k]).dot(d[k] - a[k]) > 0.0;
-        (flat || (side(0) == side(1)) != mirrored) && pairs().all(same)
+        Ok((flat || (side(0) == side(1)) != mirrored) && pairs().all(same))
     }
 }

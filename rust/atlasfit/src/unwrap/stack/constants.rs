@@ -2,8 +2,8 @@
 
 /// The numbers, see [`STACK`].
 pub(crate) struct StackConstants {
-    /// Lengths of two parts that differ by less than this share of the part's size are equal, besides what the
-    /// file rounds. Source: chosen, a tenth of a texel on a part of 1000 texels.
+    /// Lengths of two parts that differ by less than this share of the part's size are equal, besides what
+    /// the file rounds. Source: chosen, a tenth of a texel on a part of 1000 texels.
     pub alike: f64,
     /// Four points of a part whose tetrahedron has less than this share of its size cubed lie in a plane.
     /// Source: derived, ten times what that moves.

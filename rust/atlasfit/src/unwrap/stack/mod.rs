@@ -9,17 +9,15 @@ mod constants;
 mod tests;
 
 use super::options::Stack;
-use super::surface::{NONE, Surface};
+use super::surface::Surface;
 use crate::error::Result;
+use crate::numeric::sort::sort_by;
 use crate::run::Context;
-use crate::spatial::lists::Lists;
-use crate::spatial::sets::Sets;
 use alike::{Matcher, Part};
-use constants::STACK;
 
 /// A face that takes the UVs of another one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Copy {
+pub(crate) struct StackedFace {
     pub face: u32,
     /// The face that it takes them of.
     pub of: u32,
@@ -29,9 +27,9 @@ pub(crate) struct Copy {
     mirrored: bool,
 }
 
-impl Copy {
+impl StackedFace {
     /// What the face has at its corners, of what the other one has.
-    pub(crate) fn taken<T: std::marker::Copy>(&self, of: [T; 3]) -> [T; 3] {
+    pub(crate) fn taken<T: Copy>(&self, of: [T; 3]) -> [T; 3] {
         let c = usize::from(self.corner);
         [0, 1, 2].map(|j| of[if self.mirrored { c + 3 - j } else { j + 3 - c } % 3])
     }
@@ -40,7 +38,7 @@ impl Copy {
 /// What is laid on what.
 #[derive(Debug, Default)]
 pub(crate) struct Stacks {
-    pub copies: Vec<Copy>,
+    pub copies: Vec<StackedFace>,
     /// Parts that lie on another one.
     pub parts: usize,
 }
@@ -58,56 +56,55 @@ pub(crate) fn stacks(
     if stack == Stack::None {
         return Ok(out);
     }
-    let mut sets = Sets::new(s.faces());
-    for (f, twins) in s.twin.iter().enumerate() {
-        ctx.check_at(f)?;
-        twins.iter().filter(|&&h| h != NONE).for_each(|&h| sets.join(f as u32, h / 3));
-    }
-    let root: Vec<[u32; 1]> = (0..s.faces() as u32).map(|f| [sets.find(f)]).collect();
-    let faces = Lists::new(s.faces(), &root, ctx)?;
-    let mut parts: Vec<Part<'_>> = Vec::new();
-    for f in (0..s.faces() as u32).filter(|&f| root[f as usize][0] == f) {
-        ctx.check_at(f as usize)?;
-        if s.usable[f as usize] {
-            parts.push(Part::new(s, faces.of(f), group.map_or(0, |g| g[f as usize])));
-        }
+    let faces = s.parts(ctx)?;
+    let mut parts: Vec<Part<'_>> = Vec::with_capacity(faces.len());
+    for own in &faces {
+        ctx.check()?;
+        parts.push(Part::new(s, own, group.map_or(0, |g| g[own[0] as usize])));
     }
     // Parts that may be alike follow each other.
-    parts.sort_by(|a, b| {
+    let order = |a: &Part<'_>, b: &Part<'_>| {
         a.kind().cmp(&b.kind()).then(a.length.total_cmp(&b.length)).then(a.faces.cmp(b.faces))
-    });
-    ctx.check()?;
-    let mut matcher = Matcher::new(s);
+    };
+    sort_by(&mut parts, order, ctx)?;
+    let mirrors = if stack == Stack::Mirrored { &[false, true][..] } else { &[false] };
+    let mut matcher = Matcher::new(s, rounded);
     for same in parts.chunk_by(|a, b| a.kind() == b.kind()) {
         // Parts that others lie on.
         let mut below: Vec<&Part<'_>> = Vec::new();
         for part in same {
-            let far =
-                |p: &&&Part<'_>| part.length - p.length <= STACK.alike * part.length + rounded * part.edges();
-            let mut found = false;
-            for other in below.iter().rev().take_while(far) {
-                ctx.check()?;
-                let mirrors = if stack == Stack::Mirrored { &[false, true][..] } else { &[false] };
-                for &mirrored in mirrors {
-                    if matcher.alike(other, part, mirrored, rounded, ctx)? {
-                        out.copies.extend(other.faces.iter().map(|&f| {
-                            let to = matcher.place(f);
-                            Copy { face: to / 3, of: f, corner: (to % 3) as u8, mirrored }
-                        }));
-                        found = true;
-                        break;
-                    }
+            match copied(&mut matcher, &below, part, mirrors, ctx)? {
+                Some(copies) => {
+                    out.copies.extend(copies);
+                    out.parts += 1;
                 }
-                if found {
-                    break;
-                }
-            }
-            if found {
-                out.parts += 1;
-            } else {
-                below.push(part);
+                None => below.push(part),
             }
         }
     }
     Ok(out)
+}
+
+/// The faces of a part as copies of those of one that it is alike, if there is one: the last that was found,
+/// as lengths ascend.
+fn copied(
+    matcher: &mut Matcher<'_>,
+    below: &[&Part<'_>],
+    part: &Part<'_>,
+    mirrors: &[bool],
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<StackedFace>>> {
+    let near = |other: &&&Part<'_>| part.length - other.length <= matcher.slack(part) * part.edges();
+    for other in below.iter().rev().take_while(near).copied().collect::<Vec<_>>() {
+        for &mirrored in mirrors {
+            if matcher.alike(other, part, mirrored, ctx)? {
+                let copy = |&f: &u32| {
+                    let to = matcher.place(f);
+                    StackedFace { face: to / 3, of: f, corner: (to % 3) as u8, mirrored }
+                };
+                return Ok(Some(other.faces.iter().map(copy).collect()));
+            }
+        }
+    }
+    Ok(None)
 }

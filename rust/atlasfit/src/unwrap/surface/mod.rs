@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::sets::Sets;
 pub(crate) use cells::Cells;
 use constants::SURFACE;
 use std::sync::Arc;
@@ -184,6 +185,30 @@ impl Surface {
     /// The cell of a face: faces of one cell stay together where possible.
     pub(crate) fn cell(&self, f: u32) -> u32 {
         self.cells.as_ref().map_or(f, |c| c.of_face[f as usize])
+    }
+
+    /// The usable faces in connected parts, by their least face; faces ascend.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn parts(&self, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
+        let mut sets = Sets::new(self.faces());
+        for (f, twins) in self.twin.iter().enumerate() {
+            ctx.check_at(f)?;
+            twins.iter().filter(|&&h| h != NONE).for_each(|&h| sets.join(f as u32, h / 3));
+        }
+        let mut number = vec![NONE; self.faces()];
+        let mut parts: Vec<Vec<u32>> = Vec::new();
+        for f in (0..self.faces() as u32).filter(|&f| self.usable[f as usize]) {
+            ctx.check_at(f as usize)?;
+            let own = &mut number[sets.find(f) as usize];
+            if *own == NONE {
+                *own = parts.len() as u32;
+                parts.push(Vec::new());
+            }
+            parts[*own as usize].push(f);
+        }
+        Ok(parts)
     }
 
     /// Number of faces, unusable ones included.
