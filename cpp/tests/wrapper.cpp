@@ -216,8 +216,8 @@ int main() {
   together.sweeps = "view";
   const atlasfit::Denoised joined = atlasfit::denoise(twice, together);
   const std::vector<atlasfit_sweep> moved = joined.sweeps();
-  const atlasfit_report &told = joined.report();
-  want(moved.size() == 2 && told.apart_after < 0.5 * told.apart_before, "sweeps are moved");
+  const atlasfit_report &report = joined.report();
+  want(moved.size() == 2 && report.apart_after < 0.5 * report.apart_before, "sweeps are moved");
   want(moved[1].sweep == 1 && moved[0].points == 1600 && moved[1].pairs > 100, "and each is told");
   want(std::abs(moved[0].matrix[11] - moved[1].matrix[11] - 0.02) < 0.005, "by as much as they were apart");
   together.sweeps = "scan";
