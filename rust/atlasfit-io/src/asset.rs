@@ -54,7 +54,7 @@ pub fn load_asset(path: &Path, output: Format, options: &LoadOptions) -> Result<
     if format != Some(Format::Obj) && !is_gltf {
         return Ok((crate::load(path, options)?, None));
     }
-    let io = |source| Error::Io { file: path.display().to_string(), action: "read it", source };
+    let io = |source| Error::io(path, "read it", source);
     let length = std::fs::metadata(path).map_err(io)?.len();
     if let Some(limit_bytes) = options.max_memory_bytes.filter(|&limit| length > limit) {
         let file = path.display().to_string();

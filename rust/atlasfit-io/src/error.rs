@@ -2,6 +2,7 @@
 
 use atlasfit::error::text_of_bytes;
 use std::fmt;
+use std::path::Path;
 
 /// Where in a file something was met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,6 +94,12 @@ pub enum Error {
 }
 
 impl Error {
+    /// The system refused to do `action` with a file, for example "open it".
+    #[must_use]
+    pub fn io(file: &Path, action: &'static str, source: std::io::Error) -> Self {
+        Self::Io { file: file.display().to_string(), action, source }
+    }
+
     /// What kind of error this is, in a word or two that stay the same from version to version. The core's
     /// kinds are those of [`atlasfit::Error::kind`].
     #[must_use]

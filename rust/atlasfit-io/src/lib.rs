@@ -73,4 +73,4 @@ pub use load::{LoadOptions, Loaded, load, load_bytes, load_reader};
 pub use report::{LoadReport, Note};
 pub use rows::{RowBlock, Rows, RowsWriter};
 pub use save::{SaveCloud, SaveMesh, Saved, save_cloud, save_mesh, write_cloud, write_mesh};
-pub use staged::{check_output, discard_unfinished, is_same_file, write_file};
+pub use staged::{check_output, discard_begun, discard_unfinished, is_same_file, write_file, write_with};

@@ -111,7 +111,7 @@ impl Loaded {
 /// # Errors
 /// [`Error`]: unreadable, of no known format, broken beyond repair, over the memory limit, or stopped.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded> {
-    let io = |action| move |source| Error::Io { file: path.display().to_string(), action, source };
+    let io = |action| move |source| Error::io(path, action, source);
     let mut file = std::fs::File::open(path).map_err(io("open it"))?;
     let about = file.metadata().map_err(io("open it"))?;
     if about.is_dir() {

@@ -57,8 +57,8 @@ impl Rows {
     /// # Errors
     /// As [`load`].
     pub fn open(path: &Path, stop: &Stop) -> Result<Self> {
-        let io = |source| io_error(path, "read it", source);
-        let mut file = File::open(path).map_err(|e| io_error(path, "open it", e))?;
+        let io = |source| Error::io(path, "read it", source);
+        let mut file = File::open(path).map_err(|e| Error::io(path, "open it", e))?;
         let length = file.metadata().map_err(io)?.len();
         let head = head(&mut file, length).map_err(io)?;
         let input = Input::whole(path, &head, None).until(stop);
@@ -158,7 +158,7 @@ impl Rows {
                 block.bytes.resize(n * layout.stride, 0);
                 file.read_exact(&mut block.bytes).map_err(|e| match e.kind() {
                     std::io::ErrorKind::UnexpectedEof => cut_off(&self.path),
-                    _ => io_error(&self.path, "read it", e),
+                    _ => Error::io(&self.path, "read it", e),
                 })?;
                 layout
             }
@@ -204,7 +204,7 @@ impl RowsWriter {
     /// # Errors
     /// [`Error::Io`].
     pub fn create(rows: &Rows, path: &Path) -> Result<Self> {
-        let io = |source| io_error(path, "write it", source);
+        let io = |source| Error::io(path, "write it", source);
         let mut staged = Staged::default();
         let out = match &rows.source {
             Source::Held(cloud) => Out::Held(Vec::with_capacity(cloud.len())),
@@ -240,7 +240,7 @@ impl RowsWriter {
         stop: &Stop,
     ) -> Result<()> {
         stop.check(WRITING).map_err(Error::Stopped)?;
-        let io = |source| io_error(&self.path, "write it", source);
+        let io = |source| Error::io(&self.path, "write it", source);
         let layout = match (&rows.source, &mut self.out) {
             (Source::Held(_), Out::Held(all)) => {
                 all.extend_from_slice(positions);
@@ -288,7 +288,7 @@ impl RowsWriter {
     /// [`Error::Io`].
     pub fn finish(self, rows: Rows, stop: &Stop) -> Result<()> {
         let Self { path, staged, out, extent, .. } = self;
-        let io = |source| io_error(&path, "write it", source);
+        let io = |source| Error::io(&path, "write it", source);
         let mut file = match out {
             Out::Held(positions) => {
                 drop(staged);
@@ -318,7 +318,7 @@ impl RowsWriter {
 impl Rows {
     /// The bytes before the rows.
     fn head(&self, layout: &RowLayout) -> Result<Vec<u8>> {
-        let io = |source| io_error(&self.path, "read it", source);
+        let io = |source| Error::io(&self.path, "read it", source);
         let mut head = vec![0; layout.start as usize];
         File::open(&self.path).and_then(|mut f| f.read_exact(&mut head)).map_err(io)?;
         Ok(head)
@@ -336,10 +336,6 @@ fn head(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
         file.read_exact(&mut head[more..])?;
     }
     Ok(head)
-}
-
-fn io_error(path: &Path, action: &'static str, source: std::io::Error) -> Error {
-    Error::Io { file: path.display().to_string(), action, source }
 }
 
 fn cut_off(path: &Path) -> Error {

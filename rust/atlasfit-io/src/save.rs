@@ -234,7 +234,7 @@ pub(crate) fn save_by(
     let failed = |action: &'static str| {
         move |source| match stop.check(WRITING) {
             Err(stopped) => Error::Stopped(stopped),
-            Ok(()) => Error::Io { file: path.display().to_string(), action, source },
+            Ok(()) => Error::io(path, action, source),
         }
     };
     if is_special(path) {

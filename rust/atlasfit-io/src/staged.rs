@@ -30,7 +30,7 @@ pub fn check_output(path: &Path) -> Result<()> {
     if path.is_dir() || path.file_name().is_none() {
         return Err(unsupported("this is a folder", "Give the name of a file"));
     }
-    let io = |source| Error::Io { file: path.display().to_string(), action: "write it", source };
+    let io = |source| Error::io(path, "write it", source);
     let target = target(path).map_err(io)?;
     if !folder(&target).is_dir() {
         return Err(unsupported("its folder does not exist", "Make the folder first, or give another"));
@@ -59,12 +59,23 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
 pub fn write_file(path: &Path, bytes: &[u8], stop: &Stop) -> Result<()> {
     let failed = |source| match stop.check(WRITING) {
         Err(stopped) => Error::Stopped(stopped),
-        Ok(()) => Error::Io { file: path.display().to_string(), action: "write it", source },
+        Ok(()) => Error::io(path, "write it", source),
     };
-    let write = |out: File| {
+    write_with(path, |out| {
         let mut out = Watched { out, stop };
         out.write_all(bytes).and_then(|()| out.flush()).map_err(failed)
-    };
+    })
+}
+
+/// Writes a file by `write`, whole or not at all; a device or a pipe gets what there is until `write` fails.
+///
+/// # Errors
+/// [`Error::Io`], and those of `write`.
+pub fn write_with<E: From<Error>>(
+    path: &Path,
+    write: impl FnOnce(File) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
+    let failed = |source| Error::io(path, "write it", source);
     if is_special(path) {
         return write(File::create(path).map_err(failed)?);
     }
@@ -72,6 +83,21 @@ pub fn write_file(path: &Path, bytes: &[u8], stop: &Stop) -> Result<()> {
     write(staged.create(path).map_err(failed)?)?;
     staged.commit().map_err(failed)?;
     Ok(())
+}
+
+/// Removes what other processes have begun to write to `path` and not finished, because they were killed, or
+/// still write.
+pub fn discard_begun(path: &Path) {
+    let Ok(path) = target(path) else { return };
+    let (Some(name), Ok(entries)) = (path.file_name(), std::fs::read_dir(folder(&path))) else { return };
+    let begin = format!(".{}.", name.to_string_lossy());
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(&begin) && name.ends_with(".part") {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Whether this is a device or a pipe, which cannot be replaced: it is written to.

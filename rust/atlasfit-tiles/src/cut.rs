@@ -10,8 +10,11 @@ use serde::{Deserialize, Serialize};
 
 /// Cells of the grid at the most; beyond, its cells are twice as wide.
 const MOST_CELLS: usize = 200_000;
-/// Cells along the longest side of the first points.
-const FIRST_CELLS: f64 = 4096.0;
+/// Cells along the longest side of the first points. They are small at first, as a point far away may be
+/// among these, and grow until they are few enough.
+const FIRST_CELLS: f64 = (1u64 << 40) as f64;
+/// Cells from the origin to a place: more than numbers tell apart, less than cells can be counted.
+const FAR_CELLS: f64 = (1u64 << 54) as f64;
 
 /// How many points lie where.
 #[derive(Default)]
@@ -26,6 +29,9 @@ impl Cells {
     pub fn add(&mut self, points: &[[f64; 3]]) {
         let finite = || points.iter().filter(|p| p.iter().all(|x| x.is_finite()));
         if self.side == 0.0 {
+            if finite().next().is_none() {
+                return;
+            }
             let longest = (0..3).map(|k| {
                 let [low, high] = finite().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
                     [low.min(p[k]), high.max(p[k])]
@@ -33,12 +39,11 @@ impl Cells {
                 high - low
             });
             let longest = longest.fold(0.0, f64::max);
-            if longest > 0.0 {
-                // A power of two: cells that grow keep their planes.
-                self.side = (longest / FIRST_CELLS).log2().ceil().exp2();
-            } else {
-                return;
-            }
+            let farthest = finite().flatten().fold(0.0f64, |far, x| far.max(x.abs()));
+            let side = (longest / FIRST_CELLS).max(farthest / FAR_CELLS).min(f64::MAX / FAR_CELLS);
+            // A power of two: cells that grow keep their planes. Of points that all lie at the origin no
+            // length is known.
+            self.side = if side > 0.0 { side.log2().ceil().exp2() } else { 1.0 / FIRST_CELLS };
         }
         for p in finite() {
             *self.counts.entry(p.map(|x| (x / self.side).floor() as i64)).or_default() += 1;
@@ -193,11 +198,24 @@ mod tests {
     fn a_point_a_million_sides_away_makes_one_more_tile_at_the_most() {
         let mut points: Vec<[f64; 3]> =
             (0..10_000).map(|i| [f64::from(i % 100), f64::from(i / 100), 0.0]).collect();
-        points.push([1e8, 0.0, 0.0]);
         points.push([f64::NAN, 0.0, 0.0]);
+        // Before the others or after them.
+        for at in [0, 10_001] {
+            points.insert(at, [1e8, 0.0, 0.0]);
+            let mut cells = Cells::default();
+            points.chunks(1000).for_each(|c| cells.add(c));
+            let tree = Tree::new(&mut cells.sorted(), cells.side(), 3000).unwrap();
+            assert!((4..=9).contains(&tree.tiles()), "{}", tree.tiles());
+            points.remove(at);
+        }
+    }
+
+    #[test]
+    fn points_that_all_lie_in_one_place_at_first_count_too() {
         let mut cells = Cells::default();
-        points.chunks(1000).for_each(|c| cells.add(c));
-        let tree = Tree::new(&mut cells.sorted(), cells.side(), 3000).unwrap();
-        assert!(tree.tiles() <= 9, "{}", tree.tiles());
+        cells.add(&[[0.0; 3]; 5]);
+        cells.add(&[[1e7, 2e7, 0.5], [1e7 + 1.0, 2e7, 0.5]]);
+        let all: Vec<u64> = cells.sorted().iter().map(|c| c.1).collect();
+        assert_eq!(all, [5, 1, 1]);
     }
 }

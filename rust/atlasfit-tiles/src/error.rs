@@ -6,17 +6,7 @@ use std::path::Path;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The system refused.
-    #[error("{file}: cannot {action}: {source}")]
-    Io {
-        /// The file.
-        file: String,
-        /// What was tried.
-        action: &'static str,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// A scan could not be read or written.
+    /// A file could not be read or written.
     #[error(transparent)]
     File(#[from] atlasfit_io::Error),
     /// A tile could not be computed.
@@ -37,7 +27,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
     pub(crate) fn io(file: &Path, action: &'static str, source: std::io::Error) -> Self {
-        Self::Io { file: file.display().to_string(), action, source }
+        Self::File(atlasfit_io::Error::io(file, action, source))
     }
     pub(crate) fn refused(what: impl Into<String>, advice: impl Into<String>) -> Self {
         Self::Refused { what: what.into(), advice: advice.into() }

@@ -89,9 +89,18 @@ impl Folder<'_> {
         self.0.join("log").join(format!("{task}.failed.json"))
     }
 
-    /// Takes the folder for planning.
-    pub fn lock(self) -> Result<Lock> {
-        let path = self.0.join(".lock");
+    /// Takes the folder for planning, and makes it where it is not there. Fails where it holds anything that
+    /// no plan has put there: all in it is cleared away.
+    pub fn take(self) -> Result<Lock> {
+        let path = self.0.join(".atlasfit-work");
+        std::fs::create_dir_all(self.0).map_err(|e| Error::io(self.0, "make it", e))?;
+        let mut entries = std::fs::read_dir(self.0).map_err(|e| Error::io(self.0, "read it", e))?;
+        if !path.exists() && entries.next().is_some() {
+            return Err(Error::refused(
+                format!("{}: the folder is not empty, and no work folder", self.0.display()),
+                "Give the work a folder of its own (--work)",
+            ));
+        }
         let file = File::create(&path).map_err(|e| Error::io(&path, "write it", e))?;
         match file.try_lock() {
             Ok(()) => Ok(Lock(file)),

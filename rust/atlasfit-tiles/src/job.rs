@@ -23,7 +23,7 @@ pub(crate) fn key(p: [f64; 3]) -> Key {
 /// Denoises a tile and writes what comes of it.
 pub(crate) fn run(plan: &Plan, folder: Folder<'_>, tile: usize, run: &mut Run<'_>) -> Result<()> {
     let rows = folder.rows(tile)?;
-    let survey = plan.known.survey();
+    let survey = plan.known;
     let cloud = PointCloud::from_positions(rows.iter().map(|r| r.position).collect());
     let names: Vec<u64> = rows.iter().map(|r| r.row).collect();
     let own: Vec<bool> = rows.iter().map(|r| plan.tree.of(r.position) as usize == tile).collect();
@@ -46,8 +46,6 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, tile: usize, run: &mut Run<'_
 pub(crate) struct End {
     /// Its places, in the order in which the tile's triangle has them.
     pub at: [[f64; 3]; 2],
-    /// Normals there.
-    pub normals: [[f32; 3]; 2],
     /// The tile's part that it is of.
     pub part: u32,
 }
@@ -58,7 +56,6 @@ pub(crate) struct Sums {
     pub area: f64,
     /// Six times the volume between the triangles and the origin.
     pub volume: f64,
-    pub triangles: f64,
 }
 
 /// Where a tile's surface ends, and what is known of its parts.
@@ -110,11 +107,10 @@ impl Part {
             let n = cross(sub(b, a), sub(c, a));
             sums.area += 0.5 * dot(n, n).sqrt();
             sums.volume += dot(a, cross(b, c));
-            sums.triangles += 1.0;
             for k in 0..3 {
                 let edge = [t[k], t[(k + 1) % 3]];
                 let [all, own] = edges[&ends(edge)];
-                let end = End { at: edge.map(at), normals: edge.map(|v| s.normals[v as usize]), part };
+                let end = End { at: edge.map(at), part };
                 match (all, own) {
                     (1, _) => seam.border.push(end),
                     (2, 1) => seam.cut.push(end),
@@ -167,6 +163,7 @@ pub(crate) fn compact(s: TileSurface) -> TileSurface {
         part: kept.iter().map(|&v| s.part[v]).collect(),
         error: kept.iter().map(|&v| s.error[v]).collect(),
         longest: kept.iter().map(|&v| s.longest[v]).collect(),
+        between: s.between,
         triangles: s.triangles.iter().map(|t| t.map(|v| number[v as usize])).collect(),
     }
 }
@@ -178,6 +175,7 @@ fn write_mesh(s: &TileSurface, folder: Folder<'_>, tile: usize) -> Result<()> {
         out.list(&s.part)?;
         out.list(&s.error)?;
         out.list(&s.longest)?;
+        out.list(&[u8::from(s.between)])?;
         out.column(&s.triangles)
     })
 }
@@ -191,6 +189,7 @@ pub(crate) fn read_mesh(folder: Folder<'_>, tile: usize) -> Result<TileSurface> 
         part: from.list()?,
         error: from.list()?,
         longest: from.list()?,
+        between: from.list::<u8>()? == [1],
         triangles: from.column()?,
     })
 }
@@ -199,43 +198,23 @@ impl Seam {
     fn write(&self, folder: Folder<'_>, tile: usize) -> Result<()> {
         store::whole(&folder.seam(tile), |out| {
             for list in [&self.cut, &self.border] {
-                out.column(&list.iter().map(|e| [e.at[0], e.at[1]].concat_array()).collect::<Vec<_>>())?;
-                out.column(
-                    &list.iter().map(|e| [e.normals[0], e.normals[1]].concat_array()).collect::<Vec<_>>(),
-                )?;
+                out.column(&list.iter().flat_map(|e| e.at).collect::<Vec<_>>())?;
                 out.list(&list.iter().map(|e| e.part).collect::<Vec<_>>())?;
             }
-            out.column(&self.across.iter().map(|e| e.concat_array()).collect::<Vec<_>>())?;
-            out.column(&self.parts.iter().map(|s| [s.area, s.volume, s.triangles]).collect::<Vec<_>>())
+            out.column(self.across.as_flattened())?;
+            out.column(&self.parts.iter().map(|s| [s.area, s.volume]).collect::<Vec<_>>())
         })
     }
 
     pub fn read(folder: Folder<'_>, tile: usize) -> Result<Self> {
         let mut from = store::Reader::open(&folder.seam(tile))?;
         let mut list = || -> Result<Vec<End>> {
-            let (at, normals, part) = (from.column::<6, f64>()?, from.column::<6, f32>()?, from.list()?);
-            let end = |((p, n), part): (([f64; 6], [f32; 6]), u32)| End {
-                at: [[p[0], p[1], p[2]], [p[3], p[4], p[5]]],
-                normals: [[n[0], n[1], n[2]], [n[3], n[4], n[5]]],
-                part,
-            };
-            Ok(at.into_iter().zip(normals).zip(part).map(end).collect())
+            let (at, part) = (from.column()?, from.list()?);
+            Ok(at.as_chunks::<2>().0.iter().zip(part).map(|(&at, part)| End { at, part }).collect())
         };
         let (cut, border) = (list()?, list()?);
-        let across = from.column::<6, f64>()?.into_iter();
-        let across = across.map(|p| [[p[0], p[1], p[2]], [p[3], p[4], p[5]]]).collect();
-        let sums = |[area, volume, triangles]: [f64; 3]| Sums { area, volume, triangles };
-        Ok(Self { cut, border, across, parts: from.column()?.into_iter().map(sums).collect() })
-    }
-}
-
-/// Two triples as one row.
-trait ConcatArray<T> {
-    fn concat_array(self) -> [T; 6];
-}
-impl<T: Copy> ConcatArray<T> for [[T; 3]; 2] {
-    fn concat_array(self) -> [T; 6] {
-        let [[a, b, c], [d, e, f]] = self;
-        [a, b, c, d, e, f]
+        let across = from.column()?.as_chunks::<2>().0.to_vec();
+        let parts = from.column()?.into_iter().map(|[area, volume]| Sums { area, volume }).collect();
+        Ok(Self { cut, border, across, parts })
     }
 }

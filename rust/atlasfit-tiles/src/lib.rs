@@ -5,8 +5,8 @@
 //! that reads files and writes files whole or not at all, so that any engine may run them and a killed run
 //! goes on. docs/scale.md has the design and the figures.
 //!
-//! Layers: `error` ← `store` ← `cut`, `folder` ← `plan` ← `tasks`, `job` ← `seams` ← `light` ← `merge`,
-//! `planning` ← `run`.
+//! Layers: `error` ← `store` ← `cut`, `folder` ← `plan` ← `tasks`, `job` ← `rings` ← `seams` ← `light` ←
+//! `merge`, `planning` ← `run`.
 
 mod cut;
 mod error;
@@ -16,6 +16,7 @@ mod light;
 mod merge;
 mod plan;
 mod planning;
+mod rings;
 mod run;
 mod seams;
 mod store;
@@ -23,7 +24,7 @@ mod tasks;
 
 pub use cut::Tree;
 pub use error::{Error, Result};
-pub use plan::{Known, Options, Plan, Scan, Task, Tile};
+pub use plan::{Options, Plan, Scan, Task, Tile};
 pub use planning::{Request, plan};
-pub use run::{Log, Simulated, Status, all, simulate, status, task};
+pub use run::{Log, Simulated, Status, simulate, status, task};
 pub use seams::Summary;

@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::folder::Folder;
-use crate::job::{self, Seam, compact, cross, dot, key, sub};
+use crate::job::{self, Key, Seam, compact, cross, dot, key, sub};
 use crate::plan::Plan;
 use crate::seams::Decided;
 use crate::store;
@@ -16,7 +16,7 @@ use atlasfit::pipeline::tile::{TileSurface, simplify_tile};
 use atlasfit::pipeline::uv_options;
 use atlasfit::unwrap::unwrap;
 use atlasfit::{DenoiseOptions, Run, Stop};
-use atlasfit_io::{SaveMesh, Texture, save_mesh};
+use atlasfit_io::{SaveMesh, Texture, discard_begun, save_mesh};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::path::Path;
 
@@ -52,7 +52,7 @@ pub(crate) fn run(
 ) -> Result<()> {
     let mesh = job::read_mesh(folder, tile)?;
     let seam = Seam::read(folder, tile)?;
-    let (surface, ends) = joined(mesh, &seam, &Decided::read(folder, tile)?);
+    let (surface, ends) = joined(plan, mesh, &seam, &Decided::read(folder, tile)?);
     let pinned = pinned(&surface, &ends);
     let cloud = if plan.colors { Some(colored(folder, tile)?) } else { None };
     let mut finest = Light::default();
@@ -95,19 +95,24 @@ fn pinned(s: &TileSurface, ends: &[bool]) -> Vec<bool> {
 }
 
 /// The tile's surface with what was decided for it, and at which of its vertices it ends at other tiles.
-fn joined(mut s: TileSurface, seam: &Seam, decided: &Decided) -> (TileSurface, Vec<bool>) {
+/// Those that come to one place of the grid are one, as they are for the tiles beside it: triangles between
+/// them have no area, and go.
+fn joined(plan: &Plan, mut s: TileSurface, seam: &Seam, decided: &Decided) -> (TileSurface, Vec<bool>) {
     let of = |part: u32| decided.parts.get(part as usize).copied().unwrap_or(2);
-    let mut number: FxHashMap<_, u32> = FxHashMap::default();
     let ends = seam.cut.iter().flat_map(|e| e.at).map(key).collect::<FxHashSet<_>>();
+    // The vertex at each place where the tile ends.
+    let mut at: FxHashMap<Key, u32> = FxHashMap::default();
+    let mut joined: Vec<u32> = (0..s.positions.len() as u32).collect();
     for (v, p) in s.positions.iter().enumerate().filter(|(_, p)| ends.contains(&key(**p))) {
-        number.insert(key(*p), v as u32);
+        joined[v] = *at.entry(key(on_grid(plan, *p))).or_insert(v as u32);
     }
+    s.triangles.iter_mut().flatten().for_each(|v| *v = joined[*v as usize]);
     for (places, part) in &decided.closing {
         let n = cross(sub(places[1], places[0]), sub(places[2], places[0]));
         let length = dot(n, n).sqrt().max(f64::MIN_POSITIVE);
         let (error, longest) = (s.error.first().copied(), s.longest.first().copied());
         let triangle = places.map(|p| {
-            *number.entry(key(p)).or_insert_with(|| {
+            *at.entry(key(on_grid(plan, p))).or_insert_with(|| {
                 s.positions.push(p);
                 s.normals.push(n.map(|x| (x / length) as f32));
                 s.part.push(*part);
@@ -118,7 +123,7 @@ fn joined(mut s: TileSurface, seam: &Seam, decided: &Decided) -> (TileSurface, V
         });
         s.triangles.push(triangle);
     }
-    s.triangles.retain(|t| of(s.part[t[0] as usize]) != 2);
+    s.triangles.retain(|&[a, b, c]| of(s.part[a as usize]) != 2 && a != b && b != c && c != a);
     for t in &mut s.triangles {
         if of(s.part[t[0] as usize]) == 1 {
             t.swap(1, 2);
@@ -129,8 +134,9 @@ fn joined(mut s: TileSurface, seam: &Seam, decided: &Decided) -> (TileSurface, V
             *n = n.map(|x| -x);
         }
     }
+    let ends: FxHashSet<Key> = at.values().map(|&v| key(s.positions[v as usize])).collect();
     let s = compact(s);
-    let ends = s.positions.iter().map(|p| number.contains_key(&key(*p))).collect();
+    let ends = s.positions.iter().map(|p| ends.contains(&key(*p))).collect();
     (s, ends)
 }
 
@@ -146,12 +152,15 @@ fn colored(folder: Folder<'_>, tile: usize) -> Result<PointCloud> {
 
 /// The surface in the user's frame, on the grid of lengths.
 fn placed(plan: &Plan, s: &TileSurface) -> TriMesh {
-    let survey = plan.known.survey();
-    let step = step(plan);
-    let place = |p: &[f64; 3]| survey.to_user(*p).map(|x| (x / step).round() * step);
-    let mut mesh = TriMesh::new(s.positions.iter().map(place).collect(), s.triangles.clone());
+    let mut mesh = TriMesh::new(s.positions.iter().map(|p| on_grid(plan, *p)).collect(), s.triangles.clone());
     mesh.normals = Some(s.normals.clone());
     mesh
+}
+
+/// A place of the normalised frame in the user's, on the grid of lengths.
+fn on_grid(plan: &Plan, p: [f64; 3]) -> [f64; 3] {
+    let step = step(plan);
+    plan.known.to_user(p).map(|x| (x / step).round() * step)
 }
 
 /// The step of the grid of lengths that vertices lie on, in the user's unit: a power of two.
@@ -217,12 +226,11 @@ fn write_glb(
     for n in mesh.normals.iter_mut().flatten() {
         *n = [n[0], n[2], -n[1]];
     }
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make it", e))?;
-    }
+    store::make_folder_of(path)?;
     let mut how = SaveMesh::default().with_texture(png.as_deref().map(Texture::Png));
     how.stop = stop.clone();
     save_mesh(path, &mesh, &how)?;
+    discard_begun(path);
     Ok(())
 }
 

@@ -19,44 +19,51 @@ use std::path::PathBuf;
 
 /// Points that are read and written at once.
 const BLOCK: usize = 1 << 15;
+/// Rows of all tiles together that are held until it is their turn.
+const ROWS: u64 = 1 << 20;
 
-/// Where the points of a tile go, in the order of their rows.
+/// Where the points of a tile go, in the order of their rows. The file is opened anew for each piece: a
+/// process may have a thousand files open, and a scan many more tiles.
 struct Moved {
-    rows: File,
-    places: File,
     path: PathBuf,
-    left: u64,
+    /// Rows of the file, and those that were read.
+    rows: u64,
+    read: u64,
+    /// Rows that are read at once.
+    most: u64,
     /// The next ones, the first last.
     next: Vec<(u64, [f64; 3])>,
 }
 
 impl Moved {
-    fn open(folder: Folder<'_>, tile: usize) -> Result<Self> {
+    fn open(folder: Folder<'_>, tile: usize, most: u64) -> Result<Self> {
         let path = folder.moved(tile);
         let io = |e| Error::io(&path, "read it", e);
-        let (mut rows, mut places) = (File::open(&path).map_err(io)?, File::open(&path).map_err(io)?);
         let mut count = [0; 8];
-        rows.read_exact(&mut count).map_err(io)?;
-        let left = u64::from_le_bytes(count);
-        places.seek(SeekFrom::Start(8 + 8 * left + 8)).map_err(io)?;
-        let mut moved = Self { rows, places, left, next: Vec::new(), path };
+        File::open(&path).and_then(|mut file| file.read_exact(&mut count)).map_err(io)?;
+        let mut moved = Self { rows: u64::from_le_bytes(count), read: 0, most, next: Vec::new(), path };
         moved.fill()?;
         Ok(moved)
     }
     fn fill(&mut self) -> Result<()> {
-        const MOST: u64 = 4096;
-        if !self.next.is_empty() || self.left == 0 {
+        if !self.next.is_empty() || self.read == self.rows {
             return Ok(());
         }
-        let n = self.left.min(MOST) as usize;
+        let n = (self.rows - self.read).min(self.most);
         let io = |e| Error::io(&self.path, "read it", e);
-        let (mut rows, mut places) = (vec![0; 8 * n], vec![0; 24 * n]);
-        self.rows.read_exact(&mut rows).map_err(io)?;
-        self.places.read_exact(&mut places).map_err(io)?;
+        let mut file = File::open(&self.path).map_err(io)?;
+        let mut bytes = |at: u64, length: u64| {
+            let mut bytes = vec![0; length as usize];
+            file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes)).map_err(io)?;
+            Ok::<_, Error>(bytes)
+        };
+        // Each list has its length before it.
+        let rows = bytes(8 + 8 * self.read, 8 * n)?;
+        let places = bytes(8 + 8 * self.rows + 8 + 24 * self.read, 24 * n)?;
         let place = |p: &[u8]| [0, 8, 16].map(|at| f64::get(&p[at..]));
         self.next = rows.chunks_exact(8).map(u64::get).zip(places.chunks_exact(24).map(place)).collect();
         self.next.reverse();
-        self.left -= n as u64;
+        self.read += n;
         Ok(())
     }
     /// The next row.
@@ -77,7 +84,9 @@ pub(crate) fn points(plan: &Plan, folder: Folder<'_>, number: usize, stop: &Stop
     scan.check()?;
     let before: u64 = plan.scans[..number].iter().map(|s| s.points).sum();
     let of_file = plan.tiles.iter().enumerate().filter(|(_, t)| t.files.contains(&(number as u32)));
-    let mut tiles = of_file.map(|(k, _)| Moved::open(folder, k)).collect::<Result<Vec<_>>>()?;
+    let of_file: Vec<usize> = of_file.map(|(k, _)| k).collect();
+    let most = (ROWS / of_file.len().max(1) as u64).clamp(64, 4096);
+    let mut tiles = of_file.iter().map(|&k| Moved::open(folder, k, most)).collect::<Result<Vec<_>>>()?;
     let mut heap = std::collections::BinaryHeap::new();
     for (k, tile) in tiles.iter_mut().enumerate() {
         // Points of the files before.
@@ -86,9 +95,7 @@ pub(crate) fn points(plan: &Plan, folder: Folder<'_>, number: usize, stop: &Stop
         }
         heap.extend(tile.row().map(|r| std::cmp::Reverse((r, k))));
     }
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make it", e))?;
-    }
+    store::make_folder_of(path)?;
     let mut rows = Rows::open(&scan.file, stop)?;
     let mut writer = RowsWriter::create(&rows, path)?;
     let mut block = RowBlock::default();
@@ -115,83 +122,83 @@ pub(crate) fn points(plan: &Plan, folder: Folder<'_>, number: usize, stop: &Stop
     Ok(())
 }
 
+/// Numbers of the vertices of all tiles, one tile after the other: those that tiles share have one.
+#[derive(Default)]
+struct Numbers {
+    shared: FxHashMap<Key, u64>,
+    next: u64,
+}
+
+impl Numbers {
+    /// For each vertex of the next tile its number, and whether no tile before has it. Counted anew from 0,
+    /// the tiles get the same numbers again.
+    fn of(&mut self, tile: &Light) -> Vec<(u64, bool)> {
+        let number = |(p, shared): (&[f64; 3], &u8)| {
+            let number =
+                if *shared == 1 { *self.shared.entry(key(*p)).or_insert(self.next) } else { self.next };
+            let is_new = number == self.next;
+            self.next += u64::from(is_new);
+            (number, is_new)
+        };
+        tile.positions.iter().zip(&tile.shared).map(number).collect()
+    }
+}
+
 /// Writes the surface as one PLY file: vertices that tiles share are there once.
 pub(crate) fn surface(plan: &Plan, folder: Folder<'_>, stop: &Stop) -> Result<()> {
     let Some(path) = &plan.surface else { return Ok(()) };
-    // The number of each shared vertex.
-    let mut shared: FxHashMap<Key, u32> = FxHashMap::default();
-    let (mut vertices, mut faces) = (0u64, 0u64);
-    for tile in 0..plan.tiles.len() {
-        let light = Light::read(folder, tile)?;
-        faces += light.triangles.len() as u64;
-        for (p, s) in light.positions.iter().zip(&light.shared) {
-            if *s == 0 {
-                vertices += 1;
-            } else if let std::collections::hash_map::Entry::Vacant(new) = shared.entry(key(*p)) {
-                new.insert(u32::MAX);
-                vertices += 1;
-            }
-        }
+    let tile = |tile| {
+        stop.check("writing")?;
+        Light::read(folder, tile)
+    };
+    let tiles = 0..plan.tiles.len();
+    let (mut numbers, mut faces) = (Numbers::default(), 0);
+    for k in tiles.clone() {
+        let light = tile(k)?;
+        faces += light.triangles.len();
+        numbers.of(&light);
     }
-    if vertices >= u64::from(u32::MAX) {
+    let vertices = numbers.next;
+    // Many programs read them with a sign.
+    if vertices > i32::MAX as u64 {
         return Err(Error::refused(
-            format!("the surface has {vertices} vertices, and one PLY file holds 4 thousand million"),
+            format!("the surface has {vertices} vertices, and one PLY file names 2147483647"),
             "Ask for tiles (--tileset) instead",
         ));
     }
-    let colored = plan.colors;
     store::whole(path, |out| {
         let colors =
-            if colored { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };
+            if plan.colors { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };
         let head = format!(
             "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty double x\nproperty \
              double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float \
              nz\n{colors}element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
         );
         out.bytes(head.as_bytes())?;
-        let mut next = 0u32;
         let mut bytes = Vec::new();
-        for tile in 0..plan.tiles.len() {
-            stop.check("writing")?;
-            let light = Light::read(folder, tile)?;
-            for v in 0..light.positions.len() {
-                if light.shared[v] == 1 {
-                    let number = shared.entry(key(light.positions[v])).or_insert(u32::MAX);
-                    if *number != u32::MAX {
-                        continue;
-                    }
-                    *number = next;
+        numbers.next = 0;
+        for k in tiles.clone() {
+            let light = tile(k)?;
+            for (v, (_, is_new)) in numbers.of(&light).into_iter().enumerate() {
+                if !is_new {
+                    continue;
                 }
-                next += 1;
                 light.positions[v].iter().for_each(|x| x.put(&mut bytes));
                 light.normals[v].iter().for_each(|x| x.put(&mut bytes));
-                if colored {
+                if plan.colors {
                     bytes.extend(light.colors[v]);
                 }
             }
             out.bytes(&bytes)?;
             bytes.clear();
         }
-        let mut next = 0u32;
-        let mut written: rustc_hash::FxHashSet<Key> = rustc_hash::FxHashSet::default();
-        for tile in 0..plan.tiles.len() {
-            stop.check("writing")?;
-            let light = Light::read(folder, tile)?;
-            let mut number = Vec::with_capacity(light.positions.len());
-            for (p, s) in light.positions.iter().zip(&light.shared) {
-                if *s == 1 {
-                    number.push(shared[&key(*p)]);
-                    if !written.insert(key(*p)) {
-                        continue;
-                    }
-                } else {
-                    number.push(next);
-                }
-                next += 1;
-            }
+        numbers.next = 0;
+        for k in tiles {
+            let light = tile(k)?;
+            let number = numbers.of(&light);
             for t in &light.triangles {
                 bytes.push(3);
-                t.iter().for_each(|&v| number[v as usize].put(&mut bytes));
+                t.iter().for_each(|&v| (number[v as usize].0 as u32).put(&mut bytes));
             }
             out.bytes(&bytes)?;
             bytes.clear();
@@ -202,7 +209,7 @@ pub(crate) fn surface(plan: &Plan, folder: Folder<'_>, stop: &Stop) -> Result<()
 
 /// Writes what names the tiles of the surface: 3D Tiles 1.1, each tile with its levels of detail. Tiles are
 /// where the scan's coordinates say, z up.
-pub(crate) fn tileset(plan: &Plan, folder: Folder<'_>) -> Result<()> {
+pub(crate) fn tileset(plan: &Plan, folder: Folder<'_>, stop: &Stop) -> Result<()> {
     let Some(path) = &plan.tileset else { return Ok(()) };
     let step = step(plan);
     let mut children = Vec::new();
@@ -210,6 +217,7 @@ pub(crate) fn tileset(plan: &Plan, folder: Folder<'_>) -> Result<()> {
     let mut coarsest = 0.0f64;
     let mut lights = Vec::new();
     for tile in 0..plan.tiles.len() {
+        stop.check("writing")?;
         let light = Light::read(folder, tile)?;
         if light.triangles.is_empty() {
             continue;

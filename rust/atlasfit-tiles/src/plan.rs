@@ -67,29 +67,6 @@ impl Options {
     }
 }
 
-/// What is known of the whole scan: see [`Survey`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the names are those of Survey")]
-pub struct Known {
-    pub origin: [f64; 3],
-    pub scale: f64,
-    pub spacing: f64,
-    pub lonely: f64,
-    pub tube_noise: f64,
-    pub noise: f64,
-    pub voxel: f64,
-    pub points: usize,
-}
-
-impl Known {
-    /// As the core takes it.
-    #[must_use]
-    pub fn survey(&self) -> Survey {
-        let &Self { origin, scale, spacing, lonely, tube_noise, noise, voxel, points } = self;
-        Survey { origin, scale, spacing, lonely, tube_noise, noise, voxel, points }
-    }
-}
-
 /// A task: one command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Task {
@@ -112,14 +89,14 @@ pub struct Task {
 /// The plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Which plans these are: 1.
+    /// Which plans these are: 2.
     pub version: u32,
     /// The scan.
     pub scans: Vec<Scan>,
     /// How to denoise.
     pub options: Options,
     /// What is known of the whole scan.
-    pub known: Known,
+    pub known: Survey,
     /// Width of what a tile is computed with about it, in the scan's unit.
     pub halo: f64,
     /// Points with a coordinate that is not finite.
@@ -130,6 +107,10 @@ pub struct Plan {
     pub tree: Tree,
     /// The tiles.
     pub tiles: Vec<Tile>,
+    /// Points of a tile at the most, as far as space can be cut so.
+    pub tile_points: u64,
+    /// Folder of the denoised points.
+    pub points: Option<PathBuf>,
     /// The surface as one file.
     pub surface: Option<PathBuf>,
     /// The surface in tiles.
@@ -144,9 +125,14 @@ impl Plan {
     /// Reads a work folder's plan.
     ///
     /// # Errors
-    /// [`Error::Io`] where there is none, [`Error::Refused`] where it is of another version.
+    /// [`Error::File`] where it cannot be read; [`Error::Refused`] where there is none, or one of another
+    /// version.
     pub fn read(folder: &Path) -> Result<Self> {
         let file = Folder(folder).plan();
+        if !file.exists() {
+            let what = format!("{}: there is no plan", file.display());
+            return Err(Error::refused(what, "Give the work folder of `atlasfit tiles plan`"));
+        }
         let text = std::fs::read_to_string(&file).map_err(|e| Error::io(&file, "read it", e))?;
         let plan: Self = serde_json::from_str(&text)
             .map_err(|e| Error::refused(format!("{}: {e}", file.display()), "Make the plan again"))?;
@@ -167,7 +153,7 @@ impl Plan {
 }
 
 /// Which plans this program makes and reads.
-pub(crate) const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 2;
 
 impl Scan {
     /// The file as it is now, with so many points.

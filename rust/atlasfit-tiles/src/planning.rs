@@ -6,7 +6,7 @@
 use crate::cut::{Cells, Tree};
 use crate::error::{Error, Result};
 use crate::folder::{Folder, ROW_BYTES, Row};
-use crate::plan::{Known, Options, Plan, Scan, Tile, VERSION, absolute};
+use crate::plan::{Options, Plan, Scan, Tile, VERSION, absolute};
 use crate::{store, tasks};
 use atlasfit::pipeline::survey::{Survey, survey};
 use atlasfit::{DenoiseOptions, Run, Stop};
@@ -64,21 +64,22 @@ struct Pass {
 /// [`Error`]: files that cannot be read, or that do not fit together; too little room on the disk; points
 /// that are no surface; and where `run` is stopped.
 pub fn plan(request: &Request, run: &mut Run<'_>, stop: &Stop) -> Result<Plan> {
+    let request = &request.absolute()?;
     let folder = Folder(&request.folder);
+    request.check_outputs()?;
     if let Ok(plan) = Plan::read(&request.folder)
         && plan.is_of(request, run.seed)
         && plan.check_scans().is_ok()
     {
         return Ok(plan);
     }
-    std::fs::create_dir_all(&request.folder).map_err(|e| Error::io(&request.folder, "make it", e))?;
-    let _lock = folder.lock()?;
+    let _lock = folder.take()?;
     folder.clear()?;
     let pass = pass(request, folder, stop)?;
-    let known = known(request, folder, &pass, run)?;
-    let halo = known.survey().halo();
+    let known = known(request, folder, &pass, run, stop)?;
+    let halo = known.halo();
     let tree = Tree::new(&mut pass.cells.sorted(), pass.cells.side(), request.tile_points.max(1))?;
-    let tiles = distribute(folder, &tree, halo, &pass, stop)?;
+    let tiles = distribute(folder, &tree, halo, stop)?;
     let _ = std::fs::remove_file(folder.raw());
     let mut plan = Plan {
         version: VERSION,
@@ -89,13 +90,15 @@ pub fn plan(request: &Request, run: &mut Run<'_>, stop: &Stop) -> Result<Plan> {
         colors: pass.colors,
         tree,
         tiles,
-        surface: request.surface.as_deref().map(absolute).transpose()?,
-        tileset: request.tileset.as_deref().map(absolute).transpose()?,
+        tile_points: request.tile_points,
+        points: request.points.clone(),
+        surface: request.surface.clone(),
+        tileset: request.tileset.clone(),
         scans: pass.scans,
         notes: pass.notes,
         tasks: Vec::new(),
     };
-    plan.tasks = tasks::of(&plan, &absolute(&request.folder)?);
+    plan.tasks = tasks::of(&plan, &request.folder);
     let text =
         serde_json::to_string_pretty(&plan).map_err(|e| Error::refused(e.to_string(), "Report this"))?;
     store::text(&folder.plan(), &text)?;
@@ -103,6 +106,36 @@ pub fn plan(request: &Request, run: &mut Run<'_>, stop: &Stop) -> Result<Plan> {
 }
 
 impl Request {
+    /// The same with paths that mean the same from every folder.
+    fn absolute(&self) -> Result<Self> {
+        let whole = |path: &Option<PathBuf>| path.as_deref().map(absolute).transpose();
+        Ok(Self {
+            scans: self.scans.iter().map(|s| absolute(s)).collect::<Result<_>>()?,
+            folder: absolute(&self.folder)?,
+            surface: whole(&self.surface)?,
+            points: whole(&self.points)?,
+            tileset: whole(&self.tileset)?,
+            ..self.clone()
+        })
+    }
+
+    /// Fails where a result could not be written: the work before it may take days. Makes the folders.
+    fn check_outputs(&self) -> Result<()> {
+        // Any name tells whether a folder takes files.
+        let folders = [&self.points, &self.tileset].into_iter().flatten().map(|f| f.join("tileset.json"));
+        for output in self.surface.iter().cloned().chain(folders) {
+            if output.starts_with(&self.folder) {
+                return Err(Error::refused(
+                    format!("{} lies in the work folder {}", output.display(), self.folder.display()),
+                    "Give the results another folder, or the work (--work)",
+                ));
+            }
+            store::make_folder_of(&output)?;
+            atlasfit_io::check_output(&output)?;
+        }
+        Ok(())
+    }
+
     fn options(&self, seed: u64) -> Options {
         let o = &self.options;
         Options {
@@ -123,17 +156,12 @@ impl Request {
 impl Plan {
     /// Whether this plan is what the request asks for.
     fn is_of(&self, request: &Request, seed: u64) -> bool {
-        let same = |a: &Option<PathBuf>, b: &Option<PathBuf>| {
-            b.as_deref().map(|b| absolute(b).ok()).unwrap_or_default() == *a
-        };
-        let files: Vec<Option<PathBuf>> = request.scans.iter().map(|s| absolute(s).ok()).collect();
-        let points = self.scans.first().and_then(|s| s.denoised.as_ref()?.parent().map(Path::to_owned));
         self.options == request.options(seed)
-            && self.scans.iter().map(|s| Some(s.file.clone())).eq(files)
-            && same(&self.surface, &request.surface)
-            && same(&self.tileset, &request.tileset)
-            && same(&points, &request.points)
-            && self.tiles.iter().all(|t| t.own <= request.tile_points || self.tiles.len() == 1)
+            && self.scans.iter().map(|s| &s.file).eq(&request.scans)
+            && self.surface == request.surface
+            && self.tileset == request.tileset
+            && self.points == request.points
+            && self.tile_points == request.tile_points
     }
 }
 
@@ -164,7 +192,7 @@ fn pass(request: &Request, folder: Folder<'_>, stop: &Stop) -> Result<Pass> {
                 ));
             }
             if let Some(points) = &request.points {
-                scan.denoised = Some(absolute(&points.join(name(file, k, rows.extension())))?);
+                scan.denoised = Some(points.join(name(file, k, rows.extension())));
             }
             let mut block = RowBlock::default();
             let mut bytes = Vec::new();
@@ -242,7 +270,13 @@ fn announced(request: &Request, stop: &Stop) -> Result<Vec<u64>> {
 }
 
 /// What is known of the whole, from windows of it.
-fn known(request: &Request, folder: Folder<'_>, pass: &Pass, run: &mut Run<'_>) -> Result<Known> {
+fn known(
+    request: &Request,
+    folder: Folder<'_>,
+    pass: &Pass,
+    run: &mut Run<'_>,
+    stop: &Stop,
+) -> Result<Survey> {
     let points = pass.points;
     let windows = if points <= SAMPLE { Vec::new() } else { windows(pass) };
     let within = |p: &[f64; 3]| {
@@ -250,12 +284,11 @@ fn known(request: &Request, folder: Folder<'_>, pass: &Pass, run: &mut Run<'_>) 
     };
     let mut sample = Vec::new();
     folder.each_raw(|rows| {
+        stop.check("reading")?;
         sample.extend(rows.iter().map(|r| r.position).filter(|p| within(p)));
         Ok(())
     })?;
-    let found = survey(&sample, &pass.spread, points as usize, &request.options, run)?;
-    let Survey { origin, scale, spacing, lonely, tube_noise, noise, voxel, points } = found;
-    Ok(Known { origin, scale, spacing, lonely, tube_noise, noise, voxel, points })
+    Ok(survey(&sample, &pass.spread, points as usize, &request.options, run)?)
 }
 
 /// A cube of space.
@@ -279,13 +312,13 @@ fn windows(pass: &Pass) -> Vec<Window> {
             continue;
         }
         next += 1;
-        let around = |reach: i64| -> u64 {
-            let near = |c: &&([i64; 3], u64)| (0..3).all(|k| (c.0[k] - cell[k]).abs() <= reach);
+        let around = |reach: u64| -> u64 {
+            let near = |c: &&([i64; 3], u64)| (0..3).all(|k| c.0[k].abs_diff(cell[k]) <= reach);
             cells.iter().filter(near).map(|c| c.1).sum()
         };
-        let mut reach = 0;
-        while around(reach) < SAMPLE / WINDOWS && reach < 1 << 40 {
-            reach = (2 * reach).max(1);
+        let mut reach = 0u64;
+        while around(reach) < SAMPLE / WINDOWS {
+            reach = reach.saturating_mul(2).max(1);
         }
         // Between the last two: too many points take long, too few say little.
         let mut low = reach / 2;
@@ -300,7 +333,7 @@ fn windows(pass: &Pass) -> Vec<Window> {
 }
 
 /// Writes each point to the tiles that are computed with it.
-fn distribute(folder: Folder<'_>, tree: &Tree, halo: f64, pass: &Pass, stop: &Stop) -> Result<Vec<Tile>> {
+fn distribute(folder: Folder<'_>, tree: &Tree, halo: f64, stop: &Stop) -> Result<Vec<Tile>> {
     let n = tree.tiles();
     let mut tiles = vec![Tile { own: 0, with_halo: 0, files: Vec::new() }; n];
     let mut buffers: Vec<Vec<u8>> = vec![Vec::new(); n];
@@ -333,7 +366,6 @@ fn distribute(folder: Folder<'_>, tree: &Tree, halo: f64, pass: &Pass, stop: &St
     for (t, buffer) in buffers.iter().enumerate() {
         folder.append_tile(t, buffer)?;
     }
-    debug_assert!(pass.points >= tiles.iter().map(|t| t.own).sum());
     Ok(tiles)
 }
 

@@ -9,6 +9,7 @@ use crate::plan::{Plan, Task, Tile};
 use crate::tasks::{self, Kind};
 use crate::{job, light, merge, seams, store};
 use atlasfit::{Run, Stop};
+use atlasfit_io::discard_begun;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
@@ -60,7 +61,7 @@ pub fn task(plan: &Plan, folder: &Path, name: &str, run: &mut Run<'_>, stop: &St
         return Err(Error::refused(format!("the plan has no task {name}"), "See `tasks` in plan.json"));
     };
     if task.is_done() {
-        task.outputs.iter().for_each(|o| store::sweep(o));
+        task.outputs.iter().for_each(|o| discard_begun(o));
         return Ok(());
     }
     if let Some(before) = plan.tasks.iter().find(|t| task.after.contains(&t.name) && !t.is_done()) {
@@ -74,16 +75,17 @@ pub fn task(plan: &Plan, folder: &Path, name: &str, run: &mut Run<'_>, stop: &St
     let at = Folder(folder);
     let done = match kind {
         Kind::Tile(k) => job::run(plan, at, k, run),
-        Kind::Seams => seams::run(plan, at, run),
+        Kind::Seams => seams::run(plan, at, run, stop),
         Kind::Light(k) => light::run(plan, at, k, run, stop),
         Kind::Points(k) => merge::points(plan, at, k, stop),
         Kind::Surface => merge::surface(plan, at, stop),
-        Kind::Tileset => merge::tileset(plan, at),
+        Kind::Tileset => merge::tileset(plan, at, stop),
     };
     // Where another process was first, the outputs are there all the same.
     let done = if task.is_done() { Ok(()) } else { done };
     if done.is_ok() {
-        task.outputs.iter().for_each(|o| store::sweep(o));
+        // What killed processes have left.
+        task.outputs.iter().for_each(|o| discard_begun(o));
     }
     let log = Log {
         seconds: started.elapsed().as_secs_f64(),
@@ -98,25 +100,6 @@ pub fn task(plan: &Plan, folder: &Path, name: &str, run: &mut Run<'_>, stop: &St
     // A full disk must not hide why the task failed.
     let noted = store::text(&there, &serde_json::to_string(&log).unwrap_or_default());
     done.and(noted)
-}
-
-/// Runs all tasks that are left, one after the other; `told` hears of each before it starts.
-///
-/// # Errors
-/// As [`task`]. The first failure ends it.
-pub fn all(
-    plan: &Plan,
-    folder: &Path,
-    new_run: &mut dyn FnMut() -> Run<'static>,
-    stop: &Stop,
-    told: &mut dyn FnMut(usize, &Task),
-) -> Result<()> {
-    for (i, one) in plan.tasks.iter().enumerate().filter(|(_, t)| !t.is_done()) {
-        stop.check("running tasks").map_err(Error::Core)?;
-        told(i, one);
-        task(plan, folder, &one.name, &mut new_run(), stop)?;
-    }
-    Ok(())
 }
 
 /// What a record says.

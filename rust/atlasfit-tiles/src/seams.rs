@@ -10,17 +10,20 @@
 
 use crate::error::Result;
 use crate::folder::Folder;
-use crate::job::{End, Key, Seam, Sums, dot, key, sub};
+use crate::job::{End, Key, Seam, Sums, key};
 use crate::plan::Plan;
+use crate::rings::{Placed, ordered, placed, rings};
 use crate::store;
-use atlasfit::Run;
 use atlasfit::pipeline::tile::close_ring;
+use atlasfit::{Run, Stop};
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Ends of borders that two tiles put to different places are one up to this distance, in spacings.
 const SAME_END: f64 = 4.0;
+/// What an error calls this work where it was stopped.
+const SEAMS: &str = "joining tiles";
 
 /// What was decided, in numbers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -100,87 +103,103 @@ impl Sets {
     }
 }
 
-/// An edge of a tile, by where it is: its ends' keys, and whether the tile has them in this order.
-struct Placed {
-    tile: u32,
-    end: End,
+/// What all tiles have written of where they end.
+struct Ends {
+    /// The number of each tile's first part among those of all tiles; at last, how many there are.
+    first: Vec<u32>,
+    /// Of each part of all tiles.
+    sums: Vec<Sums>,
+    /// How much two parts agree: edges along which they face alike, less those along which they do not.
+    agree: BTreeMap<[u32; 2], f64>,
+    /// Edges at which two tiles meet.
+    seam_edges: usize,
+    /// Edges that fit no other, in an order that is always the same.
+    loose: Vec<Placed>,
+    /// Edges of the surface's boundaries, with their tiles.
+    borders: Vec<(u32, End)>,
+    /// Edges that triangles have already, between places where tiles end.
+    across: FxHashSet<[Key; 2]>,
 }
 
-/// An edge without its direction.
-fn ordered([a, b]: [Key; 2]) -> [Key; 2] {
-    if a <= b { [a, b] } else { [b, a] }
-}
-
-fn placed(end: &End) -> ([Key; 2], bool) {
-    let [a, b] = end.at.map(key);
-    if a <= b { ([a, b], true) } else { ([b, a], false) }
-}
-
-/// Decides, and writes it.
-pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<()> {
-    let tiles = plan.tiles.len();
-    let mut first = vec![0u32];
-    let mut sums: Vec<Sums> = Vec::new();
-    let mut edges: FxHashMap<[Key; 2], Vec<Placed>> = FxHashMap::default();
-    let mut borders: Vec<(u32, End)> = Vec::new();
-    // Edges that triangles have already, between places where tiles end.
-    let mut across: FxHashSet<[Key; 2]> = FxHashSet::default();
-    let mut seam_edges = 0;
-    for tile in 0..tiles {
-        let seam = Seam::read(folder, tile)?;
-        sums.extend(&seam.parts);
-        first.push(sums.len() as u32);
-        for end in seam.cut {
-            edges.entry(placed(&end).0).or_default().push(Placed { tile: tile as u32, end });
-        }
-        across.extend(seam.across.into_iter().map(|e| ordered(e.map(key))));
-        borders.extend(seam.border.into_iter().map(|e| (tile as u32, e)));
-    }
-    let node = |tile: u32, part: u32| first[tile as usize] + part;
-    // Agreement between parts, in edges; what fits nothing.
-    let mut agree: BTreeMap<[u32; 2], f64> = BTreeMap::new();
-    let mut loose: Vec<Placed> = Vec::new();
-    for (_, of) in edges {
-        match &of[..] {
-            [a, b] => {
-                across.insert(placed(&a.end).0);
-                seam_edges += 1;
-                let [x, y] = [a, b].map(|e| node(e.tile, e.end.part));
-                let alike = placed(&a.end).1 != placed(&b.end).1;
-                *agree.entry([x.min(y), x.max(y)]).or_default() += if alike { 1.0 } else { -1.0 };
+impl Ends {
+    fn read(tiles: usize, folder: Folder<'_>, stop: &Stop) -> Result<Self> {
+        let (mut first, mut sums, mut borders) = (vec![0], Vec::new(), Vec::new());
+        let mut edges: FxHashMap<[Key; 2], Vec<Placed>> = FxHashMap::default();
+        let mut across = FxHashSet::default();
+        for tile in 0..tiles as u32 {
+            stop.check(SEAMS)?;
+            let seam = Seam::read(folder, tile as usize)?;
+            sums.extend(&seam.parts);
+            first.push(sums.len() as u32);
+            for end in seam.cut {
+                edges.entry(placed(&end).0).or_default().push(Placed { tile, end });
             }
-            _ => loose.extend(of),
+            across.extend(seam.across.into_iter().map(|e| ordered(e.map(key))));
+            borders.extend(seam.border.into_iter().map(|e| (tile, e)));
         }
-    }
-    let order = |e: &Placed| (e.tile, e.end.at.map(key));
-    loose.sort_unstable_by_key(order);
-    let mut strongest: Vec<([u32; 2], f64)> = agree.into_iter().collect();
-    strongest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
-    let mut sets = Sets::new(sums.len());
-    let mut one_sided = false;
-    for ([a, b], sum) in strongest {
-        let ((x, s), (y, t)) = (sets.find(a), sets.find(b));
-        if x == y {
-            one_sided |= (s ^ t) != (sum < 0.0);
-        } else {
-            sets.join(a, b, sum < 0.0);
+        let (agree, loose) = (BTreeMap::new(), Vec::new());
+        let mut ends = Self { first, sums, agree, seam_edges: 0, loose, borders, across };
+        for of in edges.into_values() {
+            let [a, b] = &of[..] else {
+                ends.loose.extend(of);
+                continue;
+            };
+            let (edge, along) = placed(&a.end);
+            ends.across.insert(edge);
+            ends.seam_edges += 1;
+            let [x, y] = [a, b].map(|e| ends.part(e));
+            let alike = if along != placed(&b.end).1 { 1.0 } else { -1.0 };
+            *ends.agree.entry([x.min(y), x.max(y)]).or_default() += alike;
         }
+        ends.loose.sort_unstable_by_key(|e| (e.tile, e.end.at.map(key)));
+        Ok(ends)
     }
-    // Rings.
-    let spacing = plan.known.spacing;
-    let mut rings = rings(&loose, SAME_END * spacing);
-    let mut decided: Vec<Decided> = (0..tiles)
-        .map(|t| Decided { parts: vec![0; (first[t + 1] - first[t]) as usize], closing: Vec::new() })
-        .collect();
-    let mut summary = Summary { seam_edges, one_sided, ..Summary::default() };
-    let mut new_borders: Vec<[Key; 2]> = Vec::new();
-    let mut open_parts: Vec<u32> = Vec::new();
-    for ring in &mut rings {
+
+    /// The number of an edge's part among those of all tiles.
+    fn part(&self, e: &Placed) -> u32 {
+        self.first[e.tile as usize] + e.end.part
+    }
+
+    /// Which parts hang together, and whether two of them face opposite ways; whether something is
+    /// one-sided.
+    fn facing(&self) -> (Sets, bool) {
+        let mut strongest: Vec<([u32; 2], f64)> = self.agree.iter().map(|(p, s)| (*p, *s)).collect();
+        strongest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
+        let mut sets = Sets::new(self.sums.len());
+        let mut one_sided = false;
+        for ([a, b], sum) in strongest {
+            let ((x, s), (y, t)) = (sets.find(a), sets.find(b));
+            if x == y {
+                one_sided |= (s ^ t) != (sum < 0.0);
+            } else {
+                sets.join(a, b, sum < 0.0);
+            }
+        }
+        (sets, one_sided)
+    }
+}
+
+/// Rings closed with triangles.
+#[derive(Default)]
+struct Closed {
+    /// For each triangle its tile, its places, and the part of the tile.
+    triangles: Vec<(u32, [[f64; 3]; 3], u32)>,
+    /// Edges that the closing triangles add to the boundaries.
+    borders: Vec<[Key; 2]>,
+    /// Parts, of all tiles, at rings that could not be closed.
+    open_parts: Vec<u32>,
+    rings: usize,
+    cracks: usize,
+}
+
+/// Closes the rings of edges that fit nothing, and joins the parts about each.
+fn close(ends: &mut Ends, sets: &mut Sets, spacing: f64, run: &mut Run<'_>) -> Result<Closed> {
+    let mut closed = Closed::default();
+    for mut ring in rings(&ends.loose, SAME_END * spacing) {
         let Some(&(lead, forward)) = ring.edges.iter().flatten().next() else { continue };
-        let lead = &loose[lead];
         // An edge between two ends of a border is border itself.
         if ring.corners.len() == 2 && ring.edges.contains(&None) {
-            new_borders.push([ring.corners[0], ring.corners[1]]);
+            closed.borders.push([ring.corners[0], ring.corners[1]]);
             continue;
         }
         // The closing triangles run against the tile's own edge.
@@ -190,79 +209,121 @@ pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>) -> Result<
         let mut taken: Vec<[u32; 2]> = Vec::new();
         for (i, a) in ring.places.iter().enumerate() {
             for (k, b) in ring.places[..i].iter().enumerate() {
-                if across.contains(&ordered([key(*a), key(*b)])) {
+                if ends.across.contains(&ordered([key(*a), key(*b)])) {
                     taken.push([k as u32, i as u32]);
                 }
             }
         }
-        let closed = run.execute(|ctx| close_ring(&ring.places, &taken, ctx))?;
-        let of = node(lead.tile, lead.end.part);
-        for &(e, _) in ring.edges.iter().flatten() {
-            let other = node(loose[e].tile, loose[e].end.part);
-            // A part that is held by nothing else faces as the ring says.
-            let along = ring.edges.iter().flatten().find(|x| x.0 == e).is_some_and(|x| x.1);
-            sets.join(of, other, along != forward);
+        let triangles = run.execute(|ctx| close_ring(&ring.places, &taken, ctx))?;
+        let lead = &ends.loose[lead];
+        let of = ends.part(lead);
+        // A part that is held by nothing else faces as the ring says.
+        for &(e, along) in ring.edges.iter().flatten() {
+            sets.join(of, ends.part(&ends.loose[e]), along != forward);
         }
-        match closed {
-            Some(triangles) => {
-                let edges = triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
-                across.extend(edges.map(|e| ordered(e.map(|v| key(ring.places[v as usize])))));
-                summary.closed_rings += 1;
-                summary.closing_triangles += triangles.len();
-                let closing = triangles.iter().map(|t| (t.map(|v| ring.places[v as usize]), lead.end.part));
-                decided[lead.tile as usize].closing.extend(closing);
-                let n = ring.edges.len();
-                for k in (0..n).filter(|&k| ring.edges[k].is_none()) {
-                    let (a, b) = (ring.corners[k], ring.corners[(k + 1) % n]);
-                    new_borders.push([a, b]);
-                }
-            }
-            None => {
-                summary.cracks += ring.edges.iter().flatten().count();
-                open_parts.push(of);
-            }
+        let Some(triangles) = triangles else {
+            closed.cracks += ring.edges.iter().flatten().count();
+            closed.open_parts.push(of);
+            continue;
+        };
+        closed.rings += 1;
+        let at = |v: u32| ring.places[v as usize];
+        closed.triangles.extend(triangles.iter().map(|t| (lead.tile, t.map(at), lead.end.part)));
+        let edges = triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
+        ends.across.extend(edges.map(|e| ordered(e.map(|v| key(at(v))))));
+        let n = ring.edges.len();
+        let none = (0..n).filter(|&k| ring.edges[k].is_none());
+        closed.borders.extend(none.map(|k| [ring.corners[k], ring.corners[(k + 1) % n]]));
+    }
+    Ok(closed)
+}
+
+/// Which way parts of all tiles face, and which stay.
+struct Fate {
+    /// For each part its set's first, and whether it faces the other way than that.
+    roots: Vec<(u32, bool)>,
+    /// Of each set, by its first part: its area, and whether it faces inwards and is turned.
+    area: Vec<f64>,
+    inward: Vec<bool>,
+    stays: Vec<bool>,
+}
+
+impl Fate {
+    fn new(plan: &Plan, ends: &Ends, closed: &Closed, mut sets: Sets) -> Self {
+        let n = ends.sums.len();
+        let roots: Vec<(u32, bool)> = (0..n as u32).map(|i| sets.find(i)).collect();
+        let root = |part: u32| roots[part as usize].0 as usize;
+        let mut open = vec![false; n];
+        ends.borders.iter().for_each(|(t, e)| open[root(ends.first[*t as usize] + e.part)] = true);
+        closed.open_parts.iter().for_each(|&p| open[root(p)] = true);
+        let (mut area, mut volume, mut face) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        for (sums, &(root, turned)) in ends.sums.iter().zip(&roots) {
+            let sign = if turned { -1.0 } else { 1.0 };
+            area[root as usize] += sums.area;
+            volume[root as usize] += sign * sums.volume;
+            face[root as usize] += sign * sums.area;
+        }
+        let least = plan.options.min_part * area.iter().sum::<f64>();
+        let largest = (0..n).max_by(|&a, &b| area[a].total_cmp(&area[b]).then(b.cmp(&a)));
+        let stays = |r| area[r] >= least && (!plan.options.largest || Some(r) == largest);
+        Self {
+            inward: (0..n).map(|r| if open[r] { face[r] < 0.0 } else { volume[r] < 0.0 }).collect(),
+            stays: (0..n).map(stays).collect(),
+            roots,
+            area,
         }
     }
-    // What hangs together.
-    let n = sums.len();
-    let roots: Vec<(u32, bool)> = (0..n as u32).map(|i| sets.find(i)).collect();
-    let mut open = vec![false; n];
-    borders.iter().for_each(|(t, e)| open[roots[node(*t, e.part) as usize].0 as usize] = true);
-    open_parts.iter().for_each(|&p| open[roots[p as usize].0 as usize] = true);
-    let (mut area, mut volume, mut face) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    for (i, s) in sums.iter().enumerate() {
-        let (root, turned) = roots[i];
-        let sign = if turned { -1.0 } else { 1.0 };
-        area[root as usize] += s.area;
-        volume[root as usize] += sign * s.volume;
-        face[root as usize] += sign * s.area;
+
+    /// Whether a part stays.
+    fn stays(&self, part: u32) -> bool {
+        self.stays[self.roots[part as usize].0 as usize]
     }
-    let whole: f64 = area.iter().sum();
-    let largest = (0..n).max_by(|&a, &b| area[a].total_cmp(&area[b]).then(b.cmp(&a)));
-    let stays = |root: usize| {
-        area[root] >= plan.options.min_part * whole && (!plan.options.largest || Some(root) == largest)
-    };
-    for (tile, decided) in decided.iter_mut().enumerate() {
-        for (k, part) in decided.parts.iter_mut().enumerate() {
-            let (root, turned) = roots[first[tile] as usize + k];
-            let root = root as usize;
-            let inward = if open[root] { face[root] < 0.0 } else { volume[root] < 0.0 };
-            *part = if stays(root) { u8::from(turned != inward) } else { 2 };
-        }
-        let parts = &decided.parts;
-        decided.closing.retain(|c| parts[c.1 as usize] != 2);
+
+    /// As in [`Decided::parts`].
+    fn decided(&self, part: u32) -> u8 {
+        let (root, turned) = self.roots[part as usize];
+        if self.stays(part) { u8::from(turned != self.inward[root as usize]) } else { 2 }
     }
-    let is_part = |root: &usize| roots[*root].0 as usize == *root && area[*root] > 0.0;
-    summary.parts = (0..n).filter(|r| is_part(r) && stays(*r)).count();
-    summary.dropped_parts = (0..n).filter(|r| is_part(r) && !stays(*r)).count();
-    let kept = |t: u32, p: u32| stays(roots[node(t, p) as usize].0 as usize);
-    let edges = borders.iter().filter(|(t, e)| kept(*t, e.part)).map(|(_, e)| placed(e).0);
-    summary.boundary_loops = loops(edges.chain(new_borders));
+
+    /// How many sets stay, and how many do not.
+    fn counts(&self) -> [usize; 2] {
+        let sets = (0..self.roots.len()).filter(|&i| self.roots[i].0 as usize == i && self.area[i] > 0.0);
+        let (stay, go): (Vec<usize>, Vec<usize>) = sets.partition(|&i| self.stays[i]);
+        [stay.len(), go.len()]
+    }
+}
+
+/// Decides, and writes it.
+pub(crate) fn run(plan: &Plan, folder: Folder<'_>, run: &mut Run<'_>, stop: &Stop) -> Result<()> {
+    let tiles = plan.tiles.len();
+    let mut ends = Ends::read(tiles, folder, stop)?;
+    let (mut sets, one_sided) = ends.facing();
+    let closed = close(&mut ends, &mut sets, plan.known.spacing, run)?;
+    let fate = Fate::new(plan, &ends, &closed, sets);
+    let mut decided: Vec<Decided> = (ends.first.windows(2))
+        .map(|w| Decided { parts: (w[0]..w[1]).map(|p| fate.decided(p)).collect(), closing: Vec::new() })
+        .collect();
+    let stays = |tile: u32, part: u32| fate.stays(ends.first[tile as usize] + part);
+    for &(tile, places, part) in closed.triangles.iter().filter(|(tile, _, part)| stays(*tile, *part)) {
+        decided[tile as usize].closing.push((places, part));
+    }
     for (tile, decided) in decided.iter().enumerate() {
+        stop.check(SEAMS)?;
         decided.write(folder, tile)?;
     }
-    let text = serde_json::to_string_pretty(&summary).unwrap_or_default();
-    store::text(&folder.summary(), &text)
+    let [parts, dropped_parts] = fate.counts();
+    let kept = ends.borders.iter().filter(|(tile, e)| stays(*tile, e.part)).map(|(_, e)| placed(e).0);
+    let summary = Summary {
+        parts,
+        dropped_parts,
+        boundary_loops: loops(kept.chain(closed.borders)),
+        seam_edges: ends.seam_edges,
+        closed_rings: closed.rings,
+        closing_triangles: closed.triangles.len(),
+        cracks: closed.cracks,
+        one_sided,
+    };
+    store::text(&folder.summary(), &serde_json::to_string_pretty(&summary).unwrap_or_default())
 }
 
 /// How many loops these edges make.
@@ -280,78 +341,4 @@ fn loops(edges: impl Iterator<Item = [Key; 2]>) -> usize {
         sets.join(a, b, false);
     }
     (0..number.len() as u32).filter(|&i| sets.find(i).0 == i).count()
-}
-
-/// A ring of edges that fit nothing.
-struct Ring {
-    /// Its places, in order; none where it leads nowhere.
-    places: Vec<[f64; 3]>,
-    /// The same as keys.
-    corners: Vec<Key>,
-    /// From each place to the next: the loose edge, and whether its tile has it in this direction; nothing
-    /// where the ends of two borders were joined.
-    edges: Vec<Option<(usize, bool)>>,
-}
-
-/// Rings of loose edges. Borders that two tiles end at different places are joined there, up to `same` apart.
-fn rings(loose: &[Placed], same: f64) -> Vec<Ring> {
-    // The edges at each place, with the place at their other end.
-    let mut at: BTreeMap<Key, Vec<(Option<usize>, Key)>> = BTreeMap::new();
-    let mut place: FxHashMap<Key, [f64; 3]> = FxHashMap::default();
-    for (i, e) in loose.iter().enumerate() {
-        let [a, b] = e.end.at.map(key);
-        at.entry(a).or_default().push((Some(i), b));
-        at.entry(b).or_default().push((Some(i), a));
-        place.extend([a, b].into_iter().zip(e.end.at));
-    }
-    let odd: Vec<Key> = at.iter().filter(|(_, of)| of.len() % 2 == 1).map(|(k, _)| *k).collect();
-    let mut near: Vec<(f64, Key, Key)> = Vec::new();
-    for (i, a) in odd.iter().enumerate() {
-        for b in &odd[..i] {
-            let d = sub(place[a], place[b]);
-            let d = dot(d, d).sqrt();
-            if d <= same {
-                near.push((d, *a, *b));
-            }
-        }
-    }
-    near.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| (a.1, a.2).cmp(&(b.1, b.2))));
-    let mut joined = std::collections::BTreeSet::new();
-    for (_, a, b) in near {
-        if !joined.contains(&a) && !joined.contains(&b) {
-            joined.extend([a, b]);
-            at.entry(a).or_default().push((None, b));
-            at.entry(b).or_default().push((None, a));
-        }
-    }
-    let mut found = Vec::new();
-    let starts: Vec<Key> = at.keys().copied().collect();
-    for start in starts {
-        while at.get(&start).is_some_and(|of| !of.is_empty()) {
-            // A walk that comes back to a place that it was at closes a ring there.
-            let (mut corners, mut edges) = (vec![start], Vec::new());
-            while let Some((edge, next)) = at.get_mut(&corners[corners.len() - 1]).and_then(Vec::pop) {
-                let here = corners[corners.len() - 1];
-                if let Some(of) = at.get_mut(&next)
-                    && let Some(back) = of.iter().position(|e| *e == (edge, here))
-                {
-                    of.remove(back);
-                }
-                edges.push(edge.map(|e| (e, key(loose[e].end.at[0]) == here)));
-                if let Some(from) = corners.iter().position(|c| *c == next) {
-                    let ring: Vec<Key> = corners.drain(from..).collect();
-                    let places = ring.iter().map(|k| place[k]).collect();
-                    found.push(Ring { places, corners: ring, edges: edges.drain(from..).collect() });
-                    corners.push(next);
-                } else {
-                    corners.push(next);
-                }
-            }
-            // What is left leads nowhere: a crack.
-            if !edges.is_empty() {
-                found.push(Ring { places: Vec::new(), corners, edges });
-            }
-        }
-    }
-    found
 }

@@ -1,8 +1,7 @@
 //! Files of numbers in a work folder, whole or not at all.
 //!
 //! In: values. Out: little-endian bytes under a hidden name, renamed once all is written; and back. Several
-//! processes may write the same file, as an engine may run a task twice: each has a name of its own. What
-//! killed ones have left is removed once the file is there ([`sweep`]).
+//! processes may write the same file, as an engine may run a task twice: each has a name of its own.
 
 use crate::error::{Error, Result};
 use std::fs::File;
@@ -12,55 +11,41 @@ use std::path::{Path, PathBuf};
 /// Bytes that are read or written at once.
 const BUFFER: usize = 1 << 18;
 
-/// How hidden names begin under which `path` is written, by this crate and by atlasfit-io.
-fn hidden(path: &Path) -> String {
-    format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy())
-}
-
-/// Removes what others have begun of a file that is there.
-pub(crate) fn sweep(path: &Path) {
-    let begin = hidden(path);
-    let Some(entries) = path.parent().and_then(|folder| std::fs::read_dir(folder).ok()) else { return };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if name.starts_with(&begin) && name.ends_with(".part") {
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
-}
-
-/// Writes a file by `write`; it is there once all of it is.
+/// Writes a file by `write`; it is there once all of it is. Its folder is made.
 ///
 /// # Errors
-/// [`Error::Io`], and those of `write`.
+/// [`Error::File`], and those of `write`.
 pub(crate) fn whole(path: &Path, write: impl FnOnce(&mut Writer) -> Result<()>) -> Result<()> {
-    let io = |source| Error::io(path, "write it", source);
-    // Machines that share a folder may have processes of one number: the time tells them apart.
-    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_nanos());
-    let part = path.with_file_name(format!("{}{}-{now}.part", hidden(path), std::process::id()));
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make it", e))?;
+    make_folder_of(path)?;
+    let written = atlasfit_io::write_with(path, |file| {
+        let mut out = Writer { out: BufWriter::with_capacity(BUFFER, file), path: path.to_owned() };
+        write(&mut out)?;
+        out.out.flush().map_err(|e| Error::io(path, "write it", e))
+    });
+    match written {
+        // Another process was first, and has removed what others had begun.
+        Err(Error::File(atlasfit_io::Error::Io { source, .. }))
+            if source.kind() == std::io::ErrorKind::NotFound && path.exists() =>
+        {
+            Ok(())
+        }
+        written => written,
     }
-    let file = File::create(&part).map_err(io)?;
-    let mut out = Writer { out: BufWriter::with_capacity(BUFFER, file), path: path.to_owned() };
-    let written = write(&mut out).and_then(|()| out.out.flush().map_err(io));
-    drop(out);
-    if let Err(e) = written {
-        let _ = std::fs::remove_file(&part);
-        return Err(e);
-    }
-    match std::fs::rename(&part, path) {
-        // Another process was first, and has swept.
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound && path.exists() => Ok(()),
-        renamed => renamed.map_err(io),
-    }
+}
+
+/// Makes the folder that a file lies in.
+///
+/// # Errors
+/// [`Error::File`].
+pub(crate) fn make_folder_of(path: &Path) -> Result<()> {
+    let Some(folder) = path.parent() else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make it", e))
 }
 
 /// Writes a text file, whole or not at all.
 ///
 /// # Errors
-/// [`Error::Io`].
+/// [`Error::File`].
 pub(crate) fn text(path: &Path, text: &str) -> Result<()> {
     whole(path, |out| out.bytes(text.as_bytes()))
 }

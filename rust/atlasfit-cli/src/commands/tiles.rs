@@ -326,13 +326,9 @@ fn text(plan: &Plan, folder: &Path, status: &Status) -> String {
         count(status.done),
         count(status.tasks)
     );
-    let survey = plan.known.survey();
-    let _ = writeln!(
-        text,
-        "spacing {:.4}, noise {:.4}",
-        plan.known.spacing * survey.scale,
-        plan.known.noise * survey.scale
-    );
+    let known = &plan.known;
+    let [spacing, noise] = [known.spacing, known.noise].map(|length| length * known.scale);
+    let _ = writeln!(text, "spacing {spacing:.4}, noise {noise:.4}");
     if let Some(s) = &status.summary {
         let _ = writeln!(
             text,

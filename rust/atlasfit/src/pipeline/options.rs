@@ -48,11 +48,10 @@ pub struct DenoiseOptions {
     /// cannot be had within [`max_error`](Self::max_error), the report says so.
     pub faces: Option<usize>,
     /// How far the surface may be from the vertices and the middles of the edges of the contoured one to have
-    /// fewer triangles, in the scan's unit; 0 = as many triangles as it is contoured with, four to ten a point.
-    /// `None` = as far as
-    /// [`faces`](Self::faces) asks for; without that a quarter of the noise or a twentieth of the spacing,
-    /// the larger of the two, by `detail`. A surface that is [`watertight`](Self::watertight) keeps all
-    /// triangles.
+    /// fewer triangles, in the scan's unit; 0 = as many triangles as it is contoured with, four to ten a
+    /// point. `None` = as far as [`faces`](Self::faces) asks for; without that a quarter of the noise or a
+    /// twentieth of the spacing, the larger of the two, by `detail`. A surface that is
+    /// [`watertight`](Self::watertight) keeps all triangles.
     pub max_error: Option<f64>,
     /// Whether the surface is to be that of a solid, for printing: closed, two-manifold, without
     /// self-intersections. What is invented where there are no data is marked by the attribute

@@ -46,6 +46,8 @@ pub struct TileSurface {
     pub error: Vec<f32>,
     /// How long edges about each vertex may get.
     pub longest: Vec<f32>,
+    /// Whether the middles of edges move no farther either.
+    pub between: bool,
     /// Triangles.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -154,18 +156,14 @@ fn surface_of(built: &Built, ctx: &Context<'_>) -> Result<(TileSurface, Vec<u32>
             *best = (same.len(), same[0].1);
         }
     }
-    let goal = built.goal.clone().unwrap_or(Goal {
-        faces: 0,
-        error: Vec::new(),
-        longest: Vec::new(),
-        between: false,
-    });
+    let goal = built.goal.clone().unwrap_or_default();
     let surface = TileSurface {
         positions: vec3::plain(positions.clone()),
         normals: normals.iter().map(|n| n.to_f32()).collect(),
         part,
         error: goal.error,
         longest: goal.longest,
+        between: goal.between,
         triangles: triangles.clone(),
     };
     Ok((surface, most.into_iter().map(|m| m.1).collect()))
@@ -192,15 +190,15 @@ pub fn simplify_tile(
     let seams = Seams { uv: Vec::new(), place: (0..n as u32).collect(), role };
     let dense = Dense { positions, normals: &normals, triangles: &surface.triangles, seams: Some(&seams) };
     let times = |of: &[f32]| of.iter().map(|x| x * share).collect();
-    // Without a greatest length, the error is the user's own: see `lighten::goal`.
-    let between = surface.longest.iter().all(|l| l.is_infinite());
-    let goal = Goal { faces: 0, error: times(&surface.error), longest: times(&surface.longest), between };
+    let (error, longest) = (times(&surface.error), times(&surface.longest));
+    let goal = Goal { faces: 0, error, longest, between: surface.between };
     let light = simplify(&dense, &goal, ctx)?;
     let of = |column: &[f32]| light.from.iter().map(|&v| column[v as usize]).collect();
     Ok(TileSurface {
         part: light.from.iter().map(|&v| surface.part[v as usize]).collect(),
         error: of(&surface.error),
         longest: of(&surface.longest),
+        between: surface.between,
         positions: vec3::plain(light.positions),
         normals: light.normals.iter().map(|n| n.to_f32()).collect(),
         triangles: light.triangles,

@@ -22,6 +22,7 @@ impl Frame {
 
 /// What is known of a whole scan. Lengths are in the normalised frame, unless another unit is named.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Survey {
     /// Origin of the frame, in the user's.
     pub origin: [f64; 3],

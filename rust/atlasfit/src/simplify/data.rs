@@ -43,7 +43,7 @@ pub(crate) enum Role {
 }
 
 /// How far a mesh is to be simplified. Lengths are in the mesh's unit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Goal {
     /// Triangles that are few enough.
     pub faces: usize,
