@@ -13,16 +13,14 @@ Without --library cargo builds it. pip uses this file too (PEP 517, PEP 660): `p
 
 import argparse
 import base64
-import gzip
 import hashlib
-import io
 import os
 import platform
 import re
 import shutil
 import subprocess
 import sys
-import tarfile
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -30,6 +28,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 LIBRARY = {"win32": "atlasfit.dll", "darwin": "libatlasfit.dylib"}.get(sys.platform, "libatlasfit.so")
 ADDON = "atlasfit_blender"
+# Licences of the crates inside the library: written by packaging/dist.
+THIRD_PARTY = "THIRD-PARTY-LICENCES.txt"
 VERSION = ".".join(
     re.search(r"VERSION = \((\d+), (\d+), (\d+)\)", (HERE / "atlasfit" / "_abi.py").read_text()).groups()
 )
@@ -59,9 +59,8 @@ def blender_platform():
 def cargo_library():
     """The library, built by cargo."""
     if not shutil.which("cargo"):
-        sys.exit(
-            "atlasfit has no wheel for this platform, and to build it cargo is missing: install Rust (rustup.rs)"
-        )
+        wrong = "atlasfit has no wheel for this platform, and to build it cargo is missing"
+        sys.exit(f"{wrong}: install Rust (rustup.rs)")
     subprocess.run(
         ["cargo", "build", "--release", "--locked", "--package", "atlasfit-capi"], cwd=ROOT, check=True
     )
@@ -100,8 +99,10 @@ def metadata():
     )
 
 
-def wheel(library, out, editable=False):
-    """The Python package as a platform wheel; an editable one names this folder instead of holding its files."""
+def wheel(library, third_party, out, editable=False):
+    """The Python package as a platform wheel; an editable one names this folder instead of holding its files.
+    `third_party`: the licences of what is inside the library, or None.
+    """
     tag = f"py3-none-{wheel_platform(library)}"
     info = f"atlasfit-{VERSION}.dist-info"
     if editable:
@@ -111,8 +112,12 @@ def wheel(library, out, editable=False):
     files += [
         (f"{info}/licenses/{name}", (ROOT / name).read_bytes()) for name in ("LICENSE-MIT", "LICENSE-APACHE")
     ]
+    about = metadata()
+    if third_party:
+        files.append((f"{info}/licenses/{THIRD_PARTY}", third_party))
+        about += f"License-File: {THIRD_PARTY}\n"
     files += [
-        (f"{info}/METADATA", metadata().encode()),
+        (f"{info}/METADATA", about.encode()),
         (
             f"{info}/WHEEL",
             f"Wheel-Version: 1.0\nGenerator: package.py\nRoot-Is-Purelib: false\nTag: {tag}\n".encode(),
@@ -126,10 +131,12 @@ def wheel(library, out, editable=False):
     return write_zip(out / f"atlasfit-{VERSION}-{tag}.whl", files)
 
 
-def legacy(library, out):
+def legacy(library, third_party, out):
     """The add-on with the package inside its folder."""
     files = sources(ADDON) + [(f"{ADDON}/{name}", content) for name, content in sources("atlasfit")]
     files.append((f"{ADDON}/atlasfit/{LIBRARY}", library))
+    if third_party:
+        files.append((f"{ADDON}/{THIRD_PARTY}", third_party))
     return write_zip(out / f"{ADDON}-{VERSION}-legacy-{blender_platform()}.zip", files)
 
 
@@ -152,47 +159,36 @@ def extension(wheel_path, out):
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """PEP 517."""
-    return wheel(cargo_library().read_bytes(), Path(wheel_directory)).name
+    return wheel(cargo_library().read_bytes(), None, Path(wheel_directory)).name
 
 
 def build_sdist(sdist_directory, config_settings=None):
-    """PEP 517: what cargo and this file need, as git has it."""
-    wanted = (
-        "Cargo.toml",
-        "Cargo.lock",
-        ".cargo",
-        "rust",
-        "include",
-        "LICENSE-MIT",
-        "LICENSE-APACHE",
-        "README.md",
-    )
-    ours = ("blender-addon/package.py", "blender-addon/atlasfit")
-    listed = subprocess.run(
-        ["git", "ls-files", *wanted, *ours], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    files = {name: (ROOT / name).read_bytes() for name in listed.stdout.splitlines()}
-    files["PKG-INFO"] = metadata().encode()
-    files["pyproject.toml"] = (
-        b'[build-system]\nrequires = []\nbuild-backend = "package"\nbackend-path = ["blender-addon"]\n'
-    )
+    """PEP 517: what cargo and this file need, as a clone has it."""
+    sys.path.insert(0, str(ROOT / "packaging"))
+    import archives
+
+    wanted = "Cargo.toml Cargo.lock .cargo rust include LICENSE-MIT LICENSE-APACHE README.md".split()
+    ours = ["blender-addon/package.py", "blender-addon/atlasfit"]
+    command = ["git", "ls-files", *wanted, *ours]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     name = f"atlasfit-{VERSION}"
-    raw = io.BytesIO()
-    with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
-        for path, content in sorted(files.items()):
-            entry = tarfile.TarInfo(f"{name}/{path}")
-            entry.size, entry.mtime = len(content), 1577836800
-            archive.addfile(entry, io.BytesIO(content))
-    path = Path(sdist_directory) / f"{name}.tar.gz"
-    path.write_bytes(gzip.compress(raw.getvalue(), 9, mtime=0))
-    return path.name
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        for path in listed.splitlines():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / path, folder / path)
+        (folder / "PKG-INFO").write_text(metadata())
+        (folder / "pyproject.toml").write_text(
+            '[build-system]\nrequires = []\nbuild-backend = "package"\nbackend-path = ["blender-addon"]\n'
+        )
+        return archives.tar(Path(sdist_directory) / f"{name}.tar.gz", folder, name).name
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
     """PEP 660: `pip install -e`. The library that cargo built is copied beside the package's files."""
     library = cargo_library().read_bytes()
     (HERE / "atlasfit" / LIBRARY).write_bytes(library)
-    return wheel(library, Path(wheel_directory), editable=True).name
+    return wheel(library, None, Path(wheel_directory), editable=True).name
 
 
 def main():
@@ -206,8 +202,8 @@ def main():
     arguments = parser.parse_args()
     library = (arguments.library or cargo_library()).read_bytes()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    path = wheel(library, arguments.out)
-    for made in (path, legacy(library, arguments.out), extension(path, arguments.out)):
+    path = wheel(library, None, arguments.out)
+    for made in (path, legacy(library, None, arguments.out), extension(path, arguments.out)):
         print(made)
 
 

@@ -60,13 +60,13 @@ def crates(target, packages=("atlasfit-cli", "atlasfit-capi")):
 
 
 def refused(expression):
-    """Whether none of the choices of an SPDX expression is allowed."""
-
-    def allowed(part):
-        part = part.strip().removeprefix("(").removesuffix(")")
-        return all(name.strip("() ") in ALLOWED for name in part.split(" AND "))
-
-    return not any(allowed(part) for part in re.split(r" OR |/", expression or "none"))
+    """Whether an SPDX expression leaves no choice of allowed licences only."""
+    known = re.sub(
+        r"[\w.+-]+( WITH [\w.+-]+)?",
+        lambda name: {"AND": "and", "OR": "or"}.get(name[0], str(name[0] in ALLOWED)),
+        (expression or "none").replace("/", " OR "),
+    )
+    return not eval(known)
 
 
 def texts(crate):

@@ -58,7 +58,9 @@ start.addEventListener("click", () => {
   stop.disabled = false;
   delete document.body.dataset.state;
   const started = Date.now();
-  clock = setInterval(() => { status.textContent = `At work for ${((Date.now() - started) / 1000).toFixed(0)} s`; }, 250);
+  clock = setInterval(() => {
+    status.textContent = `At work for ${((Date.now() - started) / 1000).toFixed(0)} s`;
+  }, 250);
   worker = new Worker("worker.js", { type: "module" });
   worker.onerror = (e) => over(`The work failed: ${e.message || "the worker cannot be loaded"}`);
   worker.onmessage = ({ data }) => {
@@ -81,9 +83,9 @@ start.addEventListener("click", () => {
 function show(data, outputs, page) {
   for (const name of outputs) {
     const type = name.endsWith(".html") ? "text/html" : "application/octet-stream";
-    const link = Object.assign(document.createElement("a"), {
-      href: URL.createObjectURL(new Blob([data.files[name]], { type })), download: name, textContent: `Save ${name}`,
-    });
+    const href = URL.createObjectURL(new Blob([data.files[name]], { type }));
+    const link = document.createElement("a");
+    Object.assign(link, { href, download: name, textContent: `Save ${name}` });
     downloads.append(link);
     if (name !== page) continue;
     const frame = document.createElement("iframe");

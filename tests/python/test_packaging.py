@@ -1,5 +1,5 @@
-"""What packaging/ is made of, as far as it needs no build: licences, archives, the documents' links. The packages
-themselves: packaging/nightly."""
+"""What packaging/ is made of, as far as it needs no build: licences, archives, the documents' links. The
+packages themselves: packaging/nightly."""
 
 import importlib.util
 import json
@@ -34,6 +34,8 @@ def test_every_crate_inside_has_a_permissive_licence_and_its_text_comes_along(tm
     assert all(f"  {name} " in text for name in names)
     assert licences.refused("GPL-3.0-only") and licences.refused(None)
     assert not licences.refused("GPL-3.0-only OR MIT") and licences.refused("MIT AND GPL-3.0-only")
+    assert licences.refused("(MIT OR Apache-2.0) AND GPL-3.0-only")
+    assert not licences.refused("(GPL-3.0-only OR MIT) AND Apache-2.0 WITH LLVM-exception")
 
 
 def test_an_archive_has_the_same_bytes_for_the_same_files(tmp_path):

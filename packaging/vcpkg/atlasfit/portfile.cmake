@@ -16,10 +16,12 @@ vcpkg_fixup_pkgconfig()
 
 # One kind of library in each tree; the CMake package offers what is there.
 if(VCPKG_LIBRARY_LINKAGE STREQUAL "static")
-  file(GLOB unwanted "${CURRENT_PACKAGES_DIR}/lib/libatlasfit.so*" "${CURRENT_PACKAGES_DIR}/debug/lib/libatlasfit.so*")
+  set(unwanted libatlasfit.so*)
 else()
-  set(unwanted "${CURRENT_PACKAGES_DIR}/lib/libatlasfit.a" "${CURRENT_PACKAGES_DIR}/debug/lib/libatlasfit.a")
+  set(unwanted libatlasfit.a)
 endif()
+file(GLOB unwanted
+  "${CURRENT_PACKAGES_DIR}/lib/${unwanted}" "${CURRENT_PACKAGES_DIR}/debug/lib/${unwanted}")
 file(REMOVE ${unwanted})
 file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/debug/include" "${CURRENT_PACKAGES_DIR}/debug/share")
 vcpkg_install_copyright(FILE_LIST "${SOURCE_PATH}/LICENSE-MIT" "${SOURCE_PATH}/LICENSE-APACHE")

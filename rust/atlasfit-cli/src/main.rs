@@ -23,7 +23,8 @@ use std::process::ExitCode;
 
 /// Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one clean surface, chart UVs.
 #[derive(Parser)]
-#[command(name = "atlasfit", version = version::SHORT, long_version = version::long(), propagate_version = true)]
+#[command(name = "atlasfit", version = version::SHORT, long_version = version::long())]
+#[command(propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -41,16 +41,11 @@ pub fn build() -> String {
     )
 }
 
-/// The names of the features that are in.
-pub fn features() -> Vec<&'static str> {
-    FEATURES.iter().filter(|f| f.1).map(|f| f.0).collect()
-}
-
 /// Version, build, features and licence, a line each: `--version`.
 pub fn long() -> &'static str {
     static TEXT: OnceLock<String> = OnceLock::new();
     TEXT.get_or_init(|| {
-        let inside = features();
+        let inside: Vec<&str> = FEATURES.iter().filter(|f| f.1).map(|f| f.0).collect();
         format!(
             "{}\nbuild          {}\nfeatures       {}\nlicence        {LICENCE}",
             env!("CARGO_PKG_VERSION"),

@@ -69,8 +69,8 @@ fn sphere(points: usize) -> Vec<[f64; 3]> {
     (0..points).map(point).collect()
 }
 
-/// Memory in bytes that is free, and that there is, by the machine and the container's limit; `None` where the
-/// system does not tell.
+/// Memory in bytes that is free, and that there is, by the machine and the container's limit; `None` where
+/// the system does not tell.
 fn memory() -> Option<[u64; 2]> {
     let what = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
     let system = System::new_with_specifics(what).ok()?;

@@ -88,7 +88,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         image.inspect_err(|e| console.note(format_args!("the texture is not shown: {e:#}"))).ok()
     });
     let mut mesh = loaded.into_mesh();
-    let scale = if by_attribute { Some(scale::paint(&mut mesh, &args.attribute)?) } else { None };
+    let mut scale = None;
+    if by_attribute {
+        let (colors, of_colors) = scale::painted(&mesh, &args.attribute)?;
+        (mesh.colors, scale) = (Some(colors), Some(of_colors));
+    }
     let mode = args.mode.unwrap_or(if mesh.triangles.is_empty() { Mode::Points } else { Mode::Shaded });
     let style = Style {
         mode,

@@ -29,8 +29,6 @@ pub struct Page<'a> {
 
 /// Columns of the names in a report's lines.
 const NAME: usize = 15;
-/// Facts that are not known yet when the page is made.
-const LATER: [&str; 2] = ["seconds", "written"];
 
 impl Page<'_> {
     /// The whole file.
@@ -63,10 +61,8 @@ impl Page<'_> {
         let mut rows = String::new();
         for line in self.facts.lines() {
             let (name, value) = line.split_at_checked(NAME).unwrap_or((line, ""));
-            if !LATER.contains(&name.trim()) {
-                let (name, value) = (escaped(name.trim()), escaped(value.trim()));
-                let _ = writeln!(rows, "<tr><th>{name}</th><td>{value}</td></tr>");
-            }
+            let (name, value) = (escaped(name.trim()), escaped(value.trim()));
+            let _ = writeln!(rows, "<tr><th>{name}</th><td>{value}</td></tr>");
         }
         rows
     }
@@ -92,7 +88,7 @@ mod tests {
     fn names_of_files_and_texts_cannot_become_markup() {
         let page = Page {
             title: "</title><script>alert(1)</script> {{SCENE}}".into(),
-            facts: "scan           10 points in <b>.ply\nseconds        3\n",
+            facts: "scan           10 points in <b>.ply\n",
             warnings: &["a < b & c".into()],
             notes: &[],
             scene: &Scene::default(),
@@ -100,7 +96,7 @@ mod tests {
         };
         let html = page.html();
         assert!(!html.contains("alert(1)</script>") && html.contains("&lt;b&gt;.ply"), "{html}");
-        assert!(html.contains("a &lt; b &amp; c") && !html.contains("<th>seconds</th>"), "{html}");
+        assert!(html.contains("a &lt; b &amp; c") && html.contains("<th>scan</th>"), "{html}");
         assert!(html.contains("{{SCENE}}"), "what is put in is not replaced again");
     }
 }

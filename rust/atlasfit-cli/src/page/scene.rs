@@ -6,17 +6,17 @@
 //! light first ([`light_mesh`], [`light_points`]), so that a page stays below 10 MB.
 
 use crate::number::short;
-use crate::render::chart_color;
+use crate::render::color::{Rgb8, chart_color, eight_bits};
 use crate::render::scale::Scale;
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{self, Pages};
 use atlasfit::numeric::rng::shuffled;
 use atlasfit::simplify::{SimplifyOptions, simplify_mesh};
-use atlasfit::{Context, Result};
+use atlasfit::spatial::bvh::Aabb;
+use atlasfit::{Context, Result, Vec3};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
-use std::borrow::Cow;
 
 /// Triangles of a page, about: 40 bytes each.
 const MOST_TRIANGLES: usize = 100_000;
@@ -24,9 +24,6 @@ const MOST_TRIANGLES: usize = 100_000;
 const MOST_POINTS: usize = 100_000;
 /// Side of the cube that is shown, in sides of the box about the surface: strays near it are seen.
 const ROOM: f64 = 1.6;
-
-/// A colour, 8 bits a channel.
-pub type Rgb8 = [u8; 3];
 
 /// Points, a surface, and the ways to show them.
 #[derive(Default)]
@@ -79,6 +76,11 @@ impl Show {
         Self { colors, ..self }
     }
 
+    /// Vertices' own colours; how much one can see through them does not count.
+    pub fn with_vertex_colors(self, colors: &[[f32; 4]]) -> Self {
+        self.with_colors(colors.iter().map(|&[r, g, b, _]| eight_bits([r, g, b])).collect())
+    }
+
     /// Numbers as colours.
     pub fn with_values(self, values: &[f64], scale: Scale) -> Self {
         Self {
@@ -107,18 +109,13 @@ impl Show {
     }
 }
 
-/// A colour in 8 bits a channel.
-pub fn eight_bits(color: [f32; 3]) -> Rgb8 {
-    color.map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8)
-}
-
 /// The mesh, or one with so few triangles that a page holds it.
-pub fn light_mesh<'a>(mesh: &'a TriMesh, ctx: &Context<'_>) -> Result<Cow<'a, TriMesh>> {
+pub fn light_mesh(mesh: &TriMesh, ctx: &Context<'_>) -> Result<TriMesh> {
     if mesh.triangles.len() <= MOST_TRIANGLES {
-        return Ok(Cow::Borrowed(mesh));
+        return Ok(mesh.clone());
     }
     let options = SimplifyOptions::default().with_faces(Some(MOST_TRIANGLES));
-    Ok(Cow::Owned(simplify_mesh(mesh, &options, ctx)?.mesh))
+    Ok(simplify_mesh(mesh, &options, ctx)?.mesh)
 }
 
 /// The numbers of the points of so many that are shown: all, or some at random.
@@ -127,6 +124,14 @@ pub fn light_points(points: usize, seed: u64) -> Vec<u32> {
     some.truncate(MOST_POINTS);
     some.sort_unstable();
     some
+}
+
+/// The surface in one colour and in its own, under these two names.
+pub fn show_mesh(scene: &mut Scene, [plain, colored]: [&'static str; 2], mesh: &TriMesh) {
+    scene.shows.push(Show::new(plain, What::Vertices));
+    if let Some(colors) = &mesh.colors {
+        scene.shows.push(Show::new(colored, What::Vertices).with_vertex_colors(colors));
+    }
 }
 
 /// The checker, the charts on the surface and on the page, and the stretch.
@@ -150,20 +155,15 @@ struct Cube {
 }
 
 /// The cube about all finite points, a little larger.
-fn about<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> Cube {
-    let mut ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for p in points.filter(|p| p.iter().all(|x| x.is_finite())) {
-        for k in 0..3 {
-            ends[0][k] = ends[0][k].min(p[k]);
-            ends[1][k] = ends[1][k].max(p[k]);
-        }
-    }
-    let longest = (0..3).map(|k| ends[1][k] - ends[0][k]).fold(0.0, f64::max);
-    let side = if longest > 0.0 { ROOM * longest } else { 1.0 };
-    let least = std::array::from_fn(|k| {
-        let middle = 0.5 * (ends[0][k] + ends[1][k]);
-        if middle.is_finite() { middle - 0.5 * side } else { 0.0 }
-    });
+fn about(points: &[[f64; 3]]) -> Cube {
+    let finite = points.iter().filter(|p| p.iter().all(|x| x.is_finite()));
+    let bounds = Aabb::of(&finite.map(|p| Vec3(*p)).collect::<Vec<_>>());
+    let side = match bounds.longest_side() {
+        longest if longest > 0.0 => ROOM * longest,
+        _ => 1.0,
+    };
+    let middle = (bounds.min + bounds.max) * 0.5;
+    let least = middle.0.map(|x| if x.is_finite() { x - 0.5 * side } else { 0.0 });
     Cube { least, side }
 }
 
@@ -191,12 +191,10 @@ fn packed(bytes: &[u8]) -> String {
 impl Scene {
     /// What the viewer reads.
     pub fn json(&self) -> Value {
-        let of_mesh = self.mesh.iter().flat_map(|m| &m.positions);
-        let cube = match self.clouds.last() {
-            // Strays of the scan do not make the rest small.
-            Some(last) if self.mesh.is_none() => about(last.positions.iter()),
-            _ => about(of_mesh),
-        };
+        // Of the scan only where nothing else is there: its strays would make the rest small.
+        let points = self.clouds.last().map(|cloud| &cloud.positions);
+        let shown = self.mesh.as_ref().map(|mesh| &mesh.positions).or(points);
+        let cube = about(shown.map_or(&[], Vec::as_slice));
         let clouds: Vec<Value> = self.clouds.iter().map(|c| c.json(&cube)).collect();
         let shows: Vec<Value> = self.shows.iter().map(Show::json).collect();
         json!({

@@ -8,7 +8,8 @@
   const legends = document.querySelectorAll("#legends > div");
   const gl = canvas.getContext("webgl2", { antialias: true });
   if (!gl || !scene.shows.length) {
-    const words = gl ? "There is nothing to turn." : "This browser shows no 3D pictures (WebGL 2 is missing).";
+    const words = gl ? "There is nothing to turn."
+      : "This browser shows no 3D pictures (WebGL 2 is missing).";
     canvas.replaceWith(Object.assign(document.createElement("p"), { textContent: words }));
     document.getElementById("choose").remove();
     document.getElementById("help").remove();
@@ -58,7 +59,8 @@
     out vec4 shown;
     void main() {
       vec3 c = tint;
-      if (checker) c = mod(floor(at.x * 32.0) + floor(at.y * 32.0), 2.0) < 0.5 ? vec3(0.93) : vec3(0.30, 0.42, 0.62);
+      float square = mod(floor(at.x * 32.0) + floor(at.y * 32.0), 2.0);
+      if (checker) c = square < 0.5 ? vec3(0.93) : vec3(0.30, 0.42, 0.62);
       if (flat_) {
         shown = vec4(gl_FrontFacing ? c : vec3(0.0), 1.0);
       } else {
@@ -91,7 +93,9 @@
 
   // The shapes, and a colour buffer for each show.
   const clouds = scene.clouds.map(({ xyz, normals }) => ({
-    count: shorts(xyz).length / 3, xyz: buffer(shorts(xyz)), normals: normals && buffer(new Int8Array(bytes(normals).buffer)),
+    count: shorts(xyz).length / 3,
+    xyz: buffer(shorts(xyz)),
+    normals: normals && buffer(new Int8Array(bytes(normals).buffer)),
   }));
   const mesh = scene.mesh && surface(scene.mesh);
   const GREY = [189, 196, 204];
@@ -130,15 +134,17 @@
       facing.set(normals.subarray(3 * v, 3 * v + 3), 3 * i);
     });
     // Edges with one face.
+    const MORE = 2 ** 32;
     const edges = new Map();
     for (let t = 0; t < vertex.length; t += 3) {
       for (let c = 0; c < 3; c++) {
         const [i, j] = [vertex[t + c], vertex[t + ((c + 1) % 3)]];
-        const key = Math.min(i, j) * 4294967296 + Math.max(i, j);
+        const key = Math.min(i, j) * MORE + Math.max(i, j);
         edges.set(key, (edges.get(key) || 0) + 1);
       }
     }
-    const open = [...edges].filter((e) => e[1] === 1).flatMap(([key]) => [Math.floor(key / 4294967296), key % 4294967296]);
+    const single = [...edges].filter((e) => e[1] === 1);
+    const open = single.flatMap(([key]) => [Math.floor(key / MORE), key % MORE]);
     const ends = new Uint16Array(3 * open.length);
     open.forEach((v, i) => ends.set(xyz.subarray(3 * v, 3 * v + 3), 3 * i));
     const uv = packed.uv;
@@ -158,7 +164,8 @@
   const away = () => 0.78 / Math.tan(FOV / 2) / camera.near * 0.5;
 
   function turned() {
-    const [sy, cy, sp, cp] = [Math.sin(camera.yaw), Math.cos(camera.yaw), Math.sin(camera.pitch), Math.cos(camera.pitch)];
+    const [sy, cy] = [Math.sin(camera.yaw), Math.cos(camera.yaw)];
+    const [sp, cp] = [Math.sin(camera.pitch), Math.cos(camera.pitch)];
     // Rows: right, up, towards the eye.
     const rows = [[cy, 0, -sy], [-sp * sy, cp, -sp * cy], [cp * sy, sp, cp * cy]];
     return camera.zUp ? rows.map(([x, y, z]) => [x, -z, y]) : rows;
@@ -166,10 +173,12 @@
 
   function matrix(aspect) {
     const [r, u, e] = turned();
-    const rigid = [r[0], u[0], e[0], 0, r[1], u[1], e[1], 0, r[2], u[2], e[2], 0, camera.x, camera.y, -away(), 1];
+    const turn = [0, 1, 2].flatMap((k) => [r[k], u[k], e[k], 0]);
+    const rigid = [...turn, camera.x, camera.y, -away(), 1];
     const f = 1 / Math.tan(FOV / 2) / Math.max(1, 1 / aspect);
     const [near, far] = [Math.max(0.002, away() - 1), away() + 1];
-    const lens = [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0];
+    const [depth, shift] = [(far + near) / (near - far), (2 * far * near) / (near - far)];
+    const lens = [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0];
     return times(lens, rigid);
   }
 
@@ -200,7 +209,8 @@
       const cloud = clouds[show.cloud];
       gl.useProgram(ofPoints);
       gl.uniformMatrix4fv(uniform(ofPoints, "view"), false, view);
-      gl.uniform1f(uniform(ofPoints, "size"), (0.9 / Math.sqrt(cloud.count)) * height / Math.tan(FOV / 2) / 2);
+      const size = (0.9 / Math.sqrt(cloud.count)) * height / Math.tan(FOV / 2) / 2;
+      gl.uniform1f(uniform(ofPoints, "size"), size);
       gl.uniform3fv(uniform(ofPoints, "eye"), turned()[2]);
       attribute(ofPoints, "position", cloud.xyz, 3, gl.UNSIGNED_SHORT, true);
       if (cloud.normals) attribute(ofPoints, "normal", cloud.normals, 3, gl.BYTE, true);
@@ -285,7 +295,9 @@
     heldSide = sideAt(e);
     canvas.setPointerCapture(e.pointerId);
   });
-  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (e) => fingers.delete(e.pointerId));
+  for (const end of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(end, (e) => fingers.delete(e.pointerId));
+  }
   canvas.addEventListener("pointermove", (e) => {
     const before = fingers.get(e.pointerId);
     if (!before) return;

@@ -3,6 +3,14 @@
 /// A colour.
 pub type Rgb = [f32; 3];
 
+/// A colour, 8 bits a channel.
+pub type Rgb8 = [u8; 3];
+
+/// A colour in 8 bits a channel.
+pub fn eight_bits(color: Rgb) -> Rgb8 {
+    color.map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8)
+}
+
 /// `t` of the way from a to b.
 pub fn mix(a: Rgb, b: Rgb, t: f32) -> Rgb {
     std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))

@@ -8,7 +8,7 @@
 
 pub mod camera;
 mod canvas;
-mod color;
+pub mod color;
 pub mod font;
 mod points;
 pub mod scale;
@@ -20,7 +20,6 @@ mod uv;
 use atlasfit::bake::Image;
 use atlasfit::geometry::TriMesh;
 use atlasfit::{Context, Error, Result};
-pub use color::chart_color;
 pub use style::{Mode, Picture, Style};
 
 /// Bytes for one pixel of the picture: its colour, and its share of the encoded file in a buffer that grows

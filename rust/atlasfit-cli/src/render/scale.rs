@@ -1,8 +1,8 @@
 //! Numbers as colours: vertices in the colours of an attribute, and the legend that says which is which.
 //!
-//! In: a mesh with the attribute. Out: the mesh in colours, and a scale; a picture with its legend.
+//! In: a mesh with the attribute. Out: its vertices' colours, and a scale; a picture with its legend.
 
-use crate::render::color::{Rgb, mix};
+use crate::render::color::{Rgb, eight_bits, mix};
 use crate::render::font::{FONT, fonts};
 use crate::render::style::Picture;
 use anyhow::{Result, anyhow};
@@ -78,8 +78,8 @@ impl Scale {
     }
 }
 
-/// Gives the vertices the colours of an attribute: grey where they are extrapolated or outliers.
-pub fn paint(mesh: &mut TriMesh, name: &str) -> atlasfit::Result<Scale> {
+/// The colours that an attribute gives the vertices: grey where they are extrapolated or outliers.
+pub fn painted(mesh: &TriMesh, name: &str) -> atlasfit::Result<(Vec<[f32; 4]>, Scale)> {
     let of = |name: &str| mesh.attributes.iter().rfind(|a: &&Attribute| a.name.eq_ignore_ascii_case(name));
     let Some(column) = of(name).filter(|a| a.width == 1) else {
         return Err(Error::InvalidArgument {
@@ -99,8 +99,7 @@ pub fn paint(mesh: &mut TriMesh, name: &str) -> atlasfit::Result<Scale> {
         let [r, g, b] = scale.color(*v);
         [r, g, b, 1.0]
     });
-    mesh.colors = Some(painted.collect());
-    Ok(scale)
+    Ok((painted.collect(), scale))
 }
 
 /// Draws the legend into the lower left of a picture.
@@ -116,7 +115,10 @@ pub fn legend(picture: &mut Picture, scale: &Scale) -> Result<()> {
     let right = edge + long + if scale.nothing { 9 } else { 3 } * size as i32;
     let behind = [(0, top - size as i32 - 6), (right, height)];
     area.draw(&Rectangle::new(behind, WHITE.filled())).map_err(|e| failed(&e))?;
-    let rgb = |c: Rgb| RGBColor((255.0 * c[0]) as u8, (255.0 * c[1]) as u8, (255.0 * c[2]) as u8);
+    let rgb = |c: Rgb| {
+        let [r, g, b] = eight_bits(c);
+        RGBColor(r, g, b)
+    };
     for x in 0..long {
         let value = scale.from + (scale.to - scale.from) * f64::from(x) / f64::from(long - 1);
         let line = [(edge + x, top), (edge + x, top + thick)];

@@ -366,7 +366,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     }
     let seconds = || started.elapsed().as_secs_f64();
     let page = if args.report.is_some() {
-        let facts = done(args, &outcome, &options, seconds(), &[]).text();
+        let facts = done(args, &outcome, &options, seconds(), &[]).facts();
         let title = page::title(loaded.cloud.len(), &args.scans);
         let mut run = console.start(&args.run);
         Some(run.execute(|ctx| page::page(&loaded.cloud, &outcome, &facts, title, console, ctx))?)

@@ -6,8 +6,9 @@ use crate::console::Console;
 use crate::number::{count, counted, short};
 use crate::page::Page;
 use crate::page::bars::Bars;
-use crate::page::scene::{Cloud, Rgb8, Scene, Show, What, eight_bits, light_mesh, light_points, show_uvs};
-use crate::render::scale::{Scale, paint};
+use crate::page::scene::{Cloud, Scene, Show, What, light_mesh, light_points, show_mesh, show_uvs};
+use crate::render::color::{Rgb8, eight_bits};
+use crate::render::scale::{Scale, painted};
 use atlasfit::geometry::{Attribute, PointCloud, TriMesh};
 use atlasfit::measure::uv::Pages;
 use atlasfit::pipeline::{Denoised, OUTLIER_PROBABILITY, UNCERTAINTY};
@@ -30,9 +31,9 @@ pub fn page(
     console: &Console,
     ctx: &Context<'_>,
 ) -> Result<Vec<u8>> {
-    let scene = scene(scan, outcome, ctx)?;
-    let [notes, warnings] = console.told();
     let moved = moved(scan, outcome);
+    let scene = scene(scan, outcome, &moved, ctx)?;
+    let [notes, warnings] = console.told();
     let on: Vec<f64> = moved.iter().copied().filter(|m| !m.is_nan()).collect();
     let reach = DEVIATIONS * outcome.report.noise.max(f64::MIN_POSITIVE);
     let words = format!(
@@ -41,10 +42,11 @@ pub fn page(
         counted(on.len(), "point"),
         short(outcome.report.noise)
     );
-    let mut bars = vec![Bars::of_stages(&outcome.report.seconds)];
+    let mut bars = Vec::new();
     if !on.is_empty() {
-        bars.insert(0, Bars::histogram("Noise", words, &on, [-reach, reach]));
+        bars.push(Bars::histogram("Noise", words, &on, [-reach, reach]));
     }
+    bars.push(Bars::of_stages(&outcome.report.seconds));
     let page = Page { title, facts, warnings: &warnings, notes: &notes, scene: &scene, bars: &bars };
     Ok(page.html().into_bytes())
 }
@@ -64,9 +66,9 @@ fn moved(scan: &PointCloud, outcome: &Denoised) -> Vec<f64> {
 }
 
 /// Points before and after, and the surface in its colourings.
-fn scene(scan: &PointCloud, outcome: &Denoised, ctx: &Context<'_>) -> Result<Scene> {
+fn scene(scan: &PointCloud, outcome: &Denoised, moved: &[f64], ctx: &Context<'_>) -> Result<Scene> {
     let mut scene = Scene::default();
-    show_points(&mut scene, scan, outcome, ctx.seed);
+    show_points(&mut scene, scan, outcome, moved, ctx.seed);
     ctx.check()?;
     if !outcome.surface.triangles.is_empty() {
         let first = scene.shows.len();
@@ -76,7 +78,8 @@ fn scene(scan: &PointCloud, outcome: &Denoised, ctx: &Context<'_>) -> Result<Sce
     Ok(scene)
 }
 
-fn show_points(scene: &mut Scene, scan: &PointCloud, outcome: &Denoised, seed: u64) {
+/// The scan, the denoised points, and their numbers as colours.
+fn show_points(scene: &mut Scene, scan: &PointCloud, outcome: &Denoised, moved: &[f64], seed: u64) {
     let mut after_of = vec![u32::MAX; scan.len()];
     for (i, &source) in outcome.point_source.iter().enumerate() {
         after_of[source as usize] = i as u32;
@@ -113,41 +116,31 @@ fn show_points(scene: &mut Scene, scan: &PointCloud, outcome: &Denoised, seed: u
     scene.clouds = vec![before, after];
     let denoised = Show::new("Denoised points", What::Cloud(1));
     scene.shows.push(denoised.with_colors(kept.iter().map(marked).collect()));
-    let all = moved(scan, outcome);
-    let values: Vec<f64> = at.iter().map(|&i| all[i]).collect();
-    let scale = Scale::over("moved", &values);
-    scene.shows.push(Show::new("How far points were moved", What::Cloud(1)).with_values(&values, scale));
-    for (name, column) in
-        [("Uncertainty of points", UNCERTAINTY), ("Probability of outliers", OUTLIER_PROBABILITY)]
-    {
-        if let Some(column) = Attribute::named(&outcome.points.attributes, column) {
-            let values: Vec<f64> = at.iter().map(|&i| column.values[i]).collect();
-            let scale = Scale::over(name, &values);
-            scene.shows.push(Show::new(name, What::Cloud(1)).with_values(&values, scale));
-        }
+    let column = |name| Attribute::named(&outcome.points.attributes, name).map(|c| c.values.as_slice());
+    for (name, values) in [
+        ("How far points were moved", Some(moved)),
+        ("Uncertainty of points", column(UNCERTAINTY)),
+        ("Probability of outliers", column(OUTLIER_PROBABILITY)),
+    ] {
+        let Some(values) = values else { continue };
+        let shown: Vec<f64> = at.iter().map(|&i| values[i]).collect();
+        let scale = Scale::over(name, &shown);
+        scene.shows.push(Show::new(name, What::Cloud(1)).with_values(&shown, scale));
     }
     scene.start = [0, 1];
 }
 
 /// The surface, plain and in colours; its charts, checker and stretch where it has UVs.
 fn show_surface(scene: &mut Scene, surface: &TriMesh, ctx: &Context<'_>) -> Result<()> {
-    let mut mesh = light_mesh(surface, ctx)?.into_owned();
-    scene.shows.push(Show::new("Surface", What::Vertices));
-    if let Some(colors) = &mesh.colors {
-        let colors = colors.iter().map(|c| eight_bits([c[0], c[1], c[2]])).collect();
-        scene.shows.push(Show::new("Surface in its colours", What::Vertices).with_colors(colors));
-    }
+    let mesh = light_mesh(surface, ctx)?;
+    show_mesh(scene, ["Surface", "Surface in its colours"], &mesh);
     if mesh.corner_uv.is_some() {
         show_uvs(scene, &mesh, &Pages::default(), ctx)?;
     }
     if Attribute::named(&mesh.attributes, UNCERTAINTY).is_some() {
-        let own = mesh.colors.take();
-        let scale = paint(&mut mesh, UNCERTAINTY)?;
-        let painted = std::mem::replace(&mut mesh.colors, own).unwrap_or_default();
-        let colors = painted.iter().map(|c| eight_bits([c[0], c[1], c[2]])).collect();
-        let mut show = Show::new("Uncertainty of the surface", What::Vertices).with_colors(colors);
-        show.legend = Some(scale);
-        scene.shows.push(show);
+        let (colors, scale) = painted(&mesh, UNCERTAINTY)?;
+        let show = Show::new("Uncertainty of the surface", What::Vertices).with_vertex_colors(&colors);
+        scene.shows.push(Show { legend: Some(scale), ..show });
     }
     scene.mesh = Some(mesh);
     Ok(())

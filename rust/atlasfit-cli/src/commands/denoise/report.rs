@@ -29,12 +29,18 @@ pub struct Done<'a> {
 }
 
 impl Done<'_> {
-    /// The report for people.
-    pub fn text(&self) -> String {
+    /// What was found and made, for people.
+    pub fn facts(&self) -> String {
         let mut text = self.scan_text();
         if !self.surface.triangles.is_empty() {
             text += &self.surface_text();
         }
+        text
+    }
+
+    /// The report for people.
+    pub fn text(&self) -> String {
+        let mut text = self.facts();
         let _ = writeln!(text, "seconds        {}", seconds(self.seconds, &self.report.seconds));
         let _ = writeln!(text, "written        {}", self.files.join(", "));
         text

@@ -95,7 +95,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         files: &[],
     };
     let page = if args.report.is_some() {
-        let facts = done.text();
+        let facts = done.facts();
         let unwrapped = Unwrapped {
             mesh: &mesh,
             page: size,

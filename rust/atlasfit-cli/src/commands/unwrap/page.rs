@@ -3,10 +3,10 @@
 //! In: the mesh with its new UVs. Out: the bytes of an HTML file.
 
 use crate::console::Console;
-use crate::number::counted;
+use crate::number::{counted, short};
 use crate::page::Page;
 use crate::page::bars::Bars;
-use crate::page::scene::{Scene, Show, What, eight_bits, light_mesh};
+use crate::page::scene::{Scene, light_mesh, show_mesh, show_uvs};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, face_stretch};
 use atlasfit::{Context, Result, Stage};
@@ -31,14 +31,11 @@ pub struct Unwrapped<'a> {
 pub fn page(done: &Unwrapped<'_>, facts: &str, console: &Console, ctx: &Context<'_>) -> Result<Vec<u8>> {
     // Pages lie side by side, which is no stretch.
     let pages = Pages { of_face: None, size: done.page.map(f64::from) };
-    let mut scene = Scene { shows: vec![Show::new("Mesh", What::Vertices)], ..Scene::default() };
-    let mesh = light_mesh(done.mesh, ctx)?.into_owned();
-    if let Some(colors) = &mesh.colors {
-        let colors = colors.iter().map(|c| eight_bits([c[0], c[1], c[2]])).collect();
-        scene.shows.push(Show::new("Mesh in its colours", What::Vertices).with_colors(colors));
-    }
+    let mut scene = Scene::default();
+    let mesh = light_mesh(done.mesh, ctx)?;
+    show_mesh(&mut scene, ["Mesh", "Mesh in its colours"], &mesh);
     let checker = scene.shows.len();
-    crate::page::scene::show_uvs(&mut scene, &mesh, &pages, ctx)?;
+    show_uvs(&mut scene, &mesh, &pages, ctx)?;
     // The checker, and the layout.
     scene.start = [checker, checker + 2];
     scene.mesh = Some(mesh);
@@ -46,7 +43,7 @@ pub fn page(done: &Unwrapped<'_>, facts: &str, console: &Console, ctx: &Context<
     let words = format!(
         "How many of {} are stretched how much: 1 = lengths are kept. 95% of the area is to be below {}.",
         counted(stretch.len(), "triangle"),
-        crate::number::short(done.bound)
+        short(done.bound)
     );
     let bars = [
         Bars::histogram("Stretch", words, &stretch, [1.0, done.bound.max(MOST_STRETCH)]),

@@ -65,8 +65,8 @@ pub struct Done<'a> {
 }
 
 impl Done<'_> {
-    /// The report for people.
-    pub fn text(&self) -> String {
+    /// What was found and made, for people.
+    pub fn facts(&self) -> String {
         let (layout, quality) = (self.layout, self.quality);
         let mut text = format!(
             "mesh           {}, {}{} in {}\n",
@@ -102,6 +102,12 @@ impl Done<'_> {
             100.0 * quality.coverage,
             short(layout.texels_per_unit)
         );
+        text
+    }
+
+    /// The report for people.
+    pub fn text(&self) -> String {
+        let mut text = self.facts();
         let _ = writeln!(text, "seconds        {}", seconds(self.seconds, self.stages));
         let _ = writeln!(text, "written        {}", self.files.join(", "));
         text
