@@ -39,20 +39,28 @@ impl Cells {
                 high - low
             });
             let longest = longest.fold(0.0, f64::max);
-            let farthest = finite().flatten().fold(0.0f64, |far, x| far.max(x.abs()));
-            let side = (longest / FIRST_CELLS).max(farthest / FAR_CELLS).min(f64::MAX / FAR_CELLS);
-            // A power of two: cells that grow keep their planes. Of points that all lie at the origin no
+            let side = (longest / FIRST_CELLS).min(f64::MAX / FAR_CELLS);
+            // A power of two: cells that grow keep their planes. Of points that all lie in one place no
             // length is known.
             self.side = if side > 0.0 { side.log2().ceil().exp2() } else { 1.0 / FIRST_CELLS };
         }
         for p in finite() {
+            let farthest = p.iter().fold(0.0f64, |far, x| far.max(x.abs()));
+            while farthest / self.side > FAR_CELLS {
+                self.grow();
+            }
             *self.counts.entry(p.map(|x| (x / self.side).floor() as i64)).or_default() += 1;
             while self.counts.len() > MOST_CELLS {
-                self.side *= 2.0;
-                for (cell, n) in std::mem::take(&mut self.counts) {
-                    *self.counts.entry(cell.map(|x| x >> 1)).or_default() += n;
-                }
+                self.grow();
             }
+        }
+    }
+
+    /// Makes the cells twice as wide.
+    fn grow(&mut self) {
+        self.side *= 2.0;
+        for (cell, n) in std::mem::take(&mut self.counts) {
+            *self.counts.entry(cell.map(|x| x >> 1)).or_default() += n;
         }
     }
 
