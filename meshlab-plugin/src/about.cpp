@@ -66,6 +66,9 @@ std::vector<Parameter> denoise_parameters(bool surface)
 		list.insert(list.begin(), {Parameter::BOOL, "visibleLayers", 0, "Merge all visible layers",
 			"The surface is fitted to the vertices of all visible layers together, which are scans of one "
 			"object in one frame.", {}, false});
+		list.push_back({Parameter::BOOL, "moveLayers", 0, "Move merged layers together",
+			"Whether each merged layer, a sweep of the same thing, is first moved and turned a little so that "
+			"they lie on each other. The layers stay where they are.", {}, true});
 		list.push_back({Parameter::FLOAT, "detail", o.detail, "Detail",
 			"Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {},
 			false});

@@ -29,6 +29,8 @@ struct Scan {
 	std::vector<double> xyz;
 	std::vector<uint8_t> rgba;
 	std::vector<double> quality;
+	/// Which layer each is of, where layers are moved together.
+	std::vector<uint32_t> sweep;
 };
 
 /// Adds a layer's points; `columns` of MeshModel::MeshElement says which columns are kept.
@@ -61,9 +63,17 @@ Scan scan_of(MeshDocument& md, const RichParameterList& par)
 		for (const MeshModel* m : layers)
 			if (!m->hasDataMask(column))
 				columns &= ~column;
+	const bool moved = par.getBool("moveLayers");
+	if (moved && layers.size() < 2)
+		throw std::runtime_error("atlasfit: there is one layer, which cannot be moved to others. Show those "
+								 "that belong together and switch \"merge all visible layers\" on");
 	Scan scan;
-	for (const MeshModel* m : layers)
-		add(scan, *m, points(m->cm, Frame(m->cm), only_selected(*m, par)), columns);
+	for (std::size_t i = 0; i < layers.size(); ++i) {
+		const MeshModel& m = *layers[i];
+		add(scan, m, points(m.cm, Frame(m.cm), only_selected(m, par)), columns);
+		if (moved)
+			scan.sweep.resize(scan.xyz.size() / 3, uint32_t(i));
+	}
 	return scan;
 }
 
@@ -85,7 +95,13 @@ Denoised denoise(const Scan& scan, const Triangles* faces, const RichParameterLi
 		in.triangle_count = faces->face.size();
 	}
 	Denoised out{nullptr, ::out<atlasfit_report>()};
-	atlasfit_attribute attribute = defaults(atlasfit_attribute_init);
+	std::vector<atlasfit_attribute> attributes;
+	const auto column = [&](const char* name, const void* values, uint32_t scalar) {
+		attributes.push_back(defaults(atlasfit_attribute_init));
+		attributes.back().name = name;
+		attributes.back().values = values;
+		attributes.back().scalar = scalar;
+	};
 	if (surface) {
 		options.detail = number(par, "detail");
 		options.fill_holes = length(par, "fillHoles");
@@ -101,13 +117,14 @@ Denoised denoise(const Scan& scan, const Triangles* faces, const RichParameterLi
 			in.colors = scan.rgba.data();
 			in.color_scalar = ATLASFIT_U8;
 		}
-		if (!scan.quality.empty()) {
-			attribute.name = "quality";
-			attribute.values = scan.quality.data();
-			attribute.scalar = ATLASFIT_F64;
-			in.attributes = &attribute;
-			in.attribute_count = 1;
+		if (!scan.quality.empty())
+			column("quality", scan.quality.data(), ATLASFIT_F64);
+		if (!scan.sweep.empty()) {
+			options.sweeps = "sweep";
+			column(options.sweeps, scan.sweep.data(), ATLASFIT_U32);
 		}
+		in.attributes = attributes.data();
+		in.attribute_count = attributes.size();
 	}
 	const atlasfit_run how = run(par, &bar);
 	atlasfit_result* result = nullptr;
@@ -149,6 +166,16 @@ void tell(const Denoised& fit, Outcome& outcome)
 			 {"duplicates", double(r.duplicates)}, {"charts", double(r.charts)}, {"spacing", r.spacing},
 			 {"noise", r.noise}})
 		outcome.values.push_back(v);
+}
+
+/// How merged layers were moved together.
+void tell_sweeps(const Denoised& fit, Outcome& outcome)
+{
+	const atlasfit_report& r = fit.report;
+	outcome.lines.push_back("layers: " + grouped(r.sweeps) + ", " + brief(r.apart_before) +
+		" apart (standard deviation with the noise), " + brief(r.apart_after) + " once moved together");
+	outcome.values.push_back({"apart_before", r.apart_before});
+	outcome.values.push_back({"apart_after", r.apart_after});
 }
 
 /// What became the quality, where uncertainty was asked for.
@@ -246,6 +273,8 @@ void reconstruct(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	}
 
 	tell(fit, outcome);
+	if (!scan.sweep.empty())
+		tell_sweeps(fit, outcome);
 	if (sure)
 		tell_uncertainty(fit, outcome);
 	outcome.lines.push_back("surface: " + grouped(r.vertices) + " vertices, " + grouped(r.triangles) +

@@ -101,6 +101,19 @@ def test_visible_layers_are_merged(scan):
     assert halves.apply_filter(RECONSTRUCT, uv=False)["points"] == alone
 
 
+def test_layers_that_lie_apart_are_moved_together(scan):
+    points = opened(scan).current_mesh().vertex_matrix()
+    shift = 0.01 * np.linalg.norm(np.ptp(points, axis=0))
+    sweeps = document()
+    for sweep, way in ((points[::2], 0), (points[1::2], shift)):
+        sweeps.add_mesh(ml.Mesh(sweep + [way, 0, 0]))
+    values = sweeps.apply_filter(RECONSTRUCT, uv=False, visiblelayers=True, movelayers=True)
+    assert values["apart_after"] < 0.5 * values["apart_before"]
+    assert (sweeps.mesh(1).vertex_matrix() == points[1::2] + [shift, 0, 0]).all()
+    with pytest.raises(Exception, match="one layer"):
+        opened(scan).apply_filter(RECONSTRUCT, uv=False, movelayers=True)
+
+
 def test_lengths_are_shares_of_the_diagonal_too(scan):
     diagonal = np.linalg.norm(np.ptp(opened(scan).current_mesh().vertex_matrix(), axis=0))
     pure = getattr(ml, "PureValue", getattr(ml, "AbsoluteValue", None))

@@ -4,6 +4,7 @@ use crate::console::{Console, RunArgs, Usage};
 use crate::files::{self, InputArgs};
 use crate::number::{boundary, count, counted, json as number, short, vertex, vertices};
 use anyhow::Result;
+use atlasfit::measure::uv::seams_seen;
 use atlasfit::measure::{
     DistanceOptions, Distances, PointDistance, RimDistance, SurfaceDistance, Topology, UvQuality, points,
     rims, surface, topology, uv,
@@ -92,8 +93,11 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         }
         if mesh.corner_uv.is_some() {
             let q = run.execute(|ctx| uv(&mesh, ctx))?;
+            let seen = run.execute(|ctx| seams_seen(&mesh, ctx))?;
             text += &uv_text(&q);
+            let _ = writeln!(text, "seams seen     {} of their length, from outside", short(seen));
             json["uv"] = uv_json(&q);
+            json["uv"]["seams_seen"] = number(seen);
         }
     }
     drop(run);

@@ -62,6 +62,19 @@ impl Aabb {
     pub(crate) fn meets(&self, o: &Self) -> bool {
         (0..3).all(|k| self.min[k] <= o.max[k] && o.min[k] <= self.max[k])
     }
+    /// Whether a ray meets it (slabs, Kay and Kajiya 1986); `inverse` has the inverses of the direction's
+    /// components, which may be infinite.
+    fn is_met(&self, from: Vec3, inverse: Vec3) -> bool {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for k in 0..3 {
+            let a = (self.min[k] - from[k]) * inverse[k];
+            let b = (self.max[k] - from[k]) * inverse[k];
+            // A ray within a side has no number here, which the minimum and the maximum pass over.
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        enter <= leave
+    }
 }
 
 /// The tree.
@@ -177,6 +190,36 @@ impl Bvh {
         }
         ControlFlow::Continue(())
     }
+
+    /// Visits every primitive whose leaf box a ray meets, until the visitor breaks. The direction has any
+    /// length. Primitives whose own box the ray misses may be among them.
+    pub(crate) fn along<B>(
+        &self,
+        from: Vec3,
+        direction: Vec3,
+        mut visit: impl FnMut(u32) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        if self.nodes.is_empty() {
+            return ControlFlow::Continue(());
+        }
+        let inverse = Vec3::from_fn(|k| 1.0 / direction[k]);
+        let mut stack = vec![(0usize, self.height, 0usize, self.order.len())];
+        while let Some((node, height, lo, hi)) = stack.pop() {
+            if !self.nodes[node].is_met(from, inverse) {
+                continue;
+            }
+            if height == 0 {
+                for &i in &self.order[lo..hi] {
+                    visit(i)?;
+                }
+            } else {
+                let mid = lo.midpoint(hi);
+                stack.push((node + 1 + tree_size(height - 1), height - 1, mid, hi));
+                stack.push((node + 1, height - 1, lo, mid));
+            }
+        }
+        ControlFlow::Continue(())
+    }
 }
 
 fn build_node(
@@ -258,6 +301,34 @@ mod tests {
                 let brute = points.iter().map(|p| q.dist2(*p)).fold(f64::INFINITY, f64::min);
                 assert_eq!(found.map_or(f64::INFINITY, |f| f.1), brute, "{n}");
             }
+        }
+    }
+
+    #[test]
+    fn a_ray_finds_every_box_that_it_meets_and_not_those_behind_it() {
+        let mut rng = Rng::new(6);
+        let centres: Vec<Vec3> = (0..300).map(|_| Vec3::from_fn(|_| rng.uniform())).collect();
+        let boxes: Vec<Aabb> =
+            centres.iter().map(|&c| Aabb { min: c, max: c + Vec3::from_fn(|_| 0.05) }).collect();
+        let tree = build(&boxes);
+        for axis in 0..40 {
+            let from = Vec3::from_fn(|_| rng.uniform());
+            let toward = match axis {
+                0..3 => Vec3::from_fn(|k| f64::from(u8::from(k == axis))),
+                _ => Vec3::from_fn(|_| rng.uniform() - 0.5),
+            };
+            let mut seen = Vec::new();
+            let _ = tree.along(from, toward, |i| {
+                seen.push(i);
+                ControlFlow::<()>::Continue(())
+            });
+            // Many places along the ray, of which some lie in each box that it meets.
+            for place in (0..4000).map(|i| from + toward * (f64::from(i) * 0.002)) {
+                for (j, b) in boxes.iter().enumerate() {
+                    assert!(b.distance2(place) > 0.0 || seen.contains(&(j as u32)));
+                }
+            }
+            assert!(seen.len() < 150, "leaves that are far off are left out");
         }
     }
 

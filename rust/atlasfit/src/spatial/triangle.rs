@@ -13,6 +13,18 @@ use robust::{Coord3D, orient3d};
 /// instead. Derived.
 const NO_AREA: f64 = 1e-14;
 
+/// Where a ray meets a triangle, in lengths of the ray's direction from its start (Möller and Trumbore 1997);
+/// `None` where it misses, or lies in the triangle's plane.
+#[inline]
+pub(crate) fn meets_ray([a, b, c]: &[Vec3; 3], from: Vec3, direction: Vec3) -> Option<f64> {
+    let (ab, ac, to) = (*b - *a, *c - *a, from - *a);
+    let (p, q) = (direction.cross(ac), to.cross(ab));
+    let across = ab.dot(p);
+    let (u, v, t) = (to.dot(p) / across, direction.dot(q) / across, ac.dot(q) / across);
+    // None of these holds for what is no number.
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
+}
+
 /// Twice the area of the triangle of three points, along its normal.
 #[inline]
 pub(crate) fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {

@@ -22,6 +22,8 @@ pub struct Charts {
     pub count: usize,
     /// Half-edges where a chart ends, `3 * face + corner`: both sides of every cut, and the mesh's boundary.
     pub outline: Vec<u32>,
+    /// The inner edges that are cut, by the half-edge of one side.
+    pub cuts: Vec<u32>,
     /// Length of the inner edges that are cut, in the unit of the mesh.
     pub seam_length: f64,
 }
@@ -54,7 +56,7 @@ pub(super) fn charts_of(mesh: &TriMesh, uvs: &[FaceUv], ctx: &Context<'_>) -> Re
     let edges = Edges::new(&triangles, ctx)?;
     let mut sets = Sets::new(triangles.len());
     let mut seam_length = 0.0;
-    let mut outline = Vec::new();
+    let (mut outline, mut cuts) = (Vec::new(), Vec::new());
     // UVs at the edge's smaller and larger vertex.
     let ends = |h: u32| {
         let (f, k) = (h as usize / 3, h as usize % 3);
@@ -78,6 +80,7 @@ pub(super) fn charts_of(mesh: &TriMesh, uvs: &[FaceUv], ctx: &Context<'_>) -> Re
                 // An end that is not finite has no length.
                 seam_length += Some((a - b).norm()).filter(|l| l.is_finite()).unwrap_or(0.0);
                 outline.extend([pair[0].1, pair[1].1]);
+                cuts.push(pair[0].1);
             }
         }
     }
@@ -92,5 +95,5 @@ pub(super) fn charts_of(mesh: &TriMesh, uvs: &[FaceUv], ctx: &Context<'_>) -> Re
             of_face[f] = of_face[root];
         }
     }
-    Ok(Charts { of_face, count: count as usize, outline, seam_length })
+    Ok(Charts { of_face, count: count as usize, outline, cuts, seam_length })
 }

@@ -6,12 +6,14 @@ mod apart;
 mod charts;
 mod layout;
 mod overlap;
+mod seen;
 mod stretch;
 
 pub use crate::geometry::MOST_PAGES;
 pub use charts::{Charts, charts};
 pub use layout::{Pages, coverage};
 pub use overlap::TEXELS;
+pub use seen::seams_seen;
 pub use stretch::face_stretch;
 
 use super::memory;
