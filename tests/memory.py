@@ -11,9 +11,9 @@ refused one ends with status 1 and says how much is needed, before any work.
     tests/memory.py target/release/atlasfit --address-space                   # ulimit -v instead of
                                                                                 --max-memory
 
-With --address-space the system itself gives no more (limits of 20 MB up, in steps of a tenth, until two in a
-row are enough): a run then ends with an output, or with status 1, "out of memory" (or that no thread can be
-started), and no output; never by a signal.
+With --address-space the system itself gives no more (limits from the least that the program
+starts in up, in steps of a tenth, until two in a row are enough): a run then ends with an output, or with
+status 1, "out of memory" (or that no thread can be started), and no output; never by a signal.
 
 The constants in rust/atlasfit/src/{unwrap,pipeline,measure}/memory.rs, bake and the program's info and render
 were fitted by hand to such peaks. tests/python/test_memory.py runs a small case of this in CI.
@@ -138,11 +138,18 @@ def judge_space(status, text, outputs):
     return f"{outputs[0].name} was left" if outputs else None
 
 
+def least_space(program):
+    """Bytes of address space, in whole MB, in which the program starts at all: it says its version. In less
+    the system ends it before it can say anything.
+    """
+    return next(space for space in range(MB, 1000 * MB, MB) if run(program, ["--version"], space=space)[2] == 0)
+
+
 def sweep(program, arguments, out, most=4096 * MB):
     """Runs in more and more address space until two runs in a row succeed; what went wrong, and the limits
     that were enough.
     """
-    space, enough, wrong = 20 * MB, [], []
+    space, enough, wrong = least_space(program), [], []
     while space < most and enough[-2:] != [1, 1]:
         for file in out.iterdir():
             file.unlink()

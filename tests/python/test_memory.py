@@ -61,7 +61,8 @@ def test_under_any_limit_of_address_space_a_run_ends_well_or_with_an_error(
     out.mkdir()
     arguments = [command, files[file], *(m.format(out) for m in more), "--threads", "1"]
     enough = []
-    for space in (20, 36, 60, 100, 200, 400, 1000):
+    least = memory.least_space(program) // memory.MB
+    for space in (least, 36, 60, 100, 200, 400, 1000):
         for left in out.iterdir():
             left.unlink()
         _, _, status, text = memory.run(program, arguments, space=space * memory.MB)
