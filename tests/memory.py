@@ -142,7 +142,8 @@ def least_space(program):
     """Bytes of address space, in whole MB, in which the program starts at all: it says its version. In less
     the system ends it before it can say anything.
     """
-    return next(space for space in range(MB, 1000 * MB, MB) if run(program, ["--version"], space=space)[2] == 0)
+    starts = lambda space: run(program, ["--version"], space=space)[2] == 0
+    return next(filter(starts, range(MB, 1000 * MB, MB)))
 
 
 def sweep(program, arguments, out, most=4096 * MB):

@@ -280,9 +280,9 @@ def denoise(
                   the library was built with CGAL; "none": the call takes about half the time, result.surface
                   is empty, and points beside an edge of the part stay on its rounded charts
     texture_size  side of the texture page in texels, for the padding between UV charts (default 1024)
-    prior         "gp", a Gaussian process as smooth as the limit of the paper's networks (default), or the networks
-                  themselves, many times slower: "mlp", fully connected; "conv", convolutional; "level-set",
-                  closed surfaces only
+    prior         "gp", a Gaussian process as smooth as the limit of the paper's networks (default), or the
+                  networks themselves, many times slower: "mlp", fully connected; "conv", convolutional;
+                  "level-set", closed surfaces only
     recipe        how "mlp" and "conv" are trained: "fast", from coarse to fine (default), or "paper", all
                   samples at every step
     network_      charts that are trained (default 8), iterations at most (1000), stretch_weight against the

@@ -51,7 +51,8 @@ def simplify(
     vertices   (n, 3); float32 and float64 are not copied
     triangles  (m, 3) vertex indices
     faces      triangles that are few enough; None = as few as max_error allows
-    max_error  how far any vertex, and the middle of any edge, may be from the new mesh; None = as far as faces asks for
+    max_error  how far any vertex, and the middle of any edge, may be from the new mesh;
+               None = as far as faces asks for
     corner_uv  (m, 3, 2) UVs of the mesh
     options    see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 

@@ -3,7 +3,8 @@
 //! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Five things
 //! speak, in nats (a difference of log likelihoods): what the scan knows; what the part winds about, for a
 //! body faces outward; how it faces beside its neighbours, for a surface goes on across a gap; how it faces
-//! what lies before it ([`super::before`]); and that open scans, such as terrain, face up. The parts are then joined in the order of how much is said.
+//! what lies before it ([`super::before`]); and that open scans, such as terrain, face up. The parts are
+//! then joined in the order of how much is said.
 
 use super::adjacency::{FaceAdjacency, Turn};
 use super::constants::CONTOUR;

@@ -5,8 +5,9 @@
 //! collapsed, those that change the surface least first: each collapse is judged by the planes of the
 //! triangles about it (quadrics: Garland and Heckbert 1997, without memory as Lindstrom and Turk 1998), and
 //! every vertex of the first mesh stays within its error of the triangle it now belongs to (as Ciampalini et
-//! al. 1997), and the middle of every edge too where the error is a promise. Then edges are flipped and vertices moved along the surface, within the same bounds, so that
-//! triangles get near equal sides (Botsch and Kobbelt 2004).
+//! al. 1997), and the middle of every edge too where the error is a promise. Then edges are flipped and
+//! vertices moved along the surface, within the same bounds, so that triangles get near equal sides (Botsch
+//! and Kobbelt 2004).
 //!
 //! The mesh is cut into blocks of a grid. Those are worked on at the same time, each without the vertices
 //! that it shares with others; then the grid is shifted by half a cell, and the seams are done. What is done

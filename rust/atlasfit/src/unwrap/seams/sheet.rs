@@ -31,7 +31,8 @@ pub(super) struct Sheet<'a> {
     pub across: Vec<[u32; 3]>,
     /// Number of each face's inner edges; [`NONE`] at the border.
     pub edge: Vec<[u32; 3]>,
-    /// The two ends, the length (more for one inside a polygon) and a half-edge `3 * face + slot` of each inner edge.
+    /// The two ends, the length (more for one inside a polygon) and a half-edge `3 * face + slot` of each
+    /// inner edge.
     pub ends: Vec<[u32; 2]>,
     pub length: Vec<f64>,
     pub half: Vec<u32>,
