@@ -86,7 +86,7 @@ std::vector<Parameter> denoise_parameters(bool surface)
 		list.push_back({Parameter::LENGTH, "maxError", 0, "Largest error",
 			"How far the surface may move to have fewer triangles. 0 = as far as Triangles asks for, without "
 			"that a quarter of the noise or a twentieth of the spacing.",
-			{}, false});
+			{}, true});
 		list.push_back({Parameter::BOOL, "simplify", 1, "Fewer triangles where it is flat",
 			"Off: all triangles that the surface is made with, four to ten times as many.", {}, true});
 		list.push_back({Parameter::BOOL, "watertight", double(o.watertight), "Watertight",

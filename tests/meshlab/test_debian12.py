@@ -19,7 +19,7 @@ FIT = {
 PARAMETERS = {
     "Surface Reconstruction: Atlas": {
         "visibleLayers": ("Bool", "false"), **FIT, "detail": ("Float", 1), "fillHoles": ("AbsPerc", 0),
-        "largest": ("Bool", "false"), "faces": ("Int", 0), "maxError": ("AbsPerc", 0),
+        "largest": ("Bool", "false"), "faces": ("Int", 0),
         "watertight": ("Bool", "false"), "uv": ("Bool", "true"), "textureSize": ("Int", 1024),
         "texture": ("Enum", 0),
     },
