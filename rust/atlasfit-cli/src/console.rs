@@ -294,13 +294,17 @@ impl Console {
         self.told.lock().map(|t| [t.notes.clone(), t.warnings.clone()]).unwrap_or_default()
     }
 
-    /// The report of a command: text, or the JSON with `--json`, with all notes and warnings. `--quiet`
-    /// silences the text.
+    /// The report of a command that writes files, or does other work: as [`answer`](Self::answer), but `--quiet` silences the
+    /// text.
     pub fn report(&self, text: &str, json: &Value) {
-        let out = if self.json { format!("{:#}\n", self.with_told(json.clone())) } else { text.to_owned() };
-        if !self.json && self.quiet {
-            return;
+        if self.json || !self.quiet {
+            self.answer(text, json);
         }
+    }
+
+    /// What a command was asked for: text, or the JSON with `--json`, with all notes and warnings.
+    pub fn answer(&self, text: &str, json: &Value) {
+        let out = if self.json { format!("{:#}\n", self.with_told(json.clone())) } else { text.to_owned() };
         // A closed pipe (`| head`) is no failure.
         use std::io::Write as _;
         let _ = if self.output_taken.load(Ordering::Relaxed) {

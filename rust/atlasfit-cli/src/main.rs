@@ -31,7 +31,7 @@ struct Cli {
     /// Print one JSON object on standard output instead of text
     #[arg(long, global = true)]
     json: bool,
-    /// Print no progress and no notes
+    /// Print no progress and no notes, and of a command that writes files no report
     #[arg(long, short, global = true)]
     quiet: bool,
 }

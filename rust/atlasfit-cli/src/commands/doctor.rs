@@ -45,7 +45,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let seconds = try_out(args, console)?;
     let most_points = memory.map(|[free, _]| most_points(free, threads));
     let facts = Facts { threads, lanes: lanes_here(), memory, most_points, seconds };
-    console.report(&facts.text(), &facts.json());
+    console.answer(&facts.text(), &facts.json());
     Ok(())
 }
 

@@ -76,7 +76,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         "topology": facts.topology.as_ref().map(topology_json),
         "repairs": repairs, "warnings": warnings,
     });
-    console.report(&text(args, format, bytes, &mesh, &facts, &warnings), &json);
+    console.answer(&text(args, format, bytes, &mesh, &facts, &warnings), &json);
     Ok(())
 }
 

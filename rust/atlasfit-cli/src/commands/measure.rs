@@ -101,7 +101,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         }
     }
     drop(run);
-    console.report(&text, &json);
+    console.answer(&text, &json);
     Ok(())
 }
 

@@ -221,8 +221,8 @@ pub fn run(what: &Tiles, console: &Console) -> Result<()> {
             Ok(())
         }
         Tiles::Status(work) => {
-            let plan = Plan::read(&work.folder)?;
-            report(&plan, &work.folder, console);
+            let (text, value) = standing(&Plan::read(&work.folder)?, &work.folder, console);
+            console.answer(&text, &value);
             Ok(())
         }
     }
@@ -268,7 +268,7 @@ fn simulate(args: &PlanArgs, workers: usize, console: &Console) -> Result<()> {
         100.0 * s.busy,
         s.peak_memory as f64 / 1e9
     );
-    console.report(&text, &serde_json::to_value(&s)?);
+    console.answer(&text, &serde_json::to_value(&s)?);
     Ok(())
 }
 
@@ -293,6 +293,12 @@ fn run_all(
 
 /// Tells how a plan stands.
 fn report(plan: &Plan, folder: &Path, console: &Console) {
+    let (text, value) = standing(plan, folder, console);
+    console.report(&text, &value);
+}
+
+/// How a plan stands, as text and as JSON; warns of what did not come well.
+fn standing(plan: &Plan, folder: &Path, console: &Console) -> (String, Value) {
     let status = atlasfit_tiles::status(plan, folder);
     if let Some(summary) = &status.summary {
         if summary.cracks > 0 {
@@ -305,7 +311,7 @@ fn report(plan: &Plan, folder: &Path, console: &Console) {
             console.warn("some part of the surface is one-sided");
         }
     }
-    console.report(&text(plan, folder, &status), &value(plan, folder, &status));
+    (text(plan, folder, &status), value(plan, folder, &status))
 }
 
 fn seconds(s: f64) -> String {

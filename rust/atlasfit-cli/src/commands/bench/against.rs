@@ -82,7 +82,7 @@ impl<'a> Against<'a> {
             "against": self.other.display().to_string(), "cells": cells,
             "ratio_of_totals": total, "median_ratio": middle,
         });
-        console.report(&table, &json);
+        console.answer(&table, &json);
     }
 
     fn ratio_of_totals(&self) -> f64 {

@@ -141,5 +141,5 @@ fn report(rows: &[Row], failed: &[String], console: &Console) {
         })
     };
     let cells: Vec<Value> = rows.iter().map(cell).collect();
-    console.report(&text, &json!({ "cells": cells, "failed": failed }));
+    console.answer(&text, &json!({ "cells": cells, "failed": failed }));
 }

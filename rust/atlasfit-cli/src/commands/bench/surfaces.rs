@@ -169,7 +169,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         let middle = Smoothed { method: of[0].method.clone(), ..Smoothed::median(&of) };
         let _ = writeln!(points, "| **median** | {}", middle.line());
     }
-    console.report(&format!("{surfaces}\n{points}"), &json!({ "cells": said }));
+    console.answer(&format!("{surfaces}\n{points}"), &json!({ "cells": said }));
     Ok(())
 }
 

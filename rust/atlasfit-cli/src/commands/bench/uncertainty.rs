@@ -158,7 +158,7 @@ fn report(rows: &[Row], failed: &[String], console: &Console) {
             })
         })
         .collect();
-    console.report(
+    console.answer(
         &text,
         &json!({ "cells": cells, "points_good": points, "vertices_good": vertices, "cost": cost,
             "failed": failed }),

@@ -159,7 +159,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         files::write(path, &table)?;
     }
     let rows: Vec<Value> = rows.iter().map(json_row).collect();
-    console.report(&table, &json!({ "rows": rows, "failed": failed }));
+    console.answer(&table, &json!({ "rows": rows, "failed": failed }));
     if failed.iter().any(|f| f.contains(" atlasfit: ")) {
         bail!("not every mesh was unwrapped")
     }

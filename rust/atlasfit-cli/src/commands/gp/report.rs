@@ -56,7 +56,7 @@ pub fn run(args: &Report, console: &Console) -> Result<()> {
         table.print(&mut text);
         all.insert(name.into(), table.json());
     }
-    console.report(&text, &Value::Object(all));
+    console.answer(&text, &Value::Object(all));
     Ok(())
 }
 

@@ -57,7 +57,7 @@ pub fn run(args: &Eval, console: &Console) -> Result<()> {
             "stretch_weight": loaded.recipe.train.stretch, "inputs": inputs,
         }));
     }
-    console.report(&text, &json!({ "constant": number(flat), "models": models }));
+    console.answer(&text, &json!({ "constant": number(flat), "models": models }));
     Ok(())
 }
 

@@ -246,7 +246,7 @@ impl Bench<'_> {
             files::write(path, row::csv(&self.rows))?;
         }
         let json: Vec<Value> = self.rows.iter().map(Row::json).collect();
-        self.console.report(&table, &json!({ "rows": json, "failed": self.failed }));
+        self.console.answer(&table, &json!({ "rows": json, "failed": self.failed }));
         if self.failed.is_empty() { Ok(()) } else { bail!("{} of our fits failed", self.failed.len()) }
     }
 }

@@ -91,6 +91,6 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
     let report = report(&bench, &shapes);
     std::fs::write(args.output.join("report.md"), &report)?;
     std::fs::write(args.output.join("report.csv"), bench.csv())?;
-    console.report(&report, &json!({ "results": bench.done, "failed": bench.failed }));
+    console.answer(&report, &json!({ "results": bench.done, "failed": bench.failed }));
     if bench.failed.is_empty() { Ok(()) } else { bail!("{} fits failed", bench.failed.len()) }
 }

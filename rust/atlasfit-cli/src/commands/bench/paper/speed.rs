@@ -60,7 +60,7 @@ impl Bench<'_> {
         }
         let torch = json!({ "step": theirs, "seconds": seconds, "chamfer": chamfer, "cd": last("cd") });
         let ours = json!({ "step": ours, "seconds": fast, "chamfer": reached, "cd": cd });
-        self.console.report(&text, &json!({ "ours": ours, "torch": torch }));
+        self.console.answer(&text, &json!({ "ours": ours, "torch": torch }));
         Ok(())
     }
 
