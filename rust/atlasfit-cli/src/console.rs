@@ -294,8 +294,8 @@ impl Console {
         self.told.lock().map(|t| [t.notes.clone(), t.warnings.clone()]).unwrap_or_default()
     }
 
-    /// The report of a command that writes files, or does other work: as [`answer`](Self::answer), but `--quiet` silences the
-    /// text.
+    /// The report of a command that writes files, or does other work: as [`answer`](Self::answer), but
+    /// `--quiet` silences the text.
     pub fn report(&self, text: &str, json: &Value) {
         if self.json || !self.quiet {
             self.answer(text, json);

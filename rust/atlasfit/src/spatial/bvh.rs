@@ -169,26 +169,8 @@ impl Bvh {
 
     /// Visits every primitive whose leaf box meets `region`, until the visitor breaks. Primitives whose own
     /// box misses the region may be among them.
-    pub fn meeting<B>(&self, region: &Aabb, mut visit: impl FnMut(u32) -> ControlFlow<B>) -> ControlFlow<B> {
-        if self.nodes.is_empty() {
-            return ControlFlow::Continue(());
-        }
-        let mut stack = vec![(0usize, self.height, 0usize, self.order.len())];
-        while let Some((node, height, lo, hi)) = stack.pop() {
-            if !self.nodes[node].meets(region) {
-                continue;
-            }
-            if height == 0 {
-                for &i in &self.order[lo..hi] {
-                    visit(i)?;
-                }
-            } else {
-                let mid = lo.midpoint(hi);
-                stack.push((node + 1 + tree_size(height - 1), height - 1, mid, hi));
-                stack.push((node + 1, height - 1, lo, mid));
-            }
-        }
-        ControlFlow::Continue(())
+    pub fn meeting<B>(&self, region: &Aabb, visit: impl FnMut(u32) -> ControlFlow<B>) -> ControlFlow<B> {
+        self.visit(|node| node.meets(region), visit)
     }
 
     /// Visits every primitive whose leaf box a ray meets, until the visitor breaks. The direction has any
@@ -197,15 +179,25 @@ impl Bvh {
         &self,
         from: Vec3,
         direction: Vec3,
+        visit: impl FnMut(u32) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        let inverse = Vec3::from_fn(|k| 1.0 / direction[k]);
+        self.visit(|node| node.is_met(from, inverse), visit)
+    }
+
+    /// Visits every primitive of the leaves whose box, and every box about it, is `wanted`.
+    #[inline]
+    fn visit<B>(
+        &self,
+        wanted: impl Fn(&Aabb) -> bool,
         mut visit: impl FnMut(u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         if self.nodes.is_empty() {
             return ControlFlow::Continue(());
         }
-        let inverse = Vec3::from_fn(|k| 1.0 / direction[k]);
         let mut stack = vec![(0usize, self.height, 0usize, self.order.len())];
         while let Some((node, height, lo, hi)) = stack.pop() {
-            if !self.nodes[node].is_met(from, inverse) {
+            if !wanted(&self.nodes[node]) {
                 continue;
             }
             if height == 0 {
