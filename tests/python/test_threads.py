@@ -59,14 +59,15 @@ def test_far_more_threads_than_cores_are_not_started_and_that_is_said(program, s
 def test_a_thread_that_is_not_started_is_an_error_that_says_so(program, tmp_path):
     tiny = memory.write_ply(tmp_path / "tiny.ply", *memory.grid(4))
     seen = []
-    # Somewhere between too little for the program and enough for sixteen stacks.
-    for room in range(12, 80, 2):
-        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (room << 20,) * 2)
+    # From too little for the program to enough for sixteen stacks. A backtrace of a panic in there once waited
+    # for itself.
+    for room in range(memory.least_space(program), 64 * memory.MB, memory.MB):
+        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (room,) * 2)
         done = subprocess.run(
-            [program, "info", tiny, "--threads", "16", "-q"], preexec_fn=limit, capture_output=True, text=True
+            [program, "info", tiny, "--threads", "16", "-q"], preexec_fn=limit, capture_output=True, text=True,
+            env={**os.environ, "RUST_BACKTRACE": "1"}, timeout=60,
         )
         seen.append((room, done.returncode, done.stderr.strip()))
-        if done.returncode == 1 and "starts no more threads" in done.stderr:
-            assert "report this" not in done.stderr
-            return
-    pytest.fail(f"no limit shows the error: {seen}")
+        assert memory.judge_space(done.returncode, done.stderr, []) is None, seen[-1]
+        assert "report this" not in done.stderr
+    assert any("starts no more threads" in text for _, _, text in seen), seen

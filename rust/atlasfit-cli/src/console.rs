@@ -3,7 +3,7 @@
 //! A bar on a terminal, one plain line per stage elsewhere, nothing with `--quiet`. One deadline and one
 //! Ctrl-C end the whole command: reading, working, baking, writing.
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use atlasfit::{CancelToken, Deadline, Progress, Run, Stop};
 use serde_json::{Value, json};
 use std::sync::Mutex;
@@ -73,6 +73,21 @@ struct Told {
 
 /// Stack of a thread that is left behind: that of a program's first thread on Linux.
 const STACK_BYTES: usize = 8 << 20;
+/// Stack of a thread that the standard library is not told a size for.
+#[cfg(not(target_family = "wasm"))]
+const DEFAULT_STACK_BYTES: usize = 2 << 20;
+/// What is left for the program beside a stack: less would end it while the thread starts, without a word.
+const BESIDE_STACK_BYTES: usize = 1 << 20;
+
+/// Fails where the system gives no memory for one more thread.
+fn room_for_a_thread(stack_bytes: usize) -> Result<()> {
+    ensure!(
+        atlasfit::run::has_room(stack_bytes + BESIDE_STACK_BYTES),
+        "out of memory: the system gives no room for one more thread. Give the program more memory"
+    );
+    Ok(())
+}
+
 /// How often Ctrl-C and the time limit are looked at while such a thread works: well inside the 100 ms that a
 /// cancel may take.
 const TICK: Duration = Duration::from_millis(20);
@@ -96,6 +111,7 @@ pub struct Console {
 /// The first Ctrl-C cancels, the second ends the program at once.
 #[cfg(not(target_family = "wasm"))]
 fn listen(token: CancelToken) -> Result<()> {
+    room_for_a_thread(DEFAULT_STACK_BYTES)?;
     ctrlc::set_handler(move || {
         if token.is_cancelled() {
             atlasfit_io::discard_unfinished();
@@ -240,6 +256,7 @@ impl Console {
         }
         let (give, take) = sync_channel(1);
         let work = move || drop(give.send(job()));
+        room_for_a_thread(STACK_BYTES)?;
         std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work).context("cannot start a thread")?;
         loop {
             self.check(args, doing)?;

@@ -19,6 +19,7 @@ mod version;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::Console;
 use failure::Failure;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Fits an atlas of smooth charts to a noisy 3D scan: denoised points, one clean surface, chart UVs.
@@ -89,7 +90,7 @@ fn main() -> ExitCode {
             Ok(cli) => cli,
             Err(e) => return not_understood(&e, json),
         };
-    silence_handled_panics();
+    handle_panics();
     let console = match Console::new(cli.quiet, cli.json) {
         Ok(console) => console,
         Err(e) => {
@@ -149,12 +150,25 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
     ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }
 
+/// What a panic needs to print its backtrace, in bytes: the program's own symbols, read whole.
+const BACKTRACE_BYTES: usize = 64 << 20;
+
 /// Panics of third-party readers on damaged files become errors, which say more than the panic's own text.
-fn silence_handled_panics() {
+///
+/// Where the system gives no more memory, the run ends here. The standard library panics when a thread that
+/// just started gets no room for its signal stack, and takes a lock to print the backtrace; an allocation that
+/// fails under that lock waits for the same lock, for ever.
+fn handle_panics() {
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if !atlasfit_io::panics_become_errors() {
-            tell(panic);
+        if atlasfit_io::panics_become_errors() {
+            return;
         }
+        if !atlasfit::run::has_room(BACKTRACE_BYTES) {
+            // Neither call allocates.
+            let _ = writeln!(std::io::stderr(), "atlasfit: out of memory: the system gives no more; {panic}");
+            std::process::exit(1);
+        }
+        tell(panic);
     }));
 }

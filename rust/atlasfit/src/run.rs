@@ -14,6 +14,7 @@ mod threads;
 #[cfg(test)]
 pub(crate) mod watch;
 
+pub use memory::has_room;
 pub(crate) use memory::{total_bytes, with_threads};
 pub use stage::Stage;
 pub use stop::{CancelToken, Deadline, Stop};

@@ -43,9 +43,15 @@ pub(super) fn probe(bytes: u64) -> Result<()> {
         return Ok(());
     }
     let bytes = bytes.max(LEAST_ASKED_BYTES);
-    let room = usize::try_from(bytes).map_err(|_| Error::AllocationFailed { bytes })?;
+    let room = usize::try_from(bytes).unwrap_or(usize::MAX);
+    if has_room(room) { Ok(()) } else { Err(Error::AllocationFailed { bytes }) }
+}
+
+/// Whether the system gives so many bytes: they are asked for and given back untouched.
+#[must_use]
+pub fn has_room(bytes: usize) -> bool {
     // Without the hint the compiler leaves out memory that nobody writes to, and asks for none.
-    with_room::<u8>(room).map(|room| drop(black_box(room)))
+    with_room::<u8>(bytes).map(|room| drop(black_box(room))).is_ok()
 }
 
 /// Bytes that are filled between two looks at the run: memory that is touched for the first time comes at a

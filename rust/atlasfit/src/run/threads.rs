@@ -4,6 +4,7 @@
 //! far fewer cores. The environment has no say: neither `RAYON_NUM_THREADS` nor `RUST_MIN_STACK` changes
 //! anything.
 
+use super::memory;
 use crate::error::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -17,6 +18,10 @@ const ALWAYS: usize = 16;
 pub(super) const STACK_BYTES: usize = 2 << 20;
 /// Stack in bytes of the thread that only waits for the pool.
 pub(super) const WAITING_STACK_BYTES: usize = 256 << 10;
+
+/// What a thread takes beside its stack while it starts, in bytes: guard page, signal stack, thread-local
+/// data, its handle. A thread that gets its stack but not these ends the whole process, not the run.
+const BESIDE_STACK_BYTES: usize = 256 << 10;
 
 /// Cores that this process may use.
 fn cores() -> usize {
@@ -66,6 +71,10 @@ pub(super) fn in_pool<T: Send>(
     stack_bytes: usize,
     job: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
+    let room = threads.saturating_mul(stack_bytes.saturating_add(BESIDE_STACK_BYTES));
+    if !memory::has_room(room) {
+        return Err(refused("there is no memory for their stacks"));
+    }
     ThreadPoolBuilder::new()
         .num_threads(threads)
         .stack_size(stack_bytes)
