@@ -75,6 +75,9 @@ pub(crate) struct FlattenConstants {
     /// What holds all vertices in a Newton step, in mean energy per squared length: against drifting, where
     /// contacts are a million times as stiff. Source: chosen.
     pub steady: f64,
+    /// What holds a vertex that must not move in such a step, in the same unit. Source: derived, a thousand
+    /// times as stiff as the stiffest contact.
+    pub fixed: f64,
     /// What positions of one ring of vertices are multiplied by for the next one inward, where vertices are
     /// only to be put in order. In (0, 1). Source: chosen, for speed.
     /// Halved or doubled: same bytes.
@@ -121,6 +124,7 @@ pub(crate) const FLATTEN: FlattenConstants = FlattenConstants {
     barrier: 2e-5,
     nearer: 0.2,
     steady: 1e-6,
+    fixed: 1e9,
     inward: 0.95,
     leaf: 24,
     hub: 12,

@@ -30,6 +30,17 @@ pub(super) struct SeamsConstants {
     pub first_energy: f64,
     /// Newton steps for the first positions at most.
     pub first_steps: usize,
+    /// Faces about the end of a cut that give way when it is closed, at most ...
+    pub near: usize,
+    /// ... and so many more for each edge that is closed.
+    pub near_edge: usize,
+    /// How far these may move beyond where they lie, as a share of their box's diagonal.
+    pub margin: f64,
+    /// Their steps end where one lowers the mean energy by less than this.
+    pub least_near: f64,
+    /// Share of the energy that closing costs near the end which is left when all gives way: more than the
+    /// bound with that, and it is not tried.
+    pub left: f64,
     /// Newton steps after which a trial is judged.
     pub trial_steps: usize,
     /// Newton steps after a change at most.
@@ -65,6 +76,11 @@ pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     first_cuts: 16,
     first_energy: 20.0,
     first_steps: 60,
+    near: 240,
+    near_edge: 16,
+    margin: 0.25,
+    least_near: 1e-6,
+    left: 0.4,
     trial_steps: 3,
     steps: 40,
     least: 1e-4,

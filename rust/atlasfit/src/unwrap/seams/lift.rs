@@ -71,10 +71,6 @@ fn shortest(sheet: &Sheet<'_>, a: u32, b: u32, cut: &[bool], ctx: &Context<'_>) 
 
 /// Closes cuts, the longest first, that part the sheet.
 fn whole(sheet: &Sheet<'_>, cut: &mut [bool], ctx: &Context<'_>) -> Result<()> {
-    let beyond = |e: u32| {
-        let h = sheet.half[e as usize] as usize;
-        [h as u32 / 3, sheet.across[h / 3][h % 3]]
-    };
     let mut sets = Sets::new(sheet.faces.len());
     let mut closed: Vec<u32> = Vec::new();
     for e in 0..sheet.ends.len() as u32 {
@@ -82,13 +78,13 @@ fn whole(sheet: &Sheet<'_>, cut: &mut [bool], ctx: &Context<'_>) -> Result<()> {
         if cut[e as usize] {
             closed.push(e);
         } else {
-            let [f, g] = beyond(e);
+            let [f, g] = sheet.sides(e);
             sets.join(f, g);
         }
     }
     closed.sort_by(|&a, &b| sheet.length[b as usize].total_cmp(&sheet.length[a as usize]).then(a.cmp(&b)));
     for e in closed {
-        let [f, g] = beyond(e);
+        let [f, g] = sheet.sides(e);
         if sets.find(f) != sets.find(g) {
             sets.join(f, g);
             cut[e as usize] = false;

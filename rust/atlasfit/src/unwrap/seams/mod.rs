@@ -6,6 +6,7 @@
 //! here whole cuts grow to where the distortion is and are closed from their ends again, first on a coarse
 //! stand-in.
 
+mod close;
 mod constants;
 mod grow;
 mod initial;
