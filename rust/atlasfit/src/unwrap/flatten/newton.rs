@@ -70,12 +70,7 @@ impl Piece<'_> {
 
 /// Lowers the mean energy by Newton steps; returns it. A border that touches itself nowhere does not come to
 /// do so. `None` when the run is to stop: the caller checks.
-pub(crate) fn relax(
-    disk: &Disk<'_>,
-    uv: &mut Vec<[f64; 2]>,
-    until: Until,
-    ctx: &Context<'_>,
-) -> Option<f64> {
+pub(crate) fn relax(disk: &Disk<'_>, uv: &mut Vec<[f64; 2]>, until: Until, ctx: &Context<'_>) -> Option<f64> {
     let &Disk { tris, rest, border, .. } = disk;
     let area = rest.iter().map(|&r| area(r)).sum();
     let border = Border::new(tris, border);
@@ -250,10 +245,8 @@ impl Local {
             [0.5 * sin / y, y]
         };
         let frame = |[cos, sin]: [f64; 2]| [[cos, sin], [-sin, cos]];
-        let turned = [
-            half[0] * similar[0] - half[1] * similar[1],
-            half[0] * similar[1] + half[1] * similar[0],
-        ];
+        let turned =
+            [half[0] * similar[0] - half[1] * similar[1], half[0] * similar[1] + half[1] * similar[0]];
         let (u, v) = (frame(turned), frame(half));
         // Twice the half of the energy.
         let slope = s.map(|s| 2.0 * weight * (s - s.powi(-3)));

@@ -18,9 +18,10 @@ pub(super) struct Plan {
 
 /// The numbers, see [`SEAMS`].
 pub(super) struct SeamsConstants {
-    /// Faces of the stand-in on which seams are looked for first.
+    /// Edges of the stand-in on which seams are looked for first are about as long as if it had so many faces
+    /// of one size: it has a third of that.
     pub coarse: usize,
-    /// Surfaces of more than this many times as many faces have one.
+    /// Surfaces of more faces than this have one.
     pub much: usize,
     /// How many times its length a cut through a polygon costs.
     pub within_polygon: f64,
@@ -43,6 +44,10 @@ pub(super) struct SeamsConstants {
     pub left: f64,
     /// Newton steps after which a trial is judged.
     pub trial_steps: usize,
+    /// Newton steps after a cut has grown at most.
+    pub grown_steps: usize,
+    /// Trials, the best first, that are made in earnest until one lowers the energy.
+    pub best: usize,
     /// Newton steps after a change at most.
     pub steps: usize,
     /// Steps end where one lowers the mean energy by less than this.
@@ -70,8 +75,8 @@ pub(super) struct SeamsConstants {
 
 /// Their values.
 pub(super) const SEAMS: SeamsConstants = SeamsConstants {
-    coarse: 2000,
-    much: 2,
+    coarse: 4500,
+    much: 3000,
     within_polygon: 1e3,
     first_cuts: 16,
     first_energy: 20.0,
@@ -82,6 +87,8 @@ pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     least_near: 1e-6,
     left: 0.4,
     trial_steps: 3,
+    grown_steps: 10,
+    best: 2,
     steps: 40,
     least: 1e-4,
     parted: 0.02,

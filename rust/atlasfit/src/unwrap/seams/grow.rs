@@ -4,6 +4,7 @@
 //! of some that are tried, the one that lowers the energy most for its length.
 
 use super::constants::{Plan, SEAMS};
+use super::open::opened;
 use super::sheet::{Layout, Sheet};
 use crate::error::Result;
 use crate::run::Context;
@@ -20,22 +21,26 @@ pub(super) fn grown(
     let (distance, by) = sheet.distances(&sheet.opened(&now.cut), ctx)?;
     let paths: Vec<Vec<u32>> =
         targets(sheet, now, plan, &distance).into_iter().map(|v| sheet.path(v, &by)).collect();
-    let tried: Vec<Option<Layout>> = (paths.par_iter())
-        .map(|path| {
-            let mut cut = now.cut.clone();
-            path.iter().for_each(|&e| cut[e as usize] = true);
-            sheet.from(now, cut, SEAMS.trial_steps, ctx)
-        })
-        .collect();
+    let tried: Vec<Option<f64>> = (paths.par_iter()).map(|path| opened(sheet, now, path, ctx)).collect();
     ctx.check()?;
     // What is below the bound gains nothing more.
-    let rate = |l: &Layout| (now.energy.max(bound) - l.energy.max(bound)) / (l.length - now.length);
-    let best = tried.into_iter().flatten().reduce(|a, b| if rate(&b) > rate(&a) { b } else { a });
-    let Some(best) = best else { return Ok(None) };
-    let cut = best.cut.clone();
-    let out = sheet.from(&best, cut, SEAMS.steps, ctx).filter(|l| l.energy < now.energy);
-    ctx.check()?;
-    Ok(out)
+    let rate = |energy: f64, path: &[u32]| {
+        let length: f64 = path.iter().map(|&e| sheet.length[e as usize]).sum();
+        (now.energy.max(bound) - energy.max(bound)) / length
+    };
+    let mut order: Vec<(f64, &Vec<u32>)> =
+        (paths.iter().zip(tried)).filter_map(|(path, energy)| Some((rate(energy?, path), path))).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (_, path) in order.into_iter().take(SEAMS.best) {
+        let mut cut = now.cut.clone();
+        path.iter().for_each(|&e| cut[e as usize] = true);
+        let out = sheet.from(now, cut, SEAMS.grown_steps, ctx).filter(|l| l.energy < now.energy);
+        ctx.check()?;
+        if out.is_some() {
+            return Ok(out);
+        }
+    }
+    Ok(None)
 }
 
 /// Places of much energy far from any cut, apart from each other.

@@ -6,11 +6,13 @@
 //! here whole cuts grow to where the distortion is and are closed from their ends again, first on a coarse
 //! stand-in.
 
+mod around;
 mod close;
 mod constants;
 mod grow;
 mod initial;
 mod lift;
+mod open;
 mod search;
 mod sheet;
 mod trim;
@@ -54,7 +56,7 @@ fn part_opened(s: &Surface, faces: Vec<u32>, bound: f64, ctx: &Context<'_>) -> R
     let whole = faces.len() == s.faces();
     let Some(sheet) = Sheet::new(s, faces, ctx)? else { return Ok(None) };
     let plan = SEAMS.plans[0];
-    if sheet.faces.len() > SEAMS.much * SEAMS.coarse && whole {
+    if sheet.faces.len() > SEAMS.much && whole {
         let patches = Patches::new(s, vec![0; s.faces()], 1);
         let levels = coarsen(s, &patches, SEAMS.coarse, ctx)?;
         let coarse = &levels.last().surface;

@@ -62,6 +62,11 @@ pub(super) fn within(
                 break;
             }
         }
+        if next.is_none() {
+            // Cuts may have jammed: laid out anew they do not lie as they came to lie.
+            next = sheet.fresh(now.cut.clone(), ctx).filter(|l| l.energy < enough);
+            ctx.check()?;
+        }
         let Some(next) = next else { return Ok(None) };
         now = next;
     }

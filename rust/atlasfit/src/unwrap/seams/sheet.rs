@@ -108,7 +108,8 @@ impl<'a> Sheet<'a> {
         let some = !ends.is_empty();
         let tris = base.tris;
         let area = rest.iter().map(|r| 0.5 * r[0] * r[2]).sum();
-        let out = Self { s, faces, rest, area, tris, vertex, across, edge, ends, length, half, start, near, rim };
+        let out =
+            Self { s, faces, rest, area, tris, vertex, across, edge, ends, length, half, start, near, rim };
         Ok(some.then_some(out))
     }
 
@@ -284,7 +285,7 @@ impl<'a> Sheet<'a> {
 /// Draws the two sides of a new cut apart by a little, each towards its own triangles; whether the border then
 /// touches itself nowhere. `had` gives the positions that each vertex had: those that share one are the two
 /// sides.
-fn parted(chart: &mut Chart, had: &[[u32; 2]], ctx: &Context<'_>) -> bool {
+pub(super) fn parted(chart: &mut Chart, had: &[[u32; 2]], ctx: &Context<'_>) -> bool {
     let most = had.iter().flatten().max().map_or(0, |&o| o as usize + 1);
     let mut copies = vec![0u8; most];
     had.iter().for_each(|h| copies[h[0] as usize] = copies[h[0] as usize].saturating_add(1));
