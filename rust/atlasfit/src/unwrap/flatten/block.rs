@@ -4,6 +4,7 @@
 //! In: a chart's triangles and planar coordinates, then a block per vertex and per pair. Out: solutions. As in
 //! `factor`, whose order and elimination tree it takes.
 
+use super::constants::FLATTEN;
 use super::factor::{Tree, dissected};
 use super::graph::Graph;
 use crate::run::Context;
@@ -160,7 +161,10 @@ impl Pattern {
                 (index[e], value[e]) = (k as u32, l);
                 length[i] += 1;
             }
-            inverted[k] = inverse(d);
+            // What is left of a stiff block after large parts were taken off may be rounding alone.
+            let whole = diagonal[self.order[k] as usize];
+            let least = FLATTEN.pivot * (whole[0] + whole[3]);
+            inverted[k] = inverse([d[0] + least, d[1], d[2], d[3] + least]);
         }
         let mut work: Vec<[f64; 2]> = self.order.iter().map(|&v| b[v as usize]).collect();
         for j in 0..n {

@@ -78,6 +78,9 @@ pub(crate) struct FlattenConstants {
     /// What holds a vertex that must not move in such a step, in the same unit. Source: derived, a thousand
     /// times as stiff as the stiffest contact.
     pub fixed: f64,
+    /// Share of a block's diagonal that is added before it is inverted. Source: derived, far above what rounding
+    /// leaves of a block that others are subtracted from, far below what matters to a step.
+    pub pivot: f64,
     /// What positions of one ring of vertices are multiplied by for the next one inward, where vertices are
     /// only to be put in order. In (0, 1). Source: chosen, for speed.
     /// Halved or doubled: same bytes.
@@ -125,6 +128,7 @@ pub(crate) const FLATTEN: FlattenConstants = FlattenConstants {
     nearer: 0.2,
     steady: 1e-6,
     fixed: 1e9,
+    pivot: 1e-12,
     inward: 0.95,
     leaf: 24,
     hub: 12,

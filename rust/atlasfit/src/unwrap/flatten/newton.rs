@@ -107,6 +107,9 @@ pub(crate) fn relax_piece(
         let mut step = vec![[0.0; 2]; uv.len()];
         let slope = direction(piece, &contacts, uv, pattern, &mut step, ctx);
         ctx.check().ok()?;
+        if !slope.is_finite() || slope >= 0.0 {
+            break;
+        }
         // The quadratic model gives half of this.
         if until.wanted.is_some_and(|w| now + slope > w) {
             break;

@@ -11,9 +11,6 @@ pub(super) const LEAST_ENERGY: f64 = 4.0;
 pub(super) struct Plan {
     /// Shortest length of a new cut; the surface has area 1.
     pub least: f64,
-    /// Half of the places are those of most energy, half those of most energy times this power of their
-    /// distance from the border and other cuts.
-    pub power: f64,
 }
 
 /// The numbers, see [`SEAMS`].
@@ -23,6 +20,9 @@ pub(super) struct SeamsConstants {
     pub coarse: usize,
     /// Surfaces of more faces than this have one.
     pub much: usize,
+    /// The stand-in is rougher than the full surface: so many times the energy above an isometry's there means
+    /// the same here.
+    pub slack: f64,
     /// How many times its length a cut through a polygon costs.
     pub within_polygon: f64,
     /// Cuts to far ends at most, before a first layout is good enough.
@@ -56,7 +56,10 @@ pub(super) struct SeamsConstants {
     pub parted: f64,
     /// ... and how often that is quartered where triangles turn over.
     pub partings: usize,
-    /// Places that a cut may grow to which are tried at once.
+    /// Places that a cut may grow to are those of most energy times these powers of their distance from the
+    /// border and other cuts ...
+    pub powers: [f64; 3],
+    /// ... of which so many each are tried at once.
     pub targets: usize,
     /// Shortest piece of a seam that is closed at once, as a share of the whole, at first.
     pub piece: f64,
@@ -68,15 +71,20 @@ pub(super) struct SeamsConstants {
     pub gain: f64,
     /// Share by which a round must shorten the cuts to be followed by others.
     pub shorter: f64,
+    /// Rounds that may fail to do so, one after the other.
+    pub in_vain: usize,
+    /// The same where the cuts come from a stand-in.
+    pub in_vain_lifted: usize,
     /// Searches that are made from the start, of which the best is kept, and in turn tried for more cuts, after
     /// which others may be closed.
-    pub plans: [Plan; 3],
+    pub plans: [Plan; 2],
 }
 
 /// Their values.
 pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     coarse: 4500,
     much: 3000,
+    slack: 1.25,
     within_polygon: 1e3,
     first_cuts: 16,
     first_energy: 20.0,
@@ -93,15 +101,14 @@ pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     least: 1e-4,
     parted: 0.02,
     partings: 6,
-    targets: 6,
+    powers: [0.0, 1.0, 2.0],
+    targets: 3,
     piece: 0.08,
-    again: 2,
+    again: 4,
     most_cuts: 60,
     gain: 1e-3,
     shorter: 2e-3,
-    plans: [
-        Plan { least: 0.12, power: 1.0 },
-        Plan { least: 0.06, power: 2.0 },
-        Plan { least: 0.2, power: 1.0 },
-    ],
+    in_vain: 4,
+    in_vain_lifted: 1,
+    plans: [Plan { least: 0.06 }, Plan { least: 0.15 }],
 };

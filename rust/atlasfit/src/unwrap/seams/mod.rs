@@ -22,7 +22,7 @@ use super::large::{Patches, coarsen};
 use super::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
-use constants::SEAMS;
+use constants::{LEAST_ENERGY, SEAMS};
 use lift::lifted;
 use rustc_hash::FxHashSet;
 use sheet::Sheet;
@@ -61,13 +61,13 @@ fn part_opened(s: &Surface, faces: Vec<u32>, bound: f64, ctx: &Context<'_>) -> R
         let levels = coarsen(s, &patches, SEAMS.coarse, ctx)?;
         let coarse = &levels.last().surface;
         let faces = (0..coarse.faces() as u32).collect();
-        if let Some(small) = Sheet::new(coarse, faces, ctx)?
-            && let Some(found) = search::search(&small, bound, ctx)?
-            && let Some(start) = lifted(&small, &found, &sheet, ctx)?
-            && let Some(found) = search::within(&sheet, start, plan, bound, ctx)?
-        {
-            return Ok(Some(found.chart));
-        }
+        // What cannot be opened there would take long to fail here.
+        let Some(small) = Sheet::new(coarse, faces, ctx)? else { return Ok(None) };
+        let rough = LEAST_ENERGY + SEAMS.slack * (bound - LEAST_ENERGY);
+        let Some(found) = search::search(&small, rough, ctx)? else { return Ok(None) };
+        let Some(start) = lifted(&small, &found, &sheet, ctx)? else { return Ok(None) };
+        let Some(found) = search::within(&sheet, start, plan, bound, ctx)? else { return Ok(None) };
+        return Ok(Some(search::shortened(&sheet, found, bound, SEAMS.in_vain_lifted, ctx)?.chart));
     }
     Ok(search::search(&sheet, bound, ctx)?.map(|l| l.chart))
 }

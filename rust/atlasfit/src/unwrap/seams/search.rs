@@ -10,6 +10,7 @@ use super::trim::trimmed;
 use crate::error::Result;
 use crate::run::Context;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// A layout within the bound; `None` where there is none to be found.
 pub(super) fn search(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Option<Layout>> {
@@ -18,23 +19,35 @@ pub(super) fn search(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result
         .map(|&plan| within(sheet, start.clone(), plan, bound, ctx))
         .collect::<Result<_>>()?;
     let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
-    let Some(mut now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
+    let Some(now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
+    shortened(sheet, now, bound, SEAMS.in_vain, ctx).map(Some)
+}
+
+/// Any cut that lowers the energy makes room for others to be closed: rounds of both, while they help.
+pub(super) fn shortened(
+    sheet: &Sheet<'_>,
+    mut now: Layout,
+    bound: f64,
+    patience: usize,
+    ctx: &Context<'_>,
+) -> Result<Layout> {
     let mut in_vain = 0;
+    let mut tried = FxHashSet::default();
     for &plan in SEAMS.plans.iter().cycle() {
         ctx.check()?;
-        if in_vain == SEAMS.plans.len() {
+        if in_vain == patience {
             break;
         }
         in_vain += 1;
-        // Any cut that lowers the energy makes room for others to be closed.
-        let Some(longer) = grown(sheet, &now, plan, LEAST_ENERGY, ctx)? else { continue };
+        let Some(longer) = grown(sheet, &now, plan, LEAST_ENERGY, &mut tried, ctx)? else { continue };
         let other = trimmed(sheet, longer, bound, ctx)?;
         if other.length < now.length * (1.0 - SEAMS.shorter) {
             now = other;
             in_vain = 0;
+            tried.clear();
         }
     }
-    Ok(Some(now))
+    Ok(now)
 }
 
 /// The start with cuts to where the distortion is, and these closed as far as the bound allows. `None` where
@@ -57,7 +70,8 @@ pub(super) fn within(
         let enough = now.energy - SEAMS.gain * (now.energy - LEAST_ENERGY);
         let mut next = None;
         for &plan in [plan].iter().chain(&SEAMS.plans) {
-            next = grown(sheet, &now, plan, bound, ctx)?.filter(|l| l.energy < enough);
+            next = grown(sheet, &now, plan, bound, &mut FxHashSet::default(), ctx)?
+                .filter(|l| l.energy < enough);
             if next.is_some() {
                 break;
             }
