@@ -4,7 +4,6 @@
 //! In: a chart's triangles and planar coordinates, then a block per vertex and per pair. Out: solutions. As in
 //! `factor`, whose order and elimination tree it takes.
 
-use super::constants::FLATTEN;
 use super::factor::{Tree, dissected};
 use super::graph::Graph;
 use crate::run::Context;
@@ -117,8 +116,16 @@ impl Pattern {
         2 * (own.start + at) as u32 + u32::from(p < q)
     }
 
-    /// Solves in place the system with these blocks. Unfinished when the run is to stop: the caller checks.
-    pub(super) fn solve(&self, diagonal: &[Block], pairs: &[Block], b: &mut [[f64; 2]], ctx: &Context<'_>) {
+    /// Solves in place the system with these blocks, `pivot` times each one's diagonal added. Unfinished when
+    /// the run is to stop: the caller checks.
+    pub(super) fn solve(
+        &self,
+        diagonal: &[Block],
+        pairs: &[Block],
+        b: &mut [[f64; 2]],
+        pivot: f64,
+        ctx: &Context<'_>,
+    ) {
         let n = self.order.len();
         let nnz = self.start[n] as usize;
         let (mut index, mut value) = (vec![0u32; nnz], vec![[0.0; 4]; nnz]);
@@ -163,7 +170,7 @@ impl Pattern {
             }
             // What is left of a stiff block after large parts were taken off may be rounding alone.
             let whole = diagonal[self.order[k] as usize];
-            let least = FLATTEN.pivot * (whole[0] + whole[3]);
+            let least = pivot * (whole[0] + whole[3]);
             inverted[k] = inverse([d[0] + least, d[1], d[2], d[3] + least]);
         }
         let mut work: Vec<[f64; 2]> = self.order.iter().map(|&v| b[v as usize]).collect();

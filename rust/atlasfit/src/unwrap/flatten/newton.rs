@@ -93,6 +93,7 @@ pub(crate) fn relax_piece(
     let mut contacts = border.contacts(uv, held);
     let mut now = energy + barrier(&contacts);
     let mut known: Option<(FxHashSet<[u32; 3]>, Pattern)> = None;
+    let mut pivot = FLATTEN.pivot;
     for _ in 0..until.steps {
         if until.wanted.is_some_and(|w| energy <= w) {
             break;
@@ -105,13 +106,10 @@ pub(crate) fn relax_piece(
         }
         let Some((_, pattern)) = &known else { break };
         let mut step = vec![[0.0; 2]; uv.len()];
-        let slope = direction(piece, &contacts, uv, pattern, &mut step, ctx);
+        let slope = direction(piece, &contacts, uv, pattern, &mut step, pivot, ctx);
         ctx.check().ok()?;
-        if !slope.is_finite() || slope >= 0.0 {
-            break;
-        }
         // The quadratic model gives half of this.
-        if until.wanted.is_some_and(|w| now + slope > w) {
+        if slope < 0.0 && until.wanted.is_some_and(|w| now + slope > w) {
             break;
         }
         let mut length = (FLATTEN.short_of * first_collapse(tris, uv, &step)).min(1.0);
@@ -122,7 +120,8 @@ pub(crate) fn relax_piece(
             let e = piece.energy(&at);
             let wanted = now + 1e-4 * length * slope;
             length *= 0.5;
-            if e < wanted {
+            // Not so where there is no number.
+            if e < wanted && slope < 0.0 {
                 let met = border.contacts(&at, held);
                 let all = e + barrier(&met);
                 if all < wanted && gentle(&contacts, &met) && !border.touches(&at, ctx).ok()? {
@@ -131,7 +130,15 @@ pub(crate) fn relax_piece(
                 }
             }
         }
-        let Some((at, e, met, all)) = next else { break };
+        let Some((at, e, met, all)) = next else {
+            // Triangles near collapse: the system was solved badly, unless it is held together by more.
+            if pivot >= FLATTEN.most_pivot {
+                break;
+            }
+            pivot *= FLATTEN.stiffer;
+            continue;
+        };
+        pivot = FLATTEN.pivot;
         let gain = now - all;
         (*uv, energy, contacts, now) = (at, e, met, all);
         // A step that the border cut short says nothing of what is left to gain.
@@ -178,6 +185,7 @@ fn direction(
     uv: &[[f64; 2]],
     pattern: &Pattern,
     step: &mut [[f64; 2]],
+    pivot: f64,
     ctx: &Context<'_>,
 ) -> f64 {
     let mut diagonal: Vec<Block> = vec![[FLATTEN.steady, 0.0, 0.0, FLATTEN.steady]; uv.len()];
@@ -208,7 +216,7 @@ fn direction(
     }
     stay(step);
     let downhill: Vec<[f64; 2]> = step.to_vec();
-    pattern.solve(&diagonal, &pairs, step, ctx);
+    pattern.solve(&diagonal, &pairs, step, pivot, ctx);
     stay(step);
     -downhill.iter().zip(step).map(|(g, s)| g[0] * s[0] + g[1] * s[1]).sum::<f64>()
 }

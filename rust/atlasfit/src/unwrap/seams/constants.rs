@@ -27,8 +27,8 @@ pub(super) struct SeamsConstants {
     pub within_polygon: f64,
     /// Cuts to far ends at most, before a first layout is good enough.
     pub first_cuts: usize,
-    /// Mean energy of one that is.
-    pub first_energy: f64,
+    /// Mean energies of ones that are: searches start from both.
+    pub first_energy: [f64; 2],
     /// Newton steps for the first positions at most.
     pub first_steps: usize,
     /// Faces about the end of a cut that give way when it is closed, at most ...
@@ -84,10 +84,10 @@ pub(super) struct SeamsConstants {
 pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     coarse: 4500,
     much: 3000,
-    slack: 1.25,
+    slack: 1.5,
     within_polygon: 1e3,
     first_cuts: 16,
-    first_energy: 20.0,
+    first_energy: [20.0, 5.0],
     first_steps: 60,
     near: 240,
     near_edge: 16,
@@ -105,7 +105,7 @@ pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     targets: 3,
     piece: 0.08,
     again: 4,
-    most_cuts: 60,
+    most_cuts: 120,
     gain: 1e-3,
     shorter: 2e-3,
     in_vain: 4,

@@ -14,9 +14,9 @@ use rustc_hash::FxHashSet;
 
 /// A layout within the bound; `None` where there is none to be found.
 pub(super) fn search(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Option<Layout>> {
-    let Some(start) = opened_enough(sheet, ctx)? else { return Ok(None) };
-    let found: Vec<Option<Layout>> = (SEAMS.plans.par_iter())
-        .map(|&plan| within(sheet, start.clone(), plan, bound, ctx))
+    let starts = starts(sheet, ctx)?;
+    let found: Vec<Option<Layout>> = (starts.par_iter().zip(&SEAMS.plans))
+        .map(|(start, &plan)| within(sheet, start.clone(), plan, bound, ctx))
         .collect::<Result<_>>()?;
     let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
     let Some(now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
@@ -87,19 +87,23 @@ pub(super) fn within(
     trimmed(sheet, now, bound, ctx).map(Some)
 }
 
-/// A first layout that is not far from flat: a part with a small border, which would be drawn out of all
+/// First layouts that are not far from flat: a part with a small border, which would be drawn out of all
 /// measure, is cut to its far ends before.
-fn opened_enough(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Option<Layout>> {
+fn starts(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Vec<Layout>> {
     let mut cut = first_cut(sheet, ctx)?;
+    let mut out: Vec<Layout> = Vec::new();
     let mut best: Option<Layout> = None;
     for _ in 0..SEAMS.first_cuts {
         let fresh = sheet.fresh(cut.clone(), ctx);
         ctx.check()?;
-        if let Some(l) = fresh {
-            if best.as_ref().is_none_or(|b| l.energy < b.energy) {
-                best = Some(l);
+        if let Some(l) = fresh
+            && best.as_ref().is_none_or(|b| l.energy < b.energy)
+        {
+            if l.energy < SEAMS.first_energy[out.len()] {
+                out.push(l.clone());
             }
-            if best.as_ref().is_some_and(|b| b.energy < SEAMS.first_energy) {
+            best = Some(l);
+            if out.len() == SEAMS.first_energy.len() {
                 break;
             }
         }
@@ -108,5 +112,7 @@ fn opened_enough(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Option<Layout>>
         let end = (0..sheet.vertices() as u32).fold(0, far);
         sheet.path(end, &by).into_iter().for_each(|e| cut[e as usize] = true);
     }
-    Ok(best)
+    // The best of them stands for one that was not reached.
+    out.extend(best.filter(|_| out.len() < SEAMS.first_energy.len()));
+    Ok(out)
 }

@@ -84,7 +84,8 @@ pub(super) fn trimmed(sheet: &Sheet<'_>, mut now: Layout, bound: f64, ctx: &Cont
 pub(super) fn loose_ends(sheet: &Sheet<'_>, cut: &[bool], piece: f64) -> Vec<Vec<u32>> {
     let mut out = Vec::new();
     let total = cut.iter().filter(|&&c| c).count();
-    for end in (0..sheet.vertices() as u32).filter(|&v| !sheet.rim[v as usize]) {
+    // A cut that ends at a border parts two borders, perhaps: closed from there, it leaves a hole.
+    for end in 0..sheet.vertices() as u32 {
         if sheet.cuts_at(end, cut) != 1 {
             continue;
         }
