@@ -112,7 +112,11 @@ pub(crate) fn touching(
 }
 
 /// Two segments that touch without sharing a vertex, if there are any.
-fn segments_touch(segments: &[[u32; 2]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<Option<[u32; 2]>> {
+pub(crate) fn segments_touch(
+    segments: &[[u32; 2]],
+    uv: &[[f64; 2]],
+    ctx: &Context<'_>,
+) -> Result<Option<[u32; 2]>> {
     let n = segments.len();
     let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let mut total = 0.0;

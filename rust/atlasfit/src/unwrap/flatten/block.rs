@@ -22,9 +22,17 @@ pub(super) struct Pattern {
     /// that of its block.
     row: Vec<u32>,
     lower: Vec<u32>,
+    /// Per triangle, see [`slots_of`](Self::slots_of).
+    pub(super) slots: Vec<[u32; 3]>,
+}
+
+#[inline]
+fn minus(a: Block, b: Block) -> Block {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
 }
 
 /// The product of the transposed first block and the second.
+#[inline]
 fn transposed_times(a: Block, b: Block) -> Block {
     [
         a[0] * b[0] + a[2] * b[2],
@@ -34,6 +42,7 @@ fn transposed_times(a: Block, b: Block) -> Block {
     ]
 }
 
+#[inline]
 fn times(a: Block, b: Block) -> Block {
     [
         a[0] * b[0] + a[1] * b[2],
@@ -44,17 +53,24 @@ fn times(a: Block, b: Block) -> Block {
 }
 
 /// The inverse of a symmetric positive definite block.
+#[inline]
 fn inverse(a: Block) -> Block {
     let det = (a[0] * a[3] - a[1] * a[2]).max(1e-300);
     [a[3] / det, -a[1] / det, -a[2] / det, a[0] / det]
 }
 
 impl Pattern {
-    /// The pattern of the pairs of vertices that share a triangle. `None` when the run is to stop: the caller
-    /// checks.
-    pub(super) fn new(tris: &[[u32; 3]], coordinates: &[[f64; 2]], ctx: &Context<'_>) -> Option<Self> {
+    /// The pattern of the pairs of vertices that share a triangle or are among three that are near each other.
+    /// `None` when the run is to stop: the caller checks.
+    pub(super) fn new(
+        tris: &[[u32; 3]],
+        near: &[[u32; 3]],
+        coordinates: &[[f64; 2]],
+        ctx: &Context<'_>,
+    ) -> Option<Self> {
         let n = coordinates.len();
-        let graph = Graph::from_triangles(n, tris, &vec![[1.0; 3]; tris.len()], ctx);
+        let all: Vec<[u32; 3]> = tris.iter().chain(near).copied().collect();
+        let graph = Graph::from_triangles(n, &all, &vec![[1.0; 3]; all.len()], ctx);
         ctx.check().ok()?;
         let order = dissected(&graph, coordinates);
         ctx.check().ok()?;
@@ -75,7 +91,9 @@ impl Pattern {
             lower[from..].sort_unstable();
             row.push(lower.len() as u32);
         }
-        Some(Self { place, order, parent, start, row, lower })
+        let mut out = Self { place, order, parent, start, row, lower, slots: Vec::new() };
+        out.slots = tris.iter().map(|&t| out.slots_of(t)).collect();
+        Some(out)
     }
 
     /// Number of pairs.
@@ -83,18 +101,31 @@ impl Pattern {
         self.lower.len()
     }
 
-    /// The index of a pair of vertices, and whether the first is the earlier one: the block's rows are the
-    /// earlier one's.
-    pub(super) fn pair(&self, v: u32, w: u32) -> (u32, bool) {
+    /// The slots of the pairs (1, 0), (2, 0), (2, 1) of three vertices.
+    pub(super) fn slots_of(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+        [self.slot(b, a), self.slot(c, a), self.slot(c, b)]
+    }
+
+    /// Twice the index of a pair of vertices, and one more if the first is the earlier one: the block's rows
+    /// are the earlier one's.
+    fn slot(&self, v: u32, w: u32) -> u32 {
         let (p, q) = (self.place[v as usize], self.place[w as usize]);
         let (low, high) = (p.min(q), p.max(q) as usize);
         let own = self.row[high] as usize..self.row[high + 1] as usize;
         let at = self.lower[own.clone()].partition_point(|&x| x < low);
-        ((own.start + at) as u32, p < q)
+        2 * (own.start + at) as u32 + u32::from(p < q)
     }
 
-    /// Solves in place the system with these blocks. Unfinished when the run is to stop: the caller checks.
-    pub(super) fn solve(&self, diagonal: &[Block], pairs: &[Block], b: &mut [[f64; 2]], ctx: &Context<'_>) {
+    /// Solves in place the system with these blocks, `pivot` times each one's diagonal added. Unfinished when
+    /// the run is to stop: the caller checks.
+    pub(super) fn solve(
+        &self,
+        diagonal: &[Block],
+        pairs: &[Block],
+        b: &mut [[f64; 2]],
+        pivot: f64,
+        ctx: &Context<'_>,
+    ) {
         let n = self.order.len();
         let nnz = self.start[n] as usize;
         let (mut index, mut value) = (vec![0u32; nnz], vec![[0.0; 4]; nnz]);
@@ -129,16 +160,18 @@ impl Pattern {
                 let yi = std::mem::take(&mut y[i]);
                 let (s, e) = (self.start[i] as usize, (self.start[i] + length[i]) as usize);
                 for (r, v) in index[s..e].iter().zip(&value[s..e]) {
-                    let (y, less) = (&mut y[*r as usize], times(*v, yi));
-                    (0..4).for_each(|k| y[k] -= less[k]);
+                    let y = &mut y[*r as usize];
+                    *y = minus(*y, times(*v, yi));
                 }
                 let l = transposed_times(yi, inverted[i]);
-                let less = times(l, yi);
-                (0..4).for_each(|k| d[k] -= less[k]);
+                d = minus(d, times(l, yi));
                 (index[e], value[e]) = (k as u32, l);
                 length[i] += 1;
             }
-            inverted[k] = inverse(d);
+            // What is left of a stiff block after large parts were taken off may be rounding alone.
+            let whole = diagonal[self.order[k] as usize];
+            let least = pivot * (whole[0] + whole[3]);
+            inverted[k] = inverse([d[0] + least, d[1], d[2], d[3] + least]);
         }
         let mut work: Vec<[f64; 2]> = self.order.iter().map(|&v| b[v as usize]).collect();
         for j in 0..n {

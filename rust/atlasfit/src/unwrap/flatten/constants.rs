@@ -75,6 +75,16 @@ pub(crate) struct FlattenConstants {
     /// What holds all vertices in a Newton step, in mean energy per squared length: against drifting, where
     /// contacts are a million times as stiff. Source: chosen.
     pub steady: f64,
+    /// What holds a vertex that must not move in such a step, in the same unit. Source: derived, a thousand
+    /// times as stiff as the stiffest contact.
+    pub fixed: f64,
+    /// Share of a block's diagonal that is added before it is inverted. Source: derived, far above what rounding
+    /// leaves of a block that others are subtracted from, far below what matters to a step.
+    pub pivot: f64,
+    /// How many times more where no step lowers the energy ...
+    pub stiffer: f64,
+    /// ... until it is this share. Source of both: chosen.
+    pub most_pivot: f64,
     /// What positions of one ring of vertices are multiplied by for the next one inward, where vertices are
     /// only to be put in order. In (0, 1). Source: chosen, for speed.
     /// Halved or doubled: same bytes.
@@ -121,6 +131,10 @@ pub(crate) const FLATTEN: FlattenConstants = FlattenConstants {
     barrier: 2e-5,
     nearer: 0.2,
     steady: 1e-6,
+    fixed: 1e9,
+    pivot: 1e-12,
+    stiffer: 1e4,
+    most_pivot: 1e-4,
     inward: 0.95,
     leaf: 24,
     hub: 12,

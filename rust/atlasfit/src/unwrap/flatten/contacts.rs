@@ -4,11 +4,14 @@
 //! Li et al. 2020, "Incremental potential contact").
 
 use super::constants::FLATTEN;
+use crate::error::Result;
 use crate::numeric::plane::corners;
+use crate::run::Context;
+use crate::spatial::inject::segments_touch;
 use rustc_hash::FxHashMap;
 
 /// The border of a chart.
-pub(super) struct Border {
+pub(crate) struct Border {
     /// Ends of its edges.
     segments: Vec<[u32; 2]>,
 }
@@ -27,6 +30,11 @@ pub(super) struct Contact {
 }
 
 impl Border {
+    /// From the two ends of each edge.
+    pub(crate) fn of(segments: Vec<[u32; 2]>) -> Self {
+        Self { segments }
+    }
+
     /// From the free edges (triangle, slot) of some triangles.
     pub(super) fn new(tris: &[[u32; 3]], border: &[(u32, u8)]) -> Self {
         let ends = |&(i, k): &(u32, u8)| {
@@ -36,9 +44,18 @@ impl Border {
         Self { segments: border.iter().map(ends).collect() }
     }
 
-    /// All contacts, in the order of their edges.
-    pub(super) fn contacts(&self, uv: &[[f64; 2]]) -> Vec<Contact> {
+    /// Whether it touches or crosses itself.
+    pub(crate) fn touches(&self, uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<bool> {
+        Ok(segments_touch(&self.segments, uv, ctx)?.is_some())
+    }
+
+    /// All contacts, in the order of their edges, but those of held vertices alone.
+    pub(super) fn contacts(&self, uv: &[[f64; 2]], held: &[bool]) -> Vec<Contact> {
+        let moves = |v: u32| !held.get(v as usize).is_some_and(|&h| h);
         let n = self.segments.len();
+        if n == 0 {
+            return Vec::new();
+        }
         let reach = FLATTEN.reach;
         let (mut lo, mut hi, mut total) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2], 0.0);
         for s in &self.segments {
@@ -77,7 +94,8 @@ impl Border {
             let (x, y) = (range(0), range(1));
             for row in y.0..=y.1 {
                 let own = start[row * dims[0] + x.0] as usize..start[row * dims[0] + x.1 + 1] as usize;
-                out.extend(item[own].iter().filter_map(|&v| contact([v, a, b], uv)));
+                let near = item[own].iter().filter(|&&v| [v, a, b].into_iter().any(moves));
+                out.extend(near.filter_map(|&v| contact([v, a, b], uv)));
             }
         }
         out

@@ -4,7 +4,7 @@
 pub(crate) mod arap;
 mod block;
 mod constants;
-mod contacts;
+pub(crate) mod contacts;
 pub(crate) mod dirichlet;
 mod factor;
 pub(crate) mod graph;

@@ -9,18 +9,18 @@ use super::block::{Block, Pattern};
 use super::constants::FLATTEN;
 use super::contacts::{Border, Contact, gentle};
 use super::dirichlet::{Disk, first_collapse};
-use super::shape::singular;
+use super::shape::jacobian;
 use crate::numeric::plane::corners;
 use crate::run::Context;
-use crate::spatial::inject::border_touches;
+use rustc_hash::FxHashSet;
 
 /// Symmetric Dirichlet energy of one triangle, s1² + s2² + 1/s1² + 1/s2²: 4 where nothing is stretched, and
 /// infinite where it is flipped.
 #[inline]
 pub(crate) fn dirichlet(rest: [f64; 3], p: [[f64; 2]; 3]) -> f64 {
-    let (s1, s2) = singular(rest, p);
-    let det = s1 * s2;
-    let squares = s1 * s1 + s2 * s2;
+    let [a, b, c, d] = jacobian(rest, p);
+    let det = a * d - b * c;
+    let squares = a * a + b * b + c * c + d * d;
     if det > 0.0 { squares * (1.0 + 1.0 / (det * det)) } else { f64::INFINITY }
 }
 
@@ -37,106 +37,157 @@ pub(crate) fn mean_energy(tris: &[[u32; 3]], rest: &[[f64; 3]], uv: &[[f64; 2]])
     sum / all
 }
 
-/// Lowers the mean energy by at most `steps` Newton steps, until one lowers it by less than `least`; returns
-/// it. A border that touches itself nowhere does not come to do so. `None` when the run is to stop: the caller
-/// checks.
-pub(crate) fn relax(
-    disk: &Disk<'_>,
+/// When steps end.
+#[derive(Clone, Copy)]
+pub(crate) struct Until {
+    /// Number of steps at most.
+    pub steps: usize,
+    /// One lowers the mean energy by less than this.
+    pub least: f64,
+    /// The mean energy is this low, or by all signs will not become so.
+    pub wanted: Option<f64>,
+}
+
+/// Triangles of which some vertices may move.
+pub(crate) struct Piece<'a> {
+    pub tris: &'a [[u32; 3]],
+    pub rest: &'a [[f64; 3]],
+    /// What the mean is taken over.
+    pub area: f64,
+    /// Border edges, also those of other triangles that may come near.
+    pub border: Border,
+    /// Vertices that stay where they are; all others move where this is empty.
+    pub held: &'a [bool],
+}
+
+impl Piece<'_> {
+    fn energy(&self, uv: &[[f64; 2]]) -> f64 {
+        let sum: f64 =
+            self.tris.iter().zip(self.rest).map(|(t, &r)| area(r) * dirichlet(r, corners(*t, uv))).sum();
+        sum / self.area
+    }
+}
+
+/// Lowers the mean energy by Newton steps; returns it. A border that touches itself nowhere does not come to
+/// do so. `None` when the run is to stop: the caller checks.
+pub(crate) fn relax(disk: &Disk<'_>, uv: &mut Vec<[f64; 2]>, until: Until, ctx: &Context<'_>) -> Option<f64> {
+    let &Disk { tris, rest, border, .. } = disk;
+    let area = rest.iter().map(|&r| area(r)).sum();
+    let border = Border::new(tris, border);
+    relax_piece(&Piece { tris, rest, area, border, held: &[] }, uv, until, ctx)
+}
+
+/// The same of a piece: the part of the mean energy that is its own.
+pub(crate) fn relax_piece(
+    piece: &Piece<'_>,
     uv: &mut Vec<[f64; 2]>,
-    (steps, least): (usize, f64),
+    until: Until,
     ctx: &Context<'_>,
 ) -> Option<f64> {
-    let &Disk { tris, rest, border, .. } = disk;
-    let free = Border::new(tris, border);
+    let Piece { tris, border, held, .. } = piece;
     let barrier = |contacts: &[Contact]| contacts.iter().map(|c| c.energy).sum::<f64>();
-    let mut energy = mean_energy(tris, rest, uv);
-    if steps == 0 || !energy.is_finite() {
+    let mut energy = piece.energy(uv);
+    if until.steps == 0 || !energy.is_finite() {
         return Some(energy);
     }
-    let mut contacts = free.contacts(uv);
+    let mut contacts = border.contacts(uv, held);
     let mut now = energy + barrier(&contacts);
-    let mut pattern: Option<(Vec<[u32; 3]>, Pattern)> = None;
-    for _ in 0..steps {
-        let near: Vec<[u32; 3]> = contacts.iter().map(|c| c.at).collect();
-        let known = match pattern.take() {
-            Some(p) if p.0 == near => p,
-            _ => {
-                let all: Vec<[u32; 3]> = tris.iter().chain(&near).copied().collect();
-                (near, Pattern::new(&all, uv, ctx)?)
-            }
-        };
+    let mut known: Option<(FxHashSet<[u32; 3]>, Pattern)> = None;
+    let mut pivot = FLATTEN.pivot;
+    for _ in 0..until.steps {
+        if until.wanted.is_some_and(|w| energy <= w) {
+            break;
+        }
+        // A pattern with contacts that are no more serves as well.
+        if !known.as_ref().is_some_and(|k| contacts.iter().all(|c| k.0.contains(&c.at))) {
+            let near: Vec<[u32; 3]> = contacts.iter().map(|c| c.at).collect();
+            let pattern = Pattern::new(tris, &near, uv, ctx)?;
+            known = Some((near.into_iter().collect(), pattern));
+        }
+        let Some((_, pattern)) = &known else { break };
         let mut step = vec![[0.0; 2]; uv.len()];
-        let slope = direction(disk, &contacts, uv, &known.1, &mut step, ctx);
-        pattern = Some(known);
+        let slope = direction(piece, &contacts, uv, pattern, &mut step, pivot, ctx);
         ctx.check().ok()?;
+        // The quadratic model gives half of this.
+        if slope < 0.0 && until.wanted.is_some_and(|w| now + slope > w) {
+            break;
+        }
         let mut length = (FLATTEN.short_of * first_collapse(tris, uv, &step)).min(1.0);
         let mut next = None;
         for _ in 0..FLATTEN.halvings {
             let at: Vec<[f64; 2]> =
                 uv.iter().zip(&step).map(|(p, d)| [p[0] + length * d[0], p[1] + length * d[1]]).collect();
-            let e = mean_energy(tris, rest, &at);
+            let e = piece.energy(&at);
             let wanted = now + 1e-4 * length * slope;
             length *= 0.5;
-            if e < wanted {
-                let met = free.contacts(&at);
+            // Not so where there is no number.
+            if e < wanted && slope < 0.0 {
+                let met = border.contacts(&at, held);
                 let all = e + barrier(&met);
-                if all < wanted && gentle(&contacts, &met) && !border_touches(tris, &at, border, ctx).ok()? {
+                if all < wanted && gentle(&contacts, &met) && !border.touches(&at, ctx).ok()? {
                     next = Some((at, e, met, all));
                     break;
                 }
             }
         }
-        let Some((at, e, met, all)) = next else { break };
+        let Some((at, e, met, all)) = next else {
+            // Triangles near collapse: the system was solved badly, unless it is held together by more.
+            if pivot >= FLATTEN.most_pivot {
+                break;
+            }
+            pivot *= FLATTEN.stiffer;
+            continue;
+        };
+        pivot = FLATTEN.pivot;
         let gain = now - all;
         (*uv, energy, contacts, now) = (at, e, met, all);
         // A step that the border cut short says nothing of what is left to gain.
-        if gain < least && length >= 0.25 {
+        if gain < until.least && length >= 0.25 {
             break;
         }
     }
     Some(energy)
 }
 
-/// Adds a mode of a triangle's or a contact's second derivatives.
-fn add(
+/// Adds the second derivatives of a triangle or a contact, whose pairs of vertices (1, 0), (2, 0), (2, 1) have
+/// these slots.
+fn add<const N: usize>(
     at: [u32; 3],
-    modes: &[(f64, [[f64; 2]; 3])],
-    pattern: &Pattern,
+    slots: [u32; 3],
+    modes: &[(f64, [[f64; 2]; 3]); N],
     diagonal: &mut [Block],
     pairs: &mut [Block],
 ) {
     for v in 0..3 {
-        for w in 0..=v {
-            let (low, high, into) = if w == v {
-                (v, v, &mut diagonal[at[v] as usize])
-            } else {
-                let (pair, first) = pattern.pair(at[v], at[w]);
-                let (low, high) = if first { (v, w) } else { (w, v) };
-                (low, high, &mut pairs[pair as usize])
-            };
-            for (value, q) in modes {
-                let (a, b) = (q[low], q[high]);
-                *into = [
-                    into[0] + value * a[0] * b[0],
-                    into[1] + value * a[0] * b[1],
-                    into[2] + value * a[1] * b[0],
-                    into[3] + value * a[1] * b[1],
-                ];
-            }
-        }
+        add_block(&mut diagonal[at[v] as usize], modes, v, v);
+    }
+    for (slot, (v, w)) in slots.into_iter().zip([(1, 0), (2, 0), (2, 1)]) {
+        // The slot says which of the two is eliminated first: the rows are its.
+        let (low, high) = if slot & 1 == 1 { (v, w) } else { (w, v) };
+        add_block(&mut pairs[slot as usize / 2], modes, low, high);
+    }
+}
+
+/// Adds the part for two of the corners.
+#[inline]
+fn add_block<const N: usize>(to: &mut Block, modes: &[(f64, [[f64; 2]; 3]); N], v: usize, w: usize) {
+    for &(value, q) in modes {
+        let ([x, y], b) = (q[v], q[w]);
+        let (x, y) = (value * x, value * y);
+        *to = [to[0] + x * b[0], to[1] + x * b[1], to[2] + y * b[0], to[3] + y * b[1]];
     }
 }
 
 /// The Newton step into `step`; returns the slope of the mean energy along it.
 fn direction(
-    &Disk { tris, rest, .. }: &Disk<'_>,
+    &Piece { tris, rest, area: all, held, .. }: &Piece<'_>,
     contacts: &[Contact],
     uv: &[[f64; 2]],
     pattern: &Pattern,
     step: &mut [[f64; 2]],
+    pivot: f64,
     ctx: &Context<'_>,
 ) -> f64 {
-    let all: f64 = rest.iter().map(|&r| area(r)).sum();
     let mut diagonal: Vec<Block> = vec![[FLATTEN.steady, 0.0, 0.0, FLATTEN.steady]; uv.len()];
     let mut pairs: Vec<Block> = vec![[0.0; 4]; pattern.pairs()];
     let mut against = |at: [u32; 3], gradient: [[f64; 2]; 3]| {
@@ -145,20 +196,28 @@ fn direction(
             *s = [s[0] - g[0], s[1] - g[1]];
         }
     };
-    for (i, (&t, &r)) in tris.iter().zip(rest).enumerate() {
+    for (i, ((&t, &r), &slots)) in tris.iter().zip(rest).zip(&pattern.slots).enumerate() {
         if ctx.check_at(i).is_err() {
             return 0.0;
         }
         let Local { gradient, modes } = Local::new(r, corners(t, uv), area(r) / all);
         against(t, gradient);
-        add(t, &modes, pattern, &mut diagonal, &mut pairs);
+        add(t, slots, &modes, &mut diagonal, &mut pairs);
     }
     for c in contacts {
         against(c.at, c.gradient.map(|g| g.map(|x| c.slope * x)));
-        add(c.at, &[(c.curvature, c.gradient)], pattern, &mut diagonal, &mut pairs);
+        add(c.at, pattern.slots_of(c.at), &[(c.curvature, c.gradient)], &mut diagonal, &mut pairs);
     }
+    let stay = |step: &mut [[f64; 2]]| {
+        step.iter_mut().zip(held).filter(|s| *s.1).for_each(|s| *s.0 = [0.0; 2]);
+    };
+    for d in diagonal.iter_mut().zip(held).filter(|d| *d.1).map(|d| d.0) {
+        *d = [d[0] + FLATTEN.fixed, d[1], d[2], d[3] + FLATTEN.fixed];
+    }
+    stay(step);
     let downhill: Vec<[f64; 2]> = step.to_vec();
-    pattern.solve(&diagonal, &pairs, step, ctx);
+    pattern.solve(&diagonal, &pairs, step, pivot, ctx);
+    stay(step);
     -downhill.iter().zip(step).map(|(g, s)| g[0] * s[0] + g[1] * s[1]).sum::<f64>()
 }
 
@@ -177,16 +236,29 @@ impl Local {
         let g = [[-g1[0] - g2[0], -g1[1] - g2[1]], g1, g2];
         let entry = |r: usize, c: usize| p[0][r] * g[0][c] + p[1][r] * g[1][c] + p[2][r] * g[2][c];
         let (a, b, c, d) = (entry(0, 0), entry(0, 1), entry(1, 0), entry(1, 1));
-        let (similar, other) = ((c - b).atan2(a + d), (c + b).atan2(a - d));
-        let plus = 0.5 * (a + d).hypot(c - b);
-        let minus = 0.5 * (a - d).hypot(c + b);
-        let s = [plus + minus, plus - minus];
-        let frame = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
-            [[cos, sin], [-sin, cos]]
+        // The similar and the anti-similar part: their sizes and directions.
+        let polar = |x: f64, y: f64| {
+            let size = (x * x + y * y).sqrt();
+            (0.5 * size, if size > 0.0 { [x / size, y / size] } else { [1.0, 0.0] })
         };
-        let (u, v) = (frame(0.5 * (similar + other)), frame(0.5 * (other - similar)));
+        let ((plus, similar), (minus, other)) = (polar(a + d, c - b), polar(a - d, c + b));
+        let s = [plus + minus, plus - minus];
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+        // The inner frame has half the angle from the first to the second; the outer one is turned by the
+        // first against it.
+        let (cos, sin) = (dot(similar, other), cross(similar, other));
+        let half = if cos >= 0.0 {
+            let x = (0.5 * (1.0 + cos)).sqrt();
+            [x, 0.5 * sin / x]
+        } else {
+            let y = (0.5 * (1.0 - cos)).sqrt();
+            [0.5 * sin / y, y]
+        };
+        let frame = |[cos, sin]: [f64; 2]| [[cos, sin], [-sin, cos]];
+        let turned =
+            [half[0] * similar[0] - half[1] * similar[1], half[0] * similar[1] + half[1] * similar[0]];
+        let (u, v) = (frame(turned), frame(half));
         // Twice the half of the energy.
         let slope = s.map(|s| 2.0 * weight * (s - s.powi(-3)));
         let along = g.map(|g| [dot(v[0], g), dot(v[1], g)]);

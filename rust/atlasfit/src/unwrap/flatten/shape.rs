@@ -5,15 +5,20 @@ use crate::numeric::plane::{corners, twice_area};
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::Surface;
 
+/// The linear part of the map from a rest triangle to the plane, row by row.
+#[inline]
+pub(super) fn jacobian([l, x, y]: [f64; 3], p: [[f64; 2]; 3]) -> [f64; 4] {
+    let d1 = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
+    let d2 = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
+    let (a, c) = (d1[0] / l, d1[1] / l);
+    [a, (d2[0] - a * x) / y, c, (d2[1] - c * x) / y]
+}
+
 /// Largest and smallest singular value of the map from a rest triangle to the plane; the smallest is negative
 /// for a flipped one.
 #[inline]
 pub(crate) fn singular(rest: [f64; 3], p: [[f64; 2]; 3]) -> (f64, f64) {
-    let [l, x, y] = rest;
-    let d1 = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
-    let d2 = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
-    let (a, c) = (d1[0] / l, d1[1] / l);
-    let (b, d) = ((d2[0] - a * x) / y, (d2[1] - c * x) / y);
+    let [a, b, c, d] = jacobian(rest, p);
     // Singular values from the similar and the anti-similar part.
     let p = ((a + d).powi(2) + (c - b).powi(2)).sqrt() * 0.5;
     let q = ((a - d).powi(2) + (c + b).powi(2)).sqrt() * 0.5;

@@ -4,42 +4,59 @@
 //! of some that are tried, the one that lowers the energy most for its length.
 
 use super::constants::{Plan, SEAMS};
+use super::open::opened;
 use super::sheet::{Layout, Sheet};
 use crate::error::Result;
 use crate::run::Context;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
-/// The layout with one more cut; `None` where none lowers the energy.
+/// The layout with one more cut, which ends at none of the vertices `tried`; `None` where none lowers the
+/// energy. Its end joins these.
 pub(super) fn grown(
     sheet: &Sheet<'_>,
     now: &Layout,
     plan: Plan,
     bound: f64,
+    tried: &mut FxHashSet<u32>,
     ctx: &Context<'_>,
 ) -> Result<Option<Layout>> {
     let (distance, by) = sheet.distances(&sheet.opened(&now.cut), ctx)?;
-    let paths: Vec<Vec<u32>> =
-        targets(sheet, now, plan, &distance).into_iter().map(|v| sheet.path(v, &by)).collect();
-    let tried: Vec<Option<Layout>> = (paths.par_iter())
-        .map(|path| {
-            let mut cut = now.cut.clone();
-            path.iter().for_each(|&e| cut[e as usize] = true);
-            sheet.from(now, cut, SEAMS.trial_steps, ctx)
-        })
-        .collect();
+    let paths: Vec<(u32, Vec<u32>)> =
+        (targets(sheet, now, plan, &distance, tried).into_iter()).map(|v| (v, sheet.path(v, &by))).collect();
+    let energies: Vec<Option<f64>> =
+        paths.par_iter().map(|(_, path)| opened(sheet, now, path, ctx)).collect();
     ctx.check()?;
     // What is below the bound gains nothing more.
-    let rate = |l: &Layout| (now.energy.max(bound) - l.energy.max(bound)) / (l.length - now.length);
-    let best = tried.into_iter().flatten().reduce(|a, b| if rate(&b) > rate(&a) { b } else { a });
-    let Some(best) = best else { return Ok(None) };
-    let cut = best.cut.clone();
-    let out = sheet.from(&best, cut, SEAMS.steps, ctx).filter(|l| l.energy < now.energy);
-    ctx.check()?;
-    Ok(out)
+    let rate = |energy: f64, path: &[u32]| {
+        let length: f64 = path.iter().map(|&e| sheet.length[e as usize]).sum();
+        (now.energy.max(bound) - energy.max(bound)) / length
+    };
+    let mut order: Vec<(f64, &(u32, Vec<u32>))> = (paths.iter().zip(energies))
+        .filter_map(|(path, energy)| Some((rate(energy?, &path.1), path)))
+        .collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (_, (end, path)) in order.into_iter().take(SEAMS.best) {
+        tried.insert(*end);
+        let mut cut = now.cut.clone();
+        path.iter().for_each(|&e| cut[e as usize] = true);
+        let out = sheet.from(now, cut, SEAMS.grown_steps, ctx).filter(|l| l.energy < now.energy);
+        ctx.check()?;
+        if out.is_some() {
+            return Ok(out);
+        }
+    }
+    Ok(None)
 }
 
 /// Places of much energy far from any cut, apart from each other.
-fn targets(sheet: &Sheet<'_>, now: &Layout, plan: Plan, distance: &[f64]) -> Vec<u32> {
+fn targets(
+    sheet: &Sheet<'_>,
+    now: &Layout,
+    plan: Plan,
+    distance: &[f64],
+    tried: &FxHashSet<u32>,
+) -> Vec<u32> {
     let mut heat = sheet.excess(now);
     for _ in 0..2 {
         heat = (0..sheet.vertices() as u32)
@@ -53,8 +70,9 @@ fn targets(sheet: &Sheet<'_>, now: &Layout, plan: Plan, distance: &[f64]) -> Vec
     let far = distance.iter().filter(|d| d.is_finite()).fold(0.0, |a: f64, &d| a.max(d));
     let least = plan.least.min(0.5 * far);
     let inner = |v: &u32| distance[*v as usize] > least && distance[*v as usize].is_finite();
-    let mut out: Vec<u32> = Vec::new();
-    for power in [0.0, plan.power] {
+    let mut out: Vec<u32> = tried.iter().copied().collect();
+    out.sort_unstable();
+    for power in SEAMS.powers {
         let score = |v: u32| heat[v as usize] * distance[v as usize].powf(power);
         let mut order: Vec<u32> = (0..sheet.vertices() as u32).filter(inner).collect();
         order.sort_by(|&a, &b| score(b).total_cmp(&score(a)).then(a.cmp(&b)));
@@ -68,11 +86,11 @@ fn targets(sheet: &Sheet<'_>, now: &Layout, plan: Plan, distance: &[f64]) -> Vec
             if out.iter().all(apart) {
                 out.push(v);
                 own += 1;
-                if own == SEAMS.targets / 2 {
+                if own == SEAMS.targets {
                     break;
                 }
             }
         }
     }
-    out
+    out.split_off(tried.len())
 }

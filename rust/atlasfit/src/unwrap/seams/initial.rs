@@ -32,8 +32,7 @@ pub(super) fn first_cut(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Vec<bool
     let mut cut = vec![false; sheet.ends.len()];
     for (i, &(_, e)) in rest.iter().enumerate() {
         ctx.check_at(i)?;
-        let h = sheet.half[e as usize] as usize;
-        let (f, g) = (h as u32 / 3, sheet.across[h / 3][h % 3]);
+        let [f, g] = sheet.sides(e);
         if sets.find(f) != sets.find(g) {
             sets.join(f, g);
             continue;

@@ -31,6 +31,7 @@ pub(super) fn lifted(
         }
     }
     whole(sheet, &mut cut, ctx)?;
+    joined(sheet, &mut cut, ctx)?;
     let out = sheet.fresh(cut, ctx);
     ctx.check()?;
     Ok(out)
@@ -69,12 +70,32 @@ fn shortest(sheet: &Sheet<'_>, a: u32, b: u32, cut: &[bool], ctx: &Context<'_>) 
     Ok(out)
 }
 
+/// Cuts between borders until all borders are one.
+fn joined(sheet: &Sheet<'_>, cut: &mut [bool], ctx: &Context<'_>) -> Result<()> {
+    let mut sets = Sets::new(sheet.vertices());
+    for (t, across) in sheet.tris.iter().zip(&sheet.across) {
+        (0..3).filter(|&k| across[k] == NONE).for_each(|k| sets.join(t[k], t[(k + 1) % 3]));
+    }
+    for (ends, _) in sheet.ends.iter().zip(&*cut).filter(|c| *c.1) {
+        sets.join(ends[0], ends[1]);
+    }
+    loop {
+        let on = sheet.opened(cut);
+        let Some(first) = (0..on.len() as u32).find(|&v| on[v as usize]) else { return Ok(()) };
+        let own: Vec<bool> =
+            (0..on.len() as u32).map(|v| on[v as usize] && sets.find(v) == sets.find(first)).collect();
+        let (distance, by) = sheet.distances(&own, ctx)?;
+        let others = (0..on.len()).filter(|&v| on[v] && !own[v] && distance[v].is_finite());
+        let Some(near) = others.min_by(|&v, &w| distance[v].total_cmp(&distance[w])) else { return Ok(()) };
+        for e in sheet.path(near as u32, &by) {
+            cut[e as usize] = true;
+            sets.join(sheet.ends[e as usize][0], sheet.ends[e as usize][1]);
+        }
+    }
+}
+
 /// Closes cuts, the longest first, that part the sheet.
 fn whole(sheet: &Sheet<'_>, cut: &mut [bool], ctx: &Context<'_>) -> Result<()> {
-    let beyond = |e: u32| {
-        let h = sheet.half[e as usize] as usize;
-        [h as u32 / 3, sheet.across[h / 3][h % 3]]
-    };
     let mut sets = Sets::new(sheet.faces.len());
     let mut closed: Vec<u32> = Vec::new();
     for e in 0..sheet.ends.len() as u32 {
@@ -82,13 +103,13 @@ fn whole(sheet: &Sheet<'_>, cut: &mut [bool], ctx: &Context<'_>) -> Result<()> {
         if cut[e as usize] {
             closed.push(e);
         } else {
-            let [f, g] = beyond(e);
+            let [f, g] = sheet.sides(e);
             sets.join(f, g);
         }
     }
     closed.sort_by(|&a, &b| sheet.length[b as usize].total_cmp(&sheet.length[a as usize]).then(a.cmp(&b)));
     for e in closed {
-        let [f, g] = beyond(e);
+        let [f, g] = sheet.sides(e);
         if sets.find(f) != sets.find(g) {
             sets.join(f, g);
             cut[e as usize] = false;

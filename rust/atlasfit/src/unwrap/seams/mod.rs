@@ -6,10 +6,13 @@
 //! here whole cuts grow to where the distortion is and are closed from their ends again, first on a coarse
 //! stand-in.
 
+mod around;
+mod close;
 mod constants;
 mod grow;
 mod initial;
 mod lift;
+mod open;
 mod search;
 mod sheet;
 mod trim;
@@ -19,7 +22,7 @@ use super::large::{Patches, coarsen};
 use super::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
-use constants::SEAMS;
+use constants::{LEAST_ENERGY, SEAMS};
 use lift::lifted;
 use rustc_hash::FxHashSet;
 use sheet::Sheet;
@@ -53,18 +56,18 @@ fn part_opened(s: &Surface, faces: Vec<u32>, bound: f64, ctx: &Context<'_>) -> R
     let whole = faces.len() == s.faces();
     let Some(sheet) = Sheet::new(s, faces, ctx)? else { return Ok(None) };
     let plan = SEAMS.plans[0];
-    if sheet.faces.len() > SEAMS.much * SEAMS.coarse && whole {
+    if sheet.faces.len() > SEAMS.much && whole {
         let patches = Patches::new(s, vec![0; s.faces()], 1);
         let levels = coarsen(s, &patches, SEAMS.coarse, ctx)?;
         let coarse = &levels.last().surface;
         let faces = (0..coarse.faces() as u32).collect();
-        if let Some(small) = Sheet::new(coarse, faces, ctx)?
-            && let Some(found) = search::search(&small, bound, ctx)?
-            && let Some(start) = lifted(&small, &found, &sheet, ctx)?
-            && let Some(found) = search::within(&sheet, start, plan, bound, ctx)?
-        {
-            return Ok(Some(found.chart));
-        }
+        // What cannot be opened there would take long to fail here.
+        let Some(small) = Sheet::new(coarse, faces, ctx)? else { return Ok(None) };
+        let rough = LEAST_ENERGY + SEAMS.slack * (bound - LEAST_ENERGY);
+        let Some(found) = search::search(&small, rough, ctx)? else { return Ok(None) };
+        let Some(start) = lifted(&small, &found, &sheet, ctx)? else { return Ok(None) };
+        let Some(found) = search::within(&sheet, start, plan, bound, ctx)? else { return Ok(None) };
+        return Ok(Some(search::shortened(&sheet, found, bound, SEAMS.in_vain_lifted, ctx)?.chart));
     }
     Ok(search::search(&sheet, bound, ctx)?.map(|l| l.chart))
 }

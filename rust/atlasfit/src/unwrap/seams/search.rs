@@ -10,31 +10,44 @@ use super::trim::trimmed;
 use crate::error::Result;
 use crate::run::Context;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// A layout within the bound; `None` where there is none to be found.
 pub(super) fn search(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Option<Layout>> {
-    let Some(start) = opened_enough(sheet, ctx)? else { return Ok(None) };
-    let found: Vec<Option<Layout>> = (SEAMS.plans.par_iter())
-        .map(|&plan| within(sheet, start.clone(), plan, bound, ctx))
+    let starts = starts(sheet, ctx)?;
+    let found: Vec<Option<Layout>> = (starts.par_iter().zip(&SEAMS.plans))
+        .map(|(start, &plan)| within(sheet, start.clone(), plan, bound, ctx))
         .collect::<Result<_>>()?;
     let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
-    let Some(mut now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
+    let Some(now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
+    shortened(sheet, now, bound, SEAMS.in_vain, ctx).map(Some)
+}
+
+/// Any cut that lowers the energy makes room for others to be closed: rounds of both, while they help.
+pub(super) fn shortened(
+    sheet: &Sheet<'_>,
+    mut now: Layout,
+    bound: f64,
+    patience: usize,
+    ctx: &Context<'_>,
+) -> Result<Layout> {
     let mut in_vain = 0;
+    let mut tried = FxHashSet::default();
     for &plan in SEAMS.plans.iter().cycle() {
         ctx.check()?;
-        if in_vain == SEAMS.plans.len() {
+        if in_vain == patience {
             break;
         }
         in_vain += 1;
-        // Any cut that lowers the energy makes room for others to be closed.
-        let Some(longer) = grown(sheet, &now, plan, LEAST_ENERGY, ctx)? else { continue };
+        let Some(longer) = grown(sheet, &now, plan, LEAST_ENERGY, &mut tried, ctx)? else { continue };
         let other = trimmed(sheet, longer, bound, ctx)?;
         if other.length < now.length * (1.0 - SEAMS.shorter) {
             now = other;
             in_vain = 0;
+            tried.clear();
         }
     }
-    Ok(Some(now))
+    Ok(now)
 }
 
 /// The start with cuts to where the distortion is, and these closed as far as the bound allows. `None` where
@@ -57,10 +70,16 @@ pub(super) fn within(
         let enough = now.energy - SEAMS.gain * (now.energy - LEAST_ENERGY);
         let mut next = None;
         for &plan in [plan].iter().chain(&SEAMS.plans) {
-            next = grown(sheet, &now, plan, bound, ctx)?.filter(|l| l.energy < enough);
+            next = grown(sheet, &now, plan, bound, &mut FxHashSet::default(), ctx)?
+                .filter(|l| l.energy < enough);
             if next.is_some() {
                 break;
             }
+        }
+        if next.is_none() {
+            // Cuts may have jammed: laid out anew they do not lie as they came to lie.
+            next = sheet.fresh(now.cut.clone(), ctx).filter(|l| l.energy < enough);
+            ctx.check()?;
         }
         let Some(next) = next else { return Ok(None) };
         now = next;
@@ -68,19 +87,23 @@ pub(super) fn within(
     trimmed(sheet, now, bound, ctx).map(Some)
 }
 
-/// A first layout that is not far from flat: a part with a small border, which would be drawn out of all
+/// First layouts that are not far from flat: a part with a small border, which would be drawn out of all
 /// measure, is cut to its far ends before.
-fn opened_enough(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Option<Layout>> {
+fn starts(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Vec<Layout>> {
     let mut cut = first_cut(sheet, ctx)?;
+    let mut out: Vec<Layout> = Vec::new();
     let mut best: Option<Layout> = None;
     for _ in 0..SEAMS.first_cuts {
         let fresh = sheet.fresh(cut.clone(), ctx);
         ctx.check()?;
-        if let Some(l) = fresh {
-            if best.as_ref().is_none_or(|b| l.energy < b.energy) {
-                best = Some(l);
+        if let Some(l) = fresh
+            && best.as_ref().is_none_or(|b| l.energy < b.energy)
+        {
+            if l.energy < SEAMS.first_energy[out.len()] {
+                out.push(l.clone());
             }
-            if best.as_ref().is_some_and(|b| b.energy < SEAMS.first_energy) {
+            best = Some(l);
+            if out.len() == SEAMS.first_energy.len() {
                 break;
             }
         }
@@ -89,5 +112,7 @@ fn opened_enough(sheet: &Sheet<'_>, ctx: &Context<'_>) -> Result<Option<Layout>>
         let end = (0..sheet.vertices() as u32).fold(0, far);
         sheet.path(end, &by).into_iter().for_each(|e| cut[e as usize] = true);
     }
-    Ok(best)
+    // The best of them stands for one that was not reached.
+    out.extend(best.filter(|_| out.len() < SEAMS.first_energy.len()));
+    Ok(out)
 }

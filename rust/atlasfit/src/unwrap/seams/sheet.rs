@@ -10,7 +10,7 @@ use crate::run::Context;
 use crate::spatial::inject::injective;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::flatten::dirichlet::{Disk, convex};
-use crate::unwrap::flatten::newton::{dirichlet, relax};
+use crate::unwrap::flatten::newton::{Until, dirichlet, relax};
 use crate::unwrap::flatten::shape::{all_positive, cotangents};
 use crate::unwrap::surface::{NONE, Surface};
 use rustc_hash::FxHashMap;
@@ -23,6 +23,8 @@ pub(super) struct Sheet<'a> {
     pub faces: Vec<u32>,
     /// Rest shapes of the faces.
     pub rest: Vec<[f64; 3]>,
+    /// Area of all of them.
+    pub area: f64,
     /// Vertices of the faces, uncut.
     pub tris: Vec<[u32; 3]>,
     /// The surface's vertex of each.
@@ -105,7 +107,9 @@ impl<'a> Sheet<'a> {
         let rest = base.rest(s);
         let some = !ends.is_empty();
         let tris = base.tris;
-        let out = Self { s, faces, rest, tris, vertex, across, edge, ends, length, half, start, near, rim };
+        let area = rest.iter().map(|r| 0.5 * r[0] * r[2]).sum();
+        let out =
+            Self { s, faces, rest, area, tris, vertex, across, edge, ends, length, half, start, near, rim };
         Ok(some.then_some(out))
     }
 
@@ -123,6 +127,12 @@ impl<'a> Sheet<'a> {
     pub(super) fn other(&self, e: u32, v: u32) -> u32 {
         let [a, b] = self.ends[e as usize];
         if a == v { b } else { a }
+    }
+
+    /// The two faces of an inner edge.
+    pub(super) fn sides(&self, e: u32) -> [u32; 2] {
+        let h = self.half[e as usize] as usize;
+        [h as u32 / 3, self.across[h / 3][h % 3]]
     }
 
     /// Length of what is cut.
@@ -144,7 +154,8 @@ impl<'a> Sheet<'a> {
         self.near(v).iter().filter(|&&e| cut[e as usize]).count()
     }
 
-    fn glued(&self, cut: &[bool], ctx: &Context<'_>) -> Option<Chart> {
+    /// Its chart with a cut, all positions zero.
+    pub(super) fn glued(&self, cut: &[bool], ctx: &Context<'_>) -> Option<Chart> {
         let across = |i: usize, _, k: usize| {
             let j = self.across[i][k];
             (j != NONE && !cut[self.edge[i][k] as usize]).then_some(j)
@@ -152,10 +163,21 @@ impl<'a> Sheet<'a> {
         Chart::glue(self.s, self.faces.clone(), across, ctx)
     }
 
-    fn relaxed(&self, cut: Vec<bool>, mut chart: Chart, steps: usize, ctx: &Context<'_>) -> Option<Layout> {
+    fn relaxed(&self, cut: Vec<bool>, chart: Chart, steps: usize, ctx: &Context<'_>) -> Option<Layout> {
+        self.until(cut, chart, Until { steps, least: SEAMS.least, wanted: None }, ctx)
+    }
+
+    /// Lowers the energy of a chart of this cut.
+    pub(super) fn until(
+        &self,
+        cut: Vec<bool>,
+        mut chart: Chart,
+        until: Until,
+        ctx: &Context<'_>,
+    ) -> Option<Layout> {
         let disk =
             Disk { tris: &chart.tris, rest: &self.rest, border: &chart.border, vertices: chart.vertices() };
-        let energy = relax(&disk, &mut chart.uv, (steps, SEAMS.least), ctx)?;
+        let energy = relax(&disk, &mut chart.uv, until, ctx)?;
         let length = self.cut_length(&cut);
         energy.is_finite().then_some(Layout { cut, chart, energy, length })
     }
@@ -263,7 +285,7 @@ impl<'a> Sheet<'a> {
 /// Draws the two sides of a new cut apart by a little, each towards its own triangles; whether the border then
 /// touches itself nowhere. `had` gives the positions that each vertex had: those that share one are the two
 /// sides.
-fn parted(chart: &mut Chart, had: &[[u32; 2]], ctx: &Context<'_>) -> bool {
+pub(super) fn parted(chart: &mut Chart, had: &[[u32; 2]], ctx: &Context<'_>) -> bool {
     let most = had.iter().flatten().max().map_or(0, |&o| o as usize + 1);
     let mut copies = vec![0u8; most];
     had.iter().for_each(|h| copies[h[0] as usize] = copies[h[0] as usize].saturating_add(1));

@@ -2,10 +2,12 @@
 //!
 //! In: a layout within the bound. Out: one with shorter cuts.
 
+use super::close::{Closed, closed};
 use super::constants::SEAMS;
 use super::sheet::{Layout, Sheet};
 use crate::error::Result;
 use crate::run::Context;
+use crate::unwrap::flatten::newton::Until;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -15,6 +17,9 @@ pub(super) fn trimmed(sheet: &Sheet<'_>, mut now: Layout, bound: f64, ctx: &Cont
     let shortest = sheet.length.iter().sum::<f64>() / sheet.length.len() as f64;
     // What closing each end cost when it was last tried, for its length.
     let mut known: FxHashMap<u32, f64> = FxHashMap::default();
+    let until = |wanted| Until { steps: SEAMS.steps, least: SEAMS.least, wanted };
+    // Whether all has given way since the last piece was closed.
+    let mut settled = false;
     loop {
         ctx.check()?;
         let mut ends: Vec<(f64, Vec<u32>)> = loose_ends(sheet, &now.cut, piece)
@@ -26,21 +31,21 @@ pub(super) fn trimmed(sheet: &Sheet<'_>, mut now: Layout, bound: f64, ctx: &Cont
         // New ends, and the cheapest of the others: a cost seldom changes much.
         let fresh = ends.iter().filter(|e| e.0 == f64::NEG_INFINITY).count();
         ends.truncate(fresh + SEAMS.again);
-        let tried: Vec<Option<Layout>> =
+        let tried: Vec<Option<Closed>> =
             ends.par_iter().map(|(_, path)| closed(sheet, &now, path, ctx)).collect();
         ctx.check()?;
-        let rate = |l: &Layout| (l.energy - now.energy) / (now.length - l.length).max(1e-12);
-        let mut best: Option<(f64, u32, Layout)> = None;
-        for ((_, path), layout) in ends.iter().zip(tried) {
-            let rate = layout.as_ref().map_or(f64::INFINITY, rate);
+        let rate = |c: &Closed| (c.energy - now.energy) / (now.length - c.length).max(1e-12);
+        let mut best: Option<(f64, u32, Closed)> = None;
+        for ((_, path), closed) in ends.iter().zip(tried) {
+            let rate = closed.as_ref().map_or(f64::INFINITY, rate);
             known.insert(path[0], rate);
-            if let Some(l) = layout
+            if let Some(c) = closed
                 && best.as_ref().is_none_or(|b| rate < b.0)
             {
-                best = Some((rate, path[0], l));
+                best = Some((rate, path[0], c));
             }
         }
-        let Some((_, end, l)) = best else {
+        let Some((_, end, c)) = best else {
             if piece <= shortest {
                 return Ok(now);
             }
@@ -48,15 +53,26 @@ pub(super) fn trimmed(sheet: &Sheet<'_>, mut now: Layout, bound: f64, ctx: &Cont
             known.clear();
             continue;
         };
-        let within = if l.energy <= bound {
-            Some(l)
-        } else {
-            let cut = l.cut.clone();
-            sheet.from(&l, cut, SEAMS.steps, ctx).filter(|l| l.energy <= bound)
-        };
+        if c.energy > bound && !settled {
+            // What all can give way by is used before something is given up.
+            let eased = sheet.until(now.cut.clone(), now.chart.clone(), until(None), ctx);
+            ctx.check()?;
+            now = eased.unwrap_or(now);
+            settled = true;
+            known.clear();
+            continue;
+        }
+        let mut next = None;
+        if now.energy + SEAMS.left * (c.energy - now.energy) <= bound {
+            next = c.layout(sheet, &now, ctx);
+            ctx.check()?;
+            if c.energy > bound {
+                next = next.and_then(|l| sheet.until(l.cut, l.chart, until(Some(bound)), ctx));
+            }
+        }
         ctx.check()?;
-        match within {
-            Some(l) => now = l,
+        match next.filter(|l| l.energy <= bound) {
+            Some(l) => (now, settled) = (l, false),
             None => {
                 known.insert(end, f64::INFINITY);
             }
@@ -64,24 +80,12 @@ pub(super) fn trimmed(sheet: &Sheet<'_>, mut now: Layout, bound: f64, ctx: &Cont
     }
 }
 
-/// The layout with a piece of a cut closed, edge by edge: the two sides of a long piece lie too far apart.
-fn closed(sheet: &Sheet<'_>, now: &Layout, path: &[u32], ctx: &Context<'_>) -> Option<Layout> {
-    let mut out = None;
-    for (i, &e) in path.iter().enumerate() {
-        let from = out.as_ref().unwrap_or(now);
-        let mut cut = from.cut.clone();
-        cut[e as usize] = false;
-        let steps = if i + 1 == path.len() { SEAMS.trial_steps } else { 1 };
-        out = Some(sheet.from(from, cut, steps, ctx)?);
-    }
-    out
-}
-
 /// The loose ends of a cut, from the outermost edge inward, about so long.
 pub(super) fn loose_ends(sheet: &Sheet<'_>, cut: &[bool], piece: f64) -> Vec<Vec<u32>> {
     let mut out = Vec::new();
     let total = cut.iter().filter(|&&c| c).count();
-    for end in (0..sheet.vertices() as u32).filter(|&v| !sheet.rim[v as usize]) {
+    // A cut that ends at a border parts two borders, perhaps: closed from there, it leaves a hole.
+    for end in 0..sheet.vertices() as u32 {
         if sheet.cuts_at(end, cut) != 1 {
             continue;
         }
