@@ -156,8 +156,8 @@ const BACKTRACE_BYTES: usize = 64 << 20;
 /// Panics of third-party readers on damaged files become errors, which say more than the panic's own text.
 ///
 /// Where the system gives no more memory, the run ends here. The standard library panics when a thread that
-/// just started gets no room for its signal stack, and takes a lock to print the backtrace; an allocation that
-/// fails under that lock waits for the same lock, for ever.
+/// just started gets no room for its signal stack, and takes a lock to print the backtrace; an allocation
+/// that fails under that lock waits for the same lock, for ever.
 fn handle_panics() {
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

@@ -155,8 +155,8 @@ impl Context<'_> {
     pub fn check_at(&self, item: usize) -> Result<()> {
         if item.is_multiple_of(4096) { self.check() } else { Ok(()) }
     }
-    /// What ends the run, for work that takes no context: reading a file, for example. A cancel is heard there
-    /// as soon as the calling thread has looked at it, a few hundredths of a second later.
+    /// What ends the run, for work that takes no context: reading a file, for example. A cancel is heard
+    /// there as soon as the calling thread has looked at it, a few hundredths of a second later.
     #[must_use]
     pub fn stop(&self) -> Stop {
         Stop::default().with_cancel(Some(self.shared.stop.clone())).with_deadline(self.deadline)

@@ -1,8 +1,8 @@
 //! A sparse LDLᵀ factorisation of matrices with a 2 by 2 block for each pair of neighbours of a chart: what
 //! Newton steps solve.
 //!
-//! In: a chart's triangles and planar coordinates, then a block per vertex and per pair. Out: solutions. As in
-//! `factor`, whose order and elimination tree it takes.
+//! In: a chart's triangles and planar coordinates, then a block per vertex and per pair. Out: solutions. As
+//! in `factor`, whose order and elimination tree it takes.
 
 use super::factor::{Tree, dissected};
 use super::graph::Graph;
@@ -60,8 +60,8 @@ fn inverse(a: Block) -> Block {
 }
 
 impl Pattern {
-    /// The pattern of the pairs of vertices that share a triangle or are among three that are near each other.
-    /// `None` when the run is to stop: the caller checks.
+    /// The pattern of the pairs of vertices that share a triangle or are among three that are near each
+    /// other. `None` when the run is to stop: the caller checks.
     pub(super) fn new(
         tris: &[[u32; 3]],
         near: &[[u32; 3]],

@@ -78,8 +78,8 @@ pub(crate) struct FlattenConstants {
     /// What holds a vertex that must not move in such a step, in the same unit. Source: derived, a thousand
     /// times as stiff as the stiffest contact.
     pub fixed: f64,
-    /// Share of a block's diagonal that is added before it is inverted. Source: derived, far above what rounding
-    /// leaves of a block that others are subtracted from, far below what matters to a step.
+    /// Share of a block's diagonal that is added before it is inverted. Source: derived, far above what
+    /// rounding leaves of a block that others are subtracted from, far below what matters to a step.
     pub pivot: f64,
     /// How many times more where no step lowers the energy ...
     pub stiffer: f64,

@@ -1,7 +1,7 @@
 //! Keeps a chart's border off itself: a barrier between border vertices and border edges that come near.
 //!
-//! In: border edges and positions. Out: contacts with their energy, slope and curvature (a smooth barrier after
-//! Li et al. 2020, "Incremental potential contact").
+//! In: border edges and positions. Out: contacts with their energy, slope and curvature (a smooth barrier
+//! after Li et al. 2020, "Incremental potential contact").
 
 use super::constants::FLATTEN;
 use crate::error::Result;
@@ -102,9 +102,9 @@ impl Border {
     }
 }
 
-/// Whether no distance has come down by more than a share of what it was: what comes nearer in one step presses
-/// so hard that later ones hardly move. Contacts that are new were at least as far apart as the barrier
-/// reaches.
+/// Whether no distance has come down by more than a share of what it was: what comes nearer in one step
+/// presses so hard that later ones hardly move. Contacts that are new were at least as far apart as the
+/// barrier reaches.
 pub(super) fn gentle(before: &[Contact], after: &[Contact]) -> bool {
     let was: FxHashMap<[u32; 3], f64> = before.iter().map(|c| (c.at, c.distance)).collect();
     let share = |c: &Contact| c.distance / was.get(&c.at).copied().unwrap_or(FLATTEN.reach);

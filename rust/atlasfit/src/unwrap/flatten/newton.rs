@@ -149,8 +149,8 @@ pub(crate) fn relax_piece(
     Some(energy)
 }
 
-/// Adds the second derivatives of a triangle or a contact, whose pairs of vertices (1, 0), (2, 0), (2, 1) have
-/// these slots.
+/// Adds the second derivatives of a triangle or a contact, whose pairs of vertices (1, 0), (2, 0), (2, 1)
+/// have these slots.
 fn add<const N: usize>(
     at: [u32; 3],
     slots: [u32; 3],

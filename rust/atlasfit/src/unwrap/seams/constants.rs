@@ -20,8 +20,8 @@ pub(super) struct SeamsConstants {
     pub coarse: usize,
     /// Surfaces of more faces than this have one.
     pub much: usize,
-    /// The stand-in is rougher than the full surface: so many times the energy above an isometry's there means
-    /// the same here.
+    /// The stand-in is rougher than the full surface: so many times the energy above an isometry's there
+    /// means the same here.
     pub slack: f64,
     /// How many times its length a cut through a polygon costs.
     pub within_polygon: f64,
@@ -75,8 +75,8 @@ pub(super) struct SeamsConstants {
     pub in_vain: usize,
     /// The same where the cuts come from a stand-in.
     pub in_vain_lifted: usize,
-    /// Searches that are made from the start, of which the best is kept, and in turn tried for more cuts, after
-    /// which others may be closed.
+    /// Searches that are made from the start, of which the best is kept, and in turn tried for more cuts,
+    /// after which others may be closed.
     pub plans: [Plan; 2],
 }
 

@@ -1,7 +1,7 @@
 //! Cuts of a coarse stand-in on the surface that it stands for.
 //!
-//! In: a layout of the stand-in, whose vertices are some of the surface's. Out: one of the surface, whose cuts
-//! run along the shortest ways between the same vertices.
+//! In: a layout of the stand-in, whose vertices are some of the surface's. Out: one of the surface, whose
+//! cuts run along the shortest ways between the same vertices.
 
 use super::sheet::{Layout, Sheet};
 use crate::error::Result;

@@ -1,10 +1,10 @@
 //! Seams as an optimisation: few charts, one for each connected part where that can be, cut open only as far
 //! as a bound on the distortion asks for.
 //!
-//! In: a surface and a bound on the symmetric Dirichlet energy. Out: charts, if each part of the surface could
-//! be opened. After OptCuts (Li, Kaufman, Kim, Solomon, Sheffer 2018), which moves seams vertex by vertex:
-//! here whole cuts grow to where the distortion is and are closed from their ends again, first on a coarse
-//! stand-in.
+//! In: a surface and a bound on the symmetric Dirichlet energy. Out: charts, if each part of the surface
+//! could be opened. After OptCuts (Li, Kaufman, Kim, Solomon, Sheffer 2018), which moves seams vertex by
+//! vertex: here whole cuts grow to where the distortion is and are closed from their ends again, first on a
+//! coarse stand-in.
 
 mod around;
 mod close;
@@ -35,8 +35,8 @@ pub(super) struct Opened {
     pub failed: FxHashSet<u32>,
 }
 
-/// Charts of mean energy at most `bound` with short seams: one for each connected part of the surface that can
-/// be opened so.
+/// Charts of mean energy at most `bound` with short seams: one for each connected part of the surface that
+/// can be opened so.
 pub(super) fn opened(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Opened> {
     let mut out = Opened { charts: Vec::new(), failed: FxHashSet::default() };
     for faces in s.parts(ctx)? {

@@ -282,9 +282,9 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Draws the two sides of a new cut apart by a little, each towards its own triangles; whether the border then
-/// touches itself nowhere. `had` gives the positions that each vertex had: those that share one are the two
-/// sides.
+/// Draws the two sides of a new cut apart by a little, each towards its own triangles; whether the border
+/// then touches itself nowhere. `had` gives the positions that each vertex had: those that share one are the
+/// two sides.
 pub(super) fn parted(chart: &mut Chart, had: &[[u32; 2]], ctx: &Context<'_>) -> bool {
     let most = had.iter().flatten().max().map_or(0, |&o| o as usize + 1);
     let mut copies = vec![0u8; most];
