@@ -73,11 +73,8 @@ impl Around {
         out.held = vec![false; out.vertex.len()];
         for (&f, t) in out.faces.iter().zip(&out.tris) {
             for k in 0..3 {
-                match glued(f, k) {
-                    Some(g) if !out.inside[g as usize] => {
-                        [t[k], t[(k + 1) % 3]].into_iter().for_each(|v| out.held[v as usize] = true);
-                    }
-                    _ => (),
+                if glued(f, k).is_some_and(|g| !out.inside[g as usize]) {
+                    [t[k], t[(k + 1) % 3]].into_iter().for_each(|v| out.held[v as usize] = true);
                 }
             }
         }

@@ -65,7 +65,6 @@ pub(super) fn trimmed(sheet: &Sheet<'_>, mut now: Layout, bound: f64, ctx: &Cont
         let mut next = None;
         if now.energy + SEAMS.left * (c.energy - now.energy) <= bound {
             next = c.layout(sheet, &now, ctx);
-            ctx.check()?;
             if c.energy > bound {
                 next = next.and_then(|l| sheet.until(l.cut, l.chart, until(Some(bound)), ctx));
             }
