@@ -61,8 +61,14 @@ pub(super) struct Part {
     samples: Vec<u32>,
     /// For each of its charts how often its own side winds about each sample.
     winding: Vec<Vec<f32>>,
-    /// Number of charts that tell something of their own.
+    /// Number of samples that tell something of their own.
     independent: f64,
+    /// Number of relations that do.
+    independent_relations: f64,
+    /// Sum of all agreement, whichever way.
+    agreement: f64,
+    /// For each of its charts which of the relations it is in.
+    relations_of: Vec<Vec<u32>>,
     /// The sum of each chart's normals times their areas.
     moments: Vec<Vec3>,
 }
@@ -73,8 +79,8 @@ pub(super) struct Said {
     winding: Vec<f64>,
     /// Mean square distance of those from one half.
     square: f64,
-    /// Share of the agreement that the signs contradict.
-    contradicted: f64,
+    /// Agreement that the signs contradict.
+    against: f64,
 }
 
 /// The parts of an atlas that have enough charts to enclose something.
@@ -92,7 +98,8 @@ pub(super) fn parts(sheets: &Sheets<'_>, relations: &[Relation], ctx: &Context<'
         among[root[r.a as usize] as usize].push(*r);
     }
     let pieces = pieces(sheets, ctx)?;
-    // Charts overlap: as many of them as would cover the points once tell something of their own.
+    // Charts overlap: as many of them as would cover the points once tell something of their own. Each of the
+    // others repeats the relations of one of these.
     let members: usize = sheets.fitted.iter().map(|f| f.members.len()).sum();
     let once = pieces.iter().map(|p| p.all.len()).sum::<usize>() as f64 / members.max(1) as f64;
     let enough = of_root.into_iter().zip(among).filter(|(charts, _)| charts.len() >= ORIENT.least_part);
@@ -139,9 +146,29 @@ fn part(
             Ok(middles.iter().map(|m| pieces[c as usize].winds(m) as f32).collect())
         })
         .collect::<Result<_>>()?;
-    let independent = once * charts.len() as f64;
+    // Of many charts the winding is known about fewer.
+    let independent = (once * charts.len() as f64).min(samples.len() as f64);
+    let independent_relations = once * relations.len() as f64;
     let moments = charts.iter().map(|&c| pieces[c as usize].moment).collect();
-    Ok(Part { charts, relations, samples, winding, independent, moments })
+    let agreement = relations.iter().map(|r| r.agreement.abs()).sum();
+    let mut relations_of = vec![Vec::new(); charts.len()];
+    for (r, i) in relations.iter().zip(0..) {
+        ctx.check_at(i as usize)?;
+        for c in [r.a, r.b] {
+            relations_of[place(&charts, c)].push(i);
+        }
+    }
+    Ok(Part {
+        charts,
+        relations,
+        samples,
+        winding,
+        independent,
+        independent_relations,
+        agreement,
+        relations_of,
+        moments,
+    })
 }
 
 impl Pieces {
@@ -175,6 +202,22 @@ pub(crate) fn dipole(moment: Vec3, d: Vec3, spacing: f64) -> f64 {
     moment.dot(d) / (4.0 * PI * r2 * r2.sqrt())
 }
 
+/// Which of a part's charts this one is.
+fn place(charts: &[u32], chart: u32) -> usize {
+    charts.partition_point(|&c| c < chart)
+}
+
+/// Whether signs contradict a relation.
+fn contradicts(r: &Relation, signs: &[f64]) -> bool {
+    r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
+}
+
+/// Mean square distance of windings from one half, and what is never known of them.
+fn square(winding: &[f64]) -> f64 {
+    let sum: f64 = winding.iter().map(|w| (w - 0.5).powi(2)).sum();
+    sum / winding.len().max(1) as f64 + ORIENT.winding_error.powi(2)
+}
+
 impl Part {
     /// What these signs, one per chart of the atlas, say; they are turned if most of the part faces inward.
     pub(super) fn said(&self, signs: &mut [f64]) -> Said {
@@ -186,25 +229,53 @@ impl Part {
             self.charts.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
             winding.iter_mut().for_each(|w| *w = -*w);
         }
-        let square = winding.iter().map(|w| (w - 0.5).powi(2)).sum::<f64>() / winding.len().max(1) as f64;
-        let (mut against, mut all) = (0.0, 0.0);
-        for r in &self.relations {
-            all += r.agreement.abs();
-            if r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0 {
-                against += r.agreement.abs();
+        let against =
+            self.relations.iter().filter(|r| contradicts(r, signs)).map(|r| r.agreement.abs()).sum();
+        Said { square: square(&winding), winding, against }
+    }
+
+    /// Turns a set of the part's charts if that is likelier than what is said.
+    pub(super) fn turn(&self, set: &[u32], signs: &mut [f64], said: &mut Said) {
+        let mut winding = said.winding.clone();
+        let mut across = 0.0;
+        for &c in set {
+            let k = place(&self.charts, c);
+            let twice = 2.0 * signs[c as usize];
+            winding.iter_mut().zip(&self.winding[k]).for_each(|(sum, &w)| *sum -= twice * f64::from(w));
+            for r in self.relations_of[k].iter().map(|&r| &self.relations[r as usize]) {
+                let other = if r.a == c { r.b } else { r.a };
+                if set.binary_search(&other).is_err() {
+                    across += r.agreement * signs[r.a as usize] * signs[r.b as usize];
+                }
             }
         }
+        let inward = winding.iter().sum::<f64>() < 0.0;
+        if inward {
+            winding.iter_mut().for_each(|w| *w = -*w);
+        }
+        let then = Said { square: square(&winding), winding, against: said.against + across };
+        if self.likelihood(&then) <= self.likelihood(said) {
+            return;
+        }
+        *said = then;
+        set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+        if inward {
+            self.charts.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+        }
+    }
+
+    /// Share of the agreement that the signs contradict.
+    fn contradicted(&self, said: &Said) -> f64 {
         // One relation more of each kind, as none is certain beforehand (Laplace).
-        let n = self.relations.len() as f64;
-        let contradicted = (against / all.max(f64::MIN_POSITIVE) * n + 1.0) / (n + 2.0);
-        Said { winding, square: square + ORIENT.winding_error.powi(2), contradicted }
+        let n = self.independent_relations;
+        (said.against.max(0.0) / self.agreement.max(f64::MIN_POSITIVE) * n + 1.0) / (n + 2.0)
     }
 
     /// Logarithm of the likelihood of what is said, in nats.
     pub(super) fn likelihood(&self, said: &Said) -> f64 {
-        let p = said.contradicted;
+        let p = self.contradicted(said);
         let entropy = -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
-        -0.5 * self.independent * said.square.ln() - self.relations.len() as f64 * entropy
+        -0.5 * self.independent * said.square.ln() - self.independent_relations * entropy
     }
 
     /// The same, if the part is a sheet: about its places it winds not at all, but for an error of a size
@@ -214,16 +285,15 @@ impl Part {
         self.likelihood(&Said {
             winding: Vec::new(),
             square: square + ORIENT.winding_error.powi(2),
-            contradicted: said.contradicted,
+            against: said.against,
         })
     }
 
     /// How the winding votes on the sides of the charts that it is known about: in agreement, as the
     /// relations. Where all about a place is turned, its winding changes its sign.
     pub(super) fn votes(&self, said: &Said, signs: &[f64]) -> Vec<(u32, f64)> {
-        let all: f64 = self.relations.iter().map(|r| r.agreement.abs()).sum();
-        let p = said.contradicted;
-        let nats = self.relations.len() as f64 / all.max(f64::MIN_POSITIVE) * ((1.0 - p) / p).ln();
+        let p = self.contradicted(said);
+        let nats = self.independent_relations / self.agreement.max(f64::MIN_POSITIVE) * ((1.0 - p) / p).ln();
         let weight = self.independent / self.samples.len().max(1) as f64 / (said.square * nats);
         self.samples.iter().zip(&said.winding).map(|(&c, w)| (c, weight * w * signs[c as usize])).collect()
     }
@@ -258,11 +328,6 @@ impl Part {
     /// Its charts, ascending.
     pub(super) fn charts(&self) -> &[u32] {
         &self.charts
-    }
-
-    /// Whether it has this chart.
-    pub(super) fn has(&self, chart: u32) -> bool {
-        self.charts.binary_search(&chart).is_ok()
     }
 
     /// The signs of its charts, in their order.

@@ -88,8 +88,9 @@ pub(crate) fn orient(
     Ok(Signs { of_chart: signs, conflicts: if one_sided { conflicts } else { Vec::new() } })
 }
 
-/// Signs that explain both how charts face each other and what they enclose, part by part. First the largest
-/// of the sets that were joined are turned, each if that is likelier. Then from signs follow votes, from
+/// Signs that explain both how charts face each other and what they enclose, part by part. First the sets
+/// that were joined are turned, each if that is likelier, from the largest to single charts: relations err
+/// together at an acute edge, where charts of both sides share points. Then from signs follow votes, from
 /// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
 /// the signs that it came with. Parts are what `touching` relations join. Returns the parts that enclose a
 /// body.
@@ -100,31 +101,33 @@ fn enclose(
     sheets: &Sheets<'_>,
     ctx: &Context<'_>,
 ) -> Result<Vec<Part>> {
-    let sets = found.largest();
+    let found_parts = enclose::parts(sheets, touching, ctx)?;
+    let sets = by_part(found.lesser_halves(), &found_parts, found.signs.len());
     let signs = &mut found.signs;
     let mut parts = Vec::new();
-    for part in enclose::parts(sheets, touching, ctx)? {
+    for (part, sets) in found_parts.into_iter().zip(sets) {
         let mut said = part.said(signs);
         let sheet = (part.likelihood_of_sheet(&said), part.signs(signs));
-        let of_part = sets.iter().filter(|set| part.has(set[0]));
-        for set in of_part.take(ORIENT.turned_sets) {
-            ctx.check()?;
-            let mut next = signs.clone();
-            set.iter().for_each(|&c| next[c as usize] = -next[c as usize]);
-            let then = part.said(&mut next);
-            if part.likelihood(&then) > part.likelihood(&said) {
-                part.take(&next, signs);
-                said = then;
+        for _ in 0..ORIENT.turn_rounds {
+            let before = part.likelihood(&said);
+            for set in &sets {
+                ctx.check()?;
+                part.turn(set, signs, &mut said);
+            }
+            if part.likelihood(&said) <= before {
+                break;
             }
         }
-        parts.push((part, said, sheet));
+        // Sums of many turns, anew.
+        said = part.said(signs);
+        parts.push((part, said, sheet, sets));
     }
     for _ in 0..ORIENT.turn_rounds {
         let votes: Vec<(u32, f64)> =
-            parts.iter().flat_map(|(part, said, _)| part.votes(said, signs)).collect();
+            parts.iter().flat_map(|(part, said, ..)| part.votes(said, signs)).collect();
         let mut next = contract(signs.len(), all, &votes, ctx)?.signs;
         let mut settled = true;
-        for (part, said, _) in &mut parts {
+        for (part, said, ..) in &mut parts {
             ctx.check()?;
             let then = part.said(&mut next);
             if part.likelihood(&then) > part.likelihood(said) {
@@ -137,10 +140,11 @@ fn enclose(
             break;
         }
     }
-    for (part, said, (sheet, before)) in &mut parts {
+    for (part, said, (sheet, before), sets) in &mut parts {
         if part.likelihood(said) < *sheet {
             part.put(before, signs);
-            for set in sets.iter().filter(|set| part.has(set[0])).take(ORIENT.turned_sets) {
+            let large = sets.iter().filter(|set| set.len() >= ORIENT.least_part);
+            for set in large.take(ORIENT.turned_sets) {
                 ctx.check()?;
                 if part.faces_wrongly(set, signs) {
                     set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
@@ -149,8 +153,27 @@ fn enclose(
             *said = part.said(signs);
         }
     }
-    parts.retain(|(part, said, _)| part.encloses(said));
+    parts.retain(|(part, said, ..)| part.encloses(said));
     Ok(parts.into_iter().map(|p| p.0).collect())
+}
+
+/// Cuts sets of charts into what each part has of them: for each part its sets, in order. `charts` is the
+/// number of all charts.
+fn by_part(sets: Vec<Vec<u32>>, parts: &[Part], charts: usize) -> Vec<Vec<Vec<u32>>> {
+    let mut part_of = vec![usize::MAX; charts];
+    for (k, part) in parts.iter().enumerate() {
+        part.charts().iter().for_each(|&c| part_of[c as usize] = k);
+    }
+    let mut out = vec![Vec::new(); parts.len()];
+    for set in sets {
+        let mut of: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+        for c in set {
+            of.entry(part_of[c as usize]).or_default().push(c);
+        }
+        of.remove(&usize::MAX);
+        of.into_iter().for_each(|(part, set)| out[part].push(set));
+    }
+    out
 }
 
 /// Charts in sets, all charts of a set with signs that go together.
@@ -163,8 +186,8 @@ struct Contracted {
 }
 
 impl Contracted {
-    /// The charts of the lesser half of each join that has enough of them, the largest first.
-    fn largest(&self) -> Vec<Vec<u32>> {
+    /// The charts of the lesser half of each join, ascending; the largest halves first.
+    fn lesser_halves(&self) -> Vec<Vec<u32>> {
         let leaves = self.signs.len() + 1;
         let mut size = vec![1usize; leaves];
         for &[a, b] in &self.halves {
@@ -174,7 +197,6 @@ impl Contracted {
             .halves
             .iter()
             .map(|&[a, b]| if size[a as usize] < size[b as usize] { a } else { b })
-            .filter(|&s| size[s as usize] >= ORIENT.least_part)
             .collect();
         lesser.sort_by_key(|&s| (std::cmp::Reverse(size[s as usize]), s));
         let charts = |set: u32| {
