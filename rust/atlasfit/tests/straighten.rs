@@ -1,5 +1,5 @@
-//! Claims about charts that are laid straight: what a person would straighten lies along the page's sides, and
-//! nothing else changes.
+//! Claims about charts that are laid straight: what a person would straighten lies along the page's sides,
+//! and nothing else changes.
 
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, UvQuality, uv_on};

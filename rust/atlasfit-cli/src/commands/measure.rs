@@ -256,6 +256,7 @@ pub fn uv_json(q: &UvQuality) -> Value {
         "stretch_linf": number(q.stretch_linf), "stretch_median": number(q.stretch_median),
         "stretch_p95": number(q.stretch_p95), "conformal": number(q.conformal), "flips": q.flips,
         "degenerate": q.degenerate, "overlap": number(q.overlap), "overlapping_faces": q.overlapping_faces,
-        "straightness": number(q.straightness), "coverage": number(q.coverage), "inside": q.inside, "finite": q.finite,
+        "straightness": number(q.straightness),
+        "coverage": number(q.coverage), "inside": q.inside, "finite": q.finite,
     })
 }

@@ -5,9 +5,10 @@
 //!
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `first` (laid flat, by `flatten` with
 //! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts within the stretch bound) →
-//! `straighten` (strips, tubes, rims, panels; `shorten`: no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
-//! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
-//! `stack` finds parts of one shape: one of them is laid out, the others take its UVs.
+//! `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) → `pack`, `checked` →
+//! `layout`. Large meshes are merged on a coarse stand-in (`large`). With a bound on the energy, `seams` cuts
+//! parts open instead of merging patches. `stack` finds parts of one shape: one of them is laid out, the
+//! others take its UVs.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]

@@ -2,7 +2,8 @@
 //!
 //! In: a disk and four corners on its border. Out: the disk on the axis-parallel rectangle of least symmetric
 //! Dirichlet energy. Start: a harmonic map with the border by its length, which has no flips (Tutte 1963).
-//! Steps: Newton's, in which border vertices slide along their sides, and the sizes of the rectangle in turns.
+//! Steps: Newton's, in which border vertices slide along their sides, and in turns with them the sizes of the
+//! rectangle.
 
 use super::border::chords;
 use super::constants::STRAIGHT;
