@@ -216,8 +216,13 @@ pub fn topology_json(t: &Topology) -> Value {
 
 fn uv_text(q: &UvQuality) -> String {
     let mut s = String::new();
-    let _ =
-        writeln!(s, "UV charts      {}, seam length {} of the area's root", count(q.charts), short(q.seam));
+    let _ = writeln!(
+        s,
+        "UV charts      {}, seam length {} of the area's root, {:.1}% of the outlines along the page",
+        count(q.charts),
+        short(q.seam),
+        100.0 * q.straightness
+    );
     let _ = writeln!(
         s,
         "UV stretch     L2 {}, Linf {}, median {}, 95% {}, conformal {}",
@@ -251,6 +256,7 @@ pub fn uv_json(q: &UvQuality) -> Value {
         "stretch_linf": number(q.stretch_linf), "stretch_median": number(q.stretch_median),
         "stretch_p95": number(q.stretch_p95), "conformal": number(q.conformal), "flips": q.flips,
         "degenerate": q.degenerate, "overlap": number(q.overlap), "overlapping_faces": q.overlapping_faces,
+        "straightness": number(q.straightness),
         "coverage": number(q.coverage), "inside": q.inside, "finite": q.finite,
     })
 }

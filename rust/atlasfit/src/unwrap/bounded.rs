@@ -114,7 +114,7 @@ fn within_energy(
 
 /// The stretch that 95% of the area stays within, at the density at which the charts have the surface's area.
 /// Sets what area of each chart is beyond the bound.
-fn judge(s: &Surface, charts: &mut [Chart], bound: f64, ctx: &Context<'_>) -> Result<f64> {
+pub(super) fn judge(s: &Surface, charts: &mut [Chart], bound: f64, ctx: &Context<'_>) -> Result<f64> {
     let areas: Vec<[f64; 2]> = charts.par_iter().map(|c| [c.area, c.flat_area()]).collect();
     let [area, flat] = areas.iter().fold([0.0; 2], |sum, a| [sum[0] + a[0], sum[1] + a[1]]);
     let density = (area / flat).sqrt();

@@ -23,6 +23,8 @@ pub(crate) struct Chart {
     pub over: f64,
     /// What it wastes of the page: see [`wasted`](Self::wasted).
     pub waste: f64,
+    /// Whether its sides lie along the axes of its positions: it is put on the page in quarter turns only.
+    pub straight: bool,
 }
 
 impl Chart {
@@ -78,7 +80,16 @@ impl Chart {
             }
         }
         let area = faces.iter().map(|&f| s.area[f as usize]).sum();
-        Some(Self { faces, tris, uv: vec![[0.0; 2]; n as usize], border, area, over: 0.0, waste: 0.0 })
+        Some(Self {
+            faces,
+            tris,
+            uv: vec![[0.0; 2]; n as usize],
+            border,
+            area,
+            over: 0.0,
+            waste: 0.0,
+            straight: false,
+        })
     }
 
     /// Takes border edges off the border whose two sides have the same end points: they are inside.
@@ -140,6 +151,7 @@ impl Chart {
             area: s.area[f as usize],
             over: 0.0,
             waste: 0.0,
+            straight: false,
         }
     }
 

@@ -49,6 +49,8 @@ pub struct UvLayout {
     pub welded_vertices: usize,
     /// Parts that lie on another one of their shape: see [`Stack`](super::Stack).
     pub stacked_parts: usize,
+    /// Charts whose sides are straight and parallel to the page's: see [`Straighten`](super::Straighten).
+    pub straightened_charts: usize,
     /// Charts that had to be cut further to stay free of flips and overlaps.
     pub repaired_charts: usize,
     /// Polygons that could not stay in one piece because they do not lie flat.

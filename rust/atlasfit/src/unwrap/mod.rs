@@ -5,9 +5,10 @@
 //!
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `first` (laid flat, by `flatten` with
 //! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts within the stretch bound) →
-//! `shorten` (no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
-//! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
-//! `stack` finds parts of one shape: one of them is laid out, the others take its UVs.
+//! `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) → `pack`, `checked` →
+//! `layout`. Large meshes are merged on a coarse stand-in (`large`). With a bound on the energy, `seams` cuts
+//! parts open instead of merging patches. `stack` finds parts of one shape: one of them is laid out, the
+//! others take its UVs.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -37,12 +38,13 @@ mod segment;
 mod shorten;
 mod split;
 mod stack;
+mod straighten;
 mod surface;
 mod warnings;
 
 pub use layout::UvLayout;
 pub use memory::memory_needed;
-pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, Stack, UnwrapOptions};
+pub use options::{PAGE_TEXELS, Packer, STRETCH_LIMIT, Stack, Straighten, UnwrapOptions};
 pub use pack::{ChartPosition, FlatChart, PagePacker, Pages};
 pub use polygons::PolygonLayout;
 pub use preset::Preset;
@@ -62,6 +64,7 @@ use merge::Charts;
 use pack::Packing;
 use segment::Segmentation;
 use stack::stacks;
+use straighten::straighten;
 use surface::Surface;
 use warnings::warnings;
 
@@ -173,7 +176,12 @@ fn packed_by(
         bounded(&s, uvs, options, |bound| charts_within(&s, bound, ctx), ctx)?;
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
-    let list = shorten::shorten(&s, list, options, bound, ctx)?;
+    let list = straighten(&s, list, options, bound, ctx)?;
+    let whole = list.len();
+    let mut list = shorten::shorten(&s, list, options, bound, ctx)?;
+    if list.len() > whole {
+        list = straighten(&s, list, options, bound, ctx)?;
+    }
     let checked = pack_checked(&s, list, options, packing, ctx)?;
     let [width, height] = options.page_size;
     let known = UvLayout {
@@ -184,6 +192,7 @@ fn packed_by(
         stretch_bound: bound,
         repaired_charts: checked.repaired,
         stacked_parts: stacks.parts,
+        straightened_charts: checked.charts.iter().filter(|c| c.straight).count(),
         warnings: warnings(&s, &checked, options),
         ..UvLayout::default()
     };

@@ -33,6 +33,18 @@ pub enum Stack {
     Mirrored,
 }
 
+/// Whether charts are laid straight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Straighten {
+    /// They lie as they have least stretch. The default.
+    #[default]
+    Off,
+    /// What a person would straighten is straight, and parallel to the page's sides: strips, tubes that are
+    /// cut open and rims become rectangles, long sides of other charts straight lines, where the bound on the
+    /// stretch allows it. Charts whose sides are mostly straight are turned in quarter turns only.
+    Auto,
+}
+
 /// How to unwrap.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -65,6 +77,8 @@ pub struct UnwrapOptions {
     /// triangle and lengths differ by a ten thousandth of the part's size at the most. Parts of two groups
     /// are not stacked. Not with [`keep_uvs`](Self::keep_uvs).
     pub stack: Stack,
+    /// Whether charts are laid straight. It does nothing with [`keep_uvs`](Self::keep_uvs).
+    pub straighten: Straighten,
     /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
     pub face_group: Option<Vec<u32>>,
     /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are
@@ -94,6 +108,7 @@ setters! {
         with_pages: pages: Option<u32>,
         with_packer: packer: Packer,
         with_stack: stack: Stack,
+        with_straighten: straighten: Straighten,
         with_face_group: face_group: Option<Vec<u32>>,
         with_face_polygon: face_polygon: Option<Vec<u32>>,
         with_seam_edges: seam_edges: Option<Vec<[u32; 2]>>,
@@ -115,6 +130,7 @@ impl Default for UnwrapOptions {
             pages: None,
             packer: Packer::Shapes,
             stack: Stack::None,
+            straighten: Straighten::Off,
             face_group: None,
             face_polygon: None,
             seam_edges: None,

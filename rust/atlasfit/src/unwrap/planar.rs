@@ -48,6 +48,12 @@ pub(crate) fn hull(uv: &[[f64; 2]]) -> Vec<[f64; 2]> {
     hull
 }
 
+/// The quarter turn, or none, that puts the long side of the bounding box along x.
+pub(crate) fn along_x(uv: &[[f64; 2]]) -> [f64; 2] {
+    let (lo, hi) = bounds(uv);
+    if hi[0] - lo[0] >= hi[1] - lo[1] { [1.0, 0.0] } else { [0.0, 1.0] }
+}
+
 /// The rotation that gives the bounding box of (nearly) least area, its long side along x.
 pub(crate) fn upright(uv: &[[f64; 2]]) -> [f64; 2] {
     let hull = thinned(&hull(uv));

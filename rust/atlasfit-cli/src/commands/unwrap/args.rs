@@ -56,6 +56,10 @@ pub struct Args {
     /// Most charts: the stretch bound is raised as far as that needs
     #[arg(long, value_name = "N", help_heading = "Charts")]
     pub max_charts: Option<usize>,
+    /// Lay strips, tubes, rims and straight sides along the page's sides, as far as the bound on the stretch
+    /// allows
+    #[arg(long, value_enum, default_value = "off", help_heading = "Charts")]
+    pub straighten: Straighten,
     /// Keep the seams of the UVs that the mesh has
     #[arg(long, help_heading = "Charts")]
     pub keep_uv_seams: bool,
@@ -139,6 +143,15 @@ pub enum Stack {
     Mirrored,
 }
 
+/// Whether charts are laid straight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Straighten {
+    /// What a person would straighten
+    Auto,
+    /// Nothing
+    Off,
+}
+
 fn size(s: &str) -> Result<[u32; 2], String> {
     let side = |t: &str| t.parse::<u32>().ok().filter(|n| PAGE_TEXELS.contains(n));
     match s.split_once('x') {
@@ -155,7 +168,7 @@ fn size(s: &str) -> Result<[u32; 2], String> {
 pub fn packing(option: clap::Arg) -> clap::Arg {
     match option.get_id().as_str() {
         "pack_only" => option.default_value("true").hide(true),
-        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" | "stack" => {
+        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" | "stack" | "straighten" => {
             option.hide(true)
         }
         _ => option,

@@ -11,7 +11,7 @@ use crate::files::{self, Kept};
 use crate::output::{self, Writer, Written};
 use anyhow::Result;
 pub use args::{Args, packing};
-use args::{Packer, Stack};
+use args::{Packer, Stack, Straighten};
 use atlasfit::geometry::TriMesh;
 use atlasfit::measure::uv::{Pages, uv_on};
 use atlasfit::measure::{self, UvQuality};
@@ -156,6 +156,10 @@ fn options(args: &Args, mesh: &TriMesh, polygons: Option<&Polygons>) -> Result<U
             Stack::None => unwrap::Stack::None,
             Stack::Identical => unwrap::Stack::Identical,
             Stack::Mirrored => unwrap::Stack::Mirrored,
+        })
+        .with_straighten(match args.straighten {
+            Straighten::Auto => unwrap::Straighten::Auto,
+            Straighten::Off => unwrap::Straighten::Off,
         })
         .with_face_group(groups.transpose()?)
         .with_seam_edges(args.seams.as_deref().map(|p| constraints::seams(p, mesh)).transpose()?)

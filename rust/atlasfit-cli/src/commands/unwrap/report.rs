@@ -79,6 +79,14 @@ impl Done<'_> {
         if layout.stacked_parts > 0 {
             let _ = writeln!(text, "stacked        {} on others", counted(layout.stacked_parts, "part"));
         }
+        if layout.straightened_charts > 0 {
+            let _ = writeln!(
+                text,
+                "straightened   {}: {:.1}% of all outlines along the page's sides",
+                counted(layout.straightened_charts, "chart"),
+                100.0 * quality.straightness
+            );
+        }
         let _ = writeln!(
             text,
             "stretch        95% of the area below {:.3}, L2 {:.4}, conformal {:.3}",
@@ -127,7 +135,8 @@ impl Done<'_> {
             "coverage": number(quality.coverage), "texels_per_unit": number(layout.texels_per_unit),
             "degenerate_faces": layout.degenerate_faces, "duplicate_faces": layout.duplicate_faces,
             "non_manifold_edges": layout.non_manifold_edges, "welded_vertices": layout.welded_vertices,
-            "stacked_parts": layout.stacked_parts, "repaired_charts": layout.repaired_charts,
+            "stacked_parts": layout.stacked_parts, "straightened_charts": layout.straightened_charts,
+            "straightness": number(quality.straightness), "repaired_charts": layout.repaired_charts,
             "split_polygons": layout.split_polygons, "padding": layout.padding_px,
             "warnings": layout.warnings, "seconds": number(self.seconds),
             "stages": stages_json(self.stages),

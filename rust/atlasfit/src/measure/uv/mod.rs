@@ -20,7 +20,7 @@ use super::memory;
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::run::{Context, Stage};
-use layout::{SAME_UV, corners, is_finite, laid_out};
+use layout::{FaceUv, SAME_UV, corners, is_finite, laid_out};
 use overlap::{overlapping, texels};
 use rayon::prelude::*;
 use stretch::{Areas, SingularValues, singular_values, stretch};
@@ -39,6 +39,9 @@ pub struct UvQuality {
     /// Length of the inner edges that are cut in the texture, divided by the square root of the surface's
     /// area: has no unit.
     pub seam: f64,
+    /// Share of the length of the charts' outlines in the texture that is parallel to a side of the page, to
+    /// within 1e-6 of the page for each edge: in [0, 1].
+    pub straightness: f64,
     /// Sander's L2 stretch of the whole atlas, 1 or more; infinite where every face has collapsed.
     pub stretch_l2: f64,
     /// Sander's L-infinity stretch: the largest stretch from texture to surface of any face, collapsed faces
@@ -147,6 +150,7 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
         faces: m,
         charts: charts.count,
         seam: charts.seam_length / areas.total.sqrt(),
+        straightness: straightness(&charts, &uvs),
         stretch_l2: stretch.l2,
         stretch_linf: stretch.linf,
         stretch_median: stretch.median,
@@ -160,6 +164,21 @@ pub fn uv_on(mesh: &TriMesh, pages: &Pages<'_>, ctx: &Context<'_>) -> Result<UvQ
         inside: all.all(|&x| (-SAME_UV..=1.0 + SAME_UV).contains(&f64::from(x))),
         finite: finite.iter().all(|f| *f),
     })
+}
+
+/// Share of the outlines' length in the texture that is parallel to an axis.
+fn straightness(charts: &Charts, uvs: &[FaceUv]) -> f64 {
+    let (mut straight, mut all) = (0.0, 0.0);
+    for &h in &charts.outline {
+        let (t, k) = (&uvs[h as usize / 3], h as usize % 3);
+        let [u, v] = [0, 1].map(|i| (t[(k + 1) % 3][i] - t[k][i]).abs());
+        let length = u.hypot(v);
+        if length.is_finite() {
+            all += length;
+            straight += if u.min(v) < SAME_UV { length } else { 0.0 };
+        }
+    }
+    if all > 0.0 { straight / all } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -204,6 +223,7 @@ mod tests {
                 near(v, 1.0, 1e-6);
             }
             assert_eq!((q.seam, q.overlap, q.inside, q.finite), (0.0, 0.0, true, true));
+            assert_eq!(q.straightness, 1.0);
             // The texels on the diagonals have their centres on a side and count for neither face.
             near(q.coverage, s * s, 5e-3);
         }
@@ -218,6 +238,14 @@ mod tests {
         near(q.stretch_linf, 1.0 / s2, 1e-6);
         near(q.stretch_p95, s1, 1e-6);
         near(q.conformal, 2.0, 1e-6);
+    }
+
+    #[test]
+    fn a_square_that_is_turned_has_no_side_along_the_page() {
+        let q = of(&mapped(4, |p| [0.3 + 0.4 * p[0] - 0.3 * p[1], 0.1 + 0.3 * p[0] + 0.4 * p[1]]));
+        assert_eq!(q.straightness, 0.0);
+        // Sheared along x, two of its sides are: lengths 1 and 1.25.
+        near(of(&mapped(4, |p| [0.5 * (p[0] + 0.75 * p[1]), 0.5 * p[1]])).straightness, 1.0 / 2.25, 1e-6);
     }
 
     #[test]

@@ -50,8 +50,8 @@ impl Border {
     }
 
     /// All contacts, in the order of their edges, but those of held vertices alone.
-    pub(super) fn contacts(&self, uv: &[[f64; 2]], held: &[bool]) -> Vec<Contact> {
-        let moves = |v: u32| !held.get(v as usize).is_some_and(|&h| h);
+    pub(super) fn contacts(&self, uv: &[[f64; 2]], held: &[[bool; 2]]) -> Vec<Contact> {
+        let moves = |v: u32| held.get(v as usize).is_none_or(|&h| h != [true; 2]);
         let n = self.segments.len();
         if n == 0 {
             return Vec::new();

@@ -166,20 +166,26 @@ pub(crate) fn convex(disk: &Disk<'_>, cot: &[[f64; 3]], ctx: &Context<'_>) -> Op
     if v != first {
         return None;
     }
-    let mut rhs: Vec<[f64; 2]> = uv
-        .iter()
-        .zip(&pinned)
-        .map(|(p, &pin)| if pin { p.map(|x| x * FLATTEN.held) } else { [0.0; 2] })
-        .collect();
     let graph = Graph::from_triangles(vertices, tris, cot, ctx);
     let order = spread(&graph, &uv, &pinned);
-    Factor::laplacian(&graph, &order, |v| if pinned[v] { FLATTEN.held } else { 0.0 }, ctx).solve(
-        &mut rhs,
-        &mut Vec::new(),
-        ctx,
-    );
+    let uv = harmonic(&graph, &order, &pinned, &uv, ctx)?;
+    all_positive(tris, &uv).then_some(uv)
+}
+
+/// Every vertex that is not pinned at the weighted mean of its neighbours. `order` are rough positions, good
+/// enough to order an elimination by. `None` when the run is to stop: the caller checks.
+pub(crate) fn harmonic(
+    graph: &Graph,
+    order: &[[f64; 2]],
+    pinned: &[bool],
+    at: &[[f64; 2]],
+    ctx: &Context<'_>,
+) -> Option<Vec<[f64; 2]>> {
+    let hold = |v: usize| if pinned[v] { FLATTEN.held } else { 0.0 };
+    let mut out: Vec<[f64; 2]> = at.iter().enumerate().map(|(v, p)| p.map(|x| x * hold(v))).collect();
+    Factor::laplacian(graph, order, hold, ctx).solve(&mut out, &mut Vec::new(), ctx);
     ctx.check().ok()?;
-    all_positive(tris, &rhs).then_some(rhs)
+    Some(out)
 }
 
 /// Rough positions of the inner vertices, good enough to order an elimination by.

@@ -56,8 +56,8 @@ pub(crate) struct Piece<'a> {
     pub area: f64,
     /// Border edges, also those of other triangles that may come near.
     pub border: Border,
-    /// Vertices that stay where they are; all others move where this is empty.
-    pub held: &'a [bool],
+    /// Coordinates of vertices that stay what they are; all others move where this is empty.
+    pub held: &'a [[bool; 2]],
 }
 
 impl Piece<'_> {
@@ -209,10 +209,12 @@ fn direction(
         add(c.at, pattern.slots_of(c.at), &[(c.curvature, c.gradient)], &mut diagonal, &mut pairs);
     }
     let stay = |step: &mut [[f64; 2]]| {
-        step.iter_mut().zip(held).filter(|s| *s.1).for_each(|s| *s.0 = [0.0; 2]);
+        for (s, held) in step.iter_mut().zip(held) {
+            (0..2).filter(|&k| held[k]).for_each(|k| s[k] = 0.0);
+        }
     };
-    for d in diagonal.iter_mut().zip(held).filter(|d| *d.1).map(|d| d.0) {
-        *d = [d[0] + FLATTEN.fixed, d[1], d[2], d[3] + FLATTEN.fixed];
+    for (d, held) in diagonal.iter_mut().zip(held) {
+        (0..2).filter(|&k| held[k]).for_each(|k| d[3 * k] += FLATTEN.fixed);
     }
     stay(step);
     let downhill: Vec<[f64; 2]> = step.to_vec();

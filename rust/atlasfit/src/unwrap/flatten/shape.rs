@@ -7,7 +7,7 @@ use crate::unwrap::surface::Surface;
 
 /// The linear part of the map from a rest triangle to the plane, row by row.
 #[inline]
-pub(super) fn jacobian([l, x, y]: [f64; 3], p: [[f64; 2]; 3]) -> [f64; 4] {
+pub(crate) fn jacobian([l, x, y]: [f64; 3], p: [[f64; 2]; 3]) -> [f64; 4] {
     let d1 = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
     let d2 = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
     let (a, c) = (d1[0] / l, d1[1] / l);

@@ -163,6 +163,7 @@ pub(super) fn assemble(pair: &Pair<'_>, p: &Patch) -> Option<Chart> {
         area: a.area + b.area,
         over: 0.0,
         waste: 0.0,
+        straight: false,
     };
     c.border = a.border.iter().copied().chain(b.border.iter().map(|&(i, k)| (i + offset, k))).collect();
     let ids = [charts.owner[a.faces[0] as usize], charts.owner[b.faces[0] as usize]];

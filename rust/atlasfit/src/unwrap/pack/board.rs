@@ -93,7 +93,8 @@ impl Board {
         let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
             .map(|(c, &r)| {
                 ctx.check()?;
-                Ok(poses(c, r, cell, grow, turns[usize::from(c.area <= PACK.turn_more * area)]))
+                let turns = if c.straight { 1 } else { turns[usize::from(c.area <= PACK.turn_more * area)] };
+                Ok(poses(c, r, cell, grow, turns))
             })
             .collect::<Result<_>>()?;
         let narrowest =

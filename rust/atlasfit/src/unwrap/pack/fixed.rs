@@ -107,7 +107,10 @@ fn fill_shapes(
     }
     let grow = margin(job.padding, texels);
     let poses: Vec<Vec<Pose>> = (charts.par_iter().zip(upright))
-        .map(|(c, &r)| ctx.check().map(|()| poses(c, r, cell, grow, PACK.turns_fixed)))
+        .map(|(c, &r)| {
+            ctx.check()?;
+            Ok(poses(c, r, cell, grow, if c.straight { 1 } else { PACK.turns_fixed }))
+        })
         .collect::<Result<_>>()?;
     let mut pages: Vec<Strip<WORDS>> = Vec::new();
     let mut placements = vec![Placement::default(); charts.len()];

@@ -29,7 +29,7 @@ pub(crate) use placement::{PackJob, Packed, Packing};
 
 use super::chart::Chart;
 use super::options::Packer;
-use super::planar::upright;
+use super::planar::{along_x, upright};
 use crate::error::{Error, Result};
 use crate::numeric::wording::counted;
 use crate::run::Context;
@@ -47,8 +47,9 @@ pub(crate) fn pack(charts: &[Chart], job: &PackJob<'_>, ctx: &Context<'_>) -> Re
     if charts.is_empty() {
         return Ok(Packed { placements: Vec::new(), density: 1.0, padding: job.padding });
     }
+    let pose = |c: &Chart| if c.straight { along_x(&c.uv) } else { upright(&c.outline()) };
     let upright: Vec<[f64; 2]> =
-        (charts.par_iter()).map(|c| ctx.check().map(|()| upright(&c.outline()))).collect::<Result<_>>()?;
+        (charts.par_iter()).map(|c| ctx.check().map(|()| pose(c))).collect::<Result<_>>()?;
     let mut job = *job;
     let mut packed = loop {
         if let Some(packed) = pack_padded(charts, &upright, &job, ctx)? {

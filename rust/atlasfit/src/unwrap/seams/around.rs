@@ -137,8 +137,9 @@ impl Around {
         let until = Until { steps, least: SEAMS.least_near, wanted: None };
         let mut uv = std::mem::take(&mut self.uv);
         let Self { tris, rest, held, lo, hi, .. } = &*self;
-        let energy =
-            relax_piece(&Piece { tris, rest, area, border: self.border(), held }, &mut uv, until, ctx)?;
+        let stay: Vec<[bool; 2]> = held.iter().map(|&h| [h; 2]).collect();
+        let piece = Piece { tris, rest, area, border: self.border(), held: &stay };
+        let energy = relax_piece(&piece, &mut uv, until, ctx)?;
         let inside = |p: &[f64; 2]| (0..2).all(|k| lo[k] < p[k] && p[k] < hi[k]);
         let all = uv.iter().zip(held).all(|(p, &held)| held || inside(p));
         self.uv = uv;
