@@ -12,9 +12,6 @@ pub(crate) struct UncertaintyConstants {
     /// Unknowns of a tube whose cross-section is a circle: radius and place, each with its slope. Source:
     /// derived.
     pub circle: f64,
-    /// Standard deviation of the ratio of the noise's variance along the surface to that across it. Source:
-    /// derived, 1 / sqrt(6), if it is anything from none to twice as much and one is likeliest (a triangle).
-    pub along: f64,
     /// Standard error of the calibration's factor (of the variance) above which it is not believed. Source:
     /// chosen: the standard deviation is then wrong by a quarter.
     pub doubtful: f64,
@@ -31,7 +28,6 @@ pub(crate) const UNCERTAINTY: UncertaintyConstants = UncertaintyConstants {
     same_side: 0.5,
     at_once: 512,
     circle: 6.0,
-    along: 0.408,
     doubtful: 0.5,
     dependent: 3.0,
     about_vertex: 4,

@@ -31,9 +31,6 @@ pub(super) struct Blended {
     pub noise: f64,
     /// How far outside of the surface noise puts points on average, where it bends as strongly as a tube.
     pub outward: f64,
-    /// Variance of what noise puts them outside of the charts on average: of the noise along the surface
-    /// little is known.
-    pub skew: f64,
     /// Place over the blended surface, and its square.
     offset: f64,
     offset2: f64,
@@ -46,7 +43,6 @@ impl Blended {
         self.covariance += o.weight * o.covariance;
         self.noise += o.weight * o.noise;
         self.outward += o.weight * o.outward;
-        self.skew += o.weight * o.skew;
         self.offset += o.weight * o.offset;
         self.offset2 += o.weight * o.offset * o.offset;
     }
@@ -60,7 +56,6 @@ impl Blended {
             covariance: s * self.covariance,
             noise: s * self.noise,
             outward: s * self.outward,
-            skew: s * self.skew,
             offset: s * self.offset,
             offset2: s * self.offset2,
         }
@@ -80,7 +75,6 @@ struct OfChart {
     covariance: f64,
     noise: f64,
     outward: f64,
-    skew: f64,
     offset: f64,
 }
 
@@ -144,15 +138,6 @@ fn noise_of(f: &FittedChart) -> f64 {
     }
 }
 
-/// Sum of a chart's principal curvatures at its middle, without its sign.
-pub(super) fn bend(f: &FittedChart) -> f64 {
-    let bend = match &f.chart.map {
-        Map::Monge(map) => map.curvature_sum(0.0, 0.0).abs(),
-        Map::Tube(tube) => 1.0 / tube.mean_radius,
-    };
-    if bend.is_finite() { bend } else { 0.0 }
-}
-
 /// What a chart says of its members.
 fn of_chart(
     points: &[Vec3],
@@ -162,7 +147,6 @@ fn of_chart(
     beside: &[Beside],
 ) -> Vec<OfChart> {
     let noise = noise_of(f).powi(2);
-    let skew = (UNCERTAINTY.along * 0.5 * noise * bend(f)).powi(2);
     let mut order: Vec<(u32, u32)> = (f.members.iter().zip(0..)).map(|(m, k)| (m.0, k)).collect();
     order.sort_unstable();
     let place = |j: u32| order.binary_search_by_key(&j, |o| o.0).ok().map(|at| order[at].1 as usize);
@@ -199,7 +183,6 @@ fn of_chart(
             covariance,
             noise,
             outward,
-            skew,
             offset: (foot.position - on.position).dot(on.normal),
         });
     }

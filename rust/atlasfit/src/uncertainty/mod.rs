@@ -7,9 +7,7 @@
 //! The variance of a place is that of a mixture: the mean of the posterior variances of the charts that are
 //! blended there, plus the variance of their places (the law of total variance). The first part is large at
 //! rims and where points are few, the second one at edges of the part and where two sheets meet. The first is
-//! widened by what the scan's own residuals ask for (`calibrate`). A third part is large where the surface
-//! bends within the noise: noise along it puts the points outside of the bend on average. The fit takes that
-//! out for noise that is alike in all directions, which a scanner's is not.
+//! widened by what the scan's own residuals ask for (`calibrate`).
 
 mod calibrate;
 mod claimed;
@@ -18,7 +16,7 @@ mod gather;
 mod strays;
 mod vertices;
 
-use crate::atlas::{FittedChart, ProjectedPoint};
+use crate::atlas::{FittedChart, Map, ProjectedPoint};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
@@ -68,7 +66,7 @@ pub(crate) fn of_points(
     ctx.check()?;
     Ok(PointUncertainty {
         sd: (said.iter().enumerate())
-            .map(|(i, s)| if on(i) { (widen * s.variance + s.apart() + s.skew).sqrt() as f32 } else { f32::NAN })
+            .map(|(i, s)| if on(i) { (widen * s.variance + s.apart()).sqrt() as f32 } else { f32::NAN })
             .collect(),
         noise: said.iter().map(|s| s.noise.sqrt() as f32).collect(),
         stray: strays::probabilities(&scaled).into_iter().map(|p| p as f32).collect(),
@@ -81,8 +79,14 @@ pub(crate) fn of_points(
 fn curvature(fitted: &[FittedChart]) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for f in fitted {
-        sum += f.chart.support * gather::bend(f).powi(2);
-        total += f.chart.support;
+        let bend = match &f.chart.map {
+            Map::Monge(map) => map.curvature_sum(0.0, 0.0),
+            Map::Tube(tube) => 1.0 / tube.mean_radius,
+        };
+        if bend.is_finite() {
+            sum += f.chart.support * bend * bend;
+            total += f.chart.support;
+        }
     }
     if total > 0.0 { (sum / total).sqrt() } else { 0.0 }
 }
