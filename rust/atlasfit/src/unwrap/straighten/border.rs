@@ -34,8 +34,8 @@ pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
-/// The sides that both ends of an edge inside the chart are on: triangles would collapse on them. `border` are
-/// the chart's curves, `on` the sides of each vertex, [`NONE`] for none.
+/// The sides that both ends of an edge inside the chart are on: triangles would collapse on them. `border`
+/// are the chart's curves, `on` the sides of each vertex, [`NONE`] for none.
 pub(super) fn chords<'a>(
     c: &'a Chart,
     border: &[Vec<u32>],
