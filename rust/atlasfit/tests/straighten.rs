@@ -113,6 +113,14 @@ fn nothing_is_straightened_unless_it_is_asked_for() {
 }
 
 #[test]
+fn charts_that_are_kept_are_not_straightened_which_is_said() {
+    let uvs = laid(&strip(), &UnwrapOptions::default(), 1).unwrap().0.corner_uv;
+    let mesh = TriMesh { corner_uv: Some(uvs), ..strip() };
+    let error = laid(&mesh, &auto().with_keep_uvs(true), 1).unwrap_err();
+    assert!(error.to_string().contains("straighten is asked for with keep_uvs"), "{error}");
+}
+
+#[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     for mesh in [wall(), strip(), rim()] {
         assert_eq!(laid(&mesh, &auto(), 1).unwrap().0, laid(&mesh, &auto(), 4).unwrap().0);

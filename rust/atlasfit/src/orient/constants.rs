@@ -65,11 +65,10 @@ pub(crate) struct OrientConstants {
     /// Halved: points 1.02 (plate 1.12), acc 1.07 (plate 1.47), com 1.15 (plate 2.36); doubled: no figure
     /// changes by 1 %.
     pub least_part: usize,
-    /// Sets of charts that are tried the other way round, the largest of each part. Source: chosen.
-    /// Halved or doubled: same bytes.
+    /// Sets of a sheet's charts that are tried the other way round, the largest. Source: chosen.
     pub turned_sets: usize,
-    /// How often signs follow from what the charts enclose with the signs before. Source: chosen.
-    /// Halved: no figure changes by 1 %; doubled: same bytes.
+    /// How often all sets of charts are tried the other way round, and how often signs follow from what the
+    /// charts enclose with the signs before, at the most. Source: chosen; both end before where nothing changes.
     pub turn_rounds: usize,
     /// Places of a part where its winding is looked at, at the most. Source: chosen, for speed.
     /// Halved or doubled: same bytes.

@@ -1,5 +1,5 @@
 //! Finding things in space and along meshes: nearest neighbours, boxes, triangles, distances from planes,
-//! winding numbers, disjoint sets, edges, welding, point spacing.
+//! winding numbers, disjoint sets, edges, shortest ways, welding, point spacing.
 
 pub mod bvh;
 pub(crate) mod constants;
@@ -7,6 +7,7 @@ pub mod edges;
 pub(crate) mod inject;
 pub(crate) mod lists;
 pub mod neighbours;
+pub(crate) mod paths;
 pub(crate) mod quadric;
 pub mod sets;
 pub mod spacing;

@@ -180,6 +180,7 @@ fn packed_by(
     let whole = list.len();
     let mut list = shorten::shorten(&s, list, options, bound, ctx)?;
     if list.len() > whole {
+        // What was cut across has new sides.
         list = straighten(&s, list, options, bound, ctx)?;
     }
     let checked = pack_checked(&s, list, options, packing, ctx)?;

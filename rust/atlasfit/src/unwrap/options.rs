@@ -77,7 +77,7 @@ pub struct UnwrapOptions {
     /// triangle and lengths differ by a ten thousandth of the part's size at the most. Parts of two groups
     /// are not stacked. Not with [`keep_uvs`](Self::keep_uvs).
     pub stack: Stack,
-    /// Whether charts are laid straight. It does nothing with [`keep_uvs`](Self::keep_uvs).
+    /// Whether charts are laid straight. Not with [`keep_uvs`](Self::keep_uvs).
     pub straighten: Straighten,
     /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
     pub face_group: Option<Vec<u32>>,
@@ -192,9 +192,13 @@ impl UnwrapOptions {
                 "Give finite UVs for each corner, or leave out keep_uvs",
             ));
         }
-        if self.keep_uvs && self.stack != Stack::None {
+        let changes =
+            [("stack", self.stack != Stack::None), ("straighten", self.straighten != Straighten::Off)];
+        if self.keep_uvs
+            && let Some((name, _)) = changes.iter().find(|c| c.1)
+        {
             return Err(Error::invalid(
-                "stack is asked for with keep_uvs, whose charts stay as they are",
+                format!("{name} is asked for with keep_uvs, whose charts stay as they are"),
                 "Leave out one of the two",
             ));
         }

@@ -42,11 +42,16 @@ pub(crate) fn all_positive(tris: &[[u32; 3]], uv: &[[f64; 2]]) -> bool {
 
 /// Area of the faces stretched beyond `bound`.
 pub(crate) fn over_area(s: &Surface, chart: &Chart, bound: f64) -> f64 {
+    over_area_at(s, chart, &chart.uv, bound)
+}
+
+/// The same with other positions.
+pub(crate) fn over_area_at(s: &Surface, chart: &Chart, uv: &[[f64; 2]], bound: f64) -> f64 {
     chart
         .faces
         .iter()
         .zip(&chart.tris)
-        .filter(|(f, t)| stretch(s.rest[**f as usize], corners(**t, &chart.uv)) > bound)
+        .filter(|(f, t)| stretch(s.rest[**f as usize], corners(**t, uv)) > bound)
         .map(|(f, _)| s.area[*f as usize])
         .sum()
 }

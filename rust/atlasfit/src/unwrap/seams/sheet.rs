@@ -8,14 +8,13 @@ use crate::error::Result;
 use crate::numeric::plane::corners;
 use crate::run::Context;
 use crate::spatial::inject::injective;
+use crate::spatial::paths::{Step, shortest};
 use crate::unwrap::chart::Chart;
 use crate::unwrap::flatten::dirichlet::{Disk, convex};
 use crate::unwrap::flatten::newton::{Until, dirichlet, relax};
 use crate::unwrap::flatten::shape::{all_positive, cotangents};
 use crate::unwrap::surface::{NONE, Surface};
 use rustc_hash::FxHashMap;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// A connected part of a surface.
 pub(super) struct Sheet<'a> {
@@ -246,29 +245,13 @@ impl<'a> Sheet<'a> {
 
     /// Distances along edges from some vertices, and the edge that each vertex is reached by.
     pub(super) fn distances(&self, from: &[bool], ctx: &Context<'_>) -> Result<(Vec<f64>, Vec<u32>)> {
-        let mut reached = vec![(f64::INFINITY, NONE); self.vertices()];
-        let mut heap = BinaryHeap::new();
-        for v in (0..self.vertices()).filter(|&v| from[v]) {
-            reached[v].0 = 0.0;
-            heap.push(Reverse((0u64, v as u32)));
-        }
-        let mut looks = 0;
-        while let Some(Reverse((key, v))) = heap.pop() {
-            looks += 1;
-            ctx.check_at(looks)?;
-            let d = f64::from_bits(key);
-            if d > reached[v as usize].0 {
-                continue;
-            }
-            for &e in self.near(v) {
-                let (w, d) = (self.other(e, v), d + self.length[e as usize]);
-                if d < reached[w as usize].0 {
-                    reached[w as usize] = (d, e);
-                    heap.push(Reverse((d.to_bits(), w)));
-                }
-            }
-        }
-        Ok(reached.into_iter().unzip())
+        let sources = (0..self.vertices() as u32).filter(|&v| from[v as usize]);
+        let step = |v: u32| {
+            let edges = self.near(v).iter();
+            edges.map(move |&e| Step { to: self.other(e, v), length: self.length[e as usize], by: e })
+        };
+        let reached = shortest(self.vertices(), sources, step, |_| false, ctx)?;
+        Ok((reached.distance, reached.by))
     }
 
     /// The edges from a vertex back to where distances were counted from.

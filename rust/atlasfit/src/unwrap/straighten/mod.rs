@@ -7,6 +7,7 @@
 mod border;
 mod constants;
 mod corners;
+mod flat;
 mod goal;
 mod rectangle;
 mod ring;
@@ -31,15 +32,17 @@ use sides::with_straight_sides;
 /// hold it as they did before.
 pub(crate) fn straighten(
     s: &Surface,
-    list: Vec<Chart>,
+    mut list: Vec<Chart>,
     options: &UnwrapOptions,
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Chart>> {
-    if options.straighten == Straighten::Off || options.keep_uvs {
+    if options.straighten == Straighten::Off {
         return Ok(list);
     }
     let goal = Goal { bound, energy: options.max_energy };
+    let held = judge(s, &mut list, bound, ctx)?;
+    let over: Vec<f64> = list.iter().map(|c| c.over).collect();
     let made: Vec<Option<Chart>> = (list.par_iter())
         .map(|c| {
             ctx.check()?;
@@ -55,31 +58,27 @@ pub(crate) fn straighten(
         old.push(before);
     }
     if options.max_energy.is_none() {
-        give_back(s, &mut now, old, bound, ctx)?;
+        give_back(s, &mut now, old, held, &over, bound, ctx)?;
     }
     Ok(now)
 }
 
 /// Puts back old charts, those first whose new ones stretch most beyond the bound, until all charts together
-/// hold it as before.
+/// hold what they `held`. `over` is what each was stretched beyond the bound before.
 fn give_back(
     s: &Surface,
     now: &mut [Chart],
     mut old: Vec<Option<Chart>>,
+    held: f64,
+    over: &[f64],
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<()> {
     let mut new: Vec<usize> = (0..now.len()).filter(|&i| old[i].is_some()).collect();
-    if new.is_empty() {
-        return Ok(());
-    }
-    let mut before: Vec<Chart> =
-        (now.iter().zip(&old)).map(|(c, o)| o.as_ref().unwrap_or(c).clone()).collect();
-    let held = judge(s, &mut before, bound, ctx)?;
-    let worse = |now: &[Chart], i: usize| now[i].over - before[i].over;
     let mut batch = 1;
-    while judge(s, now, bound, ctx)? > held && !new.is_empty() {
-        new.sort_by(|&i, &j| worse(now, i).total_cmp(&worse(now, j)).then(j.cmp(&i)));
+    while !new.is_empty() && judge(s, now, bound, ctx)? > held {
+        let worse = |i: usize| now[i].over - over[i];
+        new.sort_by(|&i, &j| worse(i).total_cmp(&worse(j)).then(j.cmp(&i)));
         for i in new.split_off(new.len().saturating_sub(batch)) {
             if let Some(c) = old[i].take() {
                 now[i] = c;

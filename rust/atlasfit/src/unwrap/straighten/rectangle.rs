@@ -7,15 +7,12 @@
 
 use super::border::chords;
 use super::constants::STRAIGHT;
+use super::flat::Flat;
 use super::goal::Goal;
 use crate::numeric::plane::corners;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
-use crate::unwrap::flatten::contacts::Border;
-use crate::unwrap::flatten::dirichlet::harmonic;
-use crate::unwrap::flatten::graph::Graph;
-use crate::unwrap::flatten::newton::{Piece, Until, relax_piece};
-use crate::unwrap::flatten::shape::{all_positive, cotangents, jacobian, stretch};
+use crate::unwrap::flatten::shape::{all_positive, jacobian, over_area_at};
 use crate::unwrap::surface::{NONE, Surface};
 
 /// The chart on a rectangle with these corners, places on its border; `None` where it is not accepted.
@@ -31,13 +28,10 @@ pub(super) fn rectangle(
     if chords(c, &[border.to_vec()], &sides.on).next().is_some() {
         return None;
     }
-    // In units of its own size, as the solver's numbers are.
-    let unit = c.area.sqrt();
-    let rest: Vec<[f64; 3]> = c.rest(s).into_iter().map(|r| r.map(|x| x / unit)).collect();
+    let flat = Flat::new(s, c);
     let pinned: Vec<bool> = sides.on.iter().map(|on| on[0] != NONE).collect();
-    let at: Vec<[f64; 2]> = sides.at.iter().map(|p| p.map(|x| x / unit)).collect();
-    let graph = Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest), ctx);
-    let mut uv = harmonic(&graph, &c.uv, &pinned, &at, ctx)?;
+    let at = flat.small(&sides.at);
+    let mut uv = flat.harmonic(&c.uv, &pinned, &at, ctx)?;
     for ((p, at), _) in uv.iter_mut().zip(at).zip(&pinned).filter(|p| *p.1) {
         *p = at;
     }
@@ -49,20 +43,11 @@ pub(super) fn rectangle(
         .iter()
         .map(|on| [1, 0].map(|k| on.iter().any(|&side| side != NONE && side % 2 == k)))
         .collect();
-    let piece = Piece { tris: &c.tris, rest: &rest, area: 1.0, border: Border::of(Vec::new()), held: &held };
-    let over = |uv: &[[f64; 2]]| -> f64 {
-        let beyond = |t: &[u32; 3], r| stretch(r, corners(*t, uv)) > goal.bound;
-        (c.tris.iter().zip(&rest).zip(&c.faces))
-            .filter(|((t, r), _)| beyond(t, **r))
-            .map(|(_, &f)| s.area[f as usize])
-            .sum()
-    };
     let mut last = f64::INFINITY;
     for round in 0..STRAIGHT.rounds {
-        resize(&c.tris, &rest, &mut uv);
-        let until = Until { steps: STRAIGHT.steps, least: STRAIGHT.least, wanted: None };
-        let energy = relax_piece(&piece, &mut uv, until, ctx)?;
-        if round == 0 && over(&uv) > STRAIGHT.hope * goal.allowed(c) {
+        resize(&c.tris, &flat.rest, &mut uv);
+        let energy = flat.relax(&mut uv, &held, ctx)?;
+        if round == 0 && over_area_at(s, c, &flat.sized(&uv), goal.bound) > STRAIGHT.hope * goal.allowed(c) {
             return None;
         }
         if last - energy < STRAIGHT.least {
@@ -70,7 +55,7 @@ pub(super) fn rectangle(
         }
         last = energy;
     }
-    goal.accepted(s, c, uv.into_iter().map(|p| p.map(|x| x * unit)).collect(), ctx)
+    goal.accepted(s, c, flat.sized(&uv), ctx)
 }
 
 /// The border on the sides of a rectangle.

@@ -6,11 +6,10 @@
 use super::border::loops;
 use super::constants::STRAIGHT;
 use crate::run::Context;
+use crate::spatial::paths::{Step, shortest};
 use crate::unwrap::chart::Chart;
 use crate::unwrap::cut::adjacent_faces;
 use crate::unwrap::surface::{NONE, Surface};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// A ring that is cut.
 pub(super) struct Open {
@@ -48,7 +47,7 @@ pub(super) fn opened(s: &Surface, c: &Chart, curves: [&[u32]; 2], ctx: &Context<
     Some(Open { chart, border, corners: corners.try_into().ok()? })
 }
 
-/// The shortest path (Dijkstra 1959) from one curve to the other, through no polygon.
+/// The shortest path from one curve to the other, through no polygon.
 fn across(
     s: &Surface,
     c: &Chart,
@@ -57,7 +56,7 @@ fn across(
     ctx: &Context<'_>,
 ) -> Option<Vec<u32>> {
     let n = c.vertices();
-    let mut edges: Vec<Vec<(u32, u64)>> = vec![Vec::new(); n];
+    let mut edges: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
     let grain = STRAIGHT.grain * c.area.sqrt();
     for (i, t) in c.tris.iter().enumerate() {
         ctx.check_at(i).ok()?;
@@ -66,38 +65,14 @@ fn across(
             if s.cell(f) == s.cell(c.faces[adjacent[i][k] as usize]) {
                 continue;
             }
-            let steps = (f64::from(s.length[f as usize][k]) / grain).round() as u64 + 1;
-            edges[t[k] as usize].push((t[(k + 1) % 3], steps));
+            let grains = (f64::from(s.length[f as usize][k]) / grain).round() + 1.0;
+            edges[t[k] as usize].push((t[(k + 1) % 3], grains));
         }
     }
-    let mut known = vec![(u64::MAX, NONE); n];
-    let mut heap: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
-    for &v in from {
-        known[v as usize] = (0, NONE);
-        heap.push(Reverse((0, v)));
-    }
-    let mut end = vec![false; n];
-    to.iter().for_each(|&v| end[v as usize] = true);
-    let mut count = 0;
-    while let Some(Reverse((far, v))) = heap.pop() {
-        ctx.check_at(count).ok()?;
-        count += 1;
-        if known[v as usize].0 != far {
-            continue;
-        }
-        if end[v as usize] {
-            let mut path = vec![v];
-            while known[path[path.len() - 1] as usize].1 != NONE {
-                path.push(known[path[path.len() - 1] as usize].1);
-            }
-            return Some(path);
-        }
-        for &(w, steps) in &edges[v as usize] {
-            if far + steps < known[w as usize].0 {
-                known[w as usize] = (far + steps, v);
-                heap.push(Reverse((far + steps, w)));
-            }
-        }
-    }
-    None
+    let mut is_end = vec![false; n];
+    to.iter().for_each(|&v| is_end[v as usize] = true);
+    let steps = |v: u32| edges[v as usize].iter().map(move |&(to, length)| Step { to, length, by: v });
+    let found = shortest(n, from.iter().copied(), steps, |v| is_end[v as usize], ctx).ok()?;
+    let before = |v: &u32| Some(found.by[*v as usize]).filter(|&v| v != NONE);
+    Some(std::iter::successors(Some(found.end?), before).collect())
 }

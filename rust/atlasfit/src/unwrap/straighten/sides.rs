@@ -6,14 +6,11 @@
 
 use super::border::{chords, distance};
 use super::constants::STRAIGHT;
+use super::flat::Flat;
 use super::goal::Goal;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
-use crate::unwrap::flatten::contacts::Border;
-use crate::unwrap::flatten::dirichlet::harmonic;
-use crate::unwrap::flatten::graph::Graph;
-use crate::unwrap::flatten::newton::{Piece, Until, relax_piece};
-use crate::unwrap::flatten::shape::{all_positive, cotangents};
+use crate::unwrap::flatten::shape::all_positive;
 use crate::unwrap::planar::rotated;
 use crate::unwrap::surface::{NONE, Surface};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -31,35 +28,31 @@ pub(super) fn with_straight_sides(
     let mut runs: Vec<Vec<u32>> = curves.iter().flat_map(|curve| polygon(curve, &c.uv, unit)).collect();
     runs.retain(|run| is_straight(run, &c.uv, unit));
     let (sin, cos) = main_direction(&runs, &c.uv)?.sin_cos();
-    let at: Vec<[f64; 2]> = rotated(&c.uv, [cos, -sin]).into_iter().map(|p| p.map(|x| x / unit)).collect();
+    let flat = Flat::new(s, c);
+    let at = flat.small(&rotated(&c.uv, [cos, -sin]));
     let lines = Lines::new(c, curves, runs, &at);
     if lines.share < STRAIGHT.share {
         return None;
     }
     ctx.check().ok()?;
-    let rest: Vec<[f64; 3]> = c.rest(s).into_iter().map(|r| r.map(|x| x / unit)).collect();
     // What is off the lines gives way softly.
     let pinned: Vec<bool> = lines.of.iter().map(|of| of.iter().any(Option::is_some)).collect();
     let line = |v: usize, k: usize| lines.of[v][k].unwrap_or(at[v][k]);
     let shifts: Vec<[f64; 2]> = (0..at.len()).map(|v| [0, 1].map(|k| line(v, k) - at[v][k])).collect();
-    let graph = Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest), ctx);
-    let shifts = harmonic(&graph, &at, &pinned, &shifts, ctx)?;
+    let shifts = flat.harmonic(&at, &pinned, &shifts, ctx)?;
     let mut uv: Vec<[f64; 2]> = (0..at.len())
         .map(|v| [0, 1].map(|k| if pinned[v] { line(v, k) } else { at[v][k] + shifts[v][k] }))
         .collect();
     if !all_positive(&c.tris, &uv) {
         return None;
     }
-    let sized = |uv: &[[f64; 2]]| uv.iter().map(|p| p.map(|x| x * unit)).collect();
-    let made = goal.accepted(s, c, sized(&uv), ctx);
+    let made = goal.accepted(s, c, flat.sized(&uv), ctx);
     if made.is_some() {
         return made;
     }
     let held: Vec<[bool; 2]> = lines.of.iter().map(|of| of.map(|x| x.is_some())).collect();
-    let piece = Piece { tris: &c.tris, rest: &rest, area: 1.0, border: Border::of(Vec::new()), held: &held };
-    let until = Until { steps: STRAIGHT.steps, least: STRAIGHT.least, wanted: None };
-    relax_piece(&piece, &mut uv, until, ctx)?;
-    goal.accepted(s, c, sized(&uv), ctx)
+    flat.relax(&mut uv, &held, ctx)?;
+    goal.accepted(s, c, flat.sized(&uv), ctx)
 }
 
 /// The coordinates at which vertices are held.
