@@ -70,6 +70,7 @@ fn straightened(mesh: &TriMesh, options: &UnwrapOptions) -> (UvLayout, UvQuality
     let (layout, quality) = laid(mesh, options, 1).unwrap();
     assert_eq!((quality.flips, quality.overlapping_faces, quality.degenerate), (0, 0, 0));
     assert!(quality.stretch_p95 <= layout.stretch_bound, "{}", quality.stretch_p95);
+    assert!(quality.stretch_l2 <= layout.stretch_bound, "{}", quality.stretch_l2);
     (layout, quality)
 }
 

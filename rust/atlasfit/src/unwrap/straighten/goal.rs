@@ -24,6 +24,12 @@ impl Goal {
         if self.energy.is_some() { f64::INFINITY } else { c.over.max(UNWRAP.beyond * c.area) }
     }
 
+    /// The mean energy that a chart may have: where the stretch is bounded, that of a chart whose every face
+    /// is stretched by the bound. The share of the area beyond it does not see slivers that nearly vanish.
+    fn most_energy(&self) -> f64 {
+        self.energy.unwrap_or(2.0 * (self.bound.powi(2) + self.bound.powi(-2)))
+    }
+
     /// The chart with new positions, if it is accepted.
     pub(super) fn accepted(
         &self,
@@ -34,8 +40,10 @@ impl Goal {
     ) -> Option<Chart> {
         let mut new = Chart { uv, straight: true, ..c.clone() };
         new.over = over_area(s, &new, self.bound);
-        if let Some(most) = self.energy {
-            (mean_energy(&new.tris, &new.rest(s), &new.uv) <= most).then_some(())?;
+        let rest = c.rest(s);
+        if mean_energy(&new.tris, &rest, &new.uv) > self.most_energy().max(mean_energy(&c.tris, &rest, &c.uv))
+        {
+            return None;
         }
         if new.over > self.allowed(c) || !injective(&new.tris, &new.uv, &new.border, ctx).ok()? {
             return None;
