@@ -15,4 +15,4 @@ pub(crate) mod tubes;
 
 pub(crate) use cover::{partition, sample};
 pub(crate) use cut::{Cut, PatchSize, grow_all};
-pub(crate) use refit::keep;
+pub(crate) use refit::{keep, restore};

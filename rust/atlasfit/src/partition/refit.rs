@@ -12,9 +12,16 @@ use crate::run::Context;
 use crate::spatial::Neighbour;
 use rayon::prelude::*;
 
+/// What charts that may not stay leave.
+pub(crate) struct Refit {
+    /// For each point whether it needs no other chart.
+    pub covered: Vec<bool>,
+    /// The charts that were left out.
+    pub left_out: Vec<FittedChart>,
+}
+
 /// Leaves out the charts whose patch had another sheet within its reach: there they were kept small, or took
-/// some of its points. Returns for each point whether it needs no other chart, as those that are `done` do;
-/// nothing if all charts stay.
+/// some of its points. Points that are `done` need no other chart. Nothing if all charts stay.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -24,7 +31,7 @@ pub(crate) fn keep(
     done: &[bool],
     projected: &[ProjectedPoint],
     ctx: &Context<'_>,
-) -> Result<Option<Vec<bool>>> {
+) -> Result<Option<Refit>> {
     let stays = fitted
         .par_chunks(64)
         .map(|chunk| {
@@ -40,13 +47,8 @@ pub(crate) fn keep(
     // Points that the charts before could not reach stay without one.
     let mut covered = vec![true; projected.len()];
     let mut of = stays.iter();
-    fitted.retain(|f| {
-        let stays = of.next().is_some_and(|s| *s);
-        if !stays {
-            f.members.iter().for_each(|&(m, _)| covered[m as usize] = false);
-        }
-        stays
-    });
+    let left_out: Vec<FittedChart> = fitted.extract_if(.., |_| !of.next().is_some_and(|s| *s)).collect();
+    left_out.iter().flat_map(|f| &f.members).for_each(|&(m, _)| covered[m as usize] = false);
     for f in fitted.iter() {
         let Map::Monge(map) = &f.chart.map else { continue };
         for &(m, _) in &f.members {
@@ -55,7 +57,19 @@ pub(crate) fn keep(
         }
     }
     covered.iter_mut().zip(done).for_each(|(c, d)| *c |= d);
-    Ok(Some(covered))
+    Ok(Some(Refit { covered, left_out }))
+}
+
+/// Takes back charts that were left out where no other came instead: those most of whose points lie on no
+/// chart now.
+pub(crate) fn restore(fitted: &mut Vec<FittedChart>, left_out: Vec<FittedChart>, points: usize) {
+    let mut covered = vec![false; points];
+    fitted.iter().flat_map(|f| &f.members).for_each(|&(m, _)| covered[m as usize] = true);
+    let lost = |f: &FittedChart| {
+        let uncovered = f.members.iter().filter(|m| !covered[m.0 as usize]).count();
+        2 * uncovered > f.members.len()
+    };
+    fitted.extend(left_out.into_iter().filter(lost));
 }
 
 /// Whether no other sheet lies near enough to disturb a chart. Tubes always stay.
@@ -84,4 +98,35 @@ fn is_copy(f: &FittedChart, other: &ProjectedPoint, sigma: f64) -> bool {
         let turn = v.normal.dot(other.normal) * f.chart.sign;
         turn > PARTITION.copy_turn && v.mask >= 0.5 && v.distance.abs() > PARTITION.between * sigma
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atlas::mask::Mask;
+    use crate::atlas::{Chart, Monge};
+    use crate::numeric::spline::COEFFS;
+    use crate::numeric::vec3::Vec3;
+    use std::ops::Range;
+
+    fn of(points: Range<u32>) -> FittedChart {
+        let map = Monge {
+            center: Vec3::ZERO,
+            axes: [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])],
+            radii: [1.0; 2],
+            coeffs: Box::new([0.0; COEFFS]),
+            mask: Mask::full(),
+        };
+        let chart = Chart { map: Map::Monge(map), sigma: 1.0, sign: 1.0, support: 1.0 };
+        let members = points.map(|p| (p, 1.0)).collect();
+        FittedChart { chart, members, expected: 1.0, log_kappa: None, of_two: false }
+    }
+
+    #[test]
+    fn a_chart_that_nothing_replaced_comes_back() {
+        let mut fitted = vec![of(0..10)];
+        restore(&mut fitted, vec![of(5..11), of(9..14)], 20);
+        let first: Vec<u32> = fitted.iter().map(|f| f.members[0].0).collect();
+        assert_eq!(first, [0, 9], "most points of 5..11 lie on 0..10, most of 9..14 do not");
+    }
 }

@@ -33,7 +33,7 @@ pub(super) struct OrientedAtlas {
 }
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
-/// own side only. `toward` says where each point is known to face, if anything is known.
+/// own side only. Where that fails they come back: an uncertain surface is better than none. `toward` says where each point is known to face, if anything is known.
 pub(super) fn separate(
     scan: &Scan,
     first: FirstAtlas,
@@ -45,12 +45,13 @@ pub(super) fn separate(
     let mut atlas = oriented(scan, fitted, toward, ctx)?;
     for _ in 0..PIPELINE.sheet_rounds {
         let known = &atlas.projected;
-        let Some(covered) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
-        let patches = partition::partition(&cut, &covered, Some(known), ctx)?;
+        let Some(refit) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
+        let patches = partition::partition(&cut, &refit.covered, Some(known), ctx)?;
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
         drop_strays(&cut, &mut fitted, ctx)?;
+        partition::restore(&mut fitted, refit.left_out, scan.points.len());
         atlas = oriented(scan, fitted, toward, ctx)?;
     }
     Ok(atlas)
