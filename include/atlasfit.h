@@ -411,6 +411,17 @@
 #define ATLASFIT_STACK_MIRRORED 2
 
 /**
+ * atlasfit_unwrap_options.straighten: charts lie as they have least stretch.
+ */
+#define ATLASFIT_STRAIGHTEN_OFF 0
+
+/**
+ * atlasfit_unwrap_options.straighten: what a person would straighten is straight and parallel to the page's
+ * sides.
+ */
+#define ATLASFIT_STRAIGHTEN_AUTO 1
+
+/**
  * atlasfit_uv_copy(): u, v of each corner of each face.
  */
 #define ATLASFIT_UV_CORNERS 0
@@ -1281,6 +1292,17 @@ typedef struct {
    * Default 0.
    */
   double max_energy;
+  /**
+   * Whether charts are laid straight: #ATLASFIT_STRAIGHTEN_OFF or #ATLASFIT_STRAIGHTEN_AUTO. Strips, tubes
+   * that are cut open and rims become rectangles, long sides of other charts straight lines, within the
+   * bound on the stretch; such charts are turned in quarter turns only, which costs texels where charts
+   * are few and large. Not with keep_uvs. Default #ATLASFIT_STRAIGHTEN_OFF.
+   */
+  uint32_t straighten;
+  /**
+   * Must be 0.
+   */
+  uint32_t reserved_too;
 } atlasfit_unwrap_options;
 
 /**
@@ -1387,6 +1409,10 @@ typedef struct {
    * Parts that lie on another one of their shape, as stack of the options asked for.
    */
   size_t stacked_parts;
+  /**
+   * Charts whose sides are straight and parallel to the page's, as straighten of the options asked for.
+   */
+  size_t straightened_charts;
 } atlasfit_uv_info;
 
 /**
@@ -1664,6 +1690,11 @@ typedef struct {
    * 1 if all UVs are finite, else 0.
    */
   uint32_t finite;
+  /**
+   * Share of the length of the charts' outlines in the texture that is parallel to a side of the page, to
+   * within a millionth of the page for each edge, 0 to 1.
+   */
+  double straightness;
 } atlasfit_uv_quality;
 
 /**

@@ -140,12 +140,15 @@ pub struct atlasfit_uv_quality {
     pub inside: u32,
     /// 1 if all UVs are finite, else 0.
     pub finite: u32,
+    /// Share of the length of the charts' outlines in the texture that is parallel to a side of the page, to
+    /// within a millionth of the page for each edge, 0 to 1.
+    pub straightness: f64,
 }
 
 // SAFETY: numbers, size first.
 unsafe impl Sized for atlasfit_uv_quality {
     const NAME: &str = "atlasfit_uv_quality";
-    const FIRST: usize = size_of::<Self>();
+    const FIRST: usize = std::mem::offset_of!(Self, straightness);
     fn defaults() -> Self {
         // SAFETY: zeros are valid numbers.
         Self { struct_size: size_of::<Self>(), ..unsafe { std::mem::zeroed() } }
@@ -208,6 +211,7 @@ pub unsafe extern "C" fn atlasfit_measure_uv(
             coverage: q.coverage,
             inside: u32::from(q.inside),
             finite: u32::from(q.finite),
+            straightness: q.straightness,
         };
         if let Some(stretch) = stretch {
             copy_out(&stretch, face_stretch, capacity, "face stretch")?;

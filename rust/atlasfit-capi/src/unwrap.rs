@@ -7,7 +7,7 @@ use crate::run::{atlasfit_run, core_run, number_out};
 use crate::sized::{self, Sized};
 use crate::status::{Failure, Outcome, atlasfit_status, guard};
 use crate::uv::{Layout, atlasfit_uv};
-use atlasfit::unwrap::{Packer, Preset, Stack, UnwrapOptions, memory_needed, unwrap};
+use atlasfit::unwrap::{Packer, Preset, Stack, Straighten, UnwrapOptions, memory_needed, unwrap};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -30,6 +30,12 @@ pub const ATLASFIT_STACK_NONE: u32 = 0;
 pub const ATLASFIT_STACK_IDENTICAL: u32 = 1;
 /// atlasfit_unwrap_options.stack: these and mirror images, whose UVs run the other way round.
 pub const ATLASFIT_STACK_MIRRORED: u32 = 2;
+
+/// atlasfit_unwrap_options.straighten: charts lie as they have least stretch.
+pub const ATLASFIT_STRAIGHTEN_OFF: u32 = 0;
+/// atlasfit_unwrap_options.straighten: what a person would straighten is straight and parallel to the page's
+/// sides.
+pub const ATLASFIT_STRAIGHTEN_AUTO: u32 = 1;
 
 /// How to unwrap. Fill it with atlasfit_unwrap_options_init(); a NULL pointer to one means the defaults.
 #[repr(C)]
@@ -79,6 +85,13 @@ pub struct atlasfit_unwrap_options {
     /// seams as short as can be found. Slower: for up to some ten thousand triangles. 0 = max_stretch counts.
     /// Default 0.
     pub max_energy: f64,
+    /// Whether charts are laid straight: #ATLASFIT_STRAIGHTEN_OFF or #ATLASFIT_STRAIGHTEN_AUTO. Strips, tubes
+    /// that are cut open and rims become rectangles, long sides of other charts straight lines, within the
+    /// bound on the stretch; such charts are turned in quarter turns only, which costs texels where charts
+    /// are few and large. Not with keep_uvs. Default #ATLASFIT_STRAIGHTEN_OFF.
+    pub straighten: u32,
+    /// Must be 0.
+    pub reserved_too: u32,
 }
 
 // SAFETY: numbers, size first.
@@ -106,6 +119,8 @@ unsafe impl Sized for atlasfit_unwrap_options {
             keep_uvs: u32::from(d.keep_uvs),
             stack: ATLASFIT_STACK_NONE,
             max_energy: d.max_energy.unwrap_or(0.0),
+            straighten: ATLASFIT_STRAIGHTEN_OFF,
+            reserved_too: 0,
         }
     }
 }
@@ -128,6 +143,7 @@ impl atlasfit_unwrap_options {
         let keep_uv_seams = sized::flag(self.keep_uv_seams, "keep_uv_seams")?;
         let keep_uvs = sized::flag(self.keep_uvs, "keep_uvs")?;
         sized::zero(self.reserved)?;
+        sized::zero(self.reserved_too)?;
         let stack = match self.stack {
             ATLASFIT_STACK_NONE => Stack::None,
             ATLASFIT_STACK_IDENTICAL => Stack::Identical,
@@ -135,6 +151,15 @@ impl atlasfit_unwrap_options {
             other => {
                 return Err(Failure::invalid(format!(
                     "stack is {other}. Give ATLASFIT_STACK_NONE to ATLASFIT_STACK_MIRRORED"
+                )));
+            }
+        };
+        let straighten = match self.straighten {
+            ATLASFIT_STRAIGHTEN_OFF => Straighten::Off,
+            ATLASFIT_STRAIGHTEN_AUTO => Straighten::Auto,
+            other => {
+                return Err(Failure::invalid(format!(
+                    "straighten is {other}. Give ATLASFIT_STRAIGHTEN_OFF or ATLASFIT_STRAIGHTEN_AUTO"
                 )));
             }
         };
@@ -149,6 +174,7 @@ impl atlasfit_unwrap_options {
             .with_keep_uv_seams(keep_uv_seams)
             .with_keep_uvs(keep_uvs)
             .with_stack(stack)
+            .with_straighten(straighten)
             .with_max_energy((self.max_energy != 0.0).then_some(self.max_energy))
             .with_hard_edge_angle((self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle)))
     }

@@ -121,6 +121,8 @@ pub struct atlasfit_uv_info {
     pub welded_vertices: usize,
     /// Parts that lie on another one of their shape, as stack of the options asked for.
     pub stacked_parts: usize,
+    /// Charts whose sides are straight and parallel to the page's, as straighten of the options asked for.
+    pub straightened_charts: usize,
 }
 
 // SAFETY: numbers, size first.
@@ -169,6 +171,7 @@ pub unsafe extern "C" fn atlasfit_uv_get_info(
             torn_faces: both.torn.len(),
             welded_vertices: l.welded_vertices,
             stacked_parts: l.stacked_parts,
+            straightened_charts: l.straightened_charts,
         };
         sized::write(info, value)
     })

@@ -73,13 +73,14 @@ fn structs() -> Vec<Struct> {
         atlasfit_projection { struct_size capacity positions normals charts chart_uv distances }
         atlasfit_unwrap_options {
             struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams
-            reserved texels_per_unit hard_edge_angle keep_uvs stack max_energy
+            reserved texels_per_unit hard_edge_angle keep_uvs stack max_energy straighten
+            reserved_too
         }
         atlasfit_uv_info {
             struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces
             non_manifold_edges repaired_charts split_polygons width height texels_per_unit stretch_bound
             over_stretched coverage seconds padding reserved faces corners torn_faces
-            welded_vertices stacked_parts
+            welded_vertices stacked_parts straightened_charts
         }
         atlasfit_image { struct_size rgba width height }
         atlasfit_textures { struct_size images image_count corner_uv face_image normals reserved }
@@ -93,7 +94,7 @@ fn structs() -> Vec<Struct> {
         }
         atlasfit_uv_quality {
             struct_size faces charts flips degenerate overlapping_faces seam stretch_l2 stretch_linf
-            stretch_median stretch_p95 conformal overlap coverage inside finite
+            stretch_median stretch_p95 conformal overlap coverage inside finite straightness
         }
         atlasfit_file_info {
             struct_size points triangles attributes texture_bytes has_normals has_colors has_uv

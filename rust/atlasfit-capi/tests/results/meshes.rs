@@ -5,14 +5,16 @@ use crate::{ok, triples};
 use atlasfit::Run;
 use atlasfit::bake::{BakeOptions, Colors, bake};
 use atlasfit::geometry::{PointCloud, TriMesh};
-use atlasfit::unwrap::Preset;
+use atlasfit::unwrap::{Preset, Straighten, UnwrapOptions, unwrap};
 use atlasfit_capi::arrays::*;
 use atlasfit_capi::bake::*;
 use atlasfit_capi::measure::*;
 use atlasfit_capi::mesh::*;
 use atlasfit_capi::points::*;
+use atlasfit_capi::status::*;
 use atlasfit_capi::unwrap::*;
 use atlasfit_capi::uv::*;
+use std::mem::offset_of;
 use std::ptr::{null, null_mut};
 
 #[test]
@@ -135,6 +137,101 @@ fn presets_are_the_core_s() {
         [ATLASFIT_PRESET_FEW_SEAMS, ATLASFIT_PRESET_BALANCED, ATLASFIT_PRESET_LOW_STRETCH],
         [Preset::FewSeams, Preset::Balanced, Preset::LowStretch].map(|p| p as u32)
     );
+}
+
+/// A band of a plane's ring that rises: with least stretch it is an arc.
+fn strip() -> (Vec<f32>, Vec<u32>) {
+    let at = |i: u32, j: u32| {
+        let (u, r) = (i as f32 / 40.0, 1.0 + 0.02 * j as f32);
+        [r * (2.0 * u).cos(), r * (2.0 * u).sin(), 0.1 * u * u]
+    };
+    let xyz = (0..41).flat_map(|i| (0..7).flat_map(move |j| at(i, j))).collect();
+    let quads = (0..40).flat_map(|i| (0..6).map(move |j| 7 * i + j));
+    (xyz, quads.flat_map(|a| [a, a + 7, a + 8, a, a + 8, a + 1]).collect())
+}
+
+/// The strip's corner UVs, what they hold and how good they are.
+fn strip_laid(options: &atlasfit_unwrap_options) -> (Vec<f32>, atlasfit_uv_info, atlasfit_uv_quality) {
+    let (xyz, triangles) = strip();
+    let m = mesh(&xyz, &triangles);
+    let (mut uv, mut corners) = (null_mut(), vec![0f32; 2 * triangles.len()]);
+    let (mut info, mut quality) = (output::<atlasfit_uv_info>(), output::<atlasfit_uv_quality>());
+    unsafe {
+        ok(atlasfit_unwrap(&m, options, null(), &mut uv));
+        ok(atlasfit_uv_get_info(uv, &mut info));
+        ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), corners.len()));
+        ok(atlasfit_uv_free(uv));
+        let with_uv = atlasfit_mesh { corner_uv: corners.as_ptr(), ..m };
+        ok(atlasfit_measure_uv(&with_uv, null(), &mut quality, null_mut(), 0));
+    }
+    (corners, info, quality)
+}
+
+fn straightening() -> atlasfit_unwrap_options {
+    atlasfit_unwrap_options { straighten: ATLASFIT_STRAIGHTEN_AUTO, ..init(atlasfit_unwrap_options_init) }
+}
+
+#[test]
+fn charts_are_straightened_as_the_core_does_where_that_is_asked_for() {
+    let (xyz, triangles) = strip();
+    let core = TriMesh::new(
+        xyz.chunks(3).map(|p| [0, 1, 2].map(|k| f64::from(p[k]))).collect(),
+        triangles.as_chunks().0.to_vec(),
+    );
+    let options = UnwrapOptions::default().with_straighten(Straighten::Auto);
+    let expected = Run::default().execute(|ctx| unwrap(&core, &options, ctx)).expect("the core unwraps");
+    let (corners, info, quality) = strip_laid(&straightening());
+    assert_eq!(corners, expected.corner_uv.as_flattened().as_flattened());
+    assert_eq!([info.charts, info.straightened_charts], [expected.charts, expected.straightened_charts]);
+    assert_eq!(info.straightened_charts, info.charts, "the strip is one, and so are its pieces");
+    assert_eq!(quality.straightness, 1.0);
+    let (_, plain, quality) = strip_laid(&init(atlasfit_unwrap_options_init));
+    assert!(plain.straightened_charts == 0 && quality.straightness < 0.5, "{}", quality.straightness);
+}
+
+#[test]
+fn what_cannot_be_straightened_is_refused_with_a_reason() {
+    let (xyz, triangles) = strip();
+    let corner_uv = strip_laid(&init(atlasfit_unwrap_options_init)).0;
+    let m = atlasfit_mesh { corner_uv: corner_uv.as_ptr(), ..mesh(&xyz, &triangles) };
+    let refused = |options: atlasfit_unwrap_options, reason: &str| {
+        let mut uv = null_mut();
+        assert_eq!(unsafe { atlasfit_unwrap(&m, &options, null(), &mut uv) }, ATLASFIT_INVALID_ARGUMENT);
+        assert!(uv.is_null() && last_error().contains(reason), "{}", last_error());
+    };
+    let unknown = atlasfit_unwrap_options { straighten: 2, ..straightening() };
+    refused(unknown, "straighten is 2. Give ATLASFIT_STRAIGHTEN_OFF or ATLASFIT_STRAIGHTEN_AUTO");
+    let kept = atlasfit_unwrap_options { keep_uvs: 1, ..straightening() };
+    refused(kept, "straighten is asked for with keep_uvs");
+}
+
+#[test]
+fn programs_that_know_nothing_of_straightening_get_what_they_got() {
+    let older = offset_of!(atlasfit_unwrap_options, straighten);
+    let garbage = atlasfit_unwrap_options { struct_size: older, reserved_too: 9, ..straightening() };
+    let plain = strip_laid(&init(atlasfit_unwrap_options_init)).0;
+    assert_eq!(strip_laid(&garbage).0, plain);
+    let (xyz, triangles) = strip();
+    let m = atlasfit_mesh { corner_uv: plain.as_ptr(), ..mesh(&xyz, &triangles) };
+    let mut quality = atlasfit_uv_quality {
+        struct_size: offset_of!(atlasfit_uv_quality, straightness),
+        straightness: 7.0,
+        ..output()
+    };
+    let mut uv = null_mut();
+    let mut info = atlasfit_uv_info {
+        struct_size: offset_of!(atlasfit_uv_info, straightened_charts),
+        straightened_charts: 7,
+        ..output()
+    };
+    unsafe {
+        ok(atlasfit_measure_uv(&m, null(), &mut quality, null_mut(), 0));
+        ok(atlasfit_unwrap(&m, null(), null(), &mut uv));
+        ok(atlasfit_uv_get_info(uv, &mut info));
+        ok(atlasfit_uv_free(uv));
+    }
+    assert!(quality.finite == 1 && quality.straightness == 7.0);
+    assert!(info.charts > 0 && info.straightened_charts == 7);
 }
 
 #[test]
