@@ -23,6 +23,17 @@ def torus(nu=48, nv=24, tube=0.4, ring=1.0):
     return vertices, quads.astype(np.int32)
 
 
+def strip(n=40, m=6):
+    """Vertices, quads (n * m, 4) of a band of a plane's ring that rises: with least stretch it is an arc."""
+    u, v = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, m + 1), indexing="ij")
+    out = 1 + 0.12 * v
+    vertices = np.stack([out * np.cos(2 * u), out * np.sin(2 * u), 0.1 * u**2], -1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    at = lambda a, b: a * (m + 1) + b
+    quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], -1).reshape(-1, 4)
+    return vertices, quads.astype(np.int32)
+
+
 def triangles(quads):
     """Two triangles per quad, and the quad of each."""
     return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3), np.repeat(np.arange(len(quads)), 2)

@@ -83,6 +83,8 @@ class UvQuality:
     inside: bool
     """Whether all UVs lie on their pages, in [0, 1]."""
     finite: bool
+    straightness: float
+    """Share of the length of the charts' outlines in the texture that is parallel to a side of the page."""
     face_stretch: NDArray[np.float32]
     """(m,) stretch max(s1, 1/s2) per face, infinite where it has collapsed, 1 where it has no area in space.
     """

@@ -291,6 +291,7 @@ class atlasfit_uv_quality(Sized):
         ("coverage", c_double),
         ("inside", c_uint32),
         ("finite", c_uint32),
+        ("straightness", c_double),
     ]
 
 
@@ -346,6 +347,8 @@ class atlasfit_unwrap_options(Sized):
         ("keep_uvs", c_uint32),
         ("stack", c_uint32),
         ("max_energy", c_double),
+        ("straighten", c_uint32),
+        ("reserved_too", c_uint32),
     ]
 
 
@@ -375,6 +378,7 @@ class atlasfit_uv_info(Sized):
         ("torn_faces", c_size_t),
         ("welded_vertices", c_size_t),
         ("stacked_parts", c_size_t),
+        ("straightened_charts", c_size_t),
     ]
 
 

@@ -30,6 +30,7 @@ STACKS = {
     "identical": _abi.STACK_IDENTICAL,
     "mirrored": _abi.STACK_MIRRORED,
 }
+STRAIGHTENINGS = {"off": _abi.STRAIGHTEN_OFF, "auto": _abi.STRAIGHTEN_AUTO}
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,6 +67,8 @@ class UvInfo:
     """Vertices at open edges that were taken for another one at the same place, for the layout only."""
     stacked_parts: int
     """Parts that lie on another one of their shape."""
+    straightened_charts: int
+    """Charts whose sides are straight and parallel to the page's, where that was asked for."""
     seconds: float
     """Wall time of unwrapping itself."""
     padding: int
@@ -188,6 +191,7 @@ def unwrap(
     hard_edge_angle: float | None = None,
     max_energy: float | None = None,
     stack: Literal["none", "identical", "mirrored"] | None = None,
+    straighten: Literal["off", "auto"] | None = None,
     **options: Unpack[RunOptions],
 ) -> Uv:
     """Lays out UVs: charts of low stretch that neither flip nor overlap, packed on square pages.
@@ -220,6 +224,10 @@ def unwrap(
     stack            parts of one shape get the same UVs, corner on corner: "identical", moved and turned
                      copies; "mirrored", mirror images too; "none" (default). info.stacked_parts tells how
                      many lie on others
+    straighten       "auto": what a person would straighten is straight and parallel to the page's sides, within
+                     the bound on the stretch: strips, tubes that are cut open and rims become rectangles, long
+                     sides of other charts straight lines; "off" (default). info.straightened_charts counts
+                     such charts, measure_uv(...).straightness says how much of all outlines lies so
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -255,6 +263,7 @@ def unwrap(
         hard_edge_angle=hard_edge_angle,
         max_energy=max_energy,
         stack=choice(stack, STACKS, "stack"),
+        straighten=choice(straighten, STRAIGHTENINGS, "straighten"),
     )
     uv = Handle("uv")
     run(lambda r: lib().atlasfit_unwrap(byref(mesh), byref(chosen), r, byref(uv.pointer)), options)

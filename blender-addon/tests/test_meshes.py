@@ -3,7 +3,7 @@
 import atlasfit
 import numpy as np
 import pytest
-from made import torus, triangles
+from made import strip, torus, triangles
 
 
 def test_simplifying_keeps_the_mesh_whole_and_its_uvs_sound():
@@ -58,6 +58,23 @@ def test_parts_of_one_shape_are_stacked_corner_on_corner():
         atlasfit.unwrap(vertices, faces, stack="same")
     with pytest.raises(atlasfit.Error, match="stack"):
         atlasfit.unwrap(vertices, faces, corner_uv=plain.corner_uv[:n], keep_uvs=True, stack="identical")
+
+
+def test_a_strip_is_laid_straight_where_that_is_asked_for():
+    vertices, quads = strip()
+    faces = triangles(quads)[0]
+    plain, straight = atlasfit.unwrap(vertices, faces), atlasfit.unwrap(vertices, faces, straighten="auto")
+    assert plain.info.straightened_charts == 0 < straight.info.straightened_charts == straight.info.charts
+    judged = [atlasfit.measure_uv(vertices, faces, uv.corner_uv) for uv in (plain, straight)]
+    assert judged[0].straightness < 0.5 and judged[1].straightness == 1.0
+    assert judged[1].flips == judged[1].overlapping_faces == 0
+    assert judged[1].stretch_p95 <= straight.info.stretch_bound
+    off = atlasfit.unwrap(vertices, faces, straighten="off")
+    assert np.array_equal(off.corner_uv, plain.corner_uv)
+    with pytest.raises(ValueError, match="straighten"):
+        atlasfit.unwrap(vertices, faces, straighten="on")
+    with pytest.raises(atlasfit.Error, match="straighten is asked for with keep_uvs"):
+        atlasfit.unwrap(vertices, faces, corner_uv=plain.corner_uv, keep_uvs=True, straighten="auto")
 
 
 def test_a_bound_on_the_energy_makes_one_chart():
