@@ -56,6 +56,14 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         ),
         default="none",
     )
+    straighten: BoolProperty(
+        name="Straighten",
+        description=(
+            "Strips, tubes, rims and long straight sides are laid along the sides of the UV map, as far as the"
+            " bound on the stretch allows it"
+        ),
+        default=False,
+    )
     seams: BoolProperty(name="Seams", description="Edges that are marked as seams are cut", default=True)
     sharp: BoolProperty(
         name="Sharp Edges", description="Edges that are marked as sharp are cut", default=True
@@ -95,6 +103,7 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         for name in ("seams", "sharp", "materials", "keep_uv_seams"):
             column.prop(self, name)
         layout.prop(self, "mark_seams")
+        layout.prop(self, "straighten")
         layout.prop(self, "stack")
         layout.prop(self, "together")
         layout.prop(self, "target")
@@ -111,6 +120,7 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             "max_stretch": self.max_stretch or None,
             "max_charts": self.max_charts,
             "stack": self.stack,
+            "straighten": "auto" if self.straighten else "off",
         }
 
     def read(self, given):
@@ -188,9 +198,9 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         return out
 
     def figures(self, info):
-        """The bound that was kept."""
-        found = {"stretch_bound": f"{info.stretch_bound:.3f}"}
-        return found | ({"stacked_parts": info.stacked_parts} if info.stacked_parts else {})
+        """The bound that was kept, and what was asked for and found."""
+        counts = {"stacked_parts": info.stacked_parts, "straightened_charts": info.straightened_charts}
+        return {"stretch_bound": f"{info.stretch_bound:.3f}", **{k: n for k, n in counts.items() if n}}
 
 
 register, unregister = bpy.utils.register_classes_factory((UV_OT_atlasfit_unwrap,))

@@ -8,6 +8,7 @@ from scenes import (
     assert_good, cut_edges, cylinder, edit, from_lists, grid, mesh, middle, monkey, quality, refused, report,
     select, unwrap_apart, uvs,
 )
+from made import strip
 from texture_cases import colors, shown, wooden
 
 
@@ -236,3 +237,12 @@ def test_parts_of_one_shape_are_stacked_where_that_is_asked_for():
     bpy.ops.uv.atlasfit_unwrap()
     assert "stacked parts" not in report(first)
     refused(lambda: bpy.ops.uv.atlasfit_unwrap(stack="mirrored", bake=True), "share their pixels")
+
+
+def test_strips_are_laid_straight_where_that_is_asked_for():
+    ob = from_lists(*strip())
+    bpy.ops.uv.atlasfit_unwrap()
+    assert quality(ob).straightness < 0.5 and "straightened charts" not in report(ob)
+    bpy.ops.uv.atlasfit_unwrap(straighten=True)
+    q = assert_good(ob, stretch=1.1)
+    assert q.straightness == 1.0 and int(report(ob)["straightened charts"]) == q.charts
