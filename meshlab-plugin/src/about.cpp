@@ -152,6 +152,10 @@ std::vector<Parameter> unwrap_parameters()
 		"Parts of one shape share their texels, corner on corner. <b>Identical</b>: moved and turned copies. "
 		"<b>Mirrored</b>: mirror images too.",
 		{"None", "Identical", "Mirrored"}, true}); // in the order of ATLASFIT_STACK_...
+	list.push_back({Parameter::BOOL, "straighten", double(o.straighten), "Straighten",
+		"Strips, tubes, rims and long straight sides are laid along the page's sides, as far as the bound on the "
+		"stretch allows it. Charts are then turned in quarter turns only, which may cost texels.",
+		{}, true});
 	return list;
 }
 

@@ -22,7 +22,8 @@ void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float
 			&in, &how, &q, stretch ? stretch->data() : nullptr, stretch ? stretch->size() : 0);
 	});
 	outcome.lines.push_back("UVs: " + grouped(q.charts) + " charts, seams " + brief(q.seam) +
-		" times the square root of the area, " + brief(100 * q.coverage) + "% of the texture covered");
+		" times the square root of the area, " + brief(100 * q.coverage) + "% of the texture covered, " +
+		brief(100 * q.straightness) + "% of the outlines along the page's sides");
 	outcome.lines.push_back("stretch: median " + brief(q.stretch_median) + ", 95% of the area below " +
 		brief(q.stretch_p95) + ", L2 " + brief(q.stretch_l2) + ", conformal " + brief(q.conformal));
 	outcome.lines.push_back("faults: " + grouped(q.flips) + " flipped, " + grouped(q.overlapping_faces) +
@@ -32,7 +33,8 @@ void measure(const atlasfit_mesh& in, const atlasfit_run& how, std::vector<float
 			 {"seam", q.seam}, {"stretch_median", q.stretch_median}, {"stretch_p95", q.stretch_p95},
 			 {"stretch_l2", q.stretch_l2}, {"stretch_linf", q.stretch_linf}, {"conformal", q.conformal},
 			 {"flips", double(q.flips)}, {"overlapping_faces", double(q.overlapping_faces)},
-			 {"collapsed", double(q.degenerate)}, {"coverage", q.coverage}, {"inside", double(q.inside)}})
+			 {"collapsed", double(q.degenerate)}, {"coverage", q.coverage}, {"inside", double(q.inside)},
+			 {"straightness", q.straightness}})
 		outcome.values.push_back(v);
 }
 
@@ -130,6 +132,8 @@ void lay_out(MeshModel& layer, atlasfit_unwrap_options options, const RichParame
 			outcome.lines.push_back(grouped(said.first) + " " + said.second);
 	if (info.stacked_parts > 0)
 		outcome.lines.push_back("stacked: " + grouped(info.stacked_parts) + " parts on others of their shape");
+	if (info.straightened_charts > 0)
+		outcome.lines.push_back("straightened: " + grouped(info.straightened_charts) + " charts");
 	keep_pages(layer, layer, images, outcome);
 	outcome.values.push_back({"pages", double(info.pages)});
 	outcome.values.push_back({"texels_per_unit", info.texels_per_unit});
@@ -149,6 +153,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
 	options.hard_edge_angle = number(par, "hardEdges");
 	options.stack = uint32_t(par.getEnum("stack"));
+	options.straighten = par.getBool("straighten") ? ATLASFIT_STRAIGHTEN_AUTO : ATLASFIT_STRAIGHTEN_OFF;
 	lay_out(layer, options, par, bar, outcome);
 }
 

@@ -304,6 +304,16 @@ def test_parts_of_one_shape_are_stacked_where_that_is_asked_for(torus):
     assert {*map(tuple, corners[0])} == {*map(tuple, corners[1])}
 
 
+def test_strips_are_laid_straight_where_that_is_asked_for():
+    vertices, quads = made.strip()
+    ms = holding(vertices, made.triangles(quads)[0])
+    assert ms.apply_filter(UNWRAP)["straightness"] < 0.5
+    values = ms.apply_filter(UNWRAP, straighten=True)
+    assert values["straightness"] == 1 and values["stretch_p95"] <= 1.1
+    assert values["flips"] == values["overlapping_faces"] == 0
+    assert ms.apply_filter(DISTORTION)["straightness"] == 1
+
+
 def test_the_largest_error_of_a_surface_is_a_length_or_a_share_and_all_triangles_can_be_kept(scan):
     diagonal = np.linalg.norm(np.ptp(opened(scan).current_mesh().vertex_matrix(), axis=0))
     pure = getattr(ml, "PureValue", getattr(ml, "AbsoluteValue", None))
