@@ -31,8 +31,8 @@ failed = []
 # opened by script in 3.4.
 TAB = (-12, -219)  # from the right and the top
 REDO_PANEL = (75, 15)  # from the left and the bottom
-SEAMS_OF_REDO_PANEL = (187, 206)
-ROWS_OF_REDO_PANEL = 410  # its height when it is open
+SEAMS_OF_REDO_PANEL = (187, 252)
+ROWS_OF_REDO_PANEL = 456  # its height when it is open
 
 
 def window():
