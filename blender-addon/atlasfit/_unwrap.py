@@ -224,10 +224,11 @@ def unwrap(
     stack            parts of one shape get the same UVs, corner on corner: "identical", moved and turned
                      copies; "mirrored", mirror images too; "none" (default). info.stacked_parts tells how
                      many lie on others
-    straighten       "auto": what a person would straighten is straight and parallel to the page's sides, within
-                     the bound on the stretch: strips, tubes that are cut open and rims become rectangles, long
-                     sides of other charts straight lines; "off" (default). info.straightened_charts counts
-                     such charts, measure_uv(...).straightness says how much of all outlines lies so
+    straighten       "auto": what a person would straighten is straight and parallel to the page's sides,
+                     within the bound on the stretch: strips, tubes that are cut open and rims become
+                     rectangles, long sides of other charts straight lines; "off" (default).
+                     info.straightened_charts counts such charts, measure_uv(...).straightness says how much
+                     of all outlines lies so
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

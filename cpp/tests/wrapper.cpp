@@ -184,6 +184,18 @@ int main() {
   const atlasfit::UvLayout narrow = atlasfit::unwrap(atlasfit::Mesh(loose, corner), spread);
   want(narrow.info().padding < 8 && !narrow.warnings().empty(), "a padding that does not fit is lowered");
 
+  // A rectangle that lies askew.
+  const std::vector<double> askew{0, 0, 0, 4, 3, 0, 2.5, 5, 0, -1.5, 2, 0};
+  const std::vector<std::uint32_t> halves{0, 1, 2, 0, 2, 3};
+  atlasfit::UnwrapOptions straight;
+  straight.straighten = ATLASFIT_STRAIGHTEN_AUTO;
+  const atlasfit::UvLayout along = atlasfit::unwrap(atlasfit::Mesh(askew, halves), straight);
+  const std::vector<float> along_uv = along.corners();
+  want(atlasfit::unwrap(atlasfit::Mesh(askew, halves)).info().straightened_charts == 0, "not by itself");
+  want(along.info().straightened_charts == 1 &&
+           atlasfit::measure_uv(atlasfit::Mesh(askew, halves).corner_uv(along_uv.data())).straightness == 1.0,
+       "a rectangle lies along the page where that is asked for");
+
   // A sheet faces where its scanner stood.
   std::vector<double> sheet;
   for (int i = 0; i < 60; i++)
