@@ -20,7 +20,7 @@ SUFFIXES = {".ply", ".obj", ".off", ".stl", ".glb", ".gltf"}
 def read_obj(path):
     """Vertices as text, faces as vertex numbers, and the texture coordinates of each face's corners."""
     vertices, texture, faces, corners = [], [], [], []
-    for line in filter(str.strip, path.read_text().splitlines()):
+    for line in filter(str.strip, path.read_text(errors="replace").splitlines()):
         key, *words = line.split()
         if key == "v":
             vertices.append(words)

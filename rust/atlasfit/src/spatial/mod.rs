@@ -6,6 +6,7 @@ pub(crate) mod constants;
 pub mod edges;
 pub(crate) mod inject;
 pub(crate) mod lists;
+pub(crate) mod min_cut;
 pub mod neighbours;
 pub(crate) mod paths;
 pub(crate) mod quadric;

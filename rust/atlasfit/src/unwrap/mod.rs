@@ -4,11 +4,11 @@
 //! corner of every triangle, in the mesh's own order.
 //!
 //! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `first` (laid flat, by `flatten` with
-//! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts within the stretch bound) →
-//! `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) → `pack`, `checked` →
-//! `layout`. Large meshes are merged on a coarse stand-in (`large`). With a bound on the energy, `seams` cuts
-//! parts open instead of merging patches. `stack` finds parts of one shape: one of them is laid out, the
-//! others take its UVs.
+//! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts with short borders, within the
+//! stretch bound) → `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) →
+//! `pack`, `checked` → `layout`. Large meshes are merged on a coarse stand-in (`large`). With a bound on the
+//! energy, `seams` cuts parts open instead of merging patches. `stack` finds parts of one shape: one of them
+//! is laid out, the others take its UVs.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -218,6 +218,7 @@ fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart
     let first = first_charts(s, &patches.label, patches.count, Some(bound), ctx)?;
     let mut charts = Charts::new(s.faces(), first);
     merge::merge(s, &mut charts, bound, ctx)?;
+    merge::shorten_borders(s, &mut charts, bound, ctx)?;
     merge::spend(s, &mut charts, bound, ctx)?;
     Ok(charts.list.into_iter().flatten().collect())
 }
@@ -239,5 +240,7 @@ fn charts_by_coarse(
     let first = first_charts(surface, label, patches.count, Some(loose), ctx)?;
     let mut charts = Charts::new(surface.faces(), first);
     merge::merge(surface, &mut charts, loose, ctx)?;
-    refine(s, &patches, &coarse, &charts, bound, ctx)
+    let mut charts = Charts::new(s.faces(), refine(s, &patches, &coarse, &charts, bound, ctx)?);
+    merge::shorten_borders_of_large(s, &mut charts, bound, ctx)?;
+    Ok(charts.list.into_iter().flatten().collect())
 }

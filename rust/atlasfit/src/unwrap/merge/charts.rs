@@ -34,13 +34,19 @@ impl Charts {
         let id = self.list.len() as u32;
         self.list[a as usize] = None;
         self.list[b as usize] = None;
-        for (i, &f) in merged.faces.iter().enumerate() {
+        self.list.push(None);
+        self.put(id, merged);
+        self.kept_apart.push(self.kept_apart[a as usize] || self.kept_apart[b as usize]);
+        id
+    }
+
+    /// Gives a chart this number, and it its faces.
+    pub(super) fn put(&mut self, id: u32, chart: Chart) {
+        for (i, &f) in chart.faces.iter().enumerate() {
             self.owner[f as usize] = id;
             self.index_of[f as usize] = i as u32;
         }
-        self.list.push(Some(merged));
-        self.kept_apart.push(self.kept_apart[a as usize] || self.kept_apart[b as usize]);
-        id
+        self.list[id as usize] = Some(chart);
     }
 }
 

@@ -19,6 +19,7 @@ use crate::unwrap::surface::Surface;
 pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Context<'_>) -> Option<Chart> {
     let &Pair { s, a, b, limits, .. } = pair;
     let bound = limits.bound;
+    let length = shared.iter().map(|e| e.length).sum();
     let mut p = patch(pair, shared, motion)?;
     ctx.check().ok()?;
     let over = |p: &Patch| -> f64 {
@@ -53,7 +54,9 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
             ctx.check().ok()?;
             c.over = far + now;
             c.waste = c.wasted();
-            let c = worth(c, a, b, shared, bound)?;
+            if !(pair.worth)(&c, length) {
+                return None;
+            }
             let accepted = turns_once(&p.tris, &p.uv, &p.pinned, ctx).ok()?
                 && !border_touches(&c.tris, &c.uv, &c.border, ctx).ok()?;
             return accepted.then_some(c);
@@ -72,7 +75,7 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
     let c = assemble(pair, &p)?;
     ctx.check().ok()?;
     let c = flattened(s, c, bound, ctx)?;
-    worth(c, a, b, shared, bound).filter(|c| c.over <= limits.over * c.area)
+    ((pair.worth)(&c, length) && c.over <= limits.over * c.area).then_some(c)
 }
 
 /// The chart with positions of least symmetric Dirichlet energy, if it then overlaps nowhere.
@@ -84,9 +87,7 @@ pub(super) fn flattened(s: &Surface, mut c: Chart, bound: f64, ctx: &Context<'_>
     injective(&c.tris, &c.uv, &c.border, ctx).ok()?.then_some(c)
 }
 
-/// The merged chart, if the seam it saves is worth what it wastes of the page.
-fn worth(c: Chart, a: &Chart, b: &Chart, shared: &[Shared], bound: f64) -> Option<Chart> {
-    let weight = MERGE.waste * ((MERGE.usual - 1.0) / (bound - 1.0)).min(1.0).powi(2);
-    let worth = weight * (c.waste - a.waste - b.waste) < shared.iter().map(|e| e.length).sum::<f64>();
-    worth.then_some(c)
+/// What an area of the page that is wasted costs, in lengths of seam, where the stretch may be up to `bound`.
+pub(super) fn price_of_waste(bound: f64) -> f64 {
+    MERGE.waste * ((MERGE.usual - 1.0) / (bound - 1.0)).min(1.0).powi(2)
 }

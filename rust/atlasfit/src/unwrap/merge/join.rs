@@ -3,7 +3,7 @@
 use super::align::{Shared, align, paths};
 use super::charts::Charts;
 use super::constants::MERGE;
-use super::glue::glue;
+use super::glue::{glue, price_of_waste};
 use super::limits::MergeLimits;
 use super::patch::Pair;
 use crate::run::Context;
@@ -22,13 +22,24 @@ pub(super) fn join(
     let larger_first = chart(a)?.faces.len() >= chart(b)?.faces.len();
     let ids = if larger_first { [a, b] } else { [b, a] };
     let (a, b) = (chart(ids[0])?, chart(ids[1])?);
-    let pair = Pair { s, charts, a, b, limits };
-    let shared = shared_edges(&pair, ids[1]);
+    let place = |f: usize| {
+        let which = ids.iter().position(|&id| id == charts.owner[f])?;
+        Some((which == 1, charts.index_of[f]))
+    };
+    let price = price_of_waste(limits.bound);
+    let worth = |c: &Chart, saved: f64| price * (c.waste - a.waste - b.waste) < saved;
+    joined(&Pair { s, a, b, place: &place, limits, worth: &worth }, ctx)
+}
+
+/// Tries to make one chart of a pair; `None` if it would stretch or overlap too much, or is not worth it.
+pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
+    let &Pair { a, b, limits, .. } = pair;
+    let shared = shared_edges(pair);
     let paths = paths(&shared);
     if paths.len() > 1 {
         let (motion, rms) = align(a, b, &shared);
         if rms < MERGE.closed * a.area.min(b.area).sqrt()
-            && let Some(c) = glue(&pair, &shared, motion, ctx)
+            && let Some(c) = glue(pair, &shared, motion, ctx)
         {
             return Some(c);
         }
@@ -43,19 +54,21 @@ pub(super) fn join(
     if rms * rms > MERGE.mismatch * (limits.bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
         return None;
     }
-    glue(&pair, &best, motion, ctx)
+    glue(pair, &best, motion, ctx)
 }
 
-/// The edges that the pair shares, in the order of the first chart's border. `id` is the second chart's
-/// number.
-fn shared_edges(pair: &Pair<'_>, id: u32) -> Vec<Shared> {
-    let Pair { s, charts, a, b, .. } = pair;
+/// The edges that the pair shares, in the order of the first chart's border.
+fn shared_edges(pair: &Pair<'_>) -> Vec<Shared> {
+    let &Pair { s, a, b, place, .. } = pair;
     let mut shared = Vec::new();
     for &(i, k) in &a.border {
         let h = s.twin[a.faces[i as usize] as usize][k as usize];
-        if h != NONE && charts.owner[h as usize / 3] == id {
+        if h == NONE {
+            continue;
+        }
+        if let Some((true, of_b)) = place(h as usize / 3) {
             let (t, j) = (a.tris[i as usize], k as usize);
-            let (u, l) = (b.tris[charts.index_of[h as usize / 3] as usize], h as usize % 3);
+            let (u, l) = (b.tris[of_b as usize], h as usize % 3);
             shared.push(Shared {
                 a: [t[j], t[(j + 1) % 3]],
                 b: [u[(l + 1) % 3], u[l]],

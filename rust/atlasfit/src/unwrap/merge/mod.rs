@@ -1,9 +1,10 @@
 //! Bottom-up merging of charts: neighbours become one chart while the merged flattening stays within the
 //! bound.
 //!
-//! In: flattened charts. Out: fewer flattened charts. `rounds` merges what fits; where the bound is loose,
-//! `spend` then uses up what the whole surface may stretch beyond it. `join` tries one pair: `align` lays one
-//! against the other, `patch` and `glue` make them one. `charts` holds the charts and who owns which face.
+//! In: flattened charts. Out: fewer flattened charts. `rounds` merges what fits; `trade` then moves borders
+//! to where they are shorter, as `region` knows, and merges what fits now; where the bound is loose, `spend`
+//! uses up what the whole surface may stretch beyond it. `join` tries one pair: `align` lays one against the
+//! other, `patch` and `glue` make them one. `charts` holds the charts and who owns which face.
 
 mod align;
 mod charts;
@@ -12,9 +13,12 @@ mod glue;
 mod join;
 mod limits;
 mod patch;
+mod region;
 mod rounds;
 mod spend;
+mod trade;
 
 pub(crate) use charts::Charts;
 pub(crate) use rounds::merge;
 pub(crate) use spend::spend;
+pub(crate) use trade::{shorten_borders, shorten_borders_of_large};

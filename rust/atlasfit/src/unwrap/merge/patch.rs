@@ -4,7 +4,6 @@
 //! the chart.
 
 use super::align::{Motion, Shared, moved};
-use super::charts::Charts;
 use super::constants::MERGE;
 use super::limits::MergeLimits;
 use crate::spatial::sets::Sets;
@@ -14,11 +13,14 @@ use crate::unwrap::surface::{NONE, Surface};
 /// Two charts that may become one.
 pub(super) struct Pair<'a> {
     pub s: &'a Surface,
-    pub charts: &'a Charts,
     /// The one of more faces.
     pub a: &'a Chart,
     pub b: &'a Chart,
+    /// Which of the two a face belongs to, the second if so, and its place there.
+    pub place: &'a dyn Fn(usize) -> Option<(bool, u32)>,
     pub limits: MergeLimits,
+    /// Whether the chart made along a seam of this length is worth what it wastes of the page.
+    pub worth: &'a dyn Fn(&Chart, f64) -> bool,
 }
 
 /// The part of a merge that is solved: all of b, and what of a lies near the shared edges. Vertices of a
@@ -136,7 +138,7 @@ fn welded(uv: &[[f64; 2]], glued: impl Iterator<Item = [u32; 2]>) -> Welded {
 
 /// The merged chart, with the patch's positions.
 pub(super) fn assemble(pair: &Pair<'_>, p: &Patch) -> Option<Chart> {
-    let &Pair { s, charts, a, b, .. } = pair;
+    let &Pair { s, a, b, place, .. } = pair;
     let mut of_patch = vec![NONE; p.uv.len()];
     let mut uv = Vec::with_capacity(a.vertices() + b.vertices());
     let mut name = |q: u32, alone: [f64; 2]| {
@@ -166,11 +168,6 @@ pub(super) fn assemble(pair: &Pair<'_>, p: &Patch) -> Option<Chart> {
         straight: false,
     };
     c.border = a.border.iter().copied().chain(b.border.iter().map(|&(i, k)| (i + offset, k))).collect();
-    let ids = [charts.owner[a.faces[0] as usize], charts.owner[b.faces[0] as usize]];
-    c.zip(s, |f| match charts.owner[f] {
-        o if o == ids[0] => Some(charts.index_of[f]),
-        o if o == ids[1] => Some(charts.index_of[f] + offset),
-        _ => None,
-    });
+    c.zip(s, |f| place(f).map(|(of_b, i)| if of_b { i + offset } else { i }));
     (!c.border.is_empty()).then_some(c)
 }

@@ -23,9 +23,19 @@ struct Candidate {
 
 /// Merges until nothing fits any more.
 pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
+    merge_in(MERGE.passes, s, charts, bound, ctx)
+}
+
+/// Merges what fits since borders have moved.
+pub(super) fn merge_again(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
+    merge_in(1, s, charts, bound, ctx)
+}
+
+/// Merges until nothing fits any more, in so many passes.
+fn merge_in(passes: usize, s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
     // Partners that each chart was refused with.
     let mut refused: Vec<Vec<u32>> = vec![Vec::new(); charts.list.len()];
-    let mut passes = 1;
+    let mut left = passes - 1;
     loop {
         ctx.check()?;
         let borders = Borders::find(s, charts);
@@ -34,17 +44,16 @@ pub(crate) fn merge(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
         ctx.check()?;
         if candidates.is_empty() {
             // Refusals were handed down while charts grew; with all grown, each is tried afresh once.
-            if passes == MERGE.passes {
+            if left == 0 {
                 return Ok(());
             }
-            passes += 1;
+            left -= 1;
             refused.iter_mut().for_each(Vec::clear);
             continue;
         }
         let chosen = matching(candidates, charts.list.len());
         // Whether to try hard: once nothing else fits, and where stretch is allowed.
-        let limits =
-            MergeLimits { bound, over: UNWRAP.beyond, hard: passes == MERGE.passes && bound > MERGE.loose };
+        let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: left == 0 && bound > MERGE.loose };
         let results: Vec<Option<Chart>> = chosen
             .par_iter()
             .map(|&(a, b)| {

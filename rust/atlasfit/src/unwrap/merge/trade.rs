@@ -1,0 +1,244 @@
+//! Faces change hands between charts that are neighbours, where that makes the seam between them shorter.
+//!
+//! In: merged charts. Out: as many charts, within the same bound, with shorter borders.
+//!
+//! `region` says which faces two charts would like to exchange. They are cut off where they are and merged
+//! where they go, under the conditions of every merge.
+
+use super::charts::{Borders, Charts};
+use super::constants::MERGE;
+use super::glue::price_of_waste;
+use super::join::joined;
+use super::limits::MergeLimits;
+use super::patch::Pair;
+use super::region::{Move, Neighbouring};
+use super::rounds::merge_again;
+use crate::error::Result;
+use crate::run::Context;
+use crate::unwrap::chart::Chart;
+use crate::unwrap::constants::UNWRAP;
+use crate::unwrap::cut::cut;
+use crate::unwrap::flatten::shape::over_area;
+use crate::unwrap::surface::{NONE, Surface};
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// Moves borders to where they are shorter, and merges charts that fit since.
+pub(crate) fn shorten_borders(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
+    let count = |charts: &Charts| charts.list.iter().flatten().count();
+    trade(s, charts, bound, MERGE.reaches, ctx)?;
+    for _ in 0..MERGE.regrowths {
+        let before = count(charts);
+        merge_again(s, charts, bound, ctx)?;
+        if count(charts) == before {
+            break;
+        }
+        trade(s, charts, bound, MERGE.reaches, ctx)?;
+    }
+    Ok(())
+}
+
+/// The same for a large mesh, in less time: one reach is tried, and nothing is merged.
+pub(crate) fn shorten_borders_of_large(
+    s: &Surface,
+    charts: &mut Charts,
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    trade(s, charts, bound, 1, ctx)
+}
+
+/// Moves borders until none gets shorter within so many reaches.
+fn trade(s: &Surface, charts: &mut Charts, bound: f64, reaches: i32, ctx: &Context<'_>) -> Result<()> {
+    let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: false };
+    // Pairs of which nothing is to be had as long as nothing changes beside their border.
+    let mut settled: FxHashSet<(u32, u32)> = FxHashSet::default();
+    loop {
+        ctx.check()?;
+        let borders = Borders::find(s, charts);
+        let mut busy = vec![false; charts.list.len()];
+        let apart = |c: u32| charts.kept_apart[c as usize];
+        let mut open: Vec<(f64, (u32, u32))> = (borders.edges.chunk_by(|x, y| x.charts == y.charts))
+            .map(|edges| (edges.iter().map(|e| e.length).sum(), edges[0].charts))
+            .filter(|(_, (a, b))| !(settled.contains(&(*a, *b)) || apart(*a) && apart(*b)))
+            .collect();
+        open.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        open.retain(|&(_, (a, b))| {
+            let free = !busy[a as usize] && !busy[b as usize];
+            if free {
+                (busy[a as usize], busy[b as usize]) = (true, true);
+            }
+            free
+        });
+        if open.is_empty() {
+            return Ok(());
+        }
+        // Charts hold the bound all together: what one stretches more is taken from all.
+        let (area, over) =
+            charts.list.iter().flatten().fold((0.0, 0.0), |(area, over), c| (area + c.area, over + c.over));
+        let mut left = (MERGE.spent * UNWRAP.beyond * area - over).max(0.0);
+        let results: Vec<Option<Traded>> = (open.par_iter())
+            .map(|&(length, (a, b))| {
+                let pair = Neighbouring { s, charts, ids: [a, b], length };
+                (0..reaches).find_map(|k| {
+                    let reach = length * MERGE.trade_reach * 0.5f64.powi(k);
+                    traded(&pair, reach, limits, ctx)
+                })
+            })
+            .collect();
+        ctx.check()?;
+        for (&(_, (a, b)), result) in open.iter().zip(results) {
+            let Some(Traded { charts: [of_a, of_b], faces }) = result else {
+                settled.insert((a, b));
+                continue;
+            };
+            let over = |c: u32| charts.list[c as usize].as_ref().map_or(0.0, |c| c.over);
+            let more = of_a.over + of_b.over - over(a) - over(b);
+            if more > left {
+                settled.insert((a, b));
+                continue;
+            }
+            left -= more;
+            charts.put(a, of_a);
+            charts.put(b, of_b);
+            // The borders with others have changed where faces beside these have changed hands.
+            let around = faces.iter().flat_map(|&f| s.twin[f as usize]).filter(|&h| h != NONE);
+            for other in around.map(|h| charts.owner[h as usize / 3]) {
+                for c in [a, b] {
+                    settled.remove(&(c.min(other), c.max(other)));
+                }
+            }
+        }
+    }
+}
+
+/// What came of a pair.
+struct Traded {
+    charts: [Chart; 2],
+    /// Faces that have changed hands.
+    faces: Vec<u32>,
+}
+
+/// Two charts with a shorter border between them, if there is one within `reach` of the present one.
+fn traded(pair: &Neighbouring<'_>, reach: f64, limits: MergeLimits, ctx: &Context<'_>) -> Option<Traded> {
+    let &Neighbouring { s, charts, ids: [a, b], length } = pair;
+    let chart = |id: u32| charts.list[id as usize].as_ref();
+    let both = [chart(a)?, chart(b)?];
+    let price = price_of_waste(limits.bound);
+    let mut out: Option<Traded> = None;
+    for Move { from_second, faces } in pair.moves(reach, ctx) {
+        ctx.check().ok()?;
+        let [first, second] = out.as_ref().map_or(both, |t| t.charts.each_ref());
+        let (giver, taker) = if from_second { (second, first) } else { (first, second) };
+        let Some((rest, part)) = apart(s, giver, &faces, limits.bound, ctx) else { continue };
+        let larger = taker.faces.len() >= part.faces.len();
+        let (x, y) = if larger { (taker, &part) } else { (&part, taker) };
+        let of: FxHashMap<u32, (bool, u32)> = [(x, false), (y, true)]
+            .into_iter()
+            .flat_map(|(c, is_y)| c.faces.iter().zip(0..).map(move |(&f, i)| (f, (is_y, i))))
+            .collect();
+        let place = |f: usize| of.get(&(f as u32)).copied();
+        let before = perimeter(s, first) + perimeter(s, second) - perimeter(s, &rest);
+        let wasted = first.waste + second.waste - rest.waste;
+        let worth = |c: &Chart, _: f64| {
+            let saved = 0.5 * (before - perimeter(s, c));
+            saved > MERGE.trade_gain * length && price * (c.waste - wasted) < saved
+        };
+        let merge = Pair { s, a: x, b: y, place: &place, limits, worth: &worth };
+        let Some(c) = joined(&merge, ctx) else { continue };
+        let mut moved = out.take().map_or_else(Vec::new, |t| t.faces);
+        moved.extend(faces);
+        out = Some(Traded { charts: if from_second { [c, rest] } else { [rest, c] }, faces: moved });
+    }
+    out
+}
+
+/// A chart without some of its faces, and a chart of these, if both are in one piece. Both stay as they lie.
+fn apart(s: &Surface, c: &Chart, faces: &[u32], bound: f64, ctx: &Context<'_>) -> Option<(Chart, Chart)> {
+    let goes = |f: &u32| faces.binary_search(f).is_ok();
+    let side: Vec<bool> = c.faces.iter().map(goes).collect();
+    let mut parts = cut(s, c, &side, ctx);
+    if parts.len() != 2 {
+        return None;
+    }
+    for part in &mut parts {
+        part.over = over_area(s, part, bound);
+        part.waste = part.wasted();
+    }
+    let (part, rest) = (parts.pop()?, parts.pop()?);
+    Some(if goes(&part.faces[0]) { (rest, part) } else { (part, rest) })
+}
+
+/// Length of a chart's border on the surface.
+fn perimeter(s: &Surface, c: &Chart) -> f64 {
+    c.border.iter().map(|&(i, k)| f64::from(s.length[c.faces[i as usize] as usize][k as usize])).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::geometry::TriMesh;
+    use crate::unwrap::first::first_charts;
+    use crate::unwrap::options::UnwrapOptions;
+
+    const SIDE: usize = 24;
+
+    /// A square of 24 by 24 cells in two charts, those where `second` is true of a cell's column and row and
+    /// the others: the length of the border before and after, in cells, and the faces of each then.
+    fn traded_on_square(second: impl Fn(usize, usize) -> bool) -> (f64, f64, [usize; 2]) {
+        let n = SIDE + 1;
+        let positions = (0..n * n).map(|i| [(i % n) as f64, (i / n) as f64, 0.0]).collect();
+        let corner = |x: usize, y: usize| (y * n + x) as u32;
+        let cells = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+        let triangles = cells()
+            .flat_map(|(x, y)| {
+                let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        let label: Vec<u32> = cells().flat_map(|(x, y)| [u32::from(second(x, y)); 2]).collect();
+        let mesh = TriMesh::new(positions, triangles);
+        let run = |ctx: &Context<'_>| {
+            let s = Surface::new(&mesh, &UnwrapOptions::default(), ctx)?;
+            let mut charts = Charts::new(s.faces(), first_charts(&s, &label, 2, Some(1.1), ctx)?);
+            let border = |charts: &Charts| {
+                Borders::find(&s, charts).edges.iter().map(|e| e.length).sum::<f64>() * SIDE as f64
+            };
+            let before = border(&charts);
+            trade(&s, &mut charts, 1.1, MERGE.reaches, ctx)?;
+            let faces = [0, 1].map(|c| charts.list[c].as_ref().map_or(0, |c| c.faces.len()));
+            for (id, c) in charts.list.iter().enumerate() {
+                for (i, &f) in c.iter().flat_map(|c| &c.faces).enumerate() {
+                    assert_eq!(
+                        (charts.owner[f as usize], charts.index_of[f as usize]),
+                        (id as u32, i as u32)
+                    );
+                }
+            }
+            Ok((before, border(&charts), faces))
+        };
+        Run::default().execute(run).unwrap()
+    }
+
+    #[test]
+    fn a_border_in_steps_becomes_straight() {
+        let (before, after, faces) = traded_on_square(|x, y| x > 10 + y % 4);
+        assert!(before > 50.0 && (after - SIDE as f64).abs() < 1e-4, "{before} to {after}");
+        assert_eq!(faces[0] + faces[1], 2 * SIDE * SIDE);
+    }
+
+    #[test]
+    fn a_closed_border_becomes_shorter_and_stays_closed() {
+        let (before, after, faces) =
+            traded_on_square(|x, y| (8..16).contains(&x) && (8..16).contains(&y) && !(x == 11 && y < 11));
+        assert!(after < before - 4.0, "{before} to {after}");
+        assert!(faces[1] > 0 && faces[0] + faces[1] == 2 * SIDE * SIDE, "{faces:?}");
+    }
+
+    #[test]
+    fn a_straight_border_stays() {
+        let (before, after, faces) = traded_on_square(|x, _| x >= 8);
+        assert_eq!((before, faces), (after, [2 * 8 * SIDE, 2 * 16 * SIDE]));
+    }
+}
