@@ -4,6 +4,7 @@
 
 use crate::error::Result;
 use crate::run::Context;
+use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -27,6 +28,9 @@ pub(crate) struct Reached {
     pub end: Option<u32>,
 }
 
+/// Distance of each vertex that was seen, and what it was reached by; `u32::MAX` for the first ones.
+pub(crate) type Seen = FxHashMap<u32, (f64, u32)>;
+
 /// Follows ways over `count` vertices from some of them, to the nearest that is an end.
 ///
 /// # Errors
@@ -39,9 +43,64 @@ pub(crate) fn shortest<I: IntoIterator<Item = Step>>(
     ctx: &Context<'_>,
 ) -> Result<Reached> {
     let mut out = Reached { distance: vec![f64::INFINITY; count], by: vec![u32::MAX; count], end: None };
+    out.end = follow(&mut out, from, steps, f64::INFINITY, is_end, ctx)?;
+    Ok(out)
+}
+
+/// Follows ways from some vertices, to the nearest that is an end, and no farther than `within`: distances
+/// beyond it are upper bounds. Takes no memory for vertices that it does not see.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn shortest_within<I: IntoIterator<Item = Step>>(
+    within: f64,
+    from: impl Iterator<Item = u32>,
+    steps: impl Fn(u32) -> I,
+    is_end: impl Fn(u32) -> bool,
+    ctx: &Context<'_>,
+) -> Result<Seen> {
+    let mut seen = Seen::default();
+    follow(&mut seen, from, steps, within, is_end, ctx)?;
+    Ok(seen)
+}
+
+/// What is known of the vertices on the way.
+trait Known {
+    /// Distance of a vertex; infinite where none is known.
+    fn distance(&self, v: u32) -> f64;
+    fn set(&mut self, v: u32, distance: f64, by: u32);
+}
+
+impl Known for Reached {
+    fn distance(&self, v: u32) -> f64 {
+        self.distance[v as usize]
+    }
+    fn set(&mut self, v: u32, distance: f64, by: u32) {
+        (self.distance[v as usize], self.by[v as usize]) = (distance, by);
+    }
+}
+
+impl Known for Seen {
+    fn distance(&self, v: u32) -> f64 {
+        self.get(&v).map_or(f64::INFINITY, |known| known.0)
+    }
+    fn set(&mut self, v: u32, distance: f64, by: u32) {
+        self.insert(v, (distance, by));
+    }
+}
+
+/// Follows ways, and returns the nearest end.
+fn follow<I: IntoIterator<Item = Step>>(
+    known: &mut impl Known,
+    from: impl Iterator<Item = u32>,
+    steps: impl Fn(u32) -> I,
+    within: f64,
+    is_end: impl Fn(u32) -> bool,
+    ctx: &Context<'_>,
+) -> Result<Option<u32>> {
     let mut heap = BinaryHeap::new();
     for v in from {
-        out.distance[v as usize] = 0.0;
+        known.set(v, 0.0, u32::MAX);
         heap.push(Reverse((0u64, v)));
     }
     let mut looks = 0;
@@ -50,22 +109,24 @@ pub(crate) fn shortest<I: IntoIterator<Item = Step>>(
         looks += 1;
         ctx.check_at(looks)?;
         let far = f64::from_bits(key);
-        if far > out.distance[v as usize] {
+        if far > within {
+            break;
+        }
+        if far > known.distance(v) {
             continue;
         }
         if is_end(v) {
-            out.end = Some(v);
-            break;
+            return Ok(Some(v));
         }
         for Step { to, length, by } in steps(v) {
             let far = far + length;
-            if far < out.distance[to as usize] {
-                (out.distance[to as usize], out.by[to as usize]) = (far, by);
+            if far < known.distance(to) {
+                known.set(to, far, by);
                 heap.push(Reverse((far.to_bits(), to)));
             }
         }
     }
-    Ok(out)
+    Ok(None)
 }
 
 #[cfg(test)]
@@ -89,5 +150,21 @@ mod tests {
         assert_eq!(all.distance, [0.0, 5.0, 4.0, 3.0, 2.0, 1.0]);
         assert_eq!((all.by[1], all.by[0], all.end), (2, u32::MAX, None));
         assert_eq!(go(|v| v == 2 || v == 3).end, Some(3));
+    }
+
+    #[test]
+    fn no_more_is_seen_than_what_is_beside_vertices_within() {
+        let steps = |v: u32| [v - 1, v + 1].map(|to| Step { to, length: 1.0, by: v });
+        let go = |within: f64, end: u32| {
+            let found = Run::default()
+                .execute(|ctx| shortest_within(within, [100].into_iter(), steps, |v| v == end, ctx));
+            let mut seen: Vec<(u32, f64)> =
+                found.unwrap().into_iter().map(|(v, (far, _))| (v, far)).collect();
+            seen.sort_by_key(|s| s.0);
+            seen
+        };
+        let all = [(98, 2.0), (99, 1.0), (100, 0.0), (101, 1.0), (102, 2.0)];
+        assert_eq!(go(1.5, 103), all);
+        assert_eq!(go(9.0, 101), all[..4], "an end stops the search");
     }
 }

@@ -118,6 +118,12 @@ impl Chart {
         self.border.iter().flat_map(ends).collect()
     }
 
+    /// Length of its border on the surface.
+    pub(crate) fn perimeter(&self, s: &Surface) -> f64 {
+        let length = |&(i, k): &(u32, u8)| f64::from(s.length[self.faces[i as usize] as usize][k as usize]);
+        self.border.iter().map(length).sum()
+    }
+
     /// Rest triangles of the faces.
     pub(crate) fn rest(&self, s: &Surface) -> Vec<[f64; 3]> {
         self.faces.iter().map(|&f| s.rest[f as usize]).collect()

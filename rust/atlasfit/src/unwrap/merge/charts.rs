@@ -40,6 +40,12 @@ impl Charts {
         id
     }
 
+    /// Which of two charts a face belongs to, the second if so, and its place there.
+    pub(super) fn place_in(&self, ids: [u32; 2], face: usize) -> Option<(bool, u32)> {
+        let which = ids.iter().position(|&id| id == self.owner[face])?;
+        Some((which == 1, self.index_of[face]))
+    }
+
     /// Gives a chart this number, and it its faces.
     pub(super) fn put(&mut self, id: u32, chart: Chart) {
         for (i, &f) in chart.faces.iter().enumerate() {
@@ -74,10 +80,10 @@ impl Borders {
         let mut perimeter = vec![0f64; charts.list.len()];
         for (id, chart) in charts.list.iter().enumerate() {
             let Some(chart) = chart else { continue };
+            perimeter[id] = chart.perimeter(s);
             for &(i, k) in &chart.border {
                 let f = chart.faces[i as usize] as usize;
                 let length = f64::from(s.length[f][k as usize]);
-                perimeter[id] += length;
                 let h = s.twin[f][k as usize];
                 if h != NONE {
                     let other = charts.owner[h as usize / 3];

@@ -22,10 +22,7 @@ pub(super) fn join(
     let larger_first = chart(a)?.faces.len() >= chart(b)?.faces.len();
     let ids = if larger_first { [a, b] } else { [b, a] };
     let (a, b) = (chart(ids[0])?, chart(ids[1])?);
-    let place = |f: usize| {
-        let which = ids.iter().position(|&id| id == charts.owner[f])?;
-        Some((which == 1, charts.index_of[f]))
-    };
+    let place = |f: usize| charts.place_in(ids, f);
     let price = price_of_waste(limits.bound);
     let worth = |c: &Chart, saved: f64| price * (c.waste - a.waste - b.waste) < saved;
     joined(&Pair { s, a, b, place: &place, limits, worth: &worth }, ctx)

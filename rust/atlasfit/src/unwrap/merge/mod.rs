@@ -2,9 +2,10 @@
 //! bound.
 //!
 //! In: flattened charts. Out: fewer flattened charts. `rounds` merges what fits; `trade` then moves borders
-//! to where they are shorter, as `region` knows, and merges what fits now; where the bound is loose, `spend`
-//! uses up what the whole surface may stretch beyond it. `join` tries one pair: `align` lays one against the
-//! other, `patch` and `glue` make them one. `charts` holds the charts and who owns which face.
+//! to where they are shorter, as `region` and `ways` know, and merges what fits now; where the bound is
+//! loose, `spend` uses up what the whole surface may stretch beyond it. `join` tries one pair: `align` lays
+//! one against the other, `patch` and `glue` make them one. `charts` holds the charts and who owns which
+//! face.
 
 mod align;
 mod charts;
@@ -17,6 +18,7 @@ mod region;
 mod rounds;
 mod spend;
 mod trade;
+mod ways;
 
 pub(crate) use charts::Charts;
 pub(crate) use rounds::merge;

@@ -2,8 +2,8 @@
 //!
 //! In: merged charts. Out: as many charts, within the same bound, with shorter borders.
 //!
-//! `region` says which faces two charts would like to exchange. They are cut off where they are and merged
-//! where they go, under the conditions of every merge.
+//! `ways` finds the shortest border in the `region` of the present one. What it would move to the other chart
+//! is cut off where it is and merged where it goes, under the conditions of every merge.
 
 use super::charts::{Borders, Charts};
 use super::constants::MERGE;
@@ -13,6 +13,7 @@ use super::limits::MergeLimits;
 use super::patch::Pair;
 use super::region::{Move, Neighbouring};
 use super::rounds::merge_again;
+use super::ways::sides;
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
@@ -45,7 +46,7 @@ pub(crate) fn shorten_borders_of_large(
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    trade(s, charts, bound, 1, ctx)
+    trade(s, charts, bound, MERGE.reaches_of_large, ctx)
 }
 
 /// Moves borders until none gets shorter within so many reaches.
@@ -126,7 +127,9 @@ fn traded(pair: &Neighbouring<'_>, reach: f64, limits: MergeLimits, ctx: &Contex
     let both = [chart(a)?, chart(b)?];
     let price = price_of_waste(limits.bound);
     let mut out: Option<Traded> = None;
-    for Move { from_second, faces } in pair.moves(reach, ctx) {
+    let region = pair.region(reach, ctx)?;
+    let side = sides(s, &region, length, ctx)?;
+    for Move { from_second, faces } in pair.changed(&region, &side) {
         ctx.check().ok()?;
         let [first, second] = out.as_ref().map_or(both, |t| t.charts.each_ref());
         let (giver, taker) = if from_second { (second, first) } else { (first, second) };
@@ -138,10 +141,10 @@ fn traded(pair: &Neighbouring<'_>, reach: f64, limits: MergeLimits, ctx: &Contex
             .flat_map(|(c, is_y)| c.faces.iter().zip(0..).map(move |(&f, i)| (f, (is_y, i))))
             .collect();
         let place = |f: usize| of.get(&(f as u32)).copied();
-        let before = perimeter(s, first) + perimeter(s, second) - perimeter(s, &rest);
+        let before = first.perimeter(s) + second.perimeter(s) - rest.perimeter(s);
         let wasted = first.waste + second.waste - rest.waste;
         let worth = |c: &Chart, _: f64| {
-            let saved = 0.5 * (before - perimeter(s, c));
+            let saved = 0.5 * (before - c.perimeter(s));
             saved > MERGE.trade_gain * length && price * (c.waste - wasted) < saved
         };
         let merge = Pair { s, a: x, b: y, place: &place, limits, worth: &worth };
@@ -167,11 +170,6 @@ fn apart(s: &Surface, c: &Chart, faces: &[u32], bound: f64, ctx: &Context<'_>) -
     }
     let (part, rest) = (parts.pop()?, parts.pop()?);
     Some(if goes(&part.faces[0]) { (rest, part) } else { (part, rest) })
-}
-
-/// Length of a chart's border on the surface.
-fn perimeter(s: &Surface, c: &Chart) -> f64 {
-    c.border.iter().map(|&(i, k)| f64::from(s.length[c.faces[i as usize] as usize][k as usize])).sum()
 }
 
 #[cfg(test)]

@@ -6,11 +6,10 @@
 use super::sheet::{Layout, Sheet};
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::paths::{Step, shortest_within};
 use crate::spatial::sets::Sets;
 use crate::unwrap::surface::NONE;
 use rustc_hash::FxHashMap;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// The same cuts on the full sheet, laid flat; `None` where they do not make a disk of it.
 pub(super) fn lifted(
@@ -39,29 +38,14 @@ pub(super) fn lifted(
 
 /// The shortest way between two vertices; edges that are cut already cost little.
 fn shortest(sheet: &Sheet<'_>, a: u32, b: u32, cut: &[bool], ctx: &Context<'_>) -> Result<Vec<u32>> {
-    let mut reached: FxHashMap<u32, (f64, u32)> = FxHashMap::default();
-    let mut heap = BinaryHeap::from([Reverse((0u64, a))]);
-    reached.insert(a, (0.0, NONE));
-    let mut looks = 0;
-    while let Some(Reverse((key, v))) = heap.pop() {
-        looks += 1;
-        ctx.check_at(looks)?;
-        if v == b {
-            break;
-        }
-        let d = f64::from_bits(key);
-        if d > reached[&v].0 {
-            continue;
-        }
-        for &e in sheet.near(v) {
+    let steps = |v: u32| {
+        sheet.near(v).iter().map(move |&e| {
             let length = sheet.length[e as usize] * if cut[e as usize] { 0.1 } else { 1.0 };
-            let (w, d) = (sheet.other(e, v), d + length);
-            if reached.get(&w).is_none_or(|r| d < r.0) {
-                reached.insert(w, (d, e));
-                heap.push(Reverse((d.to_bits(), w)));
-            }
-        }
-    }
+            Step { to: sheet.other(e, v), length, by: e }
+        })
+    };
+    let from = std::iter::once(a);
+    let reached = shortest_within(f64::INFINITY, from, steps, |v| v == b, ctx)?;
     let (mut v, mut out) = (b, Vec::new());
     while let Some(&(_, e)) = reached.get(&v).filter(|r| r.1 != NONE) {
         out.push(e);
