@@ -164,14 +164,18 @@ impl Chart {
     /// What a chart wastes when packed, roughly: the area of its convex hull that it leaves empty, and what
     /// it makes the page larger by being longer than the page.
     pub(crate) fn wasted(&self) -> f64 {
-        let hull = hull(&self.outline());
-        let of_hull: f64 =
-            (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>()
-                * 0.5;
-        let few = thinned(&hull);
-        let longest =
-            (few.iter().flat_map(|p| few.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))))
-                .fold(0.0, f64::max);
-        (of_hull - self.area).max(0.0) + (longest / UNWRAP.page_length2 - 1.0).max(0.0)
+        wasted(&self.outline(), self.area)
     }
+}
+
+/// What a chart of this area and outline wastes, see [`Chart::wasted`].
+pub(crate) fn wasted(outline: &[[f64; 2]], area: f64) -> f64 {
+    let hull = hull(outline);
+    let of_hull: f64 =
+        (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
+    let few = thinned(&hull);
+    let longest = (few.iter())
+        .flat_map(|p| few.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2)))
+        .fold(0.0, f64::max);
+    (of_hull - area).max(0.0) + (longest / UNWRAP.page_length2 - 1.0).max(0.0)
 }

@@ -5,7 +5,7 @@ use super::charts::Charts;
 use super::constants::MERGE;
 use super::glue::{glue, price_of_waste};
 use super::limits::MergeLimits;
-use super::patch::Pair;
+use super::patch::{Pair, Worth};
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::{NONE, Surface};
@@ -23,9 +23,13 @@ pub(super) fn join(
     let ids = if larger_first { [a, b] } else { [b, a] };
     let (a, b) = (chart(ids[0])?, chart(ids[1])?);
     let place = |f: usize| charts.place_in(ids, f);
-    let price = price_of_waste(limits.bound);
-    let worth = |c: &Chart, saved: f64| price * (c.waste - a.waste - b.waste) < saved;
-    joined(&Pair { s, a, b, place: &place, limits, worth: &worth }, ctx)
+    let worth = Worth {
+        perimeter: a.perimeter(s) + b.perimeter(s),
+        waste: a.waste + b.waste,
+        price: price_of_waste(limits.bound),
+        least: 0.0,
+    };
+    joined(&Pair { s, a, b, place: &place, limits, worth }, ctx)
 }
 
 /// Tries to make one chart of a pair; `None` if it would stretch or overlap too much, or is not worth it.

@@ -19,8 +19,27 @@ pub(super) struct Pair<'a> {
     /// Which of the two a face belongs to, the second if so, and its place there.
     pub place: &'a dyn Fn(usize) -> Option<(bool, u32)>,
     pub limits: MergeLimits,
-    /// Whether the chart made along a seam of this length is worth what it wastes of the page.
-    pub worth: &'a dyn Fn(&Chart, f64) -> bool,
+    pub worth: Worth,
+}
+
+/// Whether a merged chart is worth what it wastes of the page.
+#[derive(Clone, Copy)]
+pub(super) struct Worth {
+    /// Border and waste of what the chart replaces.
+    pub perimeter: f64,
+    pub waste: f64,
+    /// Lengths of seam that an area of the page is worth, see `glue::price_of_waste`.
+    pub price: f64,
+    /// Least length of seam that must be saved.
+    pub least: f64,
+}
+
+impl Worth {
+    /// Whether a chart of this border and waste is.
+    pub(super) fn has(&self, perimeter: f64, waste: f64) -> bool {
+        let saved = 0.5 * (self.perimeter - perimeter);
+        saved >= self.least && self.price * (waste - self.waste) <= saved
+    }
 }
 
 /// The part of a merge that is solved: all of b, and what of a lies near the shared edges. Vertices of a

@@ -10,7 +10,7 @@ use super::constants::MERGE;
 use super::glue::price_of_waste;
 use super::join::joined;
 use super::limits::MergeLimits;
-use super::patch::Pair;
+use super::patch::{Pair, Worth};
 use super::region::{Move, Neighbouring};
 use super::rounds::merge_again;
 use super::ways::sides;
@@ -81,10 +81,7 @@ fn trade(s: &Surface, charts: &mut Charts, bound: f64, reaches: i32, ctx: &Conte
         let results: Vec<Option<Traded>> = (open.par_iter())
             .map(|&(length, (a, b))| {
                 let pair = Neighbouring { s, charts, ids: [a, b], length };
-                (0..reaches).find_map(|k| {
-                    let reach = length * MERGE.trade_reach * 0.5f64.powi(k);
-                    traded(&pair, reach, limits, ctx)
-                })
+                traded(&pair, reaches, limits, ctx)
             })
             .collect();
         ctx.check()?;
@@ -120,16 +117,37 @@ struct Traded {
     faces: Vec<u32>,
 }
 
-/// Two charts with a shorter border between them, if there is one within `reach` of the present one.
-fn traded(pair: &Neighbouring<'_>, reach: f64, limits: MergeLimits, ctx: &Context<'_>) -> Option<Traded> {
+/// Two charts with a shorter border between them, if there is one within one of the reaches, the farthest
+/// first.
+fn traded(pair: &Neighbouring<'_>, reaches: i32, limits: MergeLimits, ctx: &Context<'_>) -> Option<Traded> {
+    for k in 0..reaches {
+        let region = pair.region(pair.length * MERGE.trade_reach * 0.5f64.powi(k), ctx)?;
+        // Where no way is shorter, none of those nearer to the border is.
+        let moves = pair.changed(&region, &sides(pair.s, &region, pair.length, ctx)?);
+        if moves.is_empty() {
+            return None;
+        }
+        let traded = moved(pair, moves, limits, ctx);
+        if traded.is_some() {
+            return traded;
+        }
+    }
+    None
+}
+
+/// Two charts of which faces have changed hands, as far as merges of them are accepted.
+fn moved(
+    pair: &Neighbouring<'_>,
+    moves: Vec<Move>,
+    limits: MergeLimits,
+    ctx: &Context<'_>,
+) -> Option<Traded> {
     let &Neighbouring { s, charts, ids: [a, b], length } = pair;
     let chart = |id: u32| charts.list[id as usize].as_ref();
     let both = [chart(a)?, chart(b)?];
     let price = price_of_waste(limits.bound);
     let mut out: Option<Traded> = None;
-    let region = pair.region(reach, ctx)?;
-    let side = sides(s, &region, length, ctx)?;
-    for Move { from_second, faces } in pair.changed(&region, &side) {
+    for Move { from_second, faces } in moves {
         ctx.check().ok()?;
         let [first, second] = out.as_ref().map_or(both, |t| t.charts.each_ref());
         let (giver, taker) = if from_second { (second, first) } else { (first, second) };
@@ -141,13 +159,13 @@ fn traded(pair: &Neighbouring<'_>, reach: f64, limits: MergeLimits, ctx: &Contex
             .flat_map(|(c, is_y)| c.faces.iter().zip(0..).map(move |(&f, i)| (f, (is_y, i))))
             .collect();
         let place = |f: usize| of.get(&(f as u32)).copied();
-        let before = first.perimeter(s) + second.perimeter(s) - rest.perimeter(s);
-        let wasted = first.waste + second.waste - rest.waste;
-        let worth = |c: &Chart, _: f64| {
-            let saved = 0.5 * (before - c.perimeter(s));
-            saved > MERGE.trade_gain * length && price * (c.waste - wasted) < saved
+        let worth = Worth {
+            perimeter: first.perimeter(s) + second.perimeter(s) - rest.perimeter(s),
+            waste: first.waste + second.waste - rest.waste,
+            price,
+            least: MERGE.trade_gain * length,
         };
-        let merge = Pair { s, a: x, b: y, place: &place, limits, worth: &worth };
+        let merge = Pair { s, a: x, b: y, place: &place, limits, worth };
         let Some(c) = joined(&merge, ctx) else { continue };
         let mut moved = out.take().map_or_else(Vec::new, |t| t.faces);
         moved.extend(faces);
