@@ -33,7 +33,8 @@ pub(super) struct OrientedAtlas {
 }
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
-/// own side only. Where that fails they come back: an uncertain surface is better than none. `toward` says where each point is known to face, if anything is known.
+/// own side only. Where that fails they come back: an uncertain surface is better than none. `toward` says
+/// where each point is known to face, if anything is known.
 pub(super) fn separate(
     scan: &Scan,
     first: FirstAtlas,

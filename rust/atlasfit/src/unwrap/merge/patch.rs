@@ -16,7 +16,8 @@ pub(super) struct Pair<'a> {
     /// The one of more faces.
     pub a: &'a Chart,
     pub b: &'a Chart,
-    /// Which of the two a face belongs to, the second if so, and its place there.
+    /// Which of the two a face belongs to, the second if so, and its place there. Asked of faces at their
+    /// borders only.
     pub place: &'a dyn Fn(usize) -> Option<(bool, u32)>,
     pub limits: MergeLimits,
     pub worth: Worth,

@@ -156,7 +156,7 @@ fn moved(
         let (x, y) = if larger { (taker, &part) } else { (&part, taker) };
         let of: FxHashMap<u32, (bool, u32)> = [(x, false), (y, true)]
             .into_iter()
-            .flat_map(|(c, is_y)| c.faces.iter().zip(0..).map(move |(&f, i)| (f, (is_y, i))))
+            .flat_map(|(c, is_y)| c.border.iter().map(move |b| (c.faces[b.0 as usize], (is_y, b.0))))
             .collect();
         let place = |f: usize| of.get(&(f as u32)).copied();
         let worth = Worth {
