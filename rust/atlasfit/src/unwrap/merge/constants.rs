@@ -97,8 +97,8 @@ pub(crate) struct MergeConstants {
     pub core: f64,
     /// Faces near a border without ends beyond which it stays as it is. Source: chosen, for speed.
     pub cut_faces: usize,
-    /// Share of a border that must be saved for faces to change hands. Source: measured, the same meshes: 0.02
-    /// gives 0.993 of the seam in 1.25 of the time, 0.1 gives 1.016 in 0.93.
+    /// Share of a border that must be saved for faces to change hands. Source: measured, the same meshes:
+    /// 0.02 gives 0.993 of the seam in 1.25 of the time, 0.1 gives 1.016 in 0.93.
     pub trade_gain: f64,
     /// Times that charts are merged and borders moved again after borders have moved; never on large meshes.
     /// Source: measured, the same meshes: one gives 0.94 of the charts and 0.98 of the seam in 1.25 of the

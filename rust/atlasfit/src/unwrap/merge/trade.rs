@@ -122,8 +122,9 @@ struct Traded {
 fn traded(pair: &Neighbouring<'_>, reaches: i32, limits: MergeLimits, ctx: &Context<'_>) -> Option<Traded> {
     for k in 0..reaches {
         let region = pair.region(pair.length * MERGE.trade_reach * 0.5f64.powi(k), ctx)?;
-        // Where no way is shorter, none of those nearer to the border is.
-        let moves = pair.changed(&region, &sides(pair.s, &region, pair.length, ctx)?);
+        let Some(side) = sides(pair.s, &region, pair.length, ctx) else { continue };
+        let moves = pair.changed(&region, &side);
+        // No border within this reach is shorter, so none within a smaller one is.
         if moves.is_empty() {
             return None;
         }

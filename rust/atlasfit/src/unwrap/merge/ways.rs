@@ -15,13 +15,14 @@ use crate::spatial::sets::Sets;
 use crate::unwrap::surface::{NONE, Surface};
 use rustc_hash::FxHashMap;
 
-/// For each face of the region whether it is to lie in the second chart; `None` where the border of `length`
-/// is about as short as can be, or when the run is to stop: the caller checks.
+/// For each face of the region whether it is to lie in the second chart: as now where the border of `length`
+/// is about as short as can be. `None` where to find out would take long, or when the run is to stop: the
+/// caller checks.
 pub(super) fn sides(s: &Surface, region: &Region, length: f64, ctx: &Context<'_>) -> Option<Vec<bool>> {
     let net = Net::new(s, region);
     if let Some(ways) = ways(region, &net, ctx)? {
         if ways.length > (1.0 - MERGE.trade_gain) * length {
-            return None;
+            return Some(region.second.clone());
         }
         if let Some(sides) = parted(region, &net, &ways) {
             return Some(sides);
