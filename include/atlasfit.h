@@ -858,6 +858,12 @@ typedef struct {
    * number. NULL = none is. Default NULL.
    */
   const uint8_t *face_ignored;
+  /**
+   * What a UV seam costs per unit of its length at each vertex, finite, not negative; an edge costs the
+   * mean of its ends. 1 as usual, less where seams may be, more where not: only ratios count. NULL = the
+   * same everywhere. Read by atlasfit_unwrap(), not with keep_uvs. Default NULL.
+   */
+  const float *seam_price;
 } atlasfit_mesh;
 
 /**
@@ -1303,6 +1309,16 @@ typedef struct {
    * Must be 0.
    */
   uint32_t reserved_too;
+  /**
+   * How much seams are to lie where the outside hardly sees them, 0 to 1: 0 = as short as can be. Not with
+   * keep_uvs. Default 0.
+   */
+  double seams_hidden;
+  /**
+   * The direction up, of any length: where seams_hidden counts, nobody looks from below. All 0 = they look
+   * from all around. Default 0.
+   */
+  double up[3];
 } atlasfit_unwrap_options;
 
 /**
@@ -2360,7 +2376,7 @@ atlasfit_status atlasfit_unwrap_memory_needed(size_t vertices,
  * chart so long that it alone would decide the scale on the page is cut across, unless the options set
  * max_charts, a density or several pages.
  *
- * @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
+ * @param mesh    The mesh; face_group, face_polygon, seam_edges and seam_price are read, and corner_uv with
  *                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
  *                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
  * @param options How to unwrap; NULL = the defaults.

@@ -302,6 +302,11 @@ class Mesh {
     c_.seam_edge_count = count;
     return *this;
   }
+  /// What a seam costs per unit of length at each vertex: 1 as usual, less where seams may be.
+  Mesh &seam_price(const float *price) {
+    c_.seam_price = price;
+    return *this;
+  }
   /// The page of each triangle's UVs.
   Mesh &face_page(const std::uint32_t *page) {
     c_.face_page = page;

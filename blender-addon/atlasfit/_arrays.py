@@ -15,7 +15,7 @@ import numpy as np
 from . import _abi
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 SCALARS: dict[np.dtype[Any], int] = {
     np.dtype(np.float32): _abi.F32,
@@ -146,6 +146,16 @@ def check_rows(array: NDArray[Any], count: int, what: str) -> None:
     """Refuses what has not one row for each point or vertex."""
     if len(array) != count:
         raise ValueError(f"{what} has {len(array)} rows. Give one for each of the {count} points or vertices")
+
+
+def numbers(
+    values: ArrayLike, shape: tuple[int, ...], what: str, kind: DTypeLike = np.float32
+) -> NDArray[Any]:
+    """Numbers of this shape."""
+    array = np.ascontiguousarray(values, kind)
+    if array.shape != shape:
+        raise ValueError(f"{what} has shape {array.shape}. Give {shape}")
+    return array
 
 
 def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:

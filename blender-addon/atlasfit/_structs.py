@@ -222,6 +222,7 @@ class atlasfit_mesh(Sized):
         ("component_stride", c_size_t),
         ("faces", atlasfit_faces),
         ("face_ignored", c_void_p),
+        ("seam_price", c_void_p),
     ]
 
 
@@ -349,6 +350,8 @@ class atlasfit_unwrap_options(Sized):
         ("max_energy", c_double),
         ("straighten", c_uint32),
         ("reserved_too", c_uint32),
+        ("seams_hidden", c_double),
+        ("up", c_double * 3),
     ]
 
 

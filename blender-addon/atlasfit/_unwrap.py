@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import address, corners, indices, mesh_struct, positions
+from ._arrays import address, corners, indices, mesh_struct, numbers, positions
 from ._brief import brief, counted
 from ._call import Handle, RunOptions, check, choice, options_with, run, size_of_page, values
 from ._show import plot
@@ -192,6 +192,9 @@ def unwrap(
     max_energy: float | None = None,
     stack: Literal["none", "identical", "mirrored"] | None = None,
     straighten: Literal["off", "auto"] | None = None,
+    seams_hidden: float | None = None,
+    up: ArrayLike | None = None,
+    seam_price: ArrayLike | None = None,
     **options: Unpack[RunOptions],
 ) -> Uv:
     """Lays out UVs: charts of low stretch that neither flip nor overlap, packed on square pages.
@@ -229,6 +232,12 @@ def unwrap(
                      rectangles, long sides of other charts straight lines; "off" (default).
                      info.straightened_charts counts such charts, measure_uv(...).straightness says how much
                      of all outlines lies so
+    seams_hidden     how much seams are to lie where the outside hardly sees them, 0 (default: as short as can
+                     be) to 1
+    up               (3,) the direction up: with seams_hidden nobody looks from below (default: they look
+                     from all around)
+    seam_price       (n,) what a seam costs per unit of length at each vertex: 1 as usual, less where seams
+                     may be, more where not; only ratios count
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -246,7 +255,9 @@ def unwrap(
     polygons = None if face_polygons is None else indices(face_polygons, (m,), "face_polygons")
     seams = None if seam_edges is None else indices(seam_edges, (-1, 2), "seam_edges")
     mesh = mesh_struct(vertices, faces, kept)
+    prices = None if seam_price is None else numbers(seam_price, (len(vertices),), "seam_price")
     mesh.face_group, mesh.face_polygon = address(groups), address(polygons)
+    mesh.seam_price = address(prices)
     mesh.seam_edges, mesh.seam_edge_count = address(seams), 0 if seams is None else len(seams)
     width, height = size_of_page(page_size)
     chosen = options_with(
@@ -265,6 +276,8 @@ def unwrap(
         max_energy=max_energy,
         stack=choice(stack, STACKS, "stack"),
         straighten=choice(straighten, STRAIGHTENINGS, "straighten"),
+        seams_hidden=seams_hidden,
+        up=None if up is None else tuple(numbers(up, (3,), "up", np.float64)),
     )
     uv = Handle("uv")
     run(lambda r: lib().atlasfit_unwrap(byref(mesh), byref(chosen), r, byref(uv.pointer)), options)

@@ -45,12 +45,12 @@ def put(collection, name, values):
 
 def linear(ob):
     """The object's rotation and scale, (3, 3): lengths that are measured after it are what one sees. A
-    mirroring one is turned through the origin, so that the outside stays outside.
+    mirroring one is mirrored back along x, so that the outside stays outside, and up stays up.
     """
     out = np.array(ob.matrix_world, np.float64)[:3, :3]
     if not np.isfinite(out).all() or np.linalg.cond(out) > 1e9:
         raise Refused(f"the object {ob.name} is scaled to nothing. Give it a scale that is not 0")
-    return -out if np.linalg.det(out) < 0 else out
+    return out * [[-1], [1], [1]] if np.linalg.det(out) < 0 else out
 
 
 def objects(context):
@@ -254,6 +254,25 @@ def edges(obs, parts, name):
             out.append(get(me.edges, "vertices", 2, np.int32)[flagged] + n)
         n += len(me.vertices)
     return np.concatenate(out) if out else np.empty((0, 2), np.int32)
+
+
+def weights(obs, parts, name):
+    """The weights of the joined meshes' vertices in a vertex group; 0 of those that are not in it."""
+    out = []
+    for part in parts:
+        ob = next(ob for ob in obs if ob.name == part.object)
+        group = ob.vertex_groups.get(name)
+        found = np.zeros(len(ob.data.vertices), np.float32)
+        if group is not None:
+            # There is no way to get all weights at once.
+            for v in ob.data.vertices:
+                for member in v.groups:
+                    if member.group == group.index:
+                        found[v.index] = member.weight
+        out.append(found)
+    if not any(ob.vertex_groups.get(name) for ob in obs):
+        raise Refused(f"no object has a vertex group {name}. Give the name of one, or leave it empty")
+    return np.concatenate(out)
 
 
 def edge_flags(me, name):

@@ -10,6 +10,7 @@ from .layout import LAID_OUT, Layout, laid_out
 from .long import Refused, within
 
 UV_MAP_LIMIT = 8
+PAINTED = 0.1  # what a seam costs where the seam group has weight 1
 
 
 class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
@@ -55,6 +56,29 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             ("mirrored", "Mirrored", "These and mirror images, whose UVs run the other way round"),
         ),
         default="none",
+    )
+    seams_hidden: FloatProperty(
+        name="Hide Seams",
+        description=(
+            "How much seams go where they are hardly seen: between limbs, in folds, below. 0 is as short as"
+            " can be"
+        ),
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+    )
+    seen_from_below: BoolProperty(
+        name="Seen from Below",
+        description="Hide Seams does not take them for hidden below, seen along the scene's Z",
+        default=False,
+    )
+    seam_group: StringProperty(
+        name="Seam Group",
+        description=(
+            "Vertex group that is painted where seams may be: at weight 1 they cost a tenth of what they"
+            " cost elsewhere"
+        ),
     )
     straighten: BoolProperty(
         name="Straighten",
@@ -102,6 +126,10 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         column = layout.column(heading="Cut")
         for name in ("seams", "sharp", "materials", "keep_uv_seams"):
             column.prop(self, name)
+        layout.prop(self, "seams_hidden")
+        if self.seams_hidden > 0:
+            layout.prop(self, "seen_from_below")
+        layout.prop(self, "seam_group")
         layout.prop(self, "mark_seams")
         layout.prop(self, "straighten")
         layout.prop(self, "stack")
@@ -121,6 +149,8 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             "max_charts": self.max_charts,
             "stack": self.stack,
             "straighten": "auto" if self.straighten else "off",
+            "seams_hidden": self.seams_hidden,
+            "up": None if self.seen_from_below else (0, 0, 1),
         }
 
     def read(self, given):
@@ -142,6 +172,8 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             )
         if self.keep_uv_seams:
             constraints["corner_uv"] = mesh.corner_uvs(obs, given.parts, "whose seams could be kept")
+        if self.seam_group:
+            constraints["seam_price"] = 1 - (1 - PAINTED) * mesh.weights(obs, given.parts, self.seam_group)
         colors = None
         stacked = self.stack != "none"
         if self.bake and stacked:

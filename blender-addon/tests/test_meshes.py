@@ -77,6 +77,36 @@ def test_a_strip_is_laid_straight_where_that_is_asked_for():
         atlasfit.unwrap(vertices, faces, corner_uv=plain.corner_uv, keep_uvs=True, straighten="auto")
 
 
+def test_seams_go_where_they_are_cheap_or_hidden():
+    vertices, quads = torus(32, 16)
+    faces = triangles(quads)[0]
+    plain = atlasfit.unwrap(vertices, faces)
+    same = atlasfit.unwrap(vertices, faces, seam_price=np.full(len(vertices), 3), up=[0, 0, 1])
+    assert np.array_equal(plain.corner_uv, same.corner_uv)
+
+    def above(uv):
+        """The share of the seams' length that lies in the upper half."""
+        ends = {}
+        for t, c in zip(faces, uv.corner_uv):
+            for k in range(3):
+                pair = sorted([(t[k], tuple(c[k])), (t[k - 2], tuple(c[k - 2]))])
+                ends.setdefault((pair[0][0], pair[1][0]), set()).add((pair[0][1], pair[1][1]))
+        seams = np.array([pair for pair, uvs in ends.items() if len(uvs) > 1])
+        a, b = (np.asarray(vertices)[seams[:, k]] for k in (0, 1))
+        length = np.linalg.norm(b - a, axis=1)
+        return length[(a + b)[:, 2] > 0].sum() / length.sum()
+
+    price = np.where(np.asarray(vertices)[:, 2] > 0, 10.0, 1.0)
+    priced = atlasfit.unwrap(vertices, faces, seam_price=price)
+    hidden = atlasfit.unwrap(vertices, faces, seams_hidden=1, up=(0, 0, 1))
+    assert above(priced) < above(plain) - 0.1 and above(hidden) != above(plain)
+    for wrong, words in (({"seam_price": [1, 2]}, "seam_price"), ({"up": [1, 2]}, "up")):
+        with pytest.raises(ValueError, match=words):
+            atlasfit.unwrap(vertices, faces, **wrong)
+    with pytest.raises(atlasfit.Error, match="seams_hidden is 2"):
+        atlasfit.unwrap(vertices, faces, seams_hidden=2)
+
+
 def test_a_bound_on_the_energy_makes_one_chart():
     vertices, quads = torus(16, 8)
     faces = triangles(quads)[0]

@@ -196,6 +196,19 @@ int main() {
            atlasfit::measure_uv(atlasfit::Mesh(askew, halves).corner_uv(along_uv.data())).straightness == 1.0,
        "a rectangle lies along the page where that is asked for");
 
+  // Prices that say nothing change nothing; what is no price is refused.
+  const std::vector<float> alike(4, 2.0F), wrong(4, -1.0F);
+  want(atlasfit::unwrap(atlasfit::Mesh(askew, halves).seam_price(alike.data())).corners() ==
+           atlasfit::unwrap(atlasfit::Mesh(askew, halves)).corners(),
+       "one price everywhere changes nothing");
+  bool refused = false;
+  try {
+    atlasfit::unwrap(atlasfit::Mesh(askew, halves).seam_price(wrong.data()));
+  } catch (const atlasfit::Error &e) {
+    refused = std::string(e.what()).find("seam_price of vertex 0") != std::string::npos;
+  }
+  want(refused, "a negative price is refused");
+
   // A sheet faces where its scanner stood.
   std::vector<double> sheet;
   for (int i = 0; i < 60; i++)

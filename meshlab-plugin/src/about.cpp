@@ -152,6 +152,13 @@ std::vector<Parameter> unwrap_parameters()
 		"Parts of one shape share their texels, corner on corner. <b>Identical</b>: moved and turned copies. "
 		"<b>Mirrored</b>: mirror images too.",
 		{"None", "Identical", "Mirrored"}, true}); // in the order of ATLASFIT_STACK_...
+	list.push_back({Parameter::FLOAT, "seamsHidden", o.seams_hidden, "Hide seams",
+		"How much seams go where they are hardly seen from outside, 0 to 1. 0 = they are as short as can be.",
+		{}, true});
+	list.push_back({Parameter::BOOL, "seamPrice", 0, "Quality prices seams",
+		"The quality of a vertex says what seams cost there: less where they may be, more where not. Paint it "
+		"with the quality brush, or compute it.",
+		{}, true});
 	list.push_back({Parameter::BOOL, "straighten", double(o.straighten), "Straighten",
 		"Strips, tubes, rims and long straight sides are laid along the page's sides, as far as the bound on the "
 		"stretch allows it. Charts are then turned in quarter turns only, which may cost texels.",

@@ -82,6 +82,15 @@ void lay_out(MeshModel& layer, atlasfit_unwrap_options options, const RichParame
 		options.page_width = options.page_height = std::max(options.page_width, side);
 		options.padding = std::max(options.padding, padding);
 	}
+	std::vector<float> price;
+	if (!options.keep_uvs && par.getBool("seamPrice")) {
+		if (!layer.hasDataMask(MeshModel::MM_VERTQUALITY))
+			throw std::runtime_error("atlasfit: the layer has no vertex quality that could say what seams cost. "
+									 "Compute or paint it, or turn \"Quality prices seams\" off");
+		for (uint32_t vertex : from.vertex)
+			price.push_back(float(layer.cm.vert[vertex].cQ()));
+		in.seam_price = price.data();
+	}
 	const std::vector<uint32_t> polygon = polygons(layer.cm, faces);
 	if (!polygon.empty())
 		in.face_polygon = polygon.data();
@@ -152,6 +161,7 @@ void parametrize(MeshDocument& md, const RichParameterList& par, Bar& bar, Outco
 	options.max_charts = count(par, "maxCharts");
 	options.keep_uv_seams = par.getBool("keepSeams") ? 1 : 0;
 	options.hard_edge_angle = number(par, "hardEdges");
+	options.seams_hidden = number(par, "seamsHidden");
 	options.stack = uint32_t(par.getEnum("stack"));
 	options.straighten = par.getBool("straighten") ? ATLASFIT_STRAIGHTEN_AUTO : ATLASFIT_STRAIGHTEN_OFF;
 	lay_out(layer, options, par, bar, outcome);

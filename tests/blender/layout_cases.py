@@ -246,3 +246,28 @@ def test_strips_are_laid_straight_where_that_is_asked_for():
     bpy.ops.uv.atlasfit_unwrap(straighten=True)
     q = assert_good(ob, stretch=1.1)
     assert q.straightness == 1.0 and int(report(ob)["straightened charts"]) == q.charts
+
+
+def test_seams_go_where_a_vertex_group_is_painted_and_where_they_are_hidden():
+    ob = monkey()
+    behind = mesh.positions(ob.data)[:, 1] > 0  # the face looks along -y
+
+    def share():
+        """Of the cut edges' length, the part that lies behind."""
+        ends = np.array([e for e in cut_edges(ob)])
+        at = mesh.positions(ob.data)[ends]
+        length = np.linalg.norm(at[:, 0] - at[:, 1], axis=1)
+        return length[behind[ends].all(1)].sum() / length.sum()
+
+    bpy.ops.uv.atlasfit_unwrap(preset="few-seams")
+    plain, layout = share(), uvs(ob)
+    refused(lambda: bpy.ops.uv.atlasfit_unwrap(seam_group="Behind"), "no object has a vertex group Behind")
+    group = ob.vertex_groups.new(name="Behind")
+    group.add([int(i) for i in np.flatnonzero(behind)], 1.0, "REPLACE")
+    bpy.ops.uv.atlasfit_unwrap(preset="few-seams", seam_group="Behind")
+    assert share() > plain + 0.05, (plain, share())
+    bpy.ops.uv.atlasfit_unwrap(preset="few-seams", seams_hidden=1.0)
+    assert_good(ob, stretch=1.3)
+    hidden = uvs(ob)
+    bpy.ops.uv.atlasfit_unwrap(preset="few-seams", seams_hidden=1.0, seen_from_below=True)
+    assert not np.array_equal(hidden, layout) and not np.array_equal(hidden, uvs(ob))

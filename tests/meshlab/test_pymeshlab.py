@@ -314,6 +314,25 @@ def test_strips_are_laid_straight_where_that_is_asked_for():
     assert ms.apply_filter(DISTORTION)["straightness"] == 1
 
 
+def test_seams_cost_what_the_quality_says_and_hide_where_that_is_asked_for():
+    vertices, quads = made.torus(32, 16)
+    ms = holding(vertices, made.triangles(quads)[0])
+    ms.apply_filter(UNWRAP)
+    layout = lambda: ms.current_mesh().wedge_tex_coord_matrix()
+    plain = layout()
+    ms.apply_filter("compute_scalar_by_function_per_vertex", q="2")
+    ms.apply_filter(UNWRAP, seamprice=True)
+    assert np.array_equal(layout(), plain), "one price everywhere changes nothing"
+    ms.apply_filter("compute_scalar_by_function_per_vertex", q="z > 0 ? 10 : 1")
+    ms.apply_filter(UNWRAP, seamprice=True)
+    assert not np.array_equal(layout(), plain)
+    values = ms.apply_filter(UNWRAP, seamshidden=1)
+    assert not np.array_equal(layout(), plain) and values["flips"] == values["overlapping_faces"] == 0
+    ms.apply_filter("compute_scalar_by_function_per_vertex", q="-1")
+    with pytest.raises(ml.PyMeshLabException, match="seam_price of vertex 0 is -1"):
+        ms.apply_filter(UNWRAP, seamprice=True)
+
+
 def test_the_largest_error_of_a_surface_is_a_length_or_a_share_and_all_triangles_can_be_kept(scan):
     diagonal = np.linalg.norm(np.ptp(opened(scan).current_mesh().vertex_matrix(), axis=0))
     pure = getattr(ml, "PureValue", getattr(ml, "AbsoluteValue", None))

@@ -73,6 +73,10 @@ pub struct atlasfit_mesh {
     /// A byte per face, not 0 where the face is to be ignored: as if it had no triangle, but it keeps its
     /// number. NULL = none is. Default NULL.
     pub face_ignored: *const u8,
+    /// What a UV seam costs per unit of its length at each vertex, finite, not negative; an edge costs the
+    /// mean of its ends. 1 as usual, less where seams may be, more where not: only ratios count. NULL = the
+    /// same everywhere. Read by atlasfit_unwrap(), not with keep_uvs. Default NULL.
+    pub seam_price: *const f32,
 }
 
 // SAFETY: numbers and pointers, size first.
@@ -104,6 +108,7 @@ unsafe impl Sized for atlasfit_mesh {
             component_stride: 0,
             faces: atlasfit_faces::NONE,
             face_ignored: std::ptr::null(),
+            seam_price: std::ptr::null(),
         }
     }
 }
@@ -128,6 +133,7 @@ pub(crate) struct Mesh {
     pub face_group: Option<Vec<u32>>,
     pub face_polygon: Option<Vec<u32>>,
     pub seam_edges: Option<Vec<[u32; 2]>>,
+    pub seam_price: Option<Vec<f32>>,
     /// Faces that are still to be cut, their corners' UVs, and which are ignored.
     uncut: Option<Faces>,
     uncut_uv: Option<Vec<[f32; 2]>>,
@@ -195,6 +201,7 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
             } else {
                 Some(packed(m.seam_edges.cast::<[u32; 2]>(), m.seam_edge_count, "seam_edges")?)
             },
+            seam_price: column(m.seam_price, m.vertex_count, "seam_price")?,
             uncut_uv: match &uncut {
                 Some(f) => column(m.corner_uv.cast::<[f32; 2]>(), f.corners.len(), "corner_uv")?,
                 None => None,

@@ -92,6 +92,12 @@ pub struct atlasfit_unwrap_options {
     pub straighten: u32,
     /// Must be 0.
     pub reserved_too: u32,
+    /// How much seams are to lie where the outside hardly sees them, 0 to 1: 0 = as short as can be. Not with
+    /// keep_uvs. Default 0.
+    pub seams_hidden: f64,
+    /// The direction up, of any length: where seams_hidden counts, nobody looks from below. All 0 = they look
+    /// from all around. Default 0.
+    pub up: [f64; 3],
 }
 
 // SAFETY: numbers, size first.
@@ -121,6 +127,8 @@ unsafe impl Sized for atlasfit_unwrap_options {
             max_energy: d.max_energy.unwrap_or(0.0),
             straighten: ATLASFIT_STRAIGHTEN_OFF,
             reserved_too: 0,
+            seams_hidden: d.seams_hidden,
+            up: d.up.unwrap_or_default(),
         }
     }
 }
@@ -175,6 +183,8 @@ impl atlasfit_unwrap_options {
             .with_keep_uvs(keep_uvs)
             .with_stack(stack)
             .with_straighten(straighten)
+            .with_seams_hidden(self.seams_hidden)
+            .with_up((self.up != [0.0; 3]).then_some(self.up))
             .with_max_energy((self.max_energy != 0.0).then_some(self.max_energy))
             .with_hard_edge_angle((self.hard_edge_angle != STRAIGHT).then_some(self.hard_edge_angle)))
     }
@@ -247,7 +257,7 @@ pub unsafe extern "C" fn atlasfit_unwrap_memory_needed(
 /// chart so long that it alone would decide the scale on the page is cut across, unless the options set
 /// max_charts, a density or several pages.
 ///
-/// @param mesh    The mesh; face_group, face_polygon and seam_edges are read, and corner_uv with
+/// @param mesh    The mesh; face_group, face_polygon, seam_edges and seam_price are read, and corner_uv with
 ///                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
 ///                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
 /// @param options How to unwrap; NULL = the defaults.
@@ -274,7 +284,8 @@ pub unsafe extern "C" fn atlasfit_unwrap(
             let options = options
                 .with_face_group(mesh.face_group.take())
                 .with_face_polygon(mesh.face_polygon.take())
-                .with_seam_edges(mesh.seam_edges.take());
+                .with_seam_edges(mesh.seam_edges.take())
+                .with_seam_price(mesh.seam_price.take());
             let layout = unwrap(&mesh.mesh, &options, ctx)?;
             ctx.check()?;
             let end = Instant::now();

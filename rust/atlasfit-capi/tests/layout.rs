@@ -53,6 +53,7 @@ fn structs() -> Vec<Struct> {
             struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv
             face_group face_polygon seam_edges seam_edge_count face_page page_width page_height colors
             color_stride color_scalar color_width component_stride faces face_ignored
+            seam_price
         }
         atlasfit_buffer { struct_size data capacity stride component_stride scalar reserved }
         atlasfit_faces { corners offsets count corner_stride face_stride scalar reserved }
@@ -74,7 +75,7 @@ fn structs() -> Vec<Struct> {
         atlasfit_unwrap_options {
             struct_size max_stretch max_charts page_width page_height padding pages packer keep_uv_seams
             reserved texels_per_unit hard_edge_angle keep_uvs stack max_energy straighten
-            reserved_too
+            reserved_too seams_hidden up
         }
         atlasfit_uv_info {
             struct_size triangles charts pages split_vertices degenerate_faces duplicate_faces

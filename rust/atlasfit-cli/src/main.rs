@@ -14,6 +14,7 @@ mod output;
 mod page;
 mod plot;
 mod render;
+mod values;
 mod version;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};

@@ -38,6 +38,7 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
         keep_uv_seams: u32::from(a >> 3 & 1),
         max_charts: u32::from(a >> 4 & 3),
         straighten: u32::from(a >> 7),
+        seams_hidden: f64::from(a >> 5 & 1),
         hard_edge_angle: if a & 64 == 0 { 180.0 } else { 30.0 },
         ..init(atlasfit_unwrap_options_init)
     };

@@ -41,7 +41,7 @@ pub fn arguments(t: &mut Table, s: &Scene) {
         let mut chosen = good;
         t.want(preset, "preset", INVALID, atlasfit_unwrap_options_set_preset(&mut chosen, 3));
         assert_eq!(chosen.max_stretch, good.max_stretch, "{preset} wrote on failure");
-        let all: [(&str, &dyn Fn(&mut atlasfit_unwrap_options)); 17] = [
+        let all: [(&str, &dyn Fn(&mut atlasfit_unwrap_options)); 20] = [
             ("keep_uvs", &|o| o.keep_uvs = 2),
             ("keep_uvs without UVs", &|o| o.keep_uvs = 1),
             ("stretch", &|o| o.max_stretch = 1.0),
@@ -57,6 +57,9 @@ pub fn arguments(t: &mut Table, s: &Scene) {
             ("stack", &|o| o.stack = 3),
             ("straighten", &|o| o.straighten = 2),
             ("density", &|o| o.texels_per_unit = -1.0),
+            ("seams hidden", &|o| o.seams_hidden = 1.5),
+            ("seams hidden no number", &|o| o.seams_hidden = f64::NAN),
+            ("up no number", &|o| o.up = [f64::NAN, 0.0, 1.0]),
             ("angle", &|o| o.hard_edge_angle = 181.0),
             ("angle no number", &|o| o.hard_edge_angle = f64::NAN),
         ];

@@ -235,6 +235,34 @@ fn programs_that_know_nothing_of_straightening_get_what_they_got() {
 }
 
 #[test]
+fn seams_cost_what_the_caller_says() {
+    let (xyz, triangles) = strip();
+    let core = TriMesh::new(
+        xyz.chunks(3).map(|p| [0, 1, 2].map(|k| f64::from(p[k]))).collect(),
+        triangles.as_chunks().0.to_vec(),
+    );
+    // Every tenth vertex is cheap.
+    let price: Vec<f32> = (0..core.positions.len()).map(|i| if i % 10 == 0 { 0.1 } else { 1.0 }).collect();
+    let up = [0.0, 0.0, 3.0];
+    let options = (UnwrapOptions::default().with_seams_hidden(0.5).with_up(Some(up)))
+        .with_seam_price(Some(price.clone()));
+    let expected = Run::default().execute(|ctx| unwrap(&core, &options, ctx)).expect("the core unwraps");
+    let options = atlasfit_unwrap_options { seams_hidden: 0.5, up, ..init(atlasfit_unwrap_options_init) };
+    let m = atlasfit_mesh { seam_price: price.as_ptr(), ..mesh(&xyz, &triangles) };
+    let (mut uv, mut corners) = (null_mut(), vec![0f32; 2 * triangles.len()]);
+    unsafe {
+        ok(atlasfit_unwrap(&m, &options, null(), &mut uv));
+        ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), corners.len()));
+        ok(atlasfit_uv_free(uv));
+    }
+    assert_eq!(corners, expected.corner_uv.as_flattened().as_flattened());
+    let wrong = [-1.0f32; 1 << 12];
+    let m = atlasfit_mesh { seam_price: wrong.as_ptr(), ..m };
+    assert_eq!(unsafe { atlasfit_unwrap(&m, &options, null(), &mut uv) }, ATLASFIT_INVALID_ARGUMENT);
+    assert!(last_error().contains("seam_price of vertex 0 is -1"), "{}", last_error());
+}
+
+#[test]
 fn measures_of_a_cube_are_those_of_a_cube() {
     let s = Scene::new(1500);
     let cube = s.mesh();

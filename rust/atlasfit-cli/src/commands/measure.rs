@@ -3,6 +3,7 @@
 use crate::console::{Console, RunArgs, Usage};
 use crate::files::{self, InputArgs};
 use crate::number::{boundary, count, counted, json as number, short, vertex, vertices};
+use crate::values::direction;
 use anyhow::Result;
 use atlasfit::measure::uv::seams_seen;
 use atlasfit::measure::{
@@ -33,6 +34,9 @@ pub struct Args {
     /// Distance of the F-score; 0.5% of the truth's longest side where it is not given
     #[arg(long, value_name = "LENGTH")]
     threshold: Option<f64>,
+    /// The direction up: nobody looks at UV seams from below [default: they look from all around]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
+    up: Option<[f64; 3]>,
     #[command(flatten)]
     read: InputArgs,
     #[command(flatten)]
@@ -93,7 +97,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         }
         if mesh.corner_uv.is_some() {
             let q = run.execute(|ctx| uv(&mesh, ctx))?;
-            let seen = run.execute(|ctx| seams_seen(&mesh, ctx))?;
+            let seen = run.execute(|ctx| seams_seen(&mesh, args.up, ctx))?;
             text += &uv_text(&q);
             let _ = writeln!(text, "seams seen     {} of their length, from outside", short(seen));
             json["uv"] = uv_json(&q);

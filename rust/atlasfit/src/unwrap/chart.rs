@@ -27,6 +27,25 @@ pub(crate) struct Chart {
     pub straight: bool,
 }
 
+/// Seams: how long they are, and what that costs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seams {
+    pub length: f64,
+    pub cost: f64,
+}
+
+impl Seams {
+    /// Both.
+    pub(crate) fn with(self, other: Self) -> Self {
+        Self { length: self.length + other.length, cost: self.cost + other.cost }
+    }
+
+    /// Without some of them.
+    pub(crate) fn without(self, other: Self) -> Self {
+        Self { length: self.length - other.length, cost: self.cost - other.cost }
+    }
+}
+
 impl Chart {
     /// Number of chart-local vertices.
     pub(crate) fn vertices(&self) -> usize {
@@ -118,10 +137,15 @@ impl Chart {
         self.border.iter().flat_map(ends).collect()
     }
 
-    /// Length of its border on the surface.
-    pub(crate) fn perimeter(&self, s: &Surface) -> f64 {
-        let length = |&(i, k): &(u32, u8)| f64::from(s.length[self.faces[i as usize] as usize][k as usize]);
-        self.border.iter().map(length).sum()
+    /// Its border, as seams on the surface.
+    pub(crate) fn seams(&self, s: &Surface) -> Seams {
+        let mut out = Seams::default();
+        for &(i, k) in &self.border {
+            let (f, k) = (self.faces[i as usize] as usize, usize::from(k));
+            out.length += f64::from(s.length[f][k]);
+            out.cost += s.cost(f, k);
+        }
+        out
     }
 
     /// Rest triangles of the faces.

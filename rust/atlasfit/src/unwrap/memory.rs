@@ -13,7 +13,8 @@ const BYTES_PER_FACE: u64 = 440;
 /// Bytes for each vertex that a closed surface of as many triangles does not have: triangles that share few
 /// vertices make many charts, which are packed each.
 const BYTES_PER_EXTRA_VERTEX: u64 = 920;
-/// Bytes for one entry of a list of groups or polygons: the caller's, and what is made of it.
+/// Bytes for one entry of a list of groups or polygons, the caller's and what is made of it, or for the
+/// prices of a triangle's edges.
 const BYTES_PER_ENTRY: u64 = 12;
 /// Triangles for one vertex of a closed surface.
 const FACES_PER_VERTEX: usize = 2;
@@ -29,7 +30,9 @@ const FACES_PER_VERTEX: usize = 2;
 /// ```
 #[must_use]
 pub fn memory_needed(vertices: usize, faces: usize, options: &UnwrapOptions, threads: usize) -> u64 {
-    let lists = [&options.face_group, &options.face_polygon].iter().filter(|l| l.is_some()).count();
+    let priced = options.seams_hidden > 0.0 || options.seam_price.is_some();
+    let lists = [options.face_group.is_some(), options.face_polygon.is_some(), priced];
+    let lists = lists.into_iter().filter(|l| *l).count();
     let extra = vertices.saturating_sub(faces / FACES_PER_VERTEX);
     let work = total_bytes(&[
         (faces, BYTES_PER_FACE),

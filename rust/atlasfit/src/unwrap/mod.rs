@@ -3,9 +3,9 @@
 //! In: a [`TriMesh`] (any topology; never changed) and [`UnwrapOptions`]. Out: a [`UvLayout`] with a UV per
 //! corner of every triangle, in the mesh's own order.
 //!
-//! Flow: `surface` (adjacency, cuts) → `segment` (small flat patches) → `first` (laid flat, by `flatten` with
-//! its exact checks; `cut` where they fail) → `merge` (fewer, larger charts with short borders, within the
-//! stretch bound) → `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) →
+//! Flow: `surface` (adjacency, cuts) → `prices` (what seams cost) → `segment` (small flat patches) → `first` (laid
+//! flat, by `flatten` with its exact checks; `cut` where they fail) → `merge` (fewer, larger charts with short
+//! borders, within the stretch bound) → `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) →
 //! `pack`, `checked` → `layout`. Large meshes are merged on a coarse stand-in (`large`). With a bound on the
 //! energy, `seams` cuts parts open instead of merging patches. `stack` finds parts of one shape: one of them
 //! is laid out, the others take its UVs.
@@ -33,6 +33,7 @@ mod pack;
 mod planar;
 mod polygons;
 mod preset;
+mod prices;
 mod seams;
 mod segment;
 mod shorten;
@@ -62,6 +63,7 @@ use large::{LARGE, Level, Patches, coarsen, refine};
 use layout::layout;
 use merge::Charts;
 use pack::Packing;
+use prices::prices;
 use segment::Segmentation;
 use stack::stacks;
 use straighten::straighten;
@@ -171,6 +173,7 @@ fn packed_by(
         s = Surface::without(mesh, &left_out, options, ctx)?;
         ctx.check()?;
     }
+    s.price = prices(mesh, &s, options, ctx)?;
     let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
     let Bounded { charts: list, bound } =
         bounded(&s, uvs, options, |bound| charts_within(&s, bound, ctx), ctx)?;

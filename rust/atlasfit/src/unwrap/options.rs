@@ -81,6 +81,17 @@ pub struct UnwrapOptions {
     pub straighten: Straighten,
     /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
     pub face_group: Option<Vec<u32>>,
+    /// How much seams are to lie where the outside hardly sees them, in [0, 1]: 0 = as short as can be, 1 =
+    /// what is seen costs what it is seen, see [`measure::uv::seams_seen`](crate::measure::uv::seams_seen).
+    /// Not with [`keep_uvs`](Self::keep_uvs).
+    pub seams_hidden: f64,
+    /// The direction up, of any length but 0: where `seams_hidden` counts, nobody looks from below. `None` =
+    /// they look from all around.
+    pub up: Option<[f64; 3]>,
+    /// What a seam costs per unit of its length, per vertex (an edge costs the mean of its ends): 1 as usual,
+    /// less where seams may be, more where not. Finite, not negative. One entry per vertex.
+    /// Not with [`keep_uvs`](Self::keep_uvs).
+    pub seam_price: Option<Vec<f32>>,
     /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are
     /// then those of the polygon. One entry per triangle; any numbers.
     pub face_polygon: Option<Vec<u32>>,
@@ -110,6 +121,9 @@ setters! {
         with_stack: stack: Stack,
         with_straighten: straighten: Straighten,
         with_face_group: face_group: Option<Vec<u32>>,
+        with_seams_hidden: seams_hidden: f64,
+        with_up: up: Option<[f64; 3]>,
+        with_seam_price: seam_price: Option<Vec<f32>>,
         with_face_polygon: face_polygon: Option<Vec<u32>>,
         with_seam_edges: seam_edges: Option<Vec<[u32; 2]>>,
         with_keep_uv_seams: keep_uv_seams: bool,
@@ -132,6 +146,9 @@ impl Default for UnwrapOptions {
             stack: Stack::None,
             straighten: Straighten::Off,
             face_group: None,
+            seams_hidden: 0.0,
+            up: None,
+            seam_price: None,
             face_polygon: None,
             seam_edges: None,
             keep_uv_seams: false,
@@ -158,10 +175,11 @@ impl UnwrapOptions {
         self.texels_per_unit.is_none() && self.most_pages() == 1
     }
 
-    /// Checks the ranges, and the lengths of what is given per triangle.
+    /// Checks the ranges, and the lengths of what is given per triangle and per vertex.
     pub(crate) fn validate(&self, mesh: &TriMesh) -> Result<()> {
         self.validate_charts(mesh)?;
         self.validate_pages()?;
+        self.validate_prices(mesh)?;
         self.validate_constraints(mesh)
     }
 
@@ -192,8 +210,12 @@ impl UnwrapOptions {
                 "Give finite UVs for each corner, or leave out keep_uvs",
             ));
         }
-        let changes =
-            [("stack", self.stack != Stack::None), ("straighten", self.straighten != Straighten::Off)];
+        let changes = [
+            ("stack", self.stack != Stack::None),
+            ("straighten", self.straighten != Straighten::Off),
+            ("seams_hidden", self.seams_hidden != 0.0),
+            ("seam_price", self.seam_price.is_some()),
+        ];
         if self.keep_uvs
             && let Some((name, _)) = changes.iter().find(|c| c.1)
         {
@@ -229,6 +251,36 @@ impl UnwrapOptions {
             && !(1..=MOST_PAGES).contains(&n)
         {
             return Err(Error::invalid(format!("pages is {n}"), format!("Give 1 to {MOST_PAGES}, or none")));
+        }
+        Ok(())
+    }
+
+    /// What seams cost.
+    fn validate_prices(&self, mesh: &TriMesh) -> Result<()> {
+        if !(0.0..=1.0).contains(&self.seams_hidden) {
+            return Err(Error::invalid(format!("seams_hidden is {}", self.seams_hidden), "Give 0 to 1"));
+        }
+        if let Some(up) = self.up
+            && !(up.iter().all(|x| x.is_finite()) && up.iter().any(|&x| x != 0.0))
+        {
+            let [x, y, z] = up;
+            return Err(Error::invalid(
+                format!("up is ({x}, {y}, {z})"),
+                "Give three finite numbers, not all 0, for example 0, 0, 1",
+            ));
+        }
+        let Some(price) = &self.seam_price else { return Ok(()) };
+        if price.len() != mesh.positions.len() {
+            return Err(Error::invalid(
+                format!("seam_price has {} entries for {} vertices", price.len(), mesh.positions.len()),
+                "Give one entry per vertex",
+            ));
+        }
+        if let Some(i) = price.iter().position(|p| !(*p >= 0.0 && p.is_finite())) {
+            return Err(Error::invalid(
+                format!("seam_price of vertex {i} is {}", price[i]),
+                "Give finite numbers that are not negative",
+            ));
         }
         Ok(())
     }

@@ -12,8 +12,10 @@ use crate::console::{Console, RunArgs, Usage};
 use crate::files;
 use crate::number::{count, short};
 use crate::render::{Mode, Style, render};
+use crate::values::{direction, share};
 use anyhow::{Context as _, Result, bail};
 use atlasfit::geometry::TriMesh;
+use atlasfit::measure::uv::seams_seen;
 use atlasfit::measure::{UvQuality, uv};
 use atlasfit::unwrap::{UnwrapOptions, unwrap};
 use serde_json::{Value, json};
@@ -37,6 +39,12 @@ pub struct Args {
     /// Our bound on the stretch
     #[arg(long, default_value_t = UnwrapOptions::default().max_stretch, value_name = "FACTOR")]
     max_stretch: f64,
+    /// Also lay out with seams hidden as far as this, and tell what share of them is seen
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", value_parser = share)]
+    seams_hidden: f64,
+    /// The direction up, for seams that are hidden [default: they are looked at from all around]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
+    up: Option<[f64; 3]>,
     /// Runs per mesh and method; the median time counts
     #[arg(
         long,
@@ -78,7 +86,12 @@ struct Row {
     method: String,
     seconds: f64,
     quality: UvQuality,
+    /// Share of the seams that is seen, where that is asked for.
+    seen: Option<f64>,
 }
+
+/// The method that hides seams.
+const HIDDEN: &str = "hidden";
 
 /// A figure of a layout: its name, and whether more is better.
 type Figure = (&'static str, fn(&Row) -> f64);
@@ -113,7 +126,7 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
         let mut mesh = TriMesh::new(loaded.cloud.positions, loaded.faces);
         let raw = folder.join("mesh.bin");
         files::write(&raw, bytes(&mesh))?;
-        match ours(&mesh, args, console) {
+        match ours(&mesh, 0.0, args, console) {
             Ok((corner_uv, seconds)) => {
                 mesh.corner_uv = Some(corner_uv);
                 let row = row(&mesh, &name, "atlasfit", seconds, args, console)?;
@@ -129,6 +142,11 @@ pub fn run(args: &Args, folder: &Path, console: &Console) -> Result<()> {
             }
             Err(e) if cancelled(&e) => return Err(e),
             Err(e) => failed.push(format!("{name} atlasfit: {e:#}")),
+        }
+        if args.seams_hidden > 0.0 {
+            let (corner_uv, seconds) = ours(&mesh, args.seams_hidden, args, console)?;
+            mesh.corner_uv = Some(corner_uv);
+            rows.push(row(&mesh, &name, HIDDEN, seconds, args, console)?);
         }
         if peers.is_empty() {
             continue;
@@ -215,9 +233,12 @@ fn installed(args: &Args, script: &Path, console: &Console) -> Result<Vec<String
     Ok(args.peers.iter().filter(|p| here.contains(&p.as_str())).cloned().collect())
 }
 
-/// Our layout, and the median time.
-fn ours(mesh: &TriMesh, args: &Args, console: &Console) -> Result<(Vec<[[f32; 2]; 3]>, f64)> {
-    let options = UnwrapOptions::default().with_max_stretch(args.max_stretch);
+/// Our layout with seams hidden so far, and the median time.
+fn ours(mesh: &TriMesh, hidden: f64, args: &Args, console: &Console) -> Result<(Vec<[[f32; 2]; 3]>, f64)> {
+    let options = UnwrapOptions::default()
+        .with_max_stretch(args.max_stretch)
+        .with_seams_hidden(hidden)
+        .with_up(args.up);
     let mut times = Vec::new();
     let mut last = Vec::new();
     for _ in 0..args.repeat {
@@ -243,7 +264,10 @@ fn row(
         let picture = console.start_silent(&args.run).execute(|ctx| render(mesh, None, &style, ctx))?;
         write_png(&folder.join(format!("{name}-{method}.png")), &picture)?;
     }
-    let row = Row { mesh: name.into(), method: method.into(), seconds, quality };
+    let seen = (args.seams_hidden > 0.0)
+        .then(|| console.start_silent(&args.run).execute(|ctx| seams_seen(mesh, args.up, ctx)))
+        .transpose()?;
+    let row = Row { mesh: name.into(), method: method.into(), seconds, quality, seen };
     console.note(format_args!(
         "{name} {method}: {} charts, seam {}, 95% {:.3}, coverage {:.3}, {} s",
         row.quality.charts,
@@ -304,7 +328,7 @@ fn json_row(r: &Row) -> Value {
         "mesh": r.mesh, "method": r.method, "seconds": r.seconds, "faces": q.faces, "charts": q.charts,
         "seam": q.seam, "stretch_l2": q.stretch_l2, "stretch_p95": q.stretch_p95, "conformal": q.conformal,
         "coverage": q.coverage, "flips": q.flips, "collapsed": q.degenerate,
-        "overlapping_faces": q.overlapping_faces, "inside": q.inside,
+        "overlapping_faces": q.overlapping_faces, "inside": q.inside, "seams_seen": r.seen,
     })
 }
 
@@ -343,7 +367,7 @@ fn table(rows: &[Row], peers: &[String]) -> String {
         "\n| method | meshes | charts | seam | 95% | worst | coverage | seconds \
          | with flips, overlaps, collapsed, outside |\n|---|---|---|---|---|---|---|---|---|"
     );
-    for method in std::iter::once("atlasfit").chain(peers.iter().map(String::as_str)) {
+    for method in ["atlasfit", HIDDEN].into_iter().chain(peers.iter().map(String::as_str)) {
         let own = of(method);
         if own.is_empty() {
             continue;
@@ -366,7 +390,21 @@ fn table(rows: &[Row], peers: &[String]) -> String {
             bad(|q| !q.inside || !q.finite)
         );
     }
-    for peer in peers {
+    let hidden = of(HIDDEN);
+    let seen = |own: &Row| Some([hidden.iter().find(|h| h.mesh == own.mesh)?.seen?, own.seen?]);
+    let shares: Vec<[f64; 2]> = of("atlasfit").into_iter().filter_map(seen).collect();
+    if !shares.is_empty() {
+        let mut ratios: Vec<f64> = shares.iter().map(|[now, before]| now / before.max(1e-9)).collect();
+        let halved = ratios.iter().filter(|r| **r <= 0.5).count();
+        let _ = writeln!(
+            out,
+            "\nShare of the seams that is seen, {HIDDEN} : atlasfit: {:.3} in the median; at most half \
+             on {halved} of {}",
+            median(&mut ratios),
+            shares.len()
+        );
+    }
+    for peer in std::iter::once(HIDDEN).chain(peers.iter().map(String::as_str)) {
         let theirs = of(peer);
         let pairs: Vec<(&Row, &Row)> = (of("atlasfit").into_iter())
             .filter_map(|o| theirs.iter().find(|t| t.mesh == o.mesh).map(|t| (o, *t)))

@@ -9,6 +9,7 @@ mod scans;
 use crate::console::{Console, RunArgs, Usage};
 use crate::files::{self, InputArgs};
 use crate::output::{self, Holds, Output, OutputArgs, Writer, Written};
+use crate::values::{position, share};
 use anyhow::Result;
 use atlasfit::DenoiseOptions;
 use atlasfit::bake::{BakeOptions, Colors, bake, side_for};
@@ -262,13 +263,6 @@ fn auto_count(s: &str) -> Result<Auto<usize>, String> {
     }
 }
 
-fn position(s: &str) -> Result<[f64; 3], String> {
-    let coordinates: Option<Vec<f64>> = s.split(',').map(|c| c.trim().parse().ok()).collect();
-    (coordinates.and_then(|c| c.try_into().ok()))
-        .filter(|c: &[f64; 3]| c.iter().all(|x| x.is_finite()))
-        .ok_or_else(|| "give three numbers with commas between them, such as 1.2,0,-3".into())
-}
-
 fn positive(s: &str) -> Result<f64, String> {
     s.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| "give a positive number".into())
 }
@@ -278,13 +272,6 @@ fn not_negative(s: &str) -> Result<f64, String> {
         .ok()
         .filter(|x| *x >= 0.0 && x.is_finite())
         .ok_or_else(|| "give a number, 0 or more".into())
-}
-
-fn share(s: &str) -> Result<f64, String> {
-    s.parse::<f64>()
-        .ok()
-        .filter(|x| (0.0..=1.0).contains(x))
-        .ok_or_else(|| "give a share of the surface's area, 0 to 1".into())
 }
 
 impl Args {

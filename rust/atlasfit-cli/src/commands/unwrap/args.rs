@@ -3,7 +3,8 @@
 use crate::console::RunArgs;
 use crate::files::InputArgs;
 use crate::output::{Holds, Output, OutputArgs};
-use atlasfit::unwrap::{PAGE_TEXELS, Preset};
+use crate::values::{direction, share};
+use atlasfit::unwrap::{PAGE_TEXELS, Preset, UnwrapOptions};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
@@ -60,6 +61,29 @@ pub struct Args {
     /// allows
     #[arg(long, value_enum, default_value = "off", help_heading = "Charts")]
     pub straighten: Straighten,
+    /// How much seams are to lie where the outside hardly sees them: 0 = as short as can be, up to 1
+    #[arg(
+        long,
+        default_value_t = UnwrapOptions::default().seams_hidden,
+        value_name = "SHARE",
+        value_parser = share,
+        help_heading = "Charts"
+    )]
+    pub seams_hidden: f64,
+    /// The direction up: nobody looks from below (with --seams-hidden) [default: they look from all around]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_parser = direction,
+        allow_hyphen_values = true,
+        requires = "seams_hidden",
+        help_heading = "Charts"
+    )]
+    pub up: Option<[f64; 3]>,
+    /// Vertex attribute that says what seams cost there per unit of length: 1 as usual, less where seams may
+    /// be, more where not
+    #[arg(long, value_name = "ATTRIBUTE", help_heading = "Charts")]
+    pub seam_price: Option<String>,
     /// Keep the seams of the UVs that the mesh has
     #[arg(long, help_heading = "Charts")]
     pub keep_uv_seams: bool,
@@ -168,9 +192,8 @@ fn size(s: &str) -> Result<[u32; 2], String> {
 pub fn packing(option: clap::Arg) -> clap::Arg {
     match option.get_id().as_str() {
         "pack_only" => option.default_value("true").hide(true),
-        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" | "stack" | "straighten" => {
-            option.hide(true)
-        }
+        "preset" | "max_stretch" | "max_energy" | "max_charts" | "keep_uv_seams" | "stack" | "straighten"
+        | "seams_hidden" | "up" | "seam_price" => option.hide(true),
         _ => option,
     }
 }

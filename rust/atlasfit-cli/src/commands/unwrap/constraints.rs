@@ -1,8 +1,9 @@
-//! Constraints on the charts, from text files: groups of faces, edges that become seams.
+//! Constraints on the charts: from text files groups of faces and edges that become seams, from an attribute
+//! the price of seams.
 
 use crate::console::Usage;
 use anyhow::{Context as _, Result};
-use atlasfit::geometry::TriMesh;
+use atlasfit::geometry::{Attribute, TriMesh};
 use std::path::Path;
 
 /// A whole number of a text file, and the line it stands on.
@@ -24,6 +25,16 @@ fn numbers(path: &Path) -> Result<Vec<Number>> {
         }
     }
     Ok(out)
+}
+
+/// The price of seams at each vertex, from an attribute.
+pub fn prices(name: &str, mesh: &TriMesh) -> Result<Vec<f32>> {
+    let attribute = Attribute::named(&mesh.attributes, name).filter(|a| a.width == 1).ok_or_else(|| {
+        let named: Vec<&str> = mesh.attributes.iter().map(|a| a.name.as_str()).collect();
+        let known = if named.is_empty() { "none".into() } else { named.join(", ") };
+        Usage(format!("the mesh has no attribute \"{name}\" of one number per vertex. It has: {known}"))
+    })?;
+    Ok(attribute.values.iter().map(|&x| x as f32).collect())
 }
 
 /// Groups of the triangles, from a file with one number per face.

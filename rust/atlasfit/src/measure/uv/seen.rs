@@ -1,8 +1,7 @@
 //! How much of the seams can be seen from outside.
 //!
-//! In: a mesh with texture coordinates per corner. Out: the share of the seams' length that is seen. Places
-//! evenly spaced along the seams look around in evenly spread directions: rays that meet no face lead
-//! outside.
+//! In: a mesh with texture coordinates per corner. Out: the share of the seams' length that is seen, by
+//! places evenly spaced along the seams.
 
 use super::charts::charts;
 use crate::error::Result;
@@ -10,25 +9,15 @@ use crate::geometry::TriMesh;
 use crate::measure::memory;
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
-use crate::spatial::bvh::{Aabb, Bvh};
-use crate::spatial::triangle::meets_ray;
+use crate::spatial::outside::Outside;
 use rayon::prelude::*;
-use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 /// Places along the seams. The share has a standard deviation of at most 0.5 / sqrt(2048) = 1.1 %.
 const PLACES: usize = 2048;
-/// Rays from each place: a single one may be off by 0.5 / sqrt(64) = 6 % of the sphere, and errors of
-/// different places cancel.
-const RAYS: usize = 64;
-/// Nearer than this nothing hides a place, in lengths of its edge: faces that meet at the edge are met there
-/// by rounding. Chosen, far more than rounding and far less than any gap that one looks through.
-const TOUCH: f64 = 1e-6;
-/// The same, in the size of coordinates, 2e-16 of which is rounded away in each operation.
-const ROUNDED: f64 = 1e-12;
 
 /// The share of the seams' length that is seen from outside, in `[0, 1]`; 1 where there are no seams. A place
-/// from which half of all directions, or more, lead outside is seen in full, as on a convex body.
+/// from which half of all directions, or more, lead outside is seen in full, as on a convex body. With `up`,
+/// of any length but 0, nobody looks from below.
 ///
 /// # Errors
 /// As [`uv`](super::uv).
@@ -40,10 +29,10 @@ const ROUNDED: f64 = 1e-12;
 /// let uv = |v: u32| corners[v as usize].map(|x| x as f32);
 /// let cut = square.triangles.iter().enumerate().map(|(f, t)| t.map(uv).map(|[x, y]| [x, y + f as f32]));
 /// square.corner_uv = Some(cut.collect());
-/// assert_eq!(Run::default().execute(|ctx| seams_seen(&square, ctx))?, 1.0);
+/// assert_eq!(Run::default().execute(|ctx| seams_seen(&square, None, ctx))?, 1.0);
 /// # Ok::<(), atlasfit::Error>(())
 /// ```
-pub fn seams_seen(mesh: &TriMesh, ctx: &Context<'_>) -> Result<f64> {
+pub fn seams_seen(mesh: &TriMesh, up: Option<[f64; 3]>, ctx: &Context<'_>) -> Result<f64> {
     let cuts = charts(mesh, ctx)?.cuts;
     memory::reserve(mesh, ctx)?;
     let positions = vec3::of(&mesh.positions);
@@ -53,29 +42,20 @@ pub fn seams_seen(mesh: &TriMesh, ctx: &Context<'_>) -> Result<f64> {
     }
     let faces = mesh.triangles.iter().map(|t| t.map(|v| positions[v as usize]));
     let faces: Vec<[Vec3; 3]> = faces.filter(|f| are_finite(f)).collect();
-    let boxes: Vec<Aabb> = faces.iter().map(|f| Aabb::of(f)).collect();
-    let tree = Bvh::build(&boxes, ctx)?;
-    let directions: Vec<Vec3> = (0..RAYS).map(direction).collect();
+    let outside = Outside::new(faces, up.map(Vec3), ctx)?;
     let seen = places.par_iter().map(|place| {
         ctx.check()?;
-        let leads_outside = |d: &&Vec3| {
-            tree.along(place.at, **d, |f| {
-                let hidden = meets_ray(&faces[f as usize], place.at, **d).is_some_and(|t| t > place.near);
-                if hidden { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            })
-            .is_continue()
-        };
-        let free = directions.iter().filter(leads_outside).count();
-        Ok((2.0 * free as f64 / RAYS as f64).min(1.0))
+        Ok(outside.sees(place.edge, place.along, 0, 1))
     });
     Ok(seen.collect::<Result<Vec<f64>>>()?.iter().sum::<f64>() / places.len() as f64)
 }
 
 /// A place on a seam.
 struct Place {
-    at: Vec3,
-    /// What is nearer hides nothing.
-    near: f64,
+    /// The ends of its edge.
+    edge: [Vec3; 2],
+    /// Where on it, in [0, 1].
+    along: f64,
 }
 
 /// Places along the seams, as far apart from each other as their whole length allows.
@@ -91,8 +71,7 @@ fn places(cuts: &[u32], mesh: &TriMesh, positions: &[Vec3]) -> Vec<Place> {
         let length = a.dist2(b).sqrt();
         while (places.len() as f64 + 0.5) * step < before + length {
             let along = ((places.len() as f64 + 0.5) * step - before) / length;
-            let far = a.0.iter().chain(&b.0).fold(0.0f64, |far, x| far.max(x.abs()));
-            places.push(Place { at: a + (b - a) * along, near: TOUCH * length + ROUNDED * far });
+            places.push(Place { edge: [a, b], along });
         }
         before += length;
     }
@@ -103,18 +82,11 @@ fn are_finite(points: &[Vec3]) -> bool {
     points.iter().flat_map(|p| p.0).all(f64::is_finite)
 }
 
-/// A direction of a spiral that covers the sphere evenly (Swinbank and Purser 2006).
-fn direction(i: usize) -> Vec3 {
-    let z = 1.0 - (2 * i + 1) as f64 / RAYS as f64;
-    let turn = PI * (3.0 - 5f64.sqrt()) * i as f64;
-    let r = (1.0 - z * z).sqrt();
-    Vec3([r * turn.cos(), r * turn.sin(), z])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::run::Run;
+    use std::f64::consts::PI;
 
     /// A tube along z from `r` out to `r + 1`, closed, in four charts: inside, outside, and two ends. Its
     /// seams are the four circles.
@@ -143,7 +115,7 @@ mod tests {
     }
 
     fn of(mesh: &TriMesh) -> f64 {
-        Run::default().execute(|ctx| seams_seen(mesh, ctx)).unwrap()
+        Run::default().execute(|ctx| seams_seen(mesh, None, ctx)).unwrap()
     }
 
     #[test]

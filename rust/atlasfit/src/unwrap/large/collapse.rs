@@ -6,6 +6,7 @@ use super::constants::LARGE;
 use super::patches::{Patches, simple};
 use crate::error::Result;
 use crate::run::Context;
+use crate::unwrap::prices::coarse_prices;
 use crate::unwrap::surface::{NONE, Surface};
 
 /// A surface of fewer faces.
@@ -76,11 +77,12 @@ impl<'a> Mesh<'a> {
                 kept.push(f);
             }
         }
-        let tri = kept.iter().map(|&f| self.tri[f]).collect();
+        let tri: Vec<[u32; 3]> = kept.iter().map(|&f| self.tri[f]).collect();
+        let price = coarse_prices(self.s, &tri, ctx)?;
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * name[h as usize / 3] + h % 3 };
         let twin = kept.iter().map(|&f| self.twin[f].map(renamed)).collect();
         Ok(Level {
-            surface: Surface::from_parts(self.s.pos.clone(), tri, twin, ctx)?,
+            surface: Surface { price, ..Surface::from_parts(self.s.pos.clone(), tri, twin, ctx)? },
             label: kept.iter().map(|&f| label[f]).collect(),
             path: kept.iter().map(|&f| self.path[f]).collect(),
         })

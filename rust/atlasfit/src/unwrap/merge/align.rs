@@ -11,6 +11,8 @@ pub(super) struct Shared {
     pub b: [u32; 2],
     /// Its length on the surface.
     pub length: f64,
+    /// What it costs as a seam.
+    pub cost: f64,
 }
 
 /// Connected runs of shared edges.

@@ -63,38 +63,40 @@ pub(super) struct BorderEdge {
     pub charts: (u32, u32),
     /// Its length on the surface.
     pub length: f64,
+    /// What it costs as a seam.
+    pub cost: f64,
 }
 
 /// The borders of charts.
 pub(super) struct Borders {
     /// Every edge between two charts, sorted by these.
     pub edges: Vec<BorderEdge>,
-    /// Length of each chart's border.
-    pub perimeter: Vec<f64>,
+    /// What each chart's border costs as a seam.
+    pub cost: Vec<f64>,
 }
 
 impl Borders {
     /// Looks for them.
     pub(super) fn find(s: &Surface, charts: &Charts) -> Self {
         let mut edges: Vec<BorderEdge> = Vec::new();
-        let mut perimeter = vec![0f64; charts.list.len()];
+        let mut cost = vec![0f64; charts.list.len()];
         for (id, chart) in charts.list.iter().enumerate() {
             let Some(chart) = chart else { continue };
-            perimeter[id] = chart.perimeter(s);
+            cost[id] = chart.seams(s).cost;
             for &(i, k) in &chart.border {
                 let f = chart.faces[i as usize] as usize;
-                let length = f64::from(s.length[f][k as usize]);
                 let h = s.twin[f][k as usize];
                 if h != NONE {
                     let other = charts.owner[h as usize / 3];
                     if other > id as u32 && other != NONE {
-                        edges.push(BorderEdge { charts: (id as u32, other), length });
+                        let (charts, length) = ((id as u32, other), f64::from(s.length[f][k as usize]));
+                        edges.push(BorderEdge { charts, length, cost: s.cost(f, k as usize) });
                     }
                 }
             }
         }
         edges.sort_by_key(|e| e.charts);
-        Self { edges, perimeter }
+        Self { edges, cost }
     }
 
     /// The pairs of charts that share an edge, sorted.

@@ -9,7 +9,7 @@ use super::patch::{Pair, Patch, assemble, patch};
 use crate::numeric::plane::corners;
 use crate::run::Context;
 use crate::spatial::inject::{border_touches, injective, turns_once};
-use crate::unwrap::chart::{Chart, wasted};
+use crate::unwrap::chart::{Chart, Seams, wasted};
 use crate::unwrap::flatten::arap::Arap;
 use crate::unwrap::flatten::dirichlet::{self, Disk};
 use crate::unwrap::flatten::shape::{all_positive, over_area, stretch};
@@ -56,7 +56,7 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
             ctx.check().ok()?;
             c.over = far + now;
             c.waste = c.wasted();
-            if !pair.worth.has(c.perimeter(s), c.waste) {
+            if !pair.worth.has(c.seams(s), c.waste) {
                 return None;
             }
             let accepted = turns_once(&p.tris, &p.uv, &p.pinned, ctx).ok()?
@@ -77,17 +77,19 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
     let c = assemble(pair, &p)?;
     ctx.check().ok()?;
     let c = flattened(s, c, bound, ctx)?;
-    (pair.worth.has(c.perimeter(s), c.waste) && c.over <= limits.over * c.area).then_some(c)
+    (pair.worth.has(c.seams(s), c.waste) && c.over <= limits.over * c.area).then_some(c)
 }
 
 /// Whether the merged chart would be worth what it wastes, if the two lay in it as they lie now. The solve
 /// hardly changes that, and costs far more.
 fn worth_as_they_lie(pair: &Pair<'_>, shared: &[Shared], motion: Motion) -> bool {
     let &Pair { s, a, b, worth, .. } = pair;
-    let length: f64 = shared.iter().map(|e| e.length).sum();
+    let inside = shared
+        .iter()
+        .fold(Seams::default(), |sum, e| sum.with(Seams { length: 2.0 * e.length, cost: 2.0 * e.cost }));
     let mut outline = a.outline();
     outline.extend(b.outline().iter().map(|&p| moved(motion, p)));
-    worth.has(a.perimeter(s) + b.perimeter(s) - 2.0 * length, wasted(&outline, a.area + b.area))
+    worth.has(a.seams(s).with(b.seams(s)).without(inside), wasted(&outline, a.area + b.area))
 }
 
 /// The chart with positions of least symmetric Dirichlet energy, if it then overlaps nowhere.

@@ -24,7 +24,7 @@ pub(super) fn join(
     let (a, b) = (chart(ids[0])?, chart(ids[1])?);
     let place = |f: usize| charts.place_in(ids, f);
     let worth = Worth {
-        perimeter: a.perimeter(s) + b.perimeter(s),
+        seams: a.seams(s).with(b.seams(s)),
         waste: a.waste + b.waste,
         price: price_of_waste(limits.bound),
         least: 0.0,
@@ -46,8 +46,8 @@ pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
         }
     }
     let best = paths.into_iter().max_by(|x, y| {
-        let l = |p: &[Shared]| p.iter().map(|e| e.length).sum::<f64>();
-        l(x).total_cmp(&l(y))
+        let cost = |p: &[Shared]| p.iter().map(|e| e.cost).sum::<f64>();
+        cost(x).total_cmp(&cost(y))
     })?;
     let (motion, rms) = align(a, b, &best);
     let length: f64 = best.iter().map(|e| e.length).sum();
@@ -70,10 +70,12 @@ fn shared_edges(pair: &Pair<'_>) -> Vec<Shared> {
         if let Some((true, of_b)) = place(h as usize / 3) {
             let (t, j) = (a.tris[i as usize], k as usize);
             let (u, l) = (b.tris[of_b as usize], h as usize % 3);
+            let f = a.faces[i as usize] as usize;
             shared.push(Shared {
                 a: [t[j], t[(j + 1) % 3]],
                 b: [u[(l + 1) % 3], u[l]],
-                length: f64::from(s.length[a.faces[i as usize] as usize][k as usize]),
+                length: f64::from(s.length[f][j]),
+                cost: s.cost(f, j),
             });
         }
     }

@@ -7,7 +7,7 @@ use super::align::{Motion, Shared, moved};
 use super::constants::MERGE;
 use super::limits::MergeLimits;
 use crate::spatial::sets::Sets;
-use crate::unwrap::chart::Chart;
+use crate::unwrap::chart::{Chart, Seams};
 use crate::unwrap::surface::{NONE, Surface};
 
 /// Two charts that may become one.
@@ -26,20 +26,21 @@ pub(super) struct Pair<'a> {
 /// Whether a merged chart is worth what it wastes of the page.
 #[derive(Clone, Copy)]
 pub(super) struct Worth {
-    /// Border and waste of what the chart replaces.
-    pub perimeter: f64,
+    /// The borders of what the chart replaces, and their waste.
+    pub seams: Seams,
     pub waste: f64,
     /// Lengths of seam that an area of the page is worth, see `glue::price_of_waste`.
     pub price: f64,
-    /// Least length of seam that must be saved.
+    /// Least cost of seams that must be saved.
     pub least: f64,
 }
 
 impl Worth {
-    /// Whether a chart of this border and waste is.
-    pub(super) fn has(&self, perimeter: f64, waste: f64) -> bool {
-        let saved = 0.5 * (self.perimeter - perimeter);
-        saved >= self.least && self.price * (waste - self.waste) <= saved
+    /// Whether a chart of this border and waste is. A seam that is gone is worth its length at least: where
+    /// seams are cheap there shall not be many.
+    pub(super) fn has(&self, border: Seams, waste: f64) -> bool {
+        let Seams { length, cost } = self.seams.without(border);
+        0.5 * cost >= self.least && self.price * (waste - self.waste) <= 0.5 * cost.max(length)
     }
 }
 

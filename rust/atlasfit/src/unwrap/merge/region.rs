@@ -29,6 +29,8 @@ pub(super) struct Neighbouring<'a> {
     pub ids: [u32; 2],
     /// Length of their border.
     pub length: f64,
+    /// What it costs as a seam.
+    pub cost: f64,
 }
 
 /// The faces near a border.
@@ -126,12 +128,12 @@ impl Neighbouring<'_> {
             while let Some(&i) = members.get(next) {
                 next += 1;
                 for (k, &j) in beyond[i].iter().enumerate() {
-                    let length = f64::from(self.s.length[faces[i] as usize][k]);
+                    let cost = self.s.cost(faces[i] as usize, k);
                     match j {
                         NONE => {}
-                        DEEP => saved -= length,
-                        j if second[j as usize] != second[i] => saved += length,
-                        j if !changes(j as usize) => saved -= length,
+                        DEEP => saved -= cost,
+                        j if second[j as usize] != second[i] => saved += cost,
+                        j if !changes(j as usize) => saved -= cost,
                         j => {
                             if !std::mem::replace(&mut seen[j as usize], true) {
                                 members.push(j as usize);
@@ -140,7 +142,7 @@ impl Neighbouring<'_> {
                     }
                 }
             }
-            if saved > MERGE.trade_gain * self.length {
+            if saved > MERGE.trade_gain * self.cost {
                 let mut moved: Vec<u32> = members.iter().map(|&i| faces[i]).collect();
                 moved.sort_unstable();
                 out.push((saved, Move { from_second: second[first], faces: moved }));

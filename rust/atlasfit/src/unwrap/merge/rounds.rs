@@ -90,10 +90,10 @@ fn candidates(charts: &Charts, borders: &Borders, refused: &[Vec<u32>]) -> Vec<C
         if refused[a as usize].contains(&b) || apart(a) && apart(b) {
             continue;
         }
-        let shared: f64 = edges.iter().map(|e| e.length).sum();
-        let perimeter = borders.perimeter[a as usize].min(borders.perimeter[b as usize]);
-        // Half way between the share of the smaller one's border and the length against its size.
-        let score = shared / (perimeter * area(a).min(area(b)).sqrt()).max(1e-300).sqrt();
+        let shared: f64 = edges.iter().map(|e| e.cost).sum();
+        let border = borders.cost[a as usize].min(borders.cost[b as usize]);
+        // Half way between the share of the smaller one's border and what it costs against its size.
+        let score = shared / (border * area(a).min(area(b)).sqrt()).max(1e-300).sqrt();
         out.push(Candidate { score, charts: (a, b) });
     }
     out.sort_by(|x, y| y.score.total_cmp(&x.score).then(x.charts.cmp(&y.charts)));

@@ -16,10 +16,11 @@ use super::rounds::merge_again;
 use super::ways::sides;
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::inject::border_touches;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::constants::UNWRAP;
 use crate::unwrap::cut::cut;
-use crate::unwrap::flatten::shape::over_area;
+use crate::unwrap::flatten::shape::{all_positive, over_area};
 use crate::unwrap::surface::{NONE, Surface};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -59,12 +60,16 @@ fn trade(s: &Surface, charts: &mut Charts, bound: f64, reaches: i32, ctx: &Conte
         let borders = Borders::find(s, charts);
         let mut busy = vec![false; charts.list.len()];
         let apart = |c: u32| charts.kept_apart[c as usize];
-        let mut open: Vec<(f64, (u32, u32))> = (borders.edges.chunk_by(|x, y| x.charts == y.charts))
-            .map(|edges| (edges.iter().map(|e| e.length).sum(), edges[0].charts))
-            .filter(|(_, (a, b))| !(settled.contains(&(*a, *b)) || apart(*a) && apart(*b)))
+        let mut open: Vec<Border> = (borders.edges.chunk_by(|x, y| x.charts == y.charts))
+            .map(|edges| Border {
+                charts: edges[0].charts,
+                length: edges.iter().map(|e| e.length).sum(),
+                cost: edges.iter().map(|e| e.cost).sum(),
+            })
+            .filter(|b| !(settled.contains(&b.charts) || apart(b.charts.0) && apart(b.charts.1)))
             .collect();
-        open.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-        open.retain(|&(_, (a, b))| {
+        open.sort_by(|x, y| y.cost.total_cmp(&x.cost).then(x.charts.cmp(&y.charts)));
+        open.retain(|&Border { charts: (a, b), .. }| {
             let free = !busy[a as usize] && !busy[b as usize];
             if free {
                 (busy[a as usize], busy[b as usize]) = (true, true);
@@ -79,13 +84,13 @@ fn trade(s: &Surface, charts: &mut Charts, bound: f64, reaches: i32, ctx: &Conte
             charts.list.iter().flatten().fold((0.0, 0.0), |(area, over), c| (area + c.area, over + c.over));
         let mut left = (MERGE.spent * UNWRAP.beyond * area - over).max(0.0);
         let results: Vec<Option<Traded>> = (open.par_iter())
-            .map(|&(length, (a, b))| {
-                let pair = Neighbouring { s, charts, ids: [a, b], length };
+            .map(|&Border { charts: (a, b), length, cost }| {
+                let pair = Neighbouring { s, charts, ids: [a, b], length, cost };
                 traded(&pair, reaches, limits, ctx)
             })
             .collect();
         ctx.check()?;
-        for (&(_, (a, b)), result) in open.iter().zip(results) {
+        for (&Border { charts: (a, b), .. }, result) in open.iter().zip(results) {
             let Some(Traded { charts: [of_a, of_b], faces }) = result else {
                 settled.insert((a, b));
                 continue;
@@ -110,6 +115,14 @@ fn trade(s: &Surface, charts: &mut Charts, bound: f64, reaches: i32, ctx: &Conte
     }
 }
 
+/// The border of two charts.
+struct Border {
+    charts: (u32, u32),
+    length: f64,
+    /// What it costs as a seam.
+    cost: f64,
+}
+
 /// What came of a pair.
 struct Traded {
     charts: [Chart; 2],
@@ -122,7 +135,7 @@ struct Traded {
 fn traded(pair: &Neighbouring<'_>, reaches: i32, limits: MergeLimits, ctx: &Context<'_>) -> Option<Traded> {
     for k in 0..reaches {
         let region = pair.region(pair.length * MERGE.trade_reach * 0.5f64.powi(k), ctx)?;
-        let Some(side) = sides(pair.s, &region, pair.length, ctx) else { continue };
+        let Some(side) = sides(pair.s, &region, pair.cost, ctx) else { continue };
         let moves = pair.changed(&region, &side);
         // No border within this reach is shorter, so none within a smaller one is.
         if moves.is_empty() {
@@ -143,7 +156,7 @@ fn moved(
     limits: MergeLimits,
     ctx: &Context<'_>,
 ) -> Option<Traded> {
-    let &Neighbouring { s, charts, ids: [a, b], length } = pair;
+    let &Neighbouring { s, charts, ids: [a, b], cost, .. } = pair;
     let chart = |id: u32| charts.list[id as usize].as_ref();
     let both = [chart(a)?, chart(b)?];
     let price = price_of_waste(limits.bound);
@@ -161,18 +174,28 @@ fn moved(
             .collect();
         let place = |f: usize| of.get(&(f as u32)).copied();
         let worth = Worth {
-            perimeter: first.perimeter(s) + second.perimeter(s) - rest.perimeter(s),
+            seams: first.seams(s).with(second.seams(s)).without(rest.seams(s)),
             waste: first.waste + second.waste - rest.waste,
             price,
-            least: MERGE.trade_gain * length,
+            least: MERGE.trade_gain * cost,
         };
         let merge = Pair { s, a: x, b: y, place: &place, limits, worth };
         let Some(c) = joined(&merge, ctx) else { continue };
+        if !(survives_rounding(&c, ctx)? && survives_rounding(&rest, ctx)?) {
+            continue;
+        }
         let mut moved = out.take().map_or_else(Vec::new, |t| t.faces);
         moved.extend(faces);
         out = Some(Traded { charts: if from_second { [c, rest] } else { [rest, c] }, faces: moved });
     }
     out
+}
+
+/// Whether a chart neither flips nor overlaps in single precision, about as it leaves: a border through
+/// slivers may. `None` when the run is to stop: the caller checks.
+fn survives_rounding(c: &Chart, ctx: &Context<'_>) -> Option<bool> {
+    let at: Vec<[f64; 2]> = c.uv.iter().map(|p| p.map(|x| f64::from(x as f32))).collect();
+    Some(all_positive(&c.tris, &at) && !border_touches(&c.tris, &at, &c.border, ctx).ok()?)
 }
 
 /// A chart without some of its faces, and a chart of these, if both are in one piece. Both stay as they lie.

@@ -15,13 +15,13 @@ use crate::spatial::sets::Sets;
 use crate::unwrap::surface::{NONE, Surface};
 use rustc_hash::FxHashMap;
 
-/// For each face of the region whether it is to lie in the second chart: as now where the border of `length`
-/// is about as short as can be. `None` where to find out would take long, or when the run is to stop: the
-/// caller checks.
-pub(super) fn sides(s: &Surface, region: &Region, length: f64, ctx: &Context<'_>) -> Option<Vec<bool>> {
+/// For each face of the region whether it is to lie in the second chart: as now where the border, which costs
+/// `cost`, is about as cheap as can be. `None` where to find out would take long, or when the run is to
+/// stop: the caller checks.
+pub(super) fn sides(s: &Surface, region: &Region, cost: f64, ctx: &Context<'_>) -> Option<Vec<bool>> {
     let net = Net::new(s, region);
     if let Some(ways) = ways(region, &net, ctx)? {
-        if ways.length > (1.0 - MERGE.trade_gain) * length {
+        if ways.length > (1.0 - MERGE.trade_gain) * cost {
             return Some(region.second.clone());
         }
         if let Some(sides) = parted(region, &net, &ways) {
@@ -74,7 +74,7 @@ impl Net {
                 if j != DEEP {
                     edge_of[j as usize][h as usize % 3] = edges.len() as u32;
                 }
-                edges.push((a, b, f64::from(s.length[f as usize][k])));
+                edges.push((a, b, s.cost(f as usize, k)));
             }
         }
         let mut sets = Sets::new(number.len());
@@ -232,7 +232,7 @@ fn shortest_cut(s: &Surface, region: &Region, ctx: &Context<'_>) -> Option<Vec<b
                 j if j > i as u32 => name[j as usize],
                 _ => continue,
             };
-            edges.push((name[i], to, f64::from(s.length[faces[i] as usize][k])));
+            edges.push((name[i], to, s.cost(faces[i] as usize, k)));
         }
     }
     let cut = min_cut(&edges, &sides, ctx).ok()?;

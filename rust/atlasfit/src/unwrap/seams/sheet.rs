@@ -90,7 +90,7 @@ impl<'a> Sheet<'a> {
                     ends.push([a, b]);
                     let within = s.cell(f) == s.cell(faces[j as usize]);
                     let price = if within { SEAMS.within_polygon } else { 1.0 };
-                    length.push(price * f64::from(s.length[f as usize][k]));
+                    length.push(price * s.cost(f as usize, k));
                     half.push((3 * i + k) as u32);
                 }
             }

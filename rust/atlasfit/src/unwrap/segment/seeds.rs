@@ -91,7 +91,7 @@ fn cell_edges(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Edge>> {
             if h != NONE && h / 3 > f as u32 {
                 let (a, b) = (s.cell(f as u32), s.cell(h / 3));
                 if a != b {
-                    edges.push(Edge { ends: [a.min(b), a.max(b)], length: f64::from(s.length[f][k]) });
+                    edges.push(Edge { ends: [a.min(b), a.max(b)], length: s.cost(f, k) });
                 }
             }
         }

@@ -34,7 +34,7 @@ pub(super) fn smooth(s: &Surface, label: &mut [u32], clusters: &[Cluster], ctx: 
                     if h == NONE || s.cells.is_some() && s.cell(h / 3) == c {
                         continue;
                     }
-                    let (l, length) = (label[h as usize / 3], f64::from(s.length[f as usize][k]));
+                    let (l, length) = (label[h as usize / 3], s.cost(f as usize, k));
                     if l == label[first] {
                         here += length;
                     } else if l != NONE {

@@ -35,6 +35,9 @@ pub(crate) struct Surface {
     pub rest: Vec<[f64; 3]>,
     /// Edge lengths by slot.
     pub length: Vec<[f32; 3]>,
+    /// What each edge costs as a seam per unit of its length, by slot; `None` where all cost 1. Found by
+    /// `prices`.
+    pub price: Option<Vec<[f32; 3]>>,
     /// Positions.
     pub pos: Arc<Vec<Vec3>>,
     /// Faces that take part; the others repeat a vertex or have a non-finite one.
@@ -153,6 +156,7 @@ impl Surface {
             area,
             rest,
             length,
+            price: None,
             pos,
             usable,
             cells,
@@ -209,6 +213,12 @@ impl Surface {
             parts[*own as usize].push(f);
         }
         Ok(parts)
+    }
+
+    /// What the edge from corner `k` of a face to the next costs as a seam: its length, times its price.
+    pub(crate) fn cost(&self, f: usize, k: usize) -> f64 {
+        let length = f64::from(self.length[f][k]);
+        self.price.as_ref().map_or(length, |price| length * f64::from(price[f][k]))
     }
 
     /// Number of faces, unusable ones included.
