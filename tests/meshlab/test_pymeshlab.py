@@ -399,6 +399,20 @@ def test_points_that_are_no_surface_are_an_error():
     assert layers(ms) == 1
 
 
+@pytest.mark.parametrize("name", [RECONSTRUCT, DENOISE])
+def test_points_that_fill_a_volume_are_told_so_in_the_log_and_a_scan_is_not(name, scan, capfd):
+    def log(points):
+        KEPT.append(ml.MeshSet(verbose=True))
+        KEPT[-1].add_mesh(ml.Mesh(points))
+        capfd.readouterr()
+        KEPT[-1].apply_filter(name, **({"uv": False} if name == RECONSTRUCT else {}))
+        return capfd.readouterr().err
+
+    for points in made.volumes().values():
+        assert "warning: the points fill a volume" in log(points)
+    assert "warning" not in log(opened(scan).current_mesh().vertex_matrix())
+
+
 def test_simplified_with_texture_and_exported_the_uvs_stay_valid(reconstructed, folder, atlasfit):
     ms = opened_copy(reconstructed[0], folder)
     n = ms.current_mesh().face_number()
