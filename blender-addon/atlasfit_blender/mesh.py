@@ -156,8 +156,8 @@ class Triangles:
 
 
 def triangles(obs, only_selected):
-    """The objects' triangles in one array, scaled as one sees them, the objects beside each other: borders that
-    meet would be taken for one surface. Refuses where there is none.
+    """The objects' triangles in one array, scaled as one sees them, the objects beside each other: borders
+    that meet would be taken for one surface. Refuses where there is none.
     """
     vertices, faces, polygons, parts = [], [], [], []
     n = p = 0

@@ -163,7 +163,7 @@ fn a_surface_has_as_many_triangles_as_points_or_as_asked_for_and_a_solid_keeps_i
     }
 }
 
-/// Random points in the cube from -1 to 1, those that `wanted` takes by their squared distance from its middle.
+/// Random points in the cube from -1 to 1 that are `wanted` by their squared distance from its middle.
 fn volume(wanted: fn(f64) -> bool) -> String {
     let mut state = 9u64;
     let mut uniform = || {
