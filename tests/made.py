@@ -13,7 +13,7 @@ def sphere_points(n=3000, noise=0.01, seed=1):
 
 
 def volumes(n=3000, seed=9):
-    """By name: points that fill a cube, a ball, and a shell half as thick as its radius. They show no surface.
+    """By name: points that fill a cube, a ball, and a shell half as thick as its radius, and show no surface.
     """
     rng = np.random.default_rng(seed)
     direction = rng.normal(size=(n, 3))

@@ -14,8 +14,8 @@ BY_FACE = ("face_groups", "corner_uv")
 
 
 def firsts(obs, given, constraints):
-    """For each part the number of the first one of its shape, whatever their turns and sizes. `constraints` are
-    those of unwrap().
+    """For each part the number of the first one of its shape, whatever their turns and sizes. `constraints`
+    are those of unwrap().
     """
     known, out, face, vertex = {}, [], 0, 0
     for i, (ob, part) in enumerate(zip(obs, given.parts)):
