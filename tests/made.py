@@ -12,6 +12,20 @@ def sphere_points(n=3000, noise=0.01, seed=1):
     return p * (1 + noise * rng.normal(size=(n, 1)))
 
 
+def volumes(n=3000, seed=9):
+    """By name: points that fill a cube, a ball, and a shell half as thick as its radius, and show no surface.
+    """
+    rng = np.random.default_rng(seed)
+    direction = rng.normal(size=(n, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    share = rng.random((n, 1))
+    return {
+        "cube": rng.random((n, 3)),
+        "ball": direction * np.cbrt(share),
+        "shell": direction * np.cbrt(1 / 8 + 7 / 8 * share),
+    }
+
+
 def torus(nu=48, nv=24, tube=0.4, ring=1.0):
     """Vertices, quads (nu * nv, 4); the radii of the tube and of the ring."""
     u, v = np.meshgrid(np.arange(nu) * 2 * np.pi / nu, np.arange(nv) * 2 * np.pi / nv, indexing="ij")

@@ -204,9 +204,22 @@ class Laid:
         self.notes = []
 
 
-def laid_out(given, constraints, options, old, progress, cancel, painted=False):
-    """One group in the library: its UVs, and its old textures drawn anew. `painted`: colours are baked after
-    it.
+def unwrapped(given, options, progress, cancel, **constraints):
+    """The UVs of a group."""
+    return atlasfit.unwrap(
+        given.vertices,
+        given.faces,
+        face_polygons=given.face_polygons,
+        **constraints,
+        **options,
+        progress=progress,
+        cancel=cancel,
+    )
+
+
+def laid_out(given, unwrap, options, old, progress, cancel, painted=False):
+    """One group in the library: its UVs, by `unwrap`, and its old textures drawn anew. `painted`: colours are
+    baked after it.
     """
     page = None
     if old is not None:
@@ -214,15 +227,7 @@ def laid_out(given, constraints, options, old, progress, cancel, painted=False):
         side, padding = max(options["page_size"], page.side), max(options["padding"], page.padding)
         options = options | {"page_size": side, "padding": padding, "pages": 1}
     share = LAID_OUT if painted or old is not None else 1.0
-    uv = atlasfit.unwrap(
-        given.vertices,
-        given.faces,
-        face_polygons=given.face_polygons,
-        **constraints,
-        **options,
-        progress=within(progress, 0.0, share),
-        cancel=cancel,
-    )
+    uv = unwrap(given, options, within(progress, 0.0, share), cancel)
     laid = Laid(given, uv)
     if old is not None:
         laid.old = old

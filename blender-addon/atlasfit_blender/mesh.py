@@ -156,9 +156,12 @@ class Triangles:
 
 
 def triangles(obs, only_selected):
-    """The objects' triangles in one array, scaled as one sees them. Refuses where there is none."""
+    """The objects' triangles in one array, scaled as one sees them, the objects beside each other: borders
+    that meet would be taken for one surface. Refuses where there is none.
+    """
     vertices, faces, polygons, parts = [], [], [], []
     n = p = 0
+    end = None
     for ob in obs:
         me = ob.data
         if not me.polygons:
@@ -174,7 +177,8 @@ def triangles(obs, only_selected):
             corners, verts, polygon = corners[mine], verts[mine], polygon[mine]
         if len(verts) == 0:
             continue
-        vertices.append(positions(me) @ linear(ob).T)
+        at, end = beside(end, positions(me) @ linear(ob).T)
+        vertices.append(at)
         faces.append(verts + n if n else verts)
         polygons.append(polygon + p if p else polygon)
         parts.append(Part(ob.name, me.name, corners, polygon, len(me.loops)))
@@ -184,6 +188,18 @@ def triangles(obs, only_selected):
         raise Refused(f"{what}. Select faces, or use Reconstruct to make a surface from points")
     join = lambda arrays: arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
     return Triangles(join(vertices), join(faces), join(polygons), parts)
+
+
+def beside(end, points):
+    """Points moved along x beyond where the last ones end, and where these end; the first ones stay."""
+    finite = points[np.isfinite(points).all(axis=1)]
+    if len(finite) == 0:
+        return points, end
+    low, size = finite[:, 0].min(), np.ptp(finite, axis=0).max()
+    if end is not None:
+        points = points + [end - low, 0.0, 0.0]
+        low = end
+    return points, low + 2.0 * size
 
 
 def selected(me):
@@ -309,7 +325,8 @@ def uv_get(layer):
 def uv_put(layer, values):
     """The reverse of uv_get()."""
     if hasattr(layer, "uv"):
-        put(layer.uv, "vector", values)
+        # Not to layer.uv: it writes to the memory that a copy of the mesh shares with the one it was made of.
+        put(layer.id_data.attributes[layer.name].data, "vector", values)
     else:
         put(layer.data, "uv", values)
 

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pack Islands: the charts of the active UV maps stay as they are, and are packed."""
 
+from functools import partial
+
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
 
 from . import mesh
-from .layout import UDIM_ROW, Layout, laid_out
+from .layout import UDIM_ROW, Layout, laid_out, unwrapped
 from .long import Refused
 from .native import atlasfit
 
@@ -62,7 +64,7 @@ class UV_OT_atlasfit_pack(Layout, bpy.types.Operator):
                 raise Refused("all charts have pinned UVs. Clear some pins, or turn Pinned Charts Stay off")
             tiles = _free_tiles(uv[stay])
             given, uv = given.some(~stay), uv[~stay]
-        laid = laid_out(given, {"corner_uv": uv}, options, old, progress, cancel)
+        laid = laid_out(given, partial(unwrapped, corner_uv=uv), options, old, progress, cancel)
         if tiles is not None:
             pages = laid.uv.info.pages
             if len(tiles) < pages:

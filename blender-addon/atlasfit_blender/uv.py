@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Atlas Unwrap: UVs for the selected faces or objects."""
 
+from functools import partial
+
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from . import bake, mesh, seams
+from . import bake, copies, mesh, seams
 from .layout import LAID_OUT, Layout, laid_out
 from .long import Refused, within
 
@@ -154,7 +156,7 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         }
 
     def read(self, given):
-        """A group's constraints, colours and old textures."""
+        """How a group is unwrapped, its colours and old textures."""
         obs = mesh.meshes_of(given.parts)
         flagged = [
             mesh.edges(obs, given.parts, name)
@@ -184,14 +186,15 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             )
         kept = self.target == "ACTIVE" and not self.bake
         obstacle = "parts that are stacked share their pixels" if stacked else None
-        return given, constraints, colors, self.old_textures(obs, given, obstacle) if kept else None
+        unwrap = partial(copies.unwrap, first=copies.firsts(obs, given, constraints), **constraints)
+        return given, unwrap, colors, self.old_textures(obs, given, obstacle) if kept else None
 
     @staticmethod
-    def lay_out(given, constraints, colors, old, options, progress, cancel):
+    def lay_out(given, unwrap, colors, old, options, progress, cancel):
         """The work on one group."""
         if colors is not None:
             options = options | {"pages": 1}  # one image
-        laid = laid_out(given, constraints, options, old, progress, cancel, painted=colors is not None)
+        laid = laid_out(given, unwrap, options, old, progress, cancel, painted=colors is not None)
         if colors is not None:
             how = {"progress": within(progress, LAID_OUT, 1.0), "cancel": cancel}
             laid.image = bake.image(colors, laid.uv.corner_uv, page_size=options["page_size"], **how)

@@ -12,7 +12,7 @@ import atlasfit
 import numpy as np
 import pytest
 from atlasfit import _abi, _arrays
-from made import sphere_points, torus, triangles
+from made import sphere_points, torus, triangles, volumes
 
 
 @pytest.fixture(scope="module")
@@ -148,6 +148,12 @@ def test_warnings_of_the_library_are_told(sphere, denoised):
     assert atlasfit.unwrap(sphere[:3], [[0, 1, 2]]).info.warnings == ()
 
 
+@pytest.mark.parametrize("name", volumes())
+def test_points_that_fill_a_volume_are_told_so(name):
+    out = atlasfit.denoise(volumes()[name], uv=False)
+    assert any("the points fill a volume" in warning for warning in out.report.warnings), out.report.warnings
+
+
 def test_colors_and_wide_attributes_are_carried(sphere):
     colors = np.clip(0.5 + 0.5 * sphere, 0, 1)
     out = atlasfit.denoise(sphere, colors=colors, attributes={"wide": np.float32(sphere)}, uv=False)
@@ -268,6 +274,23 @@ def test_pages_and_a_given_density():
     )
     assert quality.overlapping_faces == 0 and quality.charts == uv.info.charts and quality.stretch_p95 < 1.2
     assert quality.coverage == pytest.approx(uv.info.coverage, abs=0.02)
+
+
+def test_a_vertex_that_is_not_finite_does_not_spoil_what_uvs_say_of_the_others():
+    vertices, quads = torus()
+    faces, _ = triangles(quads)
+    uv = atlasfit.unwrap(vertices, faces).corner_uv
+    whole = atlasfit.measure_uv(vertices, faces, uv)
+    for broken in (np.nan, np.inf):
+        spoilt = vertices.copy()
+        spoilt[7] = broken
+        found = atlasfit.measure_uv(spoilt, faces, uv)
+        assert (found.charts, found.flips, found.degenerate) == (whole.charts, 0, 0)
+        for name in ("stretch_median", "stretch_p95", "stretch_l2", "conformal", "seam", "coverage"):
+            assert getattr(found, name) == pytest.approx(getattr(whole, name), rel=0.01), name
+        others = (faces != 7).all(axis=1)
+        assert np.allclose(found.face_stretch[others], whole.face_stretch[others], rtol=0.01)
+        assert np.isfinite(found.face_stretch).all()
 
 
 def test_baked_texels_are_the_programs(tmp_path):

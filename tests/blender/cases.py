@@ -163,6 +163,89 @@ def test_several_objects_in_object_mode_share_a_texture_or_have_one_each():
     assert np.ptp(uvs(a), axis=0).max() > 0.95
 
 
+def bent():
+    """An open sheet."""
+    ob = grid()
+    co = mesh.positions(ob.data)
+    co[:, 2] = np.sin(2 * co[:, 0]) * np.cos(2 * co[:, 1])
+    mesh.put_positions(ob.data, co)
+    ob.data.update()
+    return ob
+
+
+def copied(ob):
+    """A copy with a mesh of its own."""
+    copy = ob.copy()
+    copy.data = ob.data.copy()
+    bpy.context.collection.objects.link(copy)
+    return copy
+
+
+def test_a_copy_that_is_unwrapped_leaves_the_uvs_of_what_it_was_copied_from():
+    ob = bent()
+    bpy.ops.uv.atlasfit_unwrap()
+    before, copy = uvs(ob), copied(ob)
+    select(copy)
+    bpy.ops.uv.atlasfit_unwrap(texture_size=256, margin=32)
+    assert (uvs(ob) == before).all() and np.abs(uvs(copy) - before).max() > 0.01
+
+
+def test_a_copy_that_is_unwrapped_leaves_the_uvs_of_what_it_was_copied_from():
+    ob = bent()
+    bpy.ops.uv.atlasfit_unwrap()
+    before, copy = uvs(ob), copied(ob)
+    select(copy)
+    bpy.ops.uv.atlasfit_unwrap(texture_size=256, margin=32)
+    assert (uvs(ob) == before).all() and np.abs(uvs(copy) - before).max() > 0.01
+
+
+def test_forty_copies_get_the_charts_that_one_gets():
+    for make in (monkey, bent):
+        ob = make()
+        bpy.ops.uv.atlasfit_unwrap()
+        cut, charts = cut_edges(ob), int(report(ob)["charts"])
+        obs = [ob, *(copied(ob) for _ in range(39))]
+        for i, copy in enumerate(obs):
+            copy.rotation_euler, copy.location, copy.scale = (i, 2 * i, 0), (3 * i, 0, 0), [1 + i % 3] * 3
+        bpy.context.view_layer.update()
+        select(*obs)
+        bpy.ops.uv.atlasfit_unwrap()
+        assert int(report(ob)["charts"]) == 40 * charts and "notes" not in report(ob), report(ob)
+        assert all(cut_edges(copy) == cut for copy in obs)
+        assert_good(*obs)
+
+
+def test_what_makes_a_copy_another_shape_gives_it_charts_of_its_own():
+    cut = grid()
+    ob, longer, painted = (copied(cut) for _ in range(3))
+    longer.scale = (1, 3, 1)
+    across = middle(cut, "use_seam")
+    halves, _ = right(painted)
+    painted.data.polygons.foreach_set("material_index", halves.astype(np.int32))
+    bpy.context.view_layer.update()
+    obs = [ob, longer, cut, painted, bent(), copied(cut)]
+    select(*obs)
+    for materials in (False, True):
+        bpy.ops.uv.atlasfit_unwrap(materials=materials)
+        assert_good(*obs)
+        assert not cut_edges(ob) and not cut_edges(longer) and cut_edges(obs[4])
+        assert cut_edges(cut) == cut_edges(obs[5]) == across
+        assert cut_edges(painted) == (across if materials else set())
+
+
+def test_objects_whose_borders_meet_are_not_one_surface():
+    left, right = grid(), grid()
+    co = mesh.positions(right.data)
+    mesh.put_positions(right.data, co + [2, 0, 0])
+    third = copied(left)
+    third.scale = (1, 2, 1)
+    bpy.context.view_layer.update()
+    select(left, right, third)
+    bpy.ops.uv.atlasfit_unwrap()
+    assert int(report(left)["charts"]) == 3 and "notes" not in report(left), report(left)
+    assert_good(left, right, third)
+
+
 def test_linked_copies_with_other_scales_are_named():
     ob = monkey()
     copies = [ob.copy(), ob.copy()]

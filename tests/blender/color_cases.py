@@ -11,6 +11,23 @@ from scenes import everything, grid, mesh, monkey, refused, report, right, selec
 # ---- UV Stretch
 
 
+def test_a_vertex_that_is_not_finite_does_not_spoil_the_stretch_of_the_others():
+    ob = monkey()
+    bpy.ops.uv.atlasfit_unwrap()
+    bpy.ops.uv.atlasfit_stretch()
+    before = report(ob)
+    co = mesh.positions(ob.data)
+    co[7] = np.nan
+    mesh.put_positions(ob.data, co)
+    bpy.ops.uv.atlasfit_stretch()
+    after = report(ob)
+    assert after["charts"] == before["charts"] and after["flipped"] == "0"
+    for name in ("stretch L2", "stretch of 95 percent"):
+        assert abs(float(after[name]) / float(before[name]) - 1) < 0.02, (name, after[name], before[name])
+    shown = next(a for a in ob.data.color_attributes if mesh.shows_stretch(a))
+    assert np.isfinite(mesh.get(shown.data, "color", 4, np.float32)).all()
+
+
 def test_stretch_is_a_color_attribute():
     ob = grid()
     uv = uvs(ob)

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 
 from scenes import edit, from_lists, link, mesh, refused, report, scan, select
+from made import volumes
 
 
 def radius_error(ob):
@@ -72,6 +73,16 @@ def test_a_scanned_mesh_keeps_its_faces_and_shapes_move_along():
     assert [tuple(p.vertices) for p in ob.data.polygons] == faces and radius_error(ob) < 0.5 * before
     basis, up = (mesh.get(k.data, "co", 3, np.float32) for k in ob.data.shape_keys.key_blocks)
     assert np.allclose(up - basis, [0, 0, 1], atol=1e-5) and np.allclose(basis, mesh.positions(ob.data))
+
+
+def test_points_that_fill_a_volume_are_told_so_and_a_scan_is_not():
+    for run in (bpy.ops.object.atlasfit_reconstruct, bpy.ops.object.atlasfit_denoise):
+        from_lists(volumes()["cube"], [])
+        assert run() == {"FINISHED"}
+        assert "the points fill a volume" in report(bpy.context.object)["notes"]
+        scan()
+        run()
+        assert "volume" not in report(bpy.context.object).get("notes", "")
 
 
 def test_spikes_of_a_mesh_go_between_their_neighbours_and_those_of_a_cloud_stay():

@@ -202,6 +202,26 @@ def test_a_density_is_kept_on_as_many_tiles_as_it_needs_also_by_charts_larger_th
     assert "the density was lowered" in report(ob)["notes"]
 
 
+def test_copies_keep_a_density_on_as_many_tiles_as_they_need_together():
+    ob = grid()
+    obs = [ob]
+    for _ in range(3):
+        copy = ob.copy()
+        copy.data = ob.data.copy()
+        bpy.context.collection.objects.link(copy)
+        obs.append(copy)
+    select(*obs)
+    for wanted in (100.0, 200.0):
+        bpy.ops.uv.atlasfit_unwrap(texture_size=256, density=wanted)
+        assert all(abs(density(copy) - wanted) < 0.5 for copy in obs)
+        assert "density" not in report(ob)["notes"] and quality(*obs).overlapping_faces == 0
+        alone = [len(tiles(copy)) for copy in obs]
+        if wanted == 100.0:  # a sheet takes most of a tile
+            assert alone == [1] * 4 and len(set().union(*map(tiles, obs))) == 4
+        else:  # and is cut where it is larger than one
+            assert min(alone) > 1 and len({frozenset(cut_edges(copy)) for copy in obs}) == 1
+
+
 def test_tiles_bound_what_a_density_takes_and_that_is_said():
     ob = grid()
     ob.modifiers.new("solid", "SOLIDIFY").thickness = 0.5

@@ -73,6 +73,28 @@ def test_packing_draws_a_texture_anew(folder):
     assert np.abs(colours_at(new, uv) - colours_at(old, middle)).max() < 6
 
 
+def test_charts_of_two_pages_that_meet_at_one_place_stay_two(folder):
+    """Two squares side by side, with UVs that go on from one page to the other."""
+    for name, colour in (("red", [255, 0, 0]), ("green", [0, 255, 0])):
+        Image.fromarray(np.uint8(np.tile(colour, (64, 64, 1)))).save(folder / f"{name}.png")
+    (folder / "two.mtl").write_text("".join(f"newmtl {n}\nmap_Kd {n}.png\n" for n in ("red", "green")))
+    places = [(x, y) for x in (0, 1, 2) for y in (0, 1)]
+    lines = ["mtllib two.mtl", *(f"v {x} {y} 0" for x, y in places), *(f"vt {x} {y}" for x, y in places)]
+    for name, faces in (("red", ((1, 3, 4), (1, 4, 2))), ("green", ((3, 5, 6), (3, 6, 4)))):
+        lines += [f"usemtl {name}", *("f " + " ".join(f"{v}/{v}" for v in face) for face in faces)]
+    (folder / "two.obj").write_text("\n".join(lines) + "\n")
+    ms = opened(folder / "two.obj")
+    values = ms.apply_filter(PACK)
+    assert values["charts"] == 2 and values["pages"] == 1 and values["overlapping_faces"] == 0
+    out = folder / "together"
+    out.mkdir(exist_ok=True)
+    ms.save_current_mesh(str(out / "two.obj"))
+    (file,) = out.glob("*.png")
+    middle = ms.current_mesh().wedge_tex_coord_matrix().reshape(-1, 3, 2).mean(axis=1)
+    shown = colours_at(np.asarray(Image.open(file).convert("RGB")), middle)
+    assert (shown == np.repeat([[255, 0, 0], [0, 255, 0]], 2, axis=0)).all()
+
+
 def test_a_mesh_without_colours_gets_no_page(torus):
     ms = holding(*torus)
     assert ms.apply_filter(UNWRAP)["charts"] > 0 and ms.current_mesh().texture_number() == 0

@@ -418,6 +418,26 @@ def test_points_that_are_no_surface_are_an_error():
     assert layers(ms) == 1
 
 
+@pytest.mark.parametrize("name", [RECONSTRUCT, DENOISE])
+def test_points_that_fill_a_volume_are_told_so_in_the_log_and_a_scan_is_not(name, scan, folder):
+    def log(points):
+        np.save(folder / "points.npy", points)
+        # The log goes to the first document of a process.
+        code = (
+            f"import numpy, os, pymeshlab as ml; ml.load_plugin({os.environ['ATLASFIT_PLUGIN']!r}); "
+            f"ms = ml.MeshSet(verbose=True); "
+            f"ms.add_mesh(ml.Mesh(numpy.load({str(folder / 'points.npy')!r}))); "
+            f"ms.apply_filter({name!r}); os._exit(0)"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert "spacing" in done.stderr
+        return done.stderr
+
+    for points in made.volumes().values():
+        assert "warning: the points fill a volume" in log(points)
+    assert "fill a volume" not in log(opened(scan).current_mesh().vertex_matrix())
+
+
 def test_simplified_with_texture_and_exported_the_uvs_stay_valid(reconstructed, folder, atlasfit):
     ms = opened_copy(reconstructed[0], folder)
     n = ms.current_mesh().face_number()

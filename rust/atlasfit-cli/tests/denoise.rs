@@ -163,6 +163,35 @@ fn a_surface_has_as_many_triangles_as_points_or_as_asked_for_and_a_solid_keeps_i
     }
 }
 
+/// Random points in the cube from -1 to 1 that are `wanted` by their squared distance from its middle.
+fn volume(wanted: fn(f64) -> bool) -> String {
+    let mut state = 9u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let random = std::iter::repeat_with(|| [uniform(), uniform(), uniform()]);
+    let inside = random.filter(|p| wanted(p.iter().map(|x| x * x).sum()));
+    inside.take(3000).map(|[x, y, z]| format!("{x} {y} {z}\n")).collect()
+}
+
+#[test]
+fn points_that_fill_a_volume_are_told_so_and_scans_are_not() {
+    let folder = Folder::new("volume");
+    let said = |output: Output| -> Value { serde_json::from_str(&out(&output)).unwrap() };
+    let told = |said: &Value| said["warnings"].to_string().contains("the points fill a volume");
+    for wanted in [|_| true, |r| r < 1.0, |r| (0.25..1.0).contains(&r)] as [fn(f64) -> bool; 3] {
+        let scan = folder.file("volume.xyz", &volume(wanted));
+        assert!(told(&said(denoise(&folder, &scan, &["--force"]))));
+        let output = run(&[&"denoise", &scan, &"--no-uv", &"--force", &"-o", &folder.0.join("out.ply")]);
+        assert!(err(&output).contains("warning: the points fill a volume"), "{}", err(&output));
+    }
+    for scan in scans() {
+        let said = said(denoise(&folder, &scan, &["--force"]));
+        assert!(said["points"].as_u64() > Some(0) && !told(&said), "{}: {said}", scan.display());
+    }
+}
+
 /// The example, and real scans where they lie beside the repository.
 fn scans() -> Vec<PathBuf> {
     let real = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/scans");
