@@ -30,6 +30,8 @@ def firsts(obs, given, constraints):
             same.append(constraints["face_groups"][own] - constraints["face_groups"][own].min())
         if "corner_uv" in constraints:
             same.append(constraints["corner_uv"][own])
+        if "seam_price" in constraints:
+            same.append(constraints["seam_price"][of])
         scale = mesh.linear(ob)
         scale = scale.T @ scale / np.sum(scale**2)  # the same for all turns and sizes
         alike = known.setdefault(tuple(array.tobytes() for array in same), [])
@@ -60,4 +62,5 @@ def unwrap(given, options, progress, cancel, first, **constraints):
     kept = {"corner_uv": np.concatenate([laid[i] for i in first]), "keep_uvs": True}
     if "seam_edges" in constraints:
         kept["seam_edges"] = constraints["seam_edges"]
-    return unwrapped(given, options, within(progress, SHAPES, 1.0), cancel, **kept)
+    # What hid the seams of the first ones counts for their copies, however these are turned.
+    return unwrapped(given, options | {"seams_hidden": 0}, within(progress, SHAPES, 1.0), cancel, **kept)

@@ -190,15 +190,6 @@ def test_a_copy_that_is_unwrapped_leaves_the_uvs_of_what_it_was_copied_from():
     assert (uvs(ob) == before).all() and np.abs(uvs(copy) - before).max() > 0.01
 
 
-def test_a_copy_that_is_unwrapped_leaves_the_uvs_of_what_it_was_copied_from():
-    ob = bent()
-    bpy.ops.uv.atlasfit_unwrap()
-    before, copy = uvs(ob), copied(ob)
-    select(copy)
-    bpy.ops.uv.atlasfit_unwrap(texture_size=256, margin=32)
-    assert (uvs(ob) == before).all() and np.abs(uvs(copy) - before).max() > 0.01
-
-
 def test_forty_copies_get_the_charts_that_one_gets():
     for make in (monkey, bent):
         ob = make()
@@ -244,6 +235,15 @@ def test_objects_whose_borders_meet_are_not_one_surface():
     bpy.ops.uv.atlasfit_unwrap()
     assert int(report(left)["charts"]) == 3 and "notes" not in report(left), report(left)
     assert_good(left, right, third)
+
+
+def test_copies_get_one_layout_where_seams_are_hidden_and_painted_copies_another():
+    first, second, third = monkey(), monkey(), monkey()
+    third.vertex_groups.new(name="Seams").add(list(range(200)), 1.0, "REPLACE")
+    select(first, second, third)
+    bpy.ops.uv.atlasfit_unwrap(preset="few-seams", seams_hidden=1.0, seam_group="Seams")
+    seams = [cut_edges(ob) for ob in (first, second, third)]
+    assert seams[0] == seams[1] != seams[2]
 
 
 def test_linked_copies_with_other_scales_are_named():
