@@ -197,13 +197,13 @@ int main() {
        "a rectangle lies along the page where that is asked for");
 
   // Prices that say nothing change nothing; what is no price is refused.
-  const std::vector<float> alike(4, 2.0F), wrong(4, -1.0F);
+  const std::vector<float> alike(4, 2.0F), below(4, -1.0F);
   want(atlasfit::unwrap(atlasfit::Mesh(askew, halves).seam_price(alike.data())).corners() ==
            atlasfit::unwrap(atlasfit::Mesh(askew, halves)).corners(),
        "one price everywhere changes nothing");
   bool refused = false;
   try {
-    atlasfit::unwrap(atlasfit::Mesh(askew, halves).seam_price(wrong.data()));
+    atlasfit::unwrap(atlasfit::Mesh(askew, halves).seam_price(below.data()));
   } catch (const atlasfit::Error &e) {
     refused = std::string(e.what()).find("seam_price of vertex 0") != std::string::npos;
   }
