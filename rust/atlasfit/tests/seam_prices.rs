@@ -62,22 +62,28 @@ fn seams_go_where_they_are_cheap() {
     // A waist: neither one chart nor two halves fit.
     let mesh = wall(|height, _| 1.0 + 0.35 * (TAU * height).cos());
     let cheap = |v: u32| (v as usize / (ROWS + 1)) % COLUMNS < COLUMNS / 3;
-    let price = (0..mesh.positions.len() as u32).map(|v| if cheap(v) { 0.1 } else { 1.0 }).collect();
+    let price: Vec<f32> =
+        (0..mesh.positions.len() as u32).map(|v| if cheap(v) { 0.1 } else { 1.0 }).collect();
     let share = |options: &UnwrapOptions| {
         let [all, inside] = seams(&mesh, &laid(&mesh, options, 0).unwrap(), cheap);
         assert!(all > 0.0);
         inside / all
     };
     let usual = UnwrapOptions::default();
-    let [before, after] = [share(&usual), share(&usual.clone().with_seam_price(Some(price)))];
+    let priced = |price: &Vec<f32>| usual.clone().with_seam_price(Some(price.clone()));
+    let [before, after] = [share(&usual), share(&priced(&price))];
     assert!(after > before + 0.15, "{before} {after}");
+    // Only ratios count.
+    let small: Vec<f32> = price.iter().map(|p| p / 1024.0).collect();
+    let [large, small] = [&price, &small].map(|p| laid(&mesh, &priced(p), 0).unwrap().corner_uv);
+    assert!(large == small);
 }
 
 #[test]
 fn a_common_factor_of_the_prices_changes_nothing() {
     let mesh = wall(|height, turn| 1.0 + 0.3 * (TAU * height).cos() + 0.1 * (3.0 * TAU * turn).sin());
     let usual = laid(&mesh, &UnwrapOptions::default(), 0).unwrap();
-    for price in [1.0, 8.0] {
+    for price in [0.0, 0.003, 1.0, 8.0] {
         let options = UnwrapOptions::default().with_seam_price(Some(vec![price; mesh.positions.len()]));
         assert_eq!(laid(&mesh, &options, 0).unwrap().corner_uv, usual.corner_uv, "{price}");
     }

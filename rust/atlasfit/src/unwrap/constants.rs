@@ -110,12 +110,12 @@ pub(crate) const UNWRAP: UnwrapConstants = UnwrapConstants {
 
 /// The numbers of what seams cost, see [`PRICES`].
 pub(crate) struct PriceConstants {
-    /// A seam costs the share of it that is seen to this power, where seams are to hide. Source: measured, 35
-    /// meshes, `unwrap --seams-hidden 1` and `measure`: 2 and 4 give 0.94 and 0.94 of the share that is seen,
-    /// with an `--up` 0.85 and 0.89.
+    /// A seam costs the share of it that is seen to this power, where seams are to hide. Source: measured,
+    /// `unwrap --seams-hidden 1` and `measure` of 35 meshes: 2 and 4 give 0.94 and 0.94 of the share that is
+    /// seen, with `--up 0,0,1` 0.85 and 0.89.
     pub contrast: i32,
-    /// Least price of a seam per unit of its length, where the usual one is 1: seams that cost nothing would
-    /// not end. Source: chosen.
+    /// Least price of a seam per unit of its length, where the mean is 1: seams that cost nothing would not
+    /// end. Source: chosen.
     pub least_price: f64,
     /// Faces up to which every edge is looked at along all rays; where there are twice as many, along half of
     /// them, and so on. Source: chosen, for speed.

@@ -3,11 +3,12 @@
 //! In: a [`TriMesh`] (any topology; never changed) and [`UnwrapOptions`]. Out: a [`UvLayout`] with a UV per
 //! corner of every triangle, in the mesh's own order.
 //!
-//! Flow: `surface` (adjacency, cuts) → `prices` (what seams cost) → `segment` (small flat patches) → `first` (laid
-//! flat, by `flatten` with its exact checks; `cut` where they fail) → `merge` (fewer, larger charts with short
-//! borders, within the stretch bound) → `straighten` (strips, tubes, rims, panels) → `shorten` (no chart decides the page) →
-//! `pack`, `checked` → `layout`. Large meshes are merged on a coarse stand-in (`large`). With a bound on the
-//! energy, `seams` cuts parts open instead of merging patches. `stack` finds parts of one shape: one of them
+//! Flow: `surface` (adjacency, cuts) → `prices` (what seams cost) → `segment` (small flat patches) →
+//! `first` (laid flat, by `flatten` with its exact checks; `cut` where they fail) → `merge` (fewer, larger
+//! charts with short borders, within the stretch bound) → `straighten` (strips, tubes, rims, panels) →
+//! `shorten` (no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
+//! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
+//! `stack` finds parts of one shape: one of them
 //! is laid out, the others take its UVs.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.

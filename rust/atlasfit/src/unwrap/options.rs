@@ -82,14 +82,15 @@ pub struct UnwrapOptions {
     /// Groups per triangle (materials, for example): no chart spans two. One entry per triangle.
     pub face_group: Option<Vec<u32>>,
     /// How much seams are to lie where the outside hardly sees them, in [0, 1]: 0 = as short as can be, 1 =
-    /// what is seen costs what it is seen, see [`measure::uv::seams_seen`](crate::measure::uv::seams_seen).
+    /// a seam costs the square of the share of it that is seen, as
+    /// [`measure::uv::seams_seen`](crate::measure::uv::seams_seen) takes it.
     /// Not with [`keep_uvs`](Self::keep_uvs).
     pub seams_hidden: f64,
     /// The direction up, of any length but 0: where `seams_hidden` counts, nobody looks from below. `None` =
     /// they look from all around.
     pub up: Option<[f64; 3]>,
     /// What a seam costs per unit of its length, per vertex (an edge costs the mean of its ends): 1 as usual,
-    /// less where seams may be, more where not. Finite, not negative. One entry per vertex.
+    /// less where seams may be, more where not; only ratios count. Finite, not negative. One entry per vertex.
     /// Not with [`keep_uvs`](Self::keep_uvs).
     pub seam_price: Option<Vec<f32>>,
     /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are

@@ -14,8 +14,8 @@ use crate::run::Context;
 use crate::spatial::outside::Outside;
 use rayon::prelude::*;
 
-/// Prices by face and slot, 1 in the mean by length; the same on both sides of an edge. `None` where all
-/// edges cost the same.
+/// Prices by face and slot, the same on both sides of an edge: 1 is the mean by length, so that only ratios
+/// count, and none is near 0. Where the surface ends it is 1. `None` where all edges cost the same.
 pub(super) fn prices(
     mesh: &TriMesh,
     s: &Surface,
@@ -42,7 +42,7 @@ pub(super) fn prices(
             ends.iter().map(|&k| 0.5 * f64::from(price[mesh.triangles[f][k] as usize])).sum()
         });
         let shown = 1.0 - options.seams_hidden * (1.0 - seen.powi(PRICES.contrast));
-        (shown * own).max(PRICES.least_price)
+        shown * own
     };
     let mut out = ctx.filled([1.0f32; 3], s.faces())?;
     out.par_iter_mut().enumerate().try_for_each(|(f, out)| {
@@ -62,8 +62,12 @@ pub(super) fn prices(
             cost += f64::from(s.length[f][k]) * f64::from(out[f][k]);
         }
     }
-    if cost > 0.0 {
-        out.iter_mut().flatten().for_each(|p| *p = (f64::from(*p) * length / cost) as f32);
+    if cost == 0.0 {
+        return Ok(None);
+    }
+    let inner = |(_, h): &(&mut f32, &u32)| **h != NONE;
+    for (p, _) in out.iter_mut().flatten().zip(s.twin.as_flattened()).filter(inner) {
+        *p = (f64::from(*p) * length / cost).max(PRICES.least_price) as f32;
     }
     Ok(Some(out))
 }

@@ -332,6 +332,26 @@ fn json_row(r: &Row) -> Value {
     })
 }
 
+/// What share of the seams is seen once they are hidden, beside that of the plain layouts; nothing where none
+/// is hidden.
+fn seen(plain: &[&Row], hidden: &[&Row]) -> String {
+    let share = |own: &&Row| {
+        let after = hidden.iter().find(|h| h.mesh == own.mesh)?.seen?;
+        Some(after / own.seen?.max(1e-9))
+    };
+    let mut ratios: Vec<f64> = plain.iter().filter_map(share).collect();
+    if ratios.is_empty() {
+        return String::new();
+    }
+    let halved = ratios.iter().filter(|r| **r <= 0.5).count();
+    format!(
+        "\nShare of the seams that is seen, {HIDDEN} : atlasfit: {:.3} in the median; at most half on {halved} \
+         of {}\n",
+        median(&mut ratios),
+        ratios.len()
+    )
+}
+
 /// A line per mesh with the ratios to the first peer; medians of all methods; medians of the ratios to every
 /// peer.
 fn table(rows: &[Row], peers: &[String]) -> String {
@@ -390,20 +410,7 @@ fn table(rows: &[Row], peers: &[String]) -> String {
             bad(|q| !q.inside || !q.finite)
         );
     }
-    let hidden = of(HIDDEN);
-    let seen = |own: &Row| Some([hidden.iter().find(|h| h.mesh == own.mesh)?.seen?, own.seen?]);
-    let shares: Vec<[f64; 2]> = of("atlasfit").into_iter().filter_map(seen).collect();
-    if !shares.is_empty() {
-        let mut ratios: Vec<f64> = shares.iter().map(|[now, before]| now / before.max(1e-9)).collect();
-        let halved = ratios.iter().filter(|r| **r <= 0.5).count();
-        let _ = writeln!(
-            out,
-            "\nShare of the seams that is seen, {HIDDEN} : atlasfit: {:.3} in the median; at most half \
-             on {halved} of {}",
-            median(&mut ratios),
-            shares.len()
-        );
-    }
+    out += &seen(&of("atlasfit"), &of(HIDDEN));
     for peer in std::iter::once(HIDDEN).chain(peers.iter().map(String::as_str)) {
         let theirs = of(peer);
         let pairs: Vec<(&Row, &Row)> = (of("atlasfit").into_iter())
