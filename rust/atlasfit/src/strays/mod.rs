@@ -35,7 +35,7 @@ use rayon::prelude::*;
 /// Cancelled or out of time.
 pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut evidence = of_charts(charted, ctx)?;
-    let enough = STRAYS.beyond_chance + (evidence.len().max(1) as f64).ln();
+    let enough = beyond_chance(evidence.len());
     look_wider(charted, &mut evidence, enough, ctx)?;
     let mut sure: Vec<bool> = evidence.iter().map(|&e| e > enough).collect();
     judge_thick(charted, &mut evidence, &sure, ctx)?;
@@ -47,8 +47,13 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     let mut stands = go_on(sure, &evidence, &overlaps, ctx)?;
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     groups::add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
-    remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
+    remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps);
     Ok(stands)
+}
+
+/// The evidence, in nats, that the best of so many charts or parts through nothing but strays has by chance.
+fn beyond_chance(trials: usize) -> f64 {
+    STRAYS.beyond_chance + (trials.max(1) as f64).ln()
 }
 
 /// The evidence for each chart, in nats. Tubes have been judged when they were found.
@@ -191,25 +196,23 @@ fn add_slabs(
 }
 
 /// Removes parts of which the charts together do not speak for surface beyond doubt.
-fn remove_doubtful_parts(
-    charted: &Charted<'_>,
-    evidence: &[f64],
-    stands: &mut [bool],
-    overlaps: &[Overlap],
-    enough: f64,
-) {
+fn remove_doubtful_parts(charted: &Charted<'_>, evidence: &[f64], stands: &mut [bool], overlaps: &[Overlap]) {
     let mut parts = Sets::new(stands.len());
     let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
     // A clump beside the surface shares points with it, but few of them say that both are one sheet.
     for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
         parts.join(o.a, o.b);
     }
+    let part: Vec<usize> = (0..stands.len() as u32).map(|k| parts.find(k) as usize).collect();
+    let mut seen = vec![false; stands.len()];
+    part.iter().zip(&*stands).filter(|(_, s)| **s).for_each(|(&p, _)| seen[p] = true);
+    let enough = beyond_chance(seen.iter().filter(|s| **s).count());
     let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);
     let mut total = vec![0.0; stands.len()];
     for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
-        total[parts.find(k as u32) as usize] += evidence[k] * shares.of(k, f);
+        total[part[k]] += evidence[k] * shares.of(k, f);
     }
     for (k, stands) in stands.iter_mut().enumerate() {
-        *stands &= total[parts.find(k as u32) as usize] > enough;
+        *stands &= total[part[k]] > enough;
     }
 }
