@@ -9,5 +9,6 @@ pub(crate) fn twice_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
 /// The corners of a triangle.
 #[inline]
 pub(crate) fn corners(tri: [u32; 3], uv: &[[f64; 2]]) -> [[f64; 2]; 3] {
-    tri.map(|v| uv[v as usize])
+    // Written out: `map` is not always inlined.
+    [uv[tri[0] as usize], uv[tri[1] as usize], uv[tri[2] as usize]]
 }

@@ -47,20 +47,36 @@ pub(crate) fn shortest<I: IntoIterator<Item = Step>>(
     Ok(out)
 }
 
-/// Follows ways from some vertices, to the nearest that is an end, and no farther than `within`: distances
-/// beyond it are upper bounds. Takes no memory for vertices that it does not see.
+/// Follows ways over `count` vertices from some of them, no farther than `within`: distances beyond it are
+/// upper bounds.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(crate) fn shortest_within<I: IntoIterator<Item = Step>>(
     within: f64,
+    count: usize,
+    from: impl Iterator<Item = u32>,
+    steps: impl Fn(u32) -> I,
+    ctx: &Context<'_>,
+) -> Result<Reached> {
+    let mut out = Reached { distance: vec![f64::INFINITY; count], by: vec![u32::MAX; count], end: None };
+    follow(&mut out, from, steps, within, |_| false, ctx)?;
+    Ok(out)
+}
+
+/// Follows ways from some vertices, to the nearest that is an end. Takes no memory for vertices that it does
+/// not see.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn shortest_seen<I: IntoIterator<Item = Step>>(
     from: impl Iterator<Item = u32>,
     steps: impl Fn(u32) -> I,
     is_end: impl Fn(u32) -> bool,
     ctx: &Context<'_>,
 ) -> Result<Seen> {
     let mut seen = Seen::default();
-    follow(&mut seen, from, steps, within, is_end, ctx)?;
+    follow(&mut seen, from, steps, f64::INFINITY, is_end, ctx)?;
     Ok(seen)
 }
 

@@ -7,7 +7,6 @@ use super::chart::Chart;
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::run::Context;
-use rustc_hash::{FxBuildHasher, FxHashMap};
 
 /// Widens `side` so that it cuts no cell, if a cut is left then; a `side` that holds all faces becomes every
 /// other one.
@@ -53,19 +52,19 @@ pub(crate) fn halves(s: &Surface, faces: &[u32], x: impl Fn(usize) -> f64) -> Ve
 
 /// For each edge of a chart's faces, the place in the chart of the face beyond it; [`NONE`] at its border.
 pub(crate) fn adjacent_faces(s: &Surface, c: &Chart, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
-    let n = c.faces.len();
-    let mut place = FxHashMap::with_capacity_and_hasher(n, FxBuildHasher);
+    // Zeros cost nothing until they are written over, however large the surface.
+    let mut place = vec![0u32; s.faces()];
     for (i, &f) in c.faces.iter().enumerate() {
         ctx.check_at(i)?;
-        place.insert(f, i as u32);
+        place[f as usize] = i as u32;
     }
-    let mut out = vec![[0; 3]; n];
+    let mut out = vec![[0; 3]; c.faces.len()];
     c.border.iter().for_each(|&(i, k)| out[i as usize][k as usize] = NONE);
     for (i, (&f, out)) in c.faces.iter().zip(&mut out).enumerate() {
         ctx.check_at(i)?;
         for (b, h) in out.iter_mut().zip(s.twin[f as usize]) {
             if *b != NONE {
-                *b = place[&(h / 3)];
+                *b = place[h as usize / 3];
             }
         }
     }

@@ -54,20 +54,22 @@ impl Region {
 
 impl Neighbouring<'_> {
     /// The face beyond an edge of a face of the pair, and whether it belongs to the same chart. `None` where
-    /// the pair ends, or the two do not hang together.
-    fn beyond(&self, both: [&Chart; 2], face: u32, k: usize) -> Option<(u32, bool)> {
-        let h = self.s.twin[face as usize][k];
+    /// the pair ends, or the two do not hang together. Faces are named by their places in the charts, those
+    /// of the second after those of the first.
+    fn beyond(&self, both: [&Chart; 2], at: u32, k: usize) -> Option<(u32, bool)> {
+        let firsts = both[0].faces.len() as u32;
+        let (c, i) = named(both, at);
+        let h = self.s.twin[c.faces[i] as usize][k];
         if h == NONE {
             return None;
         }
-        let (second, i) = self.charts.place_in(self.ids, face as usize)?;
-        let (other, j) = self.charts.place_in(self.ids, h as usize / 3)?;
-        if second != other {
-            return Some((h / 3, false));
+        let (second, j) = self.charts.place_in(self.ids, h as usize / 3)?;
+        let there = if second { firsts + j } else { j };
+        if second != (at >= firsts) {
+            return Some((there, false));
         }
-        let c = both[usize::from(second)];
-        let (t, u, l) = (c.tris[i as usize], c.tris[j as usize], h as usize % 3);
-        (t[k] == u[(l + 1) % 3] && t[(k + 1) % 3] == u[l]).then_some((h / 3, true))
+        let (t, u, l) = (c.tris[i], c.tris[j as usize], h as usize % 3);
+        (t[k] == u[(l + 1) % 3] && t[(k + 1) % 3] == u[l]).then_some((there, true))
     }
 
     /// The faces up to somewhat deeper than `reach`. `None` when the run is to stop: the caller checks.
@@ -75,41 +77,48 @@ impl Neighbouring<'_> {
         let Self { s, charts, ids, .. } = *self;
         let chart = |id: u32| charts.list[id as usize].as_ref();
         let both = [chart(ids[0])?, chart(ids[1])?];
-        let at_border = both[0].border.iter().flat_map(|&(i, k)| {
-            let f = both[0].faces[i as usize];
-            let h = s.twin[f as usize][k as usize];
+        let firsts = both[0].faces.len() as u32;
+        let at_border = both[0].border.iter().filter_map(|&(i, k)| {
+            let h = s.twin[both[0].faces[i as usize] as usize][k as usize];
             let shared = h != NONE && charts.owner[h as usize / 3] == ids[1];
-            [f, h / 3].into_iter().filter(move |_| shared)
+            shared.then(|| [i, firsts + charts.index_of[h as usize / 3]])
         });
-        let centre = |f: u32| {
-            let sum = s.tri[f as usize].iter().fold(Vec3::ZERO, |a, &v| a + s.pos[v as usize]);
+        let face = |at: u32| {
+            let (c, i) = named(both, at);
+            c.faces[i]
+        };
+        let centre = |at: u32| {
+            let sum = s.tri[face(at) as usize].iter().fold(Vec3::ZERO, |a, &v| a + s.pos[v as usize]);
             sum * (1.0 / 3.0)
         };
-        let steps = |f: u32| {
-            let inside = (0..3).filter_map(move |k| self.beyond(both, f, k).filter(|g| g.1));
-            inside.map(move |(g, _)| Step { to: g, length: (centre(f) - centre(g)).norm(), by: f })
+        let steps = |at: u32| {
+            let here = centre(at);
+            let inside = (0..3).filter_map(move |k| self.beyond(both, at, k).filter(|g| g.1));
+            inside.map(move |(g, _)| Step { to: g, length: (here - centre(g)).norm(), by: at })
         };
         // Deeper than this it makes no difference how deep the deepest face is.
         let enough = reach / MERGE.core;
-        let found = shortest_within(enough, at_border, steps, |_| false, ctx).ok()?;
-        let mut deep: Vec<(u32, f64)> = found.into_iter().map(|(f, (far, _))| (f, far)).collect();
+        let count = both[0].faces.len() + both[1].faces.len();
+        let reached = shortest_within(enough, count, at_border.flatten(), steps, ctx).ok()?;
+        let mut deep: Vec<(u32, u32, f64)> = (reached.distance.iter().zip(0..))
+            .filter(|(far, _)| far.is_finite())
+            .map(|(&far, at)| (face(at), at, far))
+            .collect();
         deep.sort_unstable_by_key(|d| d.0);
-        let is_second = |f: u32| charts.owner[f as usize] == ids[1];
         let mut deepest = [0.0f64; 2];
-        for &(f, far) in &deep {
-            let deepest = &mut deepest[usize::from(is_second(f))];
+        for &(_, at, far) in &deep {
+            let deepest = &mut deepest[usize::from(at >= firsts)];
             *deepest = deepest.max(far);
         }
         let free = deepest.map(|d| reach.min(MERGE.core * d));
-        let faces: Vec<u32> = deep.iter().map(|d| d.0).collect();
-        let place = |g: u32| faces.binary_search(&g).map_or(DEEP, |i| i as u32);
-        let beyond =
-            faces.iter().map(|&f| [0, 1, 2].map(|k| self.beyond(both, f, k).map_or(NONE, |(g, _)| place(g))));
+        let mut place = vec![DEEP; count];
+        deep.iter().zip(0..).for_each(|(d, i)| place[d.1 as usize] = i);
+        let beyond = |at: u32, k: usize| self.beyond(both, at, k).map_or(NONE, |(g, _)| place[g as usize]);
         Some(Region {
-            second: faces.iter().map(|&f| is_second(f)).collect(),
-            open: deep.iter().map(|&(f, far)| far <= free[usize::from(is_second(f))]).collect(),
-            beyond: beyond.collect(),
-            faces,
+            faces: deep.iter().map(|d| d.0).collect(),
+            second: deep.iter().map(|d| d.1 >= firsts).collect(),
+            open: deep.iter().map(|&(_, at, far)| far <= free[usize::from(at >= firsts)]).collect(),
+            beyond: deep.iter().map(|d| [beyond(d.1, 0), beyond(d.1, 1), beyond(d.1, 2)]).collect(),
         })
     }
 
@@ -151,4 +160,11 @@ impl Neighbouring<'_> {
         out.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.faces.cmp(&y.1.faces)));
         out.into_iter().map(|m| m.1).collect()
     }
+}
+
+/// The chart of a face that is named as in `Neighbouring::beyond`, and its place there.
+fn named<'c>(both: [&'c Chart; 2], at: u32) -> (&'c Chart, usize) {
+    let firsts = both[0].faces.len();
+    let at = at as usize;
+    if at < firsts { (both[0], at) } else { (both[1], at - firsts) }
 }

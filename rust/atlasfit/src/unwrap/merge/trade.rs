@@ -28,14 +28,16 @@ use rustc_hash::{FxHashMap, FxHashSet};
 /// Moves borders to where they are shorter, and merges charts that fit since.
 pub(crate) fn shorten_borders(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
     let count = |charts: &Charts| charts.list.iter().flatten().count();
-    trade(s, charts, bound, MERGE.reaches, ctx)?;
+    let mut settled = Settled::default();
+    trade(s, charts, bound, MERGE.reaches, &mut settled, ctx)?;
     for _ in 0..MERGE.regrowths {
         let before = count(charts);
         merge_again(s, charts, bound, ctx)?;
         if count(charts) == before {
             break;
         }
-        trade(s, charts, bound, MERGE.reaches, ctx)?;
+        // Merged charts have new numbers: what is settled of the others still is.
+        trade(s, charts, bound, MERGE.reaches, &mut settled, ctx)?;
     }
     Ok(())
 }
@@ -47,14 +49,22 @@ pub(crate) fn shorten_borders_of_large(
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    trade(s, charts, bound, MERGE.reaches_of_large, ctx)
+    trade(s, charts, bound, MERGE.reaches_of_large, &mut Settled::default(), ctx)
 }
 
+/// Pairs of which nothing is to be had as long as nothing changes beside their border.
+type Settled = FxHashSet<(u32, u32)>;
+
 /// Moves borders until none gets shorter within so many reaches.
-fn trade(s: &Surface, charts: &mut Charts, bound: f64, reaches: i32, ctx: &Context<'_>) -> Result<()> {
+fn trade(
+    s: &Surface,
+    charts: &mut Charts,
+    bound: f64,
+    reaches: i32,
+    settled: &mut Settled,
+    ctx: &Context<'_>,
+) -> Result<()> {
     let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: false };
-    // Pairs of which nothing is to be had as long as nothing changes beside their border.
-    let mut settled: FxHashSet<(u32, u32)> = FxHashSet::default();
     loop {
         ctx.check()?;
         let borders = Borders::find(s, charts);

@@ -6,7 +6,7 @@
 use super::sheet::{Layout, Sheet};
 use crate::error::Result;
 use crate::run::Context;
-use crate::spatial::paths::{Step, shortest_within};
+use crate::spatial::paths::{Step, shortest_seen};
 use crate::spatial::sets::Sets;
 use crate::unwrap::surface::NONE;
 use rustc_hash::FxHashMap;
@@ -45,7 +45,7 @@ fn shortest(sheet: &Sheet<'_>, a: u32, b: u32, cut: &[bool], ctx: &Context<'_>) 
         })
     };
     let from = std::iter::once(a);
-    let reached = shortest_within(f64::INFINITY, from, steps, |v| v == b, ctx)?;
+    let reached = shortest_seen(from, steps, |v| v == b, ctx)?;
     let (mut v, mut out) = (b, Vec::new());
     while let Some(&(_, e)) = reached.get(&v).filter(|r| r.1 != NONE) {
         out.push(e);
