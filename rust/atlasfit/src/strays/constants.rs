@@ -33,7 +33,7 @@ pub(crate) struct StraysConstants {
     /// (plate 1.40), acc 1.05 (plate 1.34), com 1.13 (plate 2.04).
     pub noise_varies: f64,
     /// The evidence (in nats) that a chart must have beyond what the best of so many charts through nothing
-    /// but strays has by chance; a part, the best of so many parts. Source: derived, strays pass for a sheet in one scan of seven.
+    /// but strays has by chance. Source: derived, strays pass for a sheet in one scan of seven.
     /// Halved: points 1.06 (plate 1.40), acc 1.07 (plate 1.51), com 1.16 (plate 2.42); doubled: points 0.99
     /// (plate 0.94).
     pub beyond_chance: f64,

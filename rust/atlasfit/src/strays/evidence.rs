@@ -63,9 +63,10 @@ pub(super) fn of_wide_sheet(
     points: &[Vec3],
     tree: &Neighbours,
     sheet: &Sheet<'_>,
+    counts: impl Fn(u32) -> bool,
     found: &mut Vec<Neighbour>,
 ) -> f64 {
-    let mut look = |window: f64| in_window(points, tree, sheet, window, |_| true, found);
+    let mut look = |window: f64| in_window(points, tree, sheet, window, &counts, found);
     let narrowest = sheet.narrowest();
     if sheet.sigma > sheet.usual * STRAYS.noise_varies.exp() || look(narrowest).points < QUADRIC {
         return f64::NEG_INFINITY;
@@ -283,7 +284,7 @@ mod tests {
         let tree = Run::default().execute(|ctx| Neighbours::build(&points, ctx)).unwrap();
         let sheet = Sheet { map: &flat(12.0), sigma: 0.05, usual: 0.05, spacing: 1.0 };
         let narrow = of_sheet(&points, &tree, &sheet, |_| true, &mut Vec::new());
-        let wide = of_wide_sheet(&points, &tree, &sheet, &mut Vec::new());
+        let wide = of_wide_sheet(&points, &tree, &sheet, |_| true, &mut Vec::new());
         assert!(narrow < 10.0 && wide > 2.0 * narrow && wide > 10.0, "{narrow} {wide}");
     }
     #[test]

@@ -35,7 +35,7 @@ use rayon::prelude::*;
 /// Cancelled or out of time.
 pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut evidence = of_charts(charted, ctx)?;
-    let enough = beyond_chance(evidence.len());
+    let enough = STRAYS.beyond_chance + (evidence.len().max(1) as f64).ln();
     look_wider(charted, &mut evidence, enough, ctx)?;
     let mut sure: Vec<bool> = evidence.iter().map(|&e| e > enough).collect();
     judge_thick(charted, &mut evidence, &sure, ctx)?;
@@ -47,19 +47,26 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     let mut stands = go_on(sure, &evidence, &overlaps, ctx)?;
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     groups::add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
-    remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps);
+    remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
     Ok(stands)
 }
 
-/// The evidence, in nats, that the best of so many charts or parts through nothing but strays has by chance.
-fn beyond_chance(trials: usize) -> f64 {
-    STRAYS.beyond_chance + (trials.max(1) as f64).ln()
+/// The evidence for each chart, in nats: the least of that from all points and that from its own. Tubes have
+/// been judged when they were found.
+fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
+    let judge = |found: &mut Vec<Neighbour>, (k, f): (usize, &FittedChart)| -> Result<f64> {
+        let all = of_chart(charted, f, |_| true, found, ctx)?;
+        let own = of_chart(charted, f, |m| speaks_for(charted, k, m), found, ctx)?;
+        Ok(all.min(own))
+    };
+    charted.fitted.par_iter().enumerate().map_init(Vec::new, judge).collect()
 }
 
-/// The evidence for each chart, in nats. Tubes have been judged when they were found.
-fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
-    let judge = |found: &mut Vec<Neighbour>, f: &FittedChart| of_chart(charted, f, |_| true, found, ctx);
-    charted.fitted.par_iter().map_init(Vec::new, judge).collect()
+/// Whether a point may speak for a chart. One that lies on others only does not: a chart through a few strays
+/// may cut through the surface, and finds many points beside it there.
+fn speaks_for(charted: &Charted<'_>, chart: usize, point: u32) -> bool {
+    let on = charted.members.of(point as usize);
+    on.is_empty() || on.iter().any(|c| c.0 as usize == chart)
 }
 
 /// The evidence for a chart from the points that `counts`.
@@ -80,18 +87,20 @@ fn of_chart(
 /// Looks farther about the charts that are not sure: those are that have `enough` evidence there.
 fn look_wider(charted: &Charted<'_>, evidence: &mut [f64], enough: f64, ctx: &Context<'_>) -> Result<()> {
     let Cut { points, tree, .. } = charted.cut;
-    let look = |found: &mut Vec<Neighbour>, (f, e): (&FittedChart, &mut f64)| {
+    let look = |found: &mut Vec<Neighbour>, ((k, f), e): ((usize, &FittedChart), &mut f64)| {
         ctx.check()?;
         if let Some(sheet) = sheet(charted, f).filter(|_| *e <= enough) {
-            let data = evidence::of_wide_sheet(points, tree, &sheet, found);
-            let wide = data - evidence::cost_of_noise(sheet.sigma, sheet.usual);
+            let all = evidence::of_wide_sheet(points, tree, &sheet, |_| true, found);
+            let own = evidence::of_wide_sheet(points, tree, &sheet, |m| speaks_for(charted, k, m), found);
+            let wide = all.min(own) - evidence::cost_of_noise(sheet.sigma, sheet.usual);
             if wide > enough {
                 *e = wide;
             }
         }
         Ok(())
     };
-    charted.fitted.par_iter().zip(evidence).map_init(Vec::new, |found, x| look(found, x)).collect()
+    let charts = charted.fitted.par_iter().enumerate();
+    charts.zip(evidence).map_init(Vec::new, |found, x| look(found, x)).collect()
 }
 
 /// A chart as a sheet; none for a tube.
@@ -196,23 +205,25 @@ fn add_slabs(
 }
 
 /// Removes parts of which the charts together do not speak for surface beyond doubt.
-fn remove_doubtful_parts(charted: &Charted<'_>, evidence: &[f64], stands: &mut [bool], overlaps: &[Overlap]) {
+fn remove_doubtful_parts(
+    charted: &Charted<'_>,
+    evidence: &[f64],
+    stands: &mut [bool],
+    overlaps: &[Overlap],
+    enough: f64,
+) {
     let mut parts = Sets::new(stands.len());
     let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
     // A clump beside the surface shares points with it, but few of them say that both are one sheet.
     for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
         parts.join(o.a, o.b);
     }
-    let part: Vec<usize> = (0..stands.len() as u32).map(|k| parts.find(k) as usize).collect();
-    let mut seen = vec![false; stands.len()];
-    part.iter().zip(&*stands).filter(|(_, s)| **s).for_each(|(&p, _)| seen[p] = true);
-    let enough = beyond_chance(seen.iter().filter(|s| **s).count());
     let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);
     let mut total = vec![0.0; stands.len()];
     for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
-        total[part[k]] += evidence[k] * shares.of(k, f);
+        total[parts.find(k as u32) as usize] += evidence[k] * shares.of(k, f);
     }
     for (k, stands) in stands.iter_mut().enumerate() {
-        *stands &= total[part[k]] > enough;
+        *stands &= total[parts.find(k as u32) as usize] > enough;
     }
 }
