@@ -171,16 +171,14 @@ mod tests {
     #[test]
     fn no_more_is_seen_than_what_is_beside_vertices_within() {
         let steps = |v: u32| [v - 1, v + 1].map(|to| Step { to, length: 1.0, by: v });
-        let go = |within: f64, end: u32| {
-            let found = Run::default()
-                .execute(|ctx| shortest_within(within, [100].into_iter(), steps, |v| v == end, ctx));
-            let mut seen: Vec<(u32, f64)> =
-                found.unwrap().into_iter().map(|(v, (far, _))| (v, far)).collect();
-            seen.sort_by_key(|s| s.0);
-            seen
-        };
         let all = [(98, 2.0), (99, 1.0), (100, 0.0), (101, 1.0), (102, 2.0)];
-        assert_eq!(go(1.5, 103), all);
-        assert_eq!(go(9.0, 101), all[..4], "an end stops the search");
+        let reached = Run::default().execute(|ctx| shortest_within(1.5, 200, [100].into_iter(), steps, ctx));
+        let distance = reached.unwrap().distance;
+        let far: Vec<(u32, f64)> = (0..).zip(distance).filter(|d| d.1.is_finite()).collect();
+        assert_eq!(far, all);
+        let seen = Run::default().execute(|ctx| shortest_seen([100].into_iter(), steps, |v| v == 101, ctx));
+        let mut far: Vec<(u32, f64)> = seen.unwrap().into_iter().map(|(v, known)| (v, known.0)).collect();
+        far.sort_by_key(|s| s.0);
+        assert_eq!(far, all[..4], "an end stops the search");
     }
 }

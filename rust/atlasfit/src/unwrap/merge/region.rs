@@ -163,7 +163,7 @@ impl Neighbouring<'_> {
 }
 
 /// The chart of a face that is named as in `Neighbouring::beyond`, and its place there.
-fn named<'c>(both: [&'c Chart; 2], at: u32) -> (&'c Chart, usize) {
+fn named(both: [&Chart; 2], at: u32) -> (&Chart, usize) {
     let firsts = both[0].faces.len();
     let at = at as usize;
     if at < firsts { (both[0], at) } else { (both[1], at - firsts) }

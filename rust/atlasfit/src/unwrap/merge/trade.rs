@@ -256,7 +256,7 @@ mod tests {
                 Borders::find(&s, charts).edges.iter().map(|e| e.length).sum::<f64>() * SIDE as f64
             };
             let before = border(&charts);
-            trade(&s, &mut charts, 1.1, MERGE.reaches, ctx)?;
+            trade(&s, &mut charts, 1.1, MERGE.reaches, &mut Settled::default(), ctx)?;
             let faces = [0, 1].map(|c| charts.list[c].as_ref().map_or(0, |c| c.faces.len()));
             for (id, c) in charts.list.iter().enumerate() {
                 for (i, &f) in c.iter().flat_map(|c| &c.faces).enumerate() {
