@@ -227,3 +227,60 @@ fn remove_doubtful_parts(
         *stands &= total[parts.find(k as u32) as usize] > enough;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::atlas::mask::Mask;
+    use crate::atlas::{Chart, Monge};
+    use crate::blend::membership;
+    use crate::numeric::Rng;
+    use crate::numeric::spline::COEFFS;
+    use crate::partition::PatchSize;
+    use crate::run::Run;
+    use crate::spatial::spacing::Sampling;
+
+    /// A flat chart over the plane z = 0 that explains these points.
+    fn flat(points: std::ops::Range<u32>) -> FittedChart {
+        let map = Monge {
+            center: Vec3::ZERO,
+            axes: [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])],
+            radii: [12.0; 2],
+            coeffs: Box::new([0.0; COEFFS]),
+            mask: Mask::full(),
+        };
+        let chart = Chart { map: Map::Monge(map), sigma: 0.1, sign: 1.0, support: 1.0 };
+        let members = points.map(|p| (p, 1.0)).collect();
+        FittedChart { chart, members, expected: 0.1, log_kappa: None, of_two: false }
+    }
+
+    #[test]
+    fn points_of_another_chart_alone_do_not_speak_for_one_through_strays() {
+        let mut rng = Rng::new(1);
+        let mut at = |x: f64, y: f64| Vec3([x, y, 0.1 * rng.normal()]);
+        let mut points: Vec<Vec3> =
+            (0..400).map(|i| at(f64::from(i % 20) - 9.5, f64::from(i / 20) - 9.5)).collect();
+        points.extend((0..8).map(|i| at(4.0 * f64::from(i % 3) - 4.2, 4.0 * f64::from(i / 3) - 4.2)));
+        let fitted = [flat(0..400), flat(400..408)];
+        let sampling = Sampling::new((0..408).map(|i| if i < 400 { 1.0 } else { 4.0 }).collect());
+        let evidence = Run::default().execute(|ctx| {
+            let members = membership::of_points(points.len(), &fitted, ctx)?;
+            let tree = Neighbours::build(&points, ctx)?;
+            let cut = Cut {
+                points: &points,
+                tree: &tree,
+                sampling: &sampling,
+                sigma: 0.1,
+                relative: &[],
+                size: PatchSize::default(),
+                rows: &[],
+                whole: points.len(),
+            };
+            let charted = Charted { cut, fitted: &fitted, members: &members };
+            let all = of_chart(&charted, &fitted[1], |_| true, &mut Vec::new(), ctx)?;
+            Ok((of_charts(&charted, ctx)?, all))
+        });
+        let (own, all) = evidence.unwrap();
+        assert!(own[0] > 20.0 && all > 100.0 && own[1] < 10.0, "{own:?} {all}");
+    }
+}
