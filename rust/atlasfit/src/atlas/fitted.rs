@@ -16,3 +16,24 @@ pub struct FittedChart {
     /// Whether it is one of two sheets that were told apart though they lie within each other's noise.
     pub of_two: bool,
 }
+
+#[cfg(test)]
+impl FittedChart {
+    /// A flat chart over the plane z = 0, of this radius and noise, that explains these points.
+    pub(crate) fn flat(radius: f64, sigma: f64, points: std::ops::Range<u32>) -> Self {
+        use super::mask::Mask;
+        use super::{Map, Monge};
+        use crate::numeric::vec3::Vec3;
+
+        let map = Monge {
+            center: Vec3::ZERO,
+            axes: [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])],
+            radii: [radius; 2],
+            coeffs: Box::new([0.0; crate::numeric::spline::COEFFS]),
+            mask: Mask::full(),
+        };
+        let chart = Chart { map: Map::Monge(map), sigma, sign: 1.0, support: 1.0 };
+        let members = points.map(|p| (p, 1.0)).collect();
+        Self { chart, members, expected: sigma, log_kappa: None, of_two: false }
+    }
+}

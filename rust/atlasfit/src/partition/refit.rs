@@ -103,23 +103,9 @@ fn is_copy(f: &FittedChart, other: &ProjectedPoint, sigma: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::atlas::mask::Mask;
-    use crate::atlas::{Chart, Monge};
-    use crate::numeric::spline::COEFFS;
-    use crate::numeric::vec3::Vec3;
-    use std::ops::Range;
 
-    fn of(points: Range<u32>) -> FittedChart {
-        let map = Monge {
-            center: Vec3::ZERO,
-            axes: [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])],
-            radii: [1.0; 2],
-            coeffs: Box::new([0.0; COEFFS]),
-            mask: Mask::full(),
-        };
-        let chart = Chart { map: Map::Monge(map), sigma: 1.0, sign: 1.0, support: 1.0 };
-        let members = points.map(|p| (p, 1.0)).collect();
-        FittedChart { chart, members, expected: 1.0, log_kappa: None, of_two: false }
+    fn of(points: std::ops::Range<u32>) -> FittedChart {
+        FittedChart::flat(1.0, 1.0, points)
     }
 
     #[test]

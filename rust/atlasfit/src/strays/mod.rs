@@ -231,28 +231,11 @@ fn remove_doubtful_parts(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::atlas::mask::Mask;
-    use crate::atlas::{Chart, Monge};
     use crate::blend::membership;
     use crate::numeric::Rng;
-    use crate::numeric::spline::COEFFS;
     use crate::partition::PatchSize;
     use crate::run::Run;
     use crate::spatial::spacing::Sampling;
-
-    /// A flat chart over the plane z = 0 that explains these points.
-    fn flat(points: std::ops::Range<u32>) -> FittedChart {
-        let map = Monge {
-            center: Vec3::ZERO,
-            axes: [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])],
-            radii: [12.0; 2],
-            coeffs: Box::new([0.0; COEFFS]),
-            mask: Mask::full(),
-        };
-        let chart = Chart { map: Map::Monge(map), sigma: 0.1, sign: 1.0, support: 1.0 };
-        let members = points.map(|p| (p, 1.0)).collect();
-        FittedChart { chart, members, expected: 0.1, log_kappa: None, of_two: false }
-    }
 
     #[test]
     fn points_of_another_chart_alone_do_not_speak_for_one_through_strays() {
@@ -261,7 +244,7 @@ mod tests {
         let mut points: Vec<Vec3> =
             (0..400).map(|i| at(f64::from(i % 20) - 9.5, f64::from(i / 20) - 9.5)).collect();
         points.extend((0..8).map(|i| at(4.0 * f64::from(i % 3) - 4.2, 4.0 * f64::from(i / 3) - 4.2)));
-        let fitted = [flat(0..400), flat(400..408)];
+        let fitted = [0..400, 400..408].map(|points| FittedChart::flat(12.0, 0.1, points));
         let sampling = Sampling::new((0..408).map(|i| if i < 400 { 1.0 } else { 4.0 }).collect());
         let evidence = Run::default().execute(|ctx| {
             let members = membership::of_points(points.len(), &fitted, ctx)?;

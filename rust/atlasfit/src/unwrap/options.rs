@@ -90,7 +90,8 @@ pub struct UnwrapOptions {
     /// they look from all around.
     pub up: Option<[f64; 3]>,
     /// What a seam costs per unit of its length, per vertex (an edge costs the mean of its ends): 1 as usual,
-    /// less where seams may be, more where not; only ratios count. Finite, not negative. One entry per vertex.
+    /// less where seams may be, more where not; only ratios count. Finite, not negative. One entry per
+    /// vertex.
     /// Not with [`keep_uvs`](Self::keep_uvs).
     pub seam_price: Option<Vec<f32>>,
     /// The polygon that each triangle is cut from: triangles of one polygon stay in one chart, whose UVs are

@@ -345,8 +345,8 @@ fn seen(plain: &[&Row], hidden: &[&Row]) -> String {
     }
     let halved = ratios.iter().filter(|r| **r <= 0.5).count();
     format!(
-        "\nShare of the seams that is seen, {HIDDEN} : atlasfit: {:.3} in the median; at most half on {halved} \
-         of {}\n",
+        "\nShare of the seams that is seen, {HIDDEN} : atlasfit: {:.3} in the median; \
+         at most half on {halved} of {}\n",
         median(&mut ratios),
         ratios.len()
     )
