@@ -123,8 +123,7 @@
 
 /**
  * A file, or bytes, of no known format, damaged beyond repair, or of a newer version; or data that the
- * format
- * of the output cannot hold.
+ * format of the output cannot hold.
  */
 #define ATLASFIT_BAD_FILE 12
 
@@ -450,8 +449,7 @@ typedef struct atlasfit_cancel atlasfit_cancel;
 
 /**
  * What a file holds: points, the faces between them if there are any, and columns beside them. Immutable:
- * any
- * number of threads may read one at once.
+ * any number of threads may read one at once.
  */
 typedef struct atlasfit_file atlasfit_file;
 
@@ -2543,10 +2541,8 @@ ATLASFIT_API atlasfit_status atlasfit_bake_options_init(atlasfit_bake_options *o
 
 /**
  * Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near
- * it,
- * for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
- * averaged as plain numbers, without gamma
- * correction. Parts of the UVs outside [0, 1] are left out.
+ * it, for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
+ * averaged as plain numbers, without gamma correction. Parts of the UVs outside [0, 1] are left out.
  *
  * @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
  * @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours
@@ -2802,8 +2798,7 @@ atlasfit_status atlasfit_file_notes(const atlasfit_file *file,
 
 /**
  * Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are
- * among
- * them.
+ * among them.
  *
  * @param xyz      Room for `capacity` numbers.
  * @param capacity At least 3 * info.points.

@@ -249,10 +249,8 @@ pub unsafe extern "C" fn atlasfit_bake_options_init(
 }
 
 /// Draws colours into a texture for a mesh's UVs: the colours of its vertices, those of points that lie near
-/// it,
-/// for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
-/// averaged as plain numbers, without gamma
-/// correction. Parts of the UVs outside [0, 1] are left out.
+/// it, for example a scan, which is often finer, or the textures that it has with other UVs. Colours are
+/// averaged as plain numbers, without gamma correction. Parts of the UVs outside [0, 1] are left out.
 ///
 /// @param mesh     The mesh with its corner_uv, and its colors where `points` is NULL.
 /// @param points   Points in the mesh's frame; only their positions and colors are read. NULL = the colours

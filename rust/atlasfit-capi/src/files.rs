@@ -24,8 +24,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Once};
 
 /// What a file holds: points, the faces between them if there are any, and columns beside them. Immutable:
-/// any
-/// number of threads may read one at once.
+/// any number of threads may read one at once.
 pub struct atlasfit_file(());
 
 impl Handle for atlasfit_file {
@@ -209,8 +208,7 @@ fn notes(f: &Loaded) -> Vec<String> {
 }
 
 /// Copies the positions: x, y, z per point, in the file's order and unit. Points that are not finite are
-/// among
-/// them.
+/// among them.
 ///
 /// @param xyz      Room for `capacity` numbers.
 /// @param capacity At least 3 * info.points.

@@ -45,8 +45,7 @@ pub const ATLASFIT_OUT_OF_MEMORY: i32 = 10;
 /// The input has no surface that could be fitted, or no area that could be measured or unwrapped.
 pub const ATLASFIT_DEGENERATE: i32 = 11;
 /// A file, or bytes, of no known format, damaged beyond repair, or of a newer version; or data that the
-/// format
-/// of the output cannot hold.
+/// format of the output cannot hold.
 pub const ATLASFIT_BAD_FILE: i32 = 12;
 /// The result does not hold what is asked for (UVs of a run without UVs, for example), or the library was
 /// built without it.
@@ -201,8 +200,7 @@ pub unsafe extern "C" fn atlasfit_last_error(buffer: *mut c_char, capacity: usiz
 }
 
 /// Copies text to the caller's buffer of `capacity` bytes with a 0 at the end, cut between two characters
-/// where
-/// there is no more room; nowhere for NULL.
+/// where there is no more room; nowhere for NULL.
 pub(crate) unsafe fn copy_text(text: &str, to: *mut c_char, capacity: usize) {
     if to.is_null() || capacity == 0 {
         return;

@@ -1,7 +1,6 @@
 //! Writes a made-up shape: `cargo run -p atlasfit-learn --example shape -- chair 365 chair.ply`. The number
-//! is that
-//! of the shape in the family, as collections of the data seed 1 count them: from 360 on they are in the test
-//! split of the recipe `quick`.
+//! is that of the shape in the family, as collections of the data seed 1 count them: from 360 on they are in
+//! the test split of the recipe `quick`.
 
 use atlasfit_learn::data::seed_of;
 use atlasfit_learn::shapes::{Family, Shape};

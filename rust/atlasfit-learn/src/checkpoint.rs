@@ -1,6 +1,5 @@
 //! Models as files: safetensors with the recipe in the header; of a training that can go on, Adam's moments
-//! and
-//! the state of the training too.
+//! and the state of the training too.
 //!
 //! Files are written whole to a hidden name and then renamed: what bears the name is never half of one.
 
@@ -69,17 +68,27 @@ fn numbers(model: &Model, adam: Option<&Adam>) -> Result<Numbers> {
     }
     for (name, moments) in &model.params.moments {
         let m = moments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone();
-        for (what, values) in [("mean", m.mean), ("variance", m.variance)] {
+        for (what, values) in [("mean", flat(&m.get(0)?)?), ("variance", flat(&m.get(1)?)?)] {
             all.push((format!("{name}.{what}"), vec![values.len()], values));
         }
     }
     for (i, (name, var)) in model.params.vars.iter().enumerate() {
         let Some(adam) = adam else { break };
-        for (what, values) in ["first", "second"].iter().zip(&adam.moments[i]) {
-            all.push((format!("adam.{what}.{name}"), var.dims().to_vec(), values.clone()));
+        for (k, what) in ["first", "second"].iter().enumerate() {
+            let values = flat(&adam.moments[i].get(k)?)?;
+            all.push((format!("adam.{what}.{name}"), var.dims().to_vec(), values));
         }
     }
     Ok(all)
+}
+
+/// The bytes of numbers in the order of the file, all at once: a model has tens of millions.
+fn little_endian(values: &[f32]) -> Vec<u8> {
+    let mut bytes = vec![0; 4 * values.len()];
+    for (to, x) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(values) {
+        *to = x.to_le_bytes();
+    }
+    bytes
 }
 
 /// The bytes of a model's file.
@@ -113,7 +122,7 @@ pub fn to_bytes(
                 let bits = values.flatten_all()?.to_vec1::<half::f16>()?;
                 bits.iter().flat_map(|x| x.to_le_bytes()).collect()
             } else {
-                values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>()
+                little_endian(&values)
             };
             Ok((name, if half { Dtype::F16 } else { Dtype::F32 }, shape, bytes))
         })
@@ -195,9 +204,11 @@ pub fn from_bytes(bytes: &[u8], name: &Path, device: &Device) -> Result<Loaded> 
     }
     for (name, moments) in &model.params.moments {
         let mut m = moments.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let n = m.mean.len();
-        m.mean = read(&format!("{name}.mean"), n)?;
-        m.variance = read(&format!("{name}.variance"), n)?;
+        let mut both = Vec::with_capacity(m.elem_count());
+        for what in ["mean", "variance"] {
+            both.extend(read(&format!("{name}.{what}"), m.elem_count() / 2)?);
+        }
+        *m = Tensor::from_vec(both, m.shape(), device)?;
     }
     let training = match state {
         Some(state) => {
@@ -206,8 +217,11 @@ pub fn from_bytes(bytes: &[u8], name: &Path, device: &Device) -> Result<Loaded> 
                 .vars
                 .iter()
                 .map(|(name, var)| {
-                    let of = |what: &str| read(&format!("adam.{what}.{name}"), var.elem_count());
-                    Ok([of("first")?, of("second")?])
+                    let mut both = Vec::with_capacity(2 * var.elem_count());
+                    for what in ["first", "second"] {
+                        both.extend(read(&format!("adam.{what}.{name}"), var.elem_count())?);
+                    }
+                    Ok(Tensor::from_vec(both, (2, var.elem_count()), device)?)
                 })
                 .collect::<Result<_>>()?;
             Some((Adam { steps, moments }, state))

@@ -1,8 +1,8 @@
 //! Correspondence: the same place of the same chart on two answers.
 //!
 //! In: answers to two shapes. Out: for points of the one their counterparts on the other; how far these are
-//! from
-//! the known ones of made-up shapes. Source: *Deep Manifold Prior*, supplement A ("Shape correspondence").
+//! from the known ones of made-up shapes. Source: *Deep Manifold Prior*, supplement A ("Shape
+//! correspondence").
 
 use crate::data::{Dataset, Split};
 use crate::error::{Error, Result};

@@ -89,8 +89,7 @@ pub struct Answer {
 }
 
 /// Answers to some inputs, all of one kind: coordinates or pixels, one input after the other; with `side`
-/// samples
-/// along a side of each chart where the decoder can.
+/// samples along a side of each chart where the decoder can.
 ///
 /// # Errors
 /// Those of candle; samples that are not finite.
@@ -164,8 +163,7 @@ pub fn chamfers(model: &Model, all: &Answers, input: Input, ctx: &Context<'_>) -
 }
 
 /// The mean Chamfer distance of `count` points that are the same for all shapes: the better one of points
-/// drawn
-/// from all training shapes together, and of the best of several training shapes.
+/// drawn from all training shapes together, and of the best of several training shapes.
 ///
 /// # Errors
 /// As [`Dataset::read_all`]; cancelled or out of time.

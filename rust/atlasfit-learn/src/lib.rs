@@ -1,7 +1,6 @@
 //! Atlases learned from a collection of shapes, as in *Deep Manifold Prior* (Gadelha, Wang, Maji), section
 //! "Learning from data" and supplement A: the same charts and the same stretch as in `atlasfit-net`, made by
-//! a
-//! network from points or from one picture. Tensors and gradients are candle's; nearest neighbours, Chamfer
+//! a network from points or from one picture. Tensors and gradients are candle's; nearest neighbours, Chamfer
 //! distance, overlap and UV quality are the core's.
 //!
 //! | What | File | In the paper |

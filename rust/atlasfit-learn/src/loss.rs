@@ -1,11 +1,9 @@
 //! What is minimised: Chamfer distance to the shape plus the weighted stretch of the charts.
 //!
 //! In: samples (shapes, samples, 3), points (shapes, points, 3). Out: the mean over the shapes, with
-//! gradients
-//! through the samples. Which point is nearest to which comes from the core's trees and is piecewise
-//! constant,
-//! so the gradient is exact for the nearest points found. Source: *Deep Manifold Prior*, section 3; sums over
-//! points are means, as in `atlasfit::measure::chamfer`.
+//! gradients through the samples. Which point is nearest to which comes from the core's trees and is
+//! piecewise constant, so the gradient is exact for the nearest points found. Source: *Deep Manifold Prior*,
+//! section 3; sums over points are means, as in `atlasfit::measure::chamfer`.
 
 use atlasfit::numeric::vec3::Vec3;
 use atlasfit::run::Context;
@@ -16,8 +14,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 
 /// Chamfer distance of each shape's samples to its points, mean over the shapes: a scalar. There may be
-/// several
-/// answers to each shape: samples (answers shapes, samples, 3), all shapes' first answers first.
+/// several answers to each shape: samples (answers shapes, samples, 3), all shapes' first answers first.
 ///
 /// # Errors
 /// Shapes that do not fit; samples that are not finite ([`atlasfit::Error::Diverged`]); cancelled or out of
@@ -25,6 +22,10 @@ use crate::error::Result;
 pub fn chamfer(samples: &Tensor, points: &Tensor, ctx: &Context<'_>) -> Result<Tensor> {
     let ((all, n, _), (shapes, m, _)) = (samples.dims3()?, points.dims3()?);
     let device = samples.device();
+    #[cfg(feature = "cuda")]
+    if device.is_cuda() {
+        return Ok(on_gpu::chamfer(&samples.contiguous()?, &points.contiguous()?)?);
+    }
     let plain = |t: &Tensor| t.detach().flatten_all()?.to_vec1::<f32>();
     let (s, p) = (vectors(&plain(samples)?)?, vectors(&plain(points)?)?);
     let nearest: Vec<Vec<[Vec<u32>; 2]>> = (0..shapes)
@@ -76,10 +77,9 @@ fn nearest(from: &[Vec3], tree: &Neighbours, offset: usize, ctx: &Context<'_>) -
     Ok(out)
 }
 
-/// Stretch of charts, samples (shapes, charts, side side, 3): as `atlasfit_net::loss::stretch`, the mean
-/// over a
-/// chart's samples of the summed squared distances to their grid neighbours; added over the charts, mean over
-/// the shapes. A scalar.
+/// Stretch of charts, samples (shapes, charts, side side, 3): as `atlasfit_net::loss::stretch`, the mean over
+/// a chart's samples of the summed squared distances to their grid neighbours; added over the charts, mean
+/// over the shapes. A scalar.
 ///
 /// # Errors
 /// Shapes that do not fit.
@@ -91,4 +91,60 @@ pub fn stretch(samples: &Tensor, side: usize) -> Result<Tensor> {
     };
     // Every edge counts twice, once from each end.
     Ok(((edges(1)? + edges(2)?)? * (2.0 / (n * shapes) as f64))?)
+}
+
+/// The same on an NVIDIA GPU, which looks at all pairs. Samples that are not finite make a distance that is not.
+#[cfg(feature = "cuda")]
+mod on_gpu {
+    use crate::ops::gpu::{made, with};
+    use candle_core::op::BackpropOp;
+    use candle_core::{CpuStorage, CudaStorage, CustomOp1, D, Layout, Result, Shape, Storage, Tensor, bail};
+
+    pub(super) fn chamfer(samples: &Tensor, points: &Tensor) -> Result<Tensor> {
+        let ((all, n, _), m) = (samples.dims3()?, points.dim(1)?);
+        let (s, flat) = (samples.detach(), samples.detach().flatten_to(1)?);
+        let nearest = |from: &Tensor, to: &Tensor, size: [usize; 2]| -> Result<Tensor> {
+            let indices = with(from, |a| with(to, |b| atlasfit_cuda::nearest(a, b, size, all)))?;
+            Ok(Tensor::from_storage(Storage::Cuda(indices), all * size[0], BackpropOp::none(), false))
+        };
+        let of_samples = nearest(&s, points, [n, m])?;
+        let of_points = nearest(points, &s, [m, n])?;
+        let targets = points.flatten_to(1)?;
+        let repeated = Tensor::cat(&vec![&targets; all / points.dim(0)?], 0)?;
+        let mean = |d: Tensor| d.sqr()?.sum(D::Minus1)?.mean_all();
+        let to_points = mean((&flat - targets.index_select(&of_samples, 0)?)?)?;
+        let value = (to_points + mean((flat.index_select(&of_points, 0)? - repeated)?)?)?;
+        let kernel = |s: atlasfit_cuda::Given<'_>| {
+            with(points, |p| {
+                with(&of_samples, |i| with(&of_points, |j| atlasfit_cuda::chamfer_gradient(s, p, i, j)))
+            })
+        };
+        let gradient = made(&s, kernel, (all, n, 3))?;
+        samples.apply_op1(Known { value, gradient })
+    }
+
+    /// A number whose gradient is known.
+    struct Known {
+        value: Tensor,
+        gradient: Tensor,
+    }
+
+    impl CustomOp1 for Known {
+        fn name(&self) -> &'static str {
+            "chamfer"
+        }
+
+        fn cpu_fwd(&self, _: &CpuStorage, _: &Layout) -> Result<(CpuStorage, Shape)> {
+            bail!("the CPU takes trees")
+        }
+
+        fn cuda_fwd(&self, _: &CudaStorage, _: &Layout) -> Result<(CudaStorage, Shape)> {
+            use candle_core::backend::BackendStorage;
+            Ok((with(&self.value, |(s, layout)| s.try_clone(layout))?, ().into()))
+        }
+
+        fn bwd(&self, _: &Tensor, _: &Tensor, gradient: &Tensor) -> Result<Option<Tensor>> {
+            Ok(Some(self.gradient.broadcast_mul(gradient)?))
+        }
+    }
 }

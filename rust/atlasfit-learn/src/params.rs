@@ -1,13 +1,13 @@
 //! The numbers of a model: variables that are trained, and the running moments of batch norm, by name and in
 //! the order in which they were made.
 
-use crate::ops::{Moments, norm_activate};
+use crate::ops::{identity_moments, norm_activate};
 use atlasfit::numeric::rng::Rng;
 use candle_core::{Device, Result, Shape, Tensor, Var};
 use std::sync::{Arc, Mutex};
 
 /// The share of a batch's moments in the running ones: PyTorch's default.
-const MOMENTUM: f32 = 0.1;
+const MOMENTUM: f64 = 0.1;
 
 /// Whether batch norm takes the moments of the batch, or those that ran along in training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,8 +22,8 @@ pub enum Mode {
 pub struct Params {
     /// Trained variables.
     pub vars: Vec<(String, Var)>,
-    /// Running moments of batch norm.
-    pub moments: Vec<(String, Arc<Mutex<Moments>>)>,
+    /// Running moments of batch norm, (2, groups, units): mean and variance.
+    pub moments: Vec<(String, Arc<Mutex<Tensor>>)>,
     device: Device,
     rng: Rng,
 }
@@ -56,8 +56,7 @@ impl Params {
         let n = groups * units;
         let gain = self.var(&format!("{name}.gain"), vec![1.0; n], (groups, units).into())?;
         let shift = self.var(&format!("{name}.shift"), vec![0.0; n], (groups, units).into())?;
-        let start = Moments { mean: vec![0.0; n], variance: vec![1.0; n] };
-        let moments = Arc::new(Mutex::new(start));
+        let moments = Arc::new(Mutex::new(identity_moments(groups, units, &self.device)?));
         self.moments.push((name.to_owned(), moments.clone()));
         Ok(Norm { gain, shift, slope, moments })
     }
@@ -80,7 +79,7 @@ pub(crate) struct Norm {
     gain: Tensor,
     shift: Tensor,
     slope: f32,
-    moments: Arc<Mutex<Moments>>,
+    moments: Arc<Mutex<Tensor>>,
 }
 
 impl Norm {
@@ -92,15 +91,10 @@ impl Norm {
         }
         let (y, of_batch) = norm_activate(x, &self.gain, &self.shift, self.slope, None)?;
         // As in PyTorch, the running variance is that of the population.
-        let rows = x.dim(1)? as f32;
-        let unbiased = rows / (rows - 1.0).max(1.0);
-        let mix = |running: &mut [f32], new: &[f32], factor: f32| {
-            for (r, n) in running.iter_mut().zip(new) {
-                *r += MOMENTUM * (factor * n - *r);
-            }
-        };
-        mix(&mut running.mean, &of_batch.mean, 1.0);
-        mix(&mut running.variance, &of_batch.variance, unbiased);
+        let rows = x.dim(1)? as f64;
+        let unbiased = Tensor::new(&[1.0, (rows / (rows - 1.0).max(1.0)) as f32], x.device())?;
+        let new = of_batch.broadcast_mul(&unbiased.reshape((2, 1, 1))?)?;
+        *running = ((&*running * (1.0 - MOMENTUM))? + (new * MOMENTUM)?)?;
         Ok(y)
     }
 }

@@ -2,14 +2,12 @@
 //!
 //! In: a recipe, a collection, a folder. Out, in the folder: `last.safetensors` (training goes on from it),
 //! `best.safetensors` (the model with the lowest validation so far) and `log.csv`, all written whole after
-//! each
-//! epoch; at the end `model.safetensors`, the best one in half precision. The same recipe gives the same
-//! bytes for any number of threads, and when training goes on from
-//! `last.safetensors`.
+//! each epoch; at the end `model.safetensors`, the best one in half precision. The same recipe gives the same
+//! bytes for any number of threads, and when training goes on from `last.safetensors`.
 
 use crate::adam::Adam;
 use crate::checkpoint::{self, Precision};
-use crate::data::{Batch, Batches, Dataset, Split};
+use crate::data::{BRIGHTEST, Batch, Batches, Dataset, Split};
 use crate::error::{Error, Result};
 use crate::eval::{Answers, Input, chamfers};
 use crate::loss::{chamfer, stretch};
@@ -18,7 +16,7 @@ use crate::params::Mode;
 use crate::recipe::Recipe;
 pub use crate::state::{Epoch, State};
 use atlasfit::run::{Context, Stage};
-use candle_core::{Device, Tensor};
+use candle_core::{DType, Device, Tensor};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -50,6 +48,9 @@ pub enum Event {
     Epoch(usize, Epoch),
 }
 
+/// Steps before speed is measured: the first ones start the device and its libraries.
+const WARM: usize = 3;
+
 /// What came out.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -60,7 +61,7 @@ pub struct Trained {
     pub best: PathBuf,
     /// Whether training ended before its last epoch, because validation no longer fell.
     pub early: bool,
-    /// Shapes per second while training.
+    /// Shapes per second while training, without the first three steps, which start the device.
     pub shapes_per_second: f64,
 }
 
@@ -69,8 +70,7 @@ pub struct Trained {
 ///
 /// # Errors
 /// [`Error::Diverged`] where the loss is no number: the files of the last good epoch stay.
-/// [`Error::BadFile`],
-/// [`Error::Recipe`]; files that cannot be written; cancelled or out of time.
+/// [`Error::BadFile`], [`Error::Recipe`]; files that cannot be written; cancelled or out of time.
 pub fn train(
     recipe: &Recipe,
     data: &Dataset,
@@ -88,7 +88,8 @@ pub fn train(
     let first = run.state.epochs.len();
     let total = recipe.train.epochs;
     ctx.stage(Stage::Fit, total.saturating_sub(first) * per_epoch);
-    let (started, mut steps, mut spent) = (Instant::now(), 0usize, 0.0);
+    let (started, mut steps, mut warming) = (Instant::now(), 0usize, Duration::ZERO);
+    let mut spent = Duration::ZERO;
     let mut early = run.is_stale();
     for epoch in first..total {
         if early {
@@ -104,6 +105,9 @@ pub fn train(
             let losses = run.step(&batch?, rate, ctx).map_err(|e| run.explain(e, epoch, folder))?;
             n += 1.0;
             steps += 1;
+            if steps == WARM {
+                warming = began.elapsed();
+            }
             (0..2).for_each(|k| sums[k] += losses[k]);
             ctx.advance(1);
             let of = (total - first) * per_epoch;
@@ -116,7 +120,7 @@ pub fn train(
                 left,
             });
         }
-        spent += began.elapsed().as_secs_f64();
+        spent += began.elapsed();
         let validated = run.validate(&validation, ctx);
         let [from_points, from_image] = validated.map_err(|e| run.explain(e, epoch, folder))?;
         let row = Epoch { chamfer: sums[0] / n, stretch: sums[1] / n, from_points, from_image, rate };
@@ -131,7 +135,8 @@ pub fn train(
         state: run.state,
         best: folder.join(BEST),
         early,
-        shapes_per_second: (steps * recipe.train.batch) as f64 / f64::max(spent, 1e-9),
+        shapes_per_second: (steps.saturating_sub(WARM) * recipe.train.batch) as f64
+            / (spent - warming).as_secs_f64().max(1e-9),
     })
 }
 
@@ -177,7 +182,7 @@ impl Training {
             })?;
             atlasfit_io::check_output(&last)?;
             let model = Model::new(&recipe.model, recipe.train.seed, device)?;
-            let adam = Adam::new(&model.params);
+            let adam = Adam::new(&model.params)?;
             return Ok(Self { recipe: recipe.clone(), model, adam, state: State::default() });
         }
         let loaded = checkpoint::load(&last, device)?;
@@ -212,6 +217,7 @@ impl Training {
         if model.recipe.encoder.image() {
             let side = model.recipe.image_side;
             let pictures = Tensor::from_slice(&batch.pictures, (batch.len, side, side, CHANNELS), device)?;
+            let pictures = (pictures.to_dtype(DType::F32)? / BRIGHTEST)?;
             codes.extend(model.encode_pictures(&pictures, Mode::Train)?);
         }
         let samples = model.decode(&Tensor::cat(&codes, 0)?, Mode::Train)?;
@@ -219,13 +225,14 @@ impl Training {
         let chamfer = chamfer(&samples.reshape((shapes, charts * n, 3))?, &points, ctx)?;
         let stretch = stretch(&samples, model.side())?;
         let loss = (&chamfer + (&stretch * self.recipe.train.stretch)?)?;
-        let number = |t: &Tensor| Ok::<f64, Error>(f64::from(t.to_scalar::<f32>()?));
-        let value = number(&loss)?;
-        if !value.is_finite() {
-            return Err(Error::Diverged { epoch: 0, loss: value, kept: String::new() });
-        }
         self.adam.step(&model.params, &loss.backward()?, rate)?;
-        Ok([number(&chamfer)?, number(&stretch)?])
+        // A GPU works through the whole step before it is asked for numbers: files keep the last good epoch.
+        let numbers = Tensor::stack(&[loss, chamfer, stretch], 0)?.to_vec1::<f32>()?;
+        let [loss, chamfer, stretch] = [0, 1, 2].map(|i| f64::from(numbers[i]));
+        if !loss.is_finite() {
+            return Err(Error::Diverged { epoch: 0, loss, kept: String::new() });
+        }
+        Ok([chamfer, stretch])
     }
 
     /// Mean Chamfer distance of the validation shapes, from points and from pictures.

@@ -110,7 +110,7 @@ fn a_loss_that_is_no_number_ends_training_and_the_last_good_checkpoint_stays() {
     let mut loaded = checkpoint::load(&to.join(LAST), &Device::Cpu).unwrap();
     recipe.train.epochs = 2;
     let (adam, state) = loaded.training.as_mut().unwrap();
-    adam.moments[0][0].fill(f32::MAX);
+    adam.moments[0] = (adam.moments[0].ones_like().unwrap() * f64::from(f32::MAX)).unwrap();
     loaded.recipe.train.rate = 1e30;
     recipe.train.rate = 1e30;
     let poisoned = Some((&*adam, &*state));

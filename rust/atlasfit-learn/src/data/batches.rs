@@ -22,8 +22,8 @@ pub struct Batch {
     pub len: usize,
     /// Coordinates, shapes x points x 3.
     pub points: Vec<f32>,
-    /// One picture of each, shapes x side x side x 2, in [0, 1].
-    pub pictures: Vec<f32>,
+    /// One picture of each, shapes x side x side x 2, 0 to 255.
+    pub pictures: Vec<u8>,
 }
 
 /// The batches of one epoch.
@@ -104,15 +104,18 @@ impl Batches {
             let wanted = (0..self.points).map(|i| (first + i) % all);
             batch.points.extend(wanted.flat_map(|i| [points[3 * i], points[3 * i + 1], points[3 * i + 2]]));
             let view = self.rng.below(views);
-            batch.pictures.extend(pixels(self.shard.picture_of(shape, view)));
+            batch.pictures.extend_from_slice(self.shard.picture_of(shape, view));
         }
         batch
     }
 }
 
+/// The brightest pixel's number in a file; the encoder takes 1 for it.
+pub(crate) const BRIGHTEST: f64 = 255.0;
+
 /// Numbers of a picture as the encoder takes them.
 pub(crate) fn pixels(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {
-    bytes.iter().map(|&b| f32::from(b) / 255.0)
+    bytes.iter().map(|&b| f32::from(b) / BRIGHTEST as f32)
 }
 
 impl Iterator for Batches {

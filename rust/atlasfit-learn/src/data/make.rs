@@ -31,8 +31,7 @@ pub const fn seed_of(collection: u64, number: u64) -> u64 {
 }
 
 /// Which shapes a split holds: each family's seeds, one after the other: 8 of 10 to train, 1 to validate, 1
-/// to
-/// test.
+/// to test.
 fn seeds(recipe: &DataRecipe, split: Split) -> Vec<(Family, u64)> {
     let n = recipe.shapes as u64;
     let (low, high) = match split {

@@ -2,8 +2,7 @@
 //! ShapeNet.
 //!
 //! A shard is a safetensors file of up to [`SHARD`] shapes: `points` (shapes, points, 3) f32 in the
-//! normalised
-//! frame, `pictures` (shapes, views, side, side, 2) u8, `family` (shapes) u8, `id` (shapes) u64.
+//! normalised frame, `pictures` (shapes, views, side, side, 2) u8, `family` (shapes) u8, `id` (shapes) u64.
 
 mod batches;
 mod make;
@@ -13,7 +12,7 @@ mod shard;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use batches::pixels;
+pub(crate) use batches::{BRIGHTEST, pixels};
 pub use batches::{Batch, Batches};
 pub use make::{Generated, generate, seed_of};
 pub use pictures::{Painter, prepare};

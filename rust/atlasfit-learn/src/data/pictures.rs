@@ -9,8 +9,7 @@ use atlasfit::geometry::TriMesh;
 use atlasfit::run::Context;
 
 /// How far a channel differs from the background's where something is: above the rounding of a picture that
-/// is
-/// written as JPEG and read again.
+/// is written as JPEG and read again.
 const DIFFERENT: u8 = 12;
 /// The share of the picture that is left free on every side, as the project's renderer leaves it.
 const MARGIN: f64 = 0.04;
@@ -71,8 +70,7 @@ pub fn prepare(image: &Image, side: usize, name: &str) -> Result<Vec<u8>> {
 }
 
 /// How much of each pixel is covered, 0 to 1: alpha, or where all of it is opaque, whether the pixel differs
-/// from
-/// the background, the colour that most of the border has.
+/// from the background, the colour that most of the border has.
 fn cover(image: &Image) -> Vec<f32> {
     if image.rgba.iter().any(|c| c[3] < 255) {
         return image.rgba.iter().map(|c| f32::from(c[3]) / 255.0).collect();

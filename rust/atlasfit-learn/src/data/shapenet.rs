@@ -4,10 +4,8 @@
 //! `SHAPENET/CATEGORY/MODEL/model.obj` (ShapeNetCore 1). Pictures:
 //! `RENDERINGS/CATEGORY/MODEL/rendering/00.png`
 //! to `23.png` (AtlasNet's ShapeNetRendering); without them the project draws. Split: ShapeNet's `all.csv`
-//! with
-//! the columns synsetId, modelId and split; without it the first 8 of 10 models of a category, by name,
-//! train,
-//! the next one validates, the last one tests.
+//! with the columns synsetId, modelId and split; without it the first 8 of 10 models of a category, by name,
+//! train, the next one validates, the last one tests.
 
 use super::make::drawn;
 use super::{

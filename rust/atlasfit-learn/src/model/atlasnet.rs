@@ -1,7 +1,6 @@
 //! From a code to charts, each a fully connected network of the code and a place of the unit square.
 //! Source: AtlasNet (Groueix et al. 2018). Its first layer sees code and place side by side; here it is the
-//! sum
-//! of a product of each: the same function, without a copy of the code at every place.
+//! sum of a product of each: the same function, without a copy of the code at every place.
 
 use crate::ops::{outer_add, shared_product};
 use crate::params::{Mode, Norm, Params};

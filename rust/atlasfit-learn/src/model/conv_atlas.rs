@@ -1,10 +1,9 @@
 //! From a code to charts, each a convolutional network: the code becomes a small picture, which blocks of
-//! upsampling and convolution double while they halve its channels. Source: *Deep Manifold Prior*,
-//! supplement A
-//! ("ConvAtlas"). It does not say how the code enters; here one linear layer, shared by all charts, makes a
+//! upsampling and convolution double while they halve its channels. Source: *Deep Manifold Prior*, supplement
+//! A ("ConvAtlas"). It does not say how the code enters; here one linear layer, shared by all charts, makes a
 //! picture of 4 x 4 from it.
 
-use crate::ops::{Window, shared_product, unfold, upsample};
+use crate::ops::{Window, conv, shared_product, unfold, upsample};
 use crate::params::{Mode, Norm, Params};
 use candle_core::{Result, Tensor};
 
@@ -63,15 +62,15 @@ impl ConvAtlas {
         let shapes = doubled.dim(0)?;
         let mut x = doubled.clone();
         for (block, weight) in self.weights.iter().enumerate() {
-            let seen = unfold(&if block == 0 { x } else { upsample(&x)? }, WINDOW)?;
-            let (_, side, _, inputs) = seen.dims4()?;
-            let rows = shapes * side * side;
             let y = if block == 0 {
                 // One product for all charts: they see the same picture.
-                shared_product(&seen.reshape((rows, inputs))?, weight)?
+                let seen = unfold(&x, WINDOW)?;
+                let (_, side, _, inputs) = seen.dims4()?;
+                shared_product(&seen.reshape((shapes * side * side, inputs))?, weight)?
             } else {
-                seen.reshape((self.charts, rows, inputs))?.matmul(weight)?
+                conv(&upsample(&x)?, weight, WINDOW)?
             };
+            let side = START << (block + 1);
             let Some(norm) = self.norms.get(block) else {
                 return y.broadcast_add(&self.bias)?.tanh()?.reshape((self.charts, shapes, side * side, 3));
             };

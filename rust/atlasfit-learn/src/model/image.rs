@@ -1,7 +1,7 @@
 //! From a picture to a code: a residual network of 18 layers (He et al. 2016). In place of the maximum after
 //! the first layer the first stage has a stride of 2; everything else is ResNet-18, of any width.
 
-use crate::ops::{Window, unfold};
+use crate::ops::{Window, conv};
 use crate::params::{Mode, Norm, Params};
 use candle_core::{Result, Tensor};
 
@@ -26,16 +26,16 @@ impl Conv {
     ) -> Result<Self> {
         let inputs = window.side * window.side * from;
         Ok(Self {
-            weight: params.uniform(&format!("{name}.weight"), (inputs, to), inputs)?,
+            weight: params.uniform(&format!("{name}.weight"), (1, inputs, to), inputs)?,
             norm: params.norm(name, 1, to, slope)?,
             window,
         })
     }
 
     fn forward(&self, x: &Tensor, mode: Mode) -> Result<Tensor> {
-        let seen = unfold(x, self.window)?;
-        let (count, rows, columns, inputs) = seen.dims4()?;
-        let y = seen.reshape((count * rows * columns, inputs))?.matmul(&self.weight)?.unsqueeze(0)?;
+        let (count, rows, columns, _) = x.dims4()?;
+        let y = conv(x, &self.weight, self.window)?;
+        let [rows, columns] = [rows, columns].map(|n| self.window.along(n));
         self.norm.forward(&y, mode)?.reshape((count, rows, columns, ()))
     }
 }

@@ -1,8 +1,7 @@
 //! Models: an encoder of points, of pictures or of both, and a decoder into charts.
 //!
 //! In: points (shapes, points, 3) in the normalised frame (box centred at 0, longest side 1), pictures
-//! (shapes,
-//! side, side, 2) of brightness and cover in [0, 1]. Out: samples of charts on regular grids,
+//! (shapes, side, side, 2) of brightness and cover in [0, 1]. Out: samples of charts on regular grids,
 //! (shapes, charts side side, 3), within (-1, 1).
 
 mod atlasnet;
@@ -119,8 +118,7 @@ impl Model {
     }
 
     /// [`Self::decode`] with `side` samples along a side of each chart; convolutions always give 32. Also
-    /// says
-    /// how many there are.
+    /// says how many there are.
     ///
     /// # Errors
     /// Those of candle.

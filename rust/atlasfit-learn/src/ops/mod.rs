@@ -1,19 +1,22 @@
 //! Operations on tensors that candle's CPU lacks, or does by one thread: each with its exact gradient.
 //!
-//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in
-//! fixed
-//! order, so that results do not depend on the number of threads. On other devices the same values come from
-//! candle's own operations; tests compare the two.
+//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in fixed
+//! order, so that results do not depend on the number of threads. On an NVIDIA GPU they are the kernels of
+//! `atlasfit-cuda`, and elsewhere candle's own operations; tests compare them.
 //!
 //! Pictures are stored as (pictures, rows, columns, channels), so that a convolution is one matrix product.
 
+mod conv;
+#[cfg(feature = "cuda")]
+pub(crate) mod gpu;
 mod norm;
 mod outer;
 mod product;
 mod unfold;
 mod upsample;
 
-pub use norm::{Moments, norm_activate};
+pub use conv::conv;
+pub use norm::{identity_moments, norm_activate};
 pub use outer::outer_add;
 pub use product::shared_product;
 pub use unfold::{Window, unfold};
@@ -35,6 +38,11 @@ fn with_slice<T>(x: &Tensor, f: impl FnOnce(&[f32]) -> Result<T>) -> Result<T> {
 fn slice<'a>(storage: &'a CpuStorage, layout: &Layout) -> Result<&'a [f32]> {
     let Some((from, to)) = layout.contiguous_offsets() else { bail!("a tensor that is not contiguous") };
     Ok(&storage.as_slice::<f32>()?[from..to])
+}
+
+/// Whether a device has these operations fused; elsewhere they are composed of candle's.
+fn has_fused(device: &Device) -> bool {
+    device.is_cpu() || (cfg!(feature = "cuda") && device.is_cuda())
 }
 
 /// A tensor on the CPU.

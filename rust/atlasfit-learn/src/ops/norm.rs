@@ -1,32 +1,33 @@
 //! Batch norm and what follows it, in one pass over the values.
 //!
-//! In: values of shape (groups, rows, units), gain and shift of shape (groups, units). Each unit of each
-//! group
-//! is normalised over its rows. Out: slope-ReLU of the normalised values. The gradient is that of Ioffe and
+//! In: values of shape (groups, rows, units), gain and shift of shape (groups, units). Each unit of each group
+//! is normalised over its rows. Moments are mean and variance (not corrected for the count), (2, groups, units),
+//! on the device of the values. Out: slope-ReLU of the normalised values. The gradient is that of Ioffe and
 //! Szegedy 2015 with the statistics' own dependence on the values.
 
-use super::{made, slice, with_slice};
-use candle_core::{CpuStorage, CustomOp3, Layout, Result, Shape, Tensor};
+use super::{has_fused, made, slice, with_slice};
+#[cfg(feature = "cuda")]
+use candle_core::CudaStorage;
+use candle_core::{CpuStorage, CustomOp1, CustomOp3, DType, Device, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
-use std::sync::{Arc, OnceLock};
 
 /// Added to the variance: PyTorch's default (the paper names no value).
 const EPS: f64 = 1e-5;
 /// Rows whose sums are taken by one task: the order of sums follows from it, never from the threads.
 const BLOCK: usize = 512;
 
-/// Mean and variance (not corrected for the count) of each unit of each group, one after the other.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Moments {
-    /// Mean.
-    pub mean: Vec<f32>,
-    /// Variance.
-    pub variance: Vec<f32>,
+/// Mean 0, variance 1.
+///
+/// # Errors
+/// Those of candle.
+pub fn identity_moments(groups: usize, units: usize, device: &Device) -> Result<Tensor> {
+    let of = |f: fn((usize, usize), DType, &Device) -> Result<Tensor>| f((groups, units), DType::F32, device);
+    Tensor::stack(&[of(Tensor::zeros)?, of(Tensor::ones)?], 0)
 }
 
 /// Normalises, scales and shifts `x`, then multiplies negative values by `slope` (1: leaves all as they are,
-/// 0: ReLU). With `given` moments these are used and are constants; without, those of the batch, which are
-/// returned.
+/// 0: ReLU). With `given` moments these are used and are constants; without, those of the batch. Also gives the
+/// moments that were used.
 ///
 /// # Errors
 /// Shapes that do not fit.
@@ -35,21 +36,27 @@ pub fn norm_activate(
     gain: &Tensor,
     shift: &Tensor,
     slope: f32,
-    given: Option<&Moments>,
-) -> Result<(Tensor, Moments)> {
+    given: Option<&Tensor>,
+) -> Result<(Tensor, Tensor)> {
     let (groups, rows, units) = x.dims3()?;
-    let moments = Arc::new(OnceLock::new());
-    if let Some(given) = given {
-        let _ = moments.set(given.clone());
+    let size = [groups, rows, units];
+    if !has_fused(x.device()) {
+        return composed(x, gain, shift, slope, given);
     }
-    let y = if x.device().is_cpu() {
-        let op =
-            Norm { size: [groups, rows, units], slope, fixed: given.is_some(), moments: moments.clone() };
-        x.contiguous()?.apply_op3(&gain.contiguous()?, &shift.contiguous()?, op)?
-    } else {
-        composed(x, gain, shift, slope, &moments)?
+    let x = x.contiguous()?;
+    let moments = match given {
+        Some(given) => given.clone(),
+        None => x.apply_op1_no_bwd(&Take { size })?,
     };
-    Ok((y, moments.get().cloned().unwrap_or_default()))
+    let op = Norm {
+        size,
+        slope,
+        fixed: given.is_some(),
+        moments: moments.clone(),
+        #[cfg(feature = "cuda")]
+        packed: super::gpu::packed(&moments, gain, shift)?,
+    };
+    Ok((x.apply_op3(&gain.contiguous()?, &shift.contiguous()?, op)?, moments))
 }
 
 /// The same by candle's operations.
@@ -58,25 +65,28 @@ pub(super) fn composed(
     gain: &Tensor,
     shift: &Tensor,
     slope: f32,
-    moments: &OnceLock<Moments>,
-) -> Result<Tensor> {
-    let (groups, rows, units) = x.dims3()?;
-    let (mean, variance) = match moments.get() {
-        Some(m) => {
-            let tensor = |v: &Vec<f32>| Tensor::from_vec(v.clone(), (groups, 1, units), x.device());
-            (tensor(&m.mean)?, tensor(&m.variance)?)
-        }
+    given: Option<&Tensor>,
+) -> Result<(Tensor, Tensor)> {
+    let rows = x.dim(1)?;
+    let (mean, variance) = match given {
+        Some(m) => (m.get(0)?.unsqueeze(1)?, m.get(1)?.unsqueeze(1)?),
         None => {
             let mean = x.mean_keepdim(1)?;
             let variance = (x.broadcast_sub(&mean)?.sqr()?.sum_keepdim(1)? / rows as f64)?;
-            let flat = |t: &Tensor| t.flatten_all()?.to_vec1::<f32>();
-            let _ = moments.set(Moments { mean: flat(&mean)?, variance: flat(&variance)? });
             (mean, variance)
         }
     };
+    let moments = Tensor::stack(&[mean.squeeze(1)?, variance.squeeze(1)?], 0)?.detach();
     let normalised = x.broadcast_sub(&mean)?.broadcast_div(&(variance + EPS)?.sqrt()?)?;
     let y = normalised.broadcast_mul(&gain.unsqueeze(1)?)?.broadcast_add(&shift.unsqueeze(1)?)?;
-    if slope == 1.0 { Ok(y) } else { y.maximum(&(&y * f64::from(slope))?) }
+    let y = if slope == 1.0 { y } else { y.maximum(&(&y * f64::from(slope))?)? };
+    Ok((y, moments))
+}
+
+/// The batch's moments.
+struct Take {
+    /// Groups, rows, units.
+    size: [usize; 3],
 }
 
 struct Norm {
@@ -85,7 +95,10 @@ struct Norm {
     slope: f32,
     /// Whether the moments are constants.
     fixed: bool,
-    moments: Arc<OnceLock<Moments>>,
+    moments: Tensor,
+    /// Moments, gain and shift as the kernels take them.
+    #[cfg(feature = "cuda")]
+    packed: Option<Tensor>,
 }
 
 /// For each unit of each group two sums over its rows, which `add` takes from one row's units.
@@ -118,11 +131,15 @@ fn sums(
     out
 }
 
-impl Norm {
-    /// The batch's moments: variances about the first row's value, which is near the mean, so that f32 sums
-    /// lose little.
-    fn take(&self, x: &[f32]) -> Moments {
-        let [_, rows, units] = self.size;
+impl CustomOp1 for Take {
+    fn name(&self) -> &'static str {
+        "norm-moments"
+    }
+
+    /// Variances are taken about the first row's value, which is near the mean, so that f32 sums lose little.
+    fn cpu_fwd(&self, x: &CpuStorage, layout: &Layout) -> Result<(CpuStorage, Shape)> {
+        let x = slice(x, layout)?;
+        let [groups, rows, units] = self.size;
         let [sum, square] = sums(self.size, |group, row, a, b| {
             let first = &x[group * rows * units..][..units];
             for (((a, b), x), f) in a.iter_mut().zip(b).zip(&x[row * units..][..units]).zip(first) {
@@ -133,12 +150,19 @@ impl Norm {
         });
         let n = rows as f64;
         let first = |i: usize| f64::from(x[i / units * rows * units + i % units]);
-        let mean = sum.iter().enumerate().map(|(i, s)| (first(i) + s / n) as f32).collect();
-        let variance =
-            sum.iter().zip(&square).map(|(s, q)| (q / n - (s / n).powi(2)).max(0.0) as f32).collect();
-        Moments { mean, variance }
+        let mut out: Vec<f32> = sum.iter().enumerate().map(|(i, s)| (first(i) + s / n) as f32).collect();
+        out.extend(sum.iter().zip(&square).map(|(s, q)| (q / n - (s / n).powi(2)).max(0.0) as f32));
+        Ok((CpuStorage::F32(out), (2, groups, units).into()))
     }
 
+    #[cfg(feature = "cuda")]
+    fn cuda_fwd(&self, x: &CudaStorage, layout: &Layout) -> Result<(CudaStorage, Shape)> {
+        let [groups, _, units] = self.size;
+        Ok((atlasfit_cuda::norm_moments((x, layout), self.size)?, (2, groups, units).into()))
+    }
+}
+
+impl Norm {
     /// Rows of `out` made by several threads.
     fn rows(&self, out: &mut [f32], make: impl Fn(usize, usize, &mut [f32]) + Sync) {
         let [_, rows, units] = self.size;
@@ -150,8 +174,16 @@ impl Norm {
         });
     }
 
-    fn inverse(moments: &Moments) -> Vec<f32> {
-        moments.variance.iter().map(|v| (1.0 / (f64::from(*v) + EPS).sqrt()) as f32).collect()
+    /// Means, and one over the standard deviations.
+    fn means(&self) -> Result<(Vec<f32>, Vec<f32>)> {
+        let mean = self.moments.get(0)?.flatten_all()?.to_vec1()?;
+        let variance = self.moments.get(1)?.flatten_all()?.to_vec1::<f32>()?;
+        Ok((mean, variance.iter().map(|v| (1.0 / (f64::from(*v) + EPS).sqrt()) as f32).collect()))
+    }
+
+    #[cfg(feature = "cuda")]
+    const fn on_gpu(&self) -> atlasfit_cuda::NormSize {
+        atlasfit_cuda::NormSize { size: self.size, slope: self.slope, eps: EPS as f32 }
     }
 }
 
@@ -176,10 +208,9 @@ impl CustomOp3 for Norm {
     ) -> Result<(CpuStorage, Shape)> {
         let (x, gain, shift) = (slice(x, lx)?, slice(gain, lg)?, slice(shift, ls)?);
         let [groups, rows, units] = self.size;
-        let m = self.moments.get_or_init(|| self.take(x));
-        let inverse = Self::inverse(m);
+        let (mean, inverse) = self.means()?;
         let scale: Vec<f32> = gain.iter().zip(&inverse).map(|(g, i)| g * i).collect();
-        let offset: Vec<f32> = shift.iter().zip(&scale).zip(&m.mean).map(|((s, a), m)| s - a * m).collect();
+        let offset: Vec<f32> = shift.iter().zip(&scale).zip(&mean).map(|((s, a), m)| s - a * m).collect();
         let mut out = vec![0.0; groups * rows * units];
         self.rows(&mut out, |group, row, out| {
             let (scale, offset) = (&scale[group * units..][..units], &offset[group * units..][..units]);
@@ -192,6 +223,22 @@ impl CustomOp3 for Norm {
         Ok((CpuStorage::F32(out), (groups, rows, units).into()))
     }
 
+    #[cfg(feature = "cuda")]
+    fn cuda_fwd(
+        &self,
+        x: &CudaStorage,
+        lx: &Layout,
+        _gain: &CudaStorage,
+        _lg: &Layout,
+        _shift: &CudaStorage,
+        _ls: &Layout,
+    ) -> Result<(CudaStorage, Shape)> {
+        let y = super::gpu::with(super::gpu::some(&self.packed)?, |packed| {
+            atlasfit_cuda::norm_apply((x, lx), packed, &self.on_gpu())
+        })?;
+        Ok((y, (&self.size).into()))
+    }
+
     fn bwd(
         &self,
         x: &Tensor,
@@ -201,13 +248,17 @@ impl CustomOp3 for Norm {
         gradient: &Tensor,
     ) -> Result<(Option<Tensor>, Option<Tensor>, Option<Tensor>)> {
         let [groups, rows, units] = self.size;
-        let m = self.moments.get().cloned().unwrap_or_default();
-        let inverse = Self::inverse(&m);
+        #[cfg(feature = "cuda")]
+        if let Some(packed) = &self.packed {
+            let (dx, sums) = super::gpu::norm_gradient(gradient, x, packed, &self.on_gpu(), self.fixed)?;
+            return Ok((Some(dx), Some(sums.get(1)?), Some(sums.get(0)?)));
+        }
+        let (mean, inverse) = self.means()?;
         with_slice(x, |x| {
             with_slice(y, |y| {
                 with_slice(gradient, |d| {
                     let [shift_sum, gain_sum] = sums(self.size, |group, row, a, b| {
-                        let (mean, inverse) = (part(&m.mean, group, units), part(&inverse, group, units));
+                        let (mean, inverse) = (part(&mean, group, units), part(&inverse, group, units));
                         let (x, y, d) = (part(x, row, units), part(y, row, units), part(d, row, units));
                         let (a, b) = (&mut a[..units], &mut b[..units]);
                         for j in 0..units {
@@ -224,7 +275,7 @@ impl CustomOp3 for Norm {
                         .map(|i| (-f64::from(a[i] * inverse[i]) * gain_sum[i] / n) as f32)
                         .collect();
                     let q: Vec<f32> = (0..groups * units)
-                        .map(|i| (-f64::from(a[i]) * shift_sum[i] / n - f64::from(p[i] * m.mean[i])) as f32)
+                        .map(|i| (-f64::from(a[i]) * shift_sum[i] / n - f64::from(p[i] * mean[i])) as f32)
                         .collect();
                     let mut dx = vec![0.0; x.len()];
                     self.rows(&mut dx, |group, row, out| {

@@ -1,8 +1,9 @@
 //! Sums of every row of one matrix with every row of another: what a layer's units get from a shape and from
-//! a
-//! place of its chart, without a copy of the shape's numbers at each place.
+//! a place of its chart, without a copy of the shape's numbers at each place.
 
-use super::{made, slice, with_slice};
+use super::{has_fused, made, slice, with_slice};
+#[cfg(feature = "cuda")]
+use candle_core::CudaStorage;
 use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 /// Shapes that do not fit.
 pub fn outer_add(x: &Tensor, y: &Tensor) -> Result<Tensor> {
     let ((groups, a, units), (_, b, _)) = (x.dims3()?, y.dims3()?);
-    if x.device().is_cpu() {
+    if has_fused(x.device()) {
         x.contiguous()?.apply_op2(&y.contiguous()?, OuterAdd { size: [groups, a, b, units] })
     } else {
         x.unsqueeze(2)?.broadcast_add(&y.unsqueeze(1)?)
@@ -51,6 +52,17 @@ impl CustomOp2 for OuterAdd {
         Ok((CpuStorage::F32(out), (groups, a, b, units).into()))
     }
 
+    #[cfg(feature = "cuda")]
+    fn cuda_fwd(
+        &self,
+        x: &CudaStorage,
+        lx: &Layout,
+        y: &CudaStorage,
+        ly: &Layout,
+    ) -> Result<(CudaStorage, Shape)> {
+        Ok((atlasfit_cuda::outer_add((x, lx), (y, ly), self.size)?, (&self.size).into()))
+    }
+
     fn bwd(
         &self,
         _x: &Tensor,
@@ -59,6 +71,15 @@ impl CustomOp2 for OuterAdd {
         gradient: &Tensor,
     ) -> Result<(Option<Tensor>, Option<Tensor>)> {
         let [groups, a, b, units] = self.size;
+        #[cfg(feature = "cuda")]
+        if gradient.device().is_cuda() {
+            let d = gradient.contiguous()?;
+            let sums = |size: [usize; 3], shape: [usize; 3]| {
+                super::gpu::made(&d, |d| atlasfit_cuda::sum_middle(d, size), &shape)
+            };
+            let of_x = sums([groups * a, b, units], [groups, a, units])?;
+            return Ok((Some(of_x), Some(sums([groups, a, b * units], [groups, b, units])?)));
+        }
         with_slice(gradient, |d| {
             let mut dx = vec![0.0; groups * a * units];
             dx.par_chunks_mut(units).enumerate().for_each(|(i, dx)| {

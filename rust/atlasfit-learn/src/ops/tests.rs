@@ -13,11 +13,16 @@ fn plain(t: &Tensor) -> Vec<f32> {
 }
 
 fn near(a: &Tensor, b: &Tensor, what: &str) {
+    within(1e-4, a, b, what);
+}
+
+/// Whether all numbers agree within a share of the largest one.
+fn within(share: f32, a: &Tensor, b: &Tensor, what: &str) {
     assert_eq!(a.dims(), b.dims(), "{what}");
     let (a, b) = (plain(a), plain(b));
     let size = b.iter().fold(1.0f32, |size, x| size.max(x.abs()));
     let off = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(off < 1e-4 * size, "{what} is {off} off, of {size}");
+    assert!(off < share * size, "{what} is {off} off, of {size}");
 }
 
 /// Values and gradients of two ways to compute the same from the same variables.
@@ -37,10 +42,9 @@ fn a_convolution_by_unfolding_is_candles() {
         [Window { side: 3, stride: 1 }, Window { side: 7, stride: 2 }, Window { side: 1, stride: 2 }]
     {
         let (x, w) = (random(&[2, 10, 8, 3], 1), random(&[window.side * window.side * 3, 5], 2));
-        let seen = unfold(&x, window).unwrap();
-        let (n, rows, columns, inputs) = seen.dims4().unwrap();
-        let ours = seen.reshape((n * rows * columns, inputs)).unwrap().matmul(&w).unwrap();
-        let ours = ours.reshape((n, rows, columns, 5)).unwrap();
+        let [rows, columns] = [10, 8].map(|n| window.along(n));
+        let ours = conv(&x, &w.unsqueeze(0).unwrap(), window).unwrap();
+        let ours = ours.reshape((2, rows, columns, 5)).unwrap();
         let kernel = w.reshape((window.side, window.side, 3, 5)).unwrap().permute((3, 2, 0, 1)).unwrap();
         let picture = x.permute((0, 3, 1, 2)).unwrap().contiguous().unwrap();
         let theirs =
@@ -71,7 +75,7 @@ fn batch_norm_is_candles_and_its_gradients_too() {
     let (ours, moments) = norm_activate(&x, &gain, &shift, 1.0, None).unwrap();
     near(&ours, &theirs, "batch norm");
     let mean = x.mean(1).unwrap();
-    near(&Tensor::from_vec(moments.mean, (1, 5), &Device::Cpu).unwrap(), &mean, "the mean");
+    near(&moments.get(0).unwrap(), &mean, "the mean");
 }
 
 #[test]
@@ -79,7 +83,7 @@ fn fused_operations_are_those_composed_of_candles() {
     let (x, gain, shift) = (random(&[3, 600, 4], 1), random(&[3, 4], 2), random(&[3, 4], 3));
     for slope in [0.0, 0.2, 1.0] {
         let (fused, _) = norm_activate(&x, &gain, &shift, slope, None).unwrap();
-        let composed = norm::composed(&x, &gain, &shift, slope, &std::sync::OnceLock::new()).unwrap();
+        let (composed, _) = norm::composed(&x, &gain, &shift, slope, None).unwrap();
         same(&[&x, &gain, &shift], &fused, &composed, &format!("norm with slope {slope}"));
     }
     let (a, b) = (random(&[2, 3, 4], 1), random(&[2, 5, 4], 2));
@@ -97,4 +101,83 @@ fn a_product_with_several_matrices_is_that_with_each() {
     let (x, w) = (random(&[3, 6], 1), random(&[2, 6, 8], 2));
     let each = Tensor::stack(&[x.as_tensor(), x.as_tensor()], 0).unwrap().matmul(&w).unwrap();
     same(&[&w, &x], &shared_product(&x, &w).unwrap(), &each, "the product");
+}
+
+/// What a GPU computes against the CPU, values and gradients. Says so where there is no GPU.
+#[cfg(feature = "cuda")]
+#[test]
+fn an_nvidia_gpu_gives_what_the_cpu_gives() {
+    type Function<'a> = &'a dyn Fn(&[Var]) -> Tensor;
+    let Ok(gpu) = Device::new_cuda(0) else {
+        println!("skipped: there is no NVIDIA GPU");
+        return;
+    };
+    let close = |share: f32, shapes: &[&[usize]], f: Function<'_>, what: &str| {
+        let pull = random(f(&random_all(shapes, &Device::Cpu)).dims(), 99);
+        let [cpu, gpu] = [&Device::Cpu, &gpu].map(|device| {
+            let vars = random_all(shapes, device);
+            let y = f(&vars);
+            let pulled = (&y * pull.to_device(device).unwrap()).unwrap();
+            let gradients = pulled.sum_all().unwrap().backward().unwrap();
+            let mut all = vec![y];
+            all.extend(vars.iter().map(|v| gradients.get(v).unwrap().clone()));
+            all.into_iter().map(|t| t.to_device(&Device::Cpu).unwrap()).collect::<Vec<_>>()
+        });
+        for (i, (a, b)) in gpu.iter().zip(&cpu).enumerate() {
+            within(share, a, b, &format!("{what}, value and gradients: {i}"));
+        }
+    };
+    let both = |shapes: &[&[usize]], f: Function<'_>, what: &str| close(1e-4, shapes, f, what);
+    let windows =
+        [Window { side: 3, stride: 1 }, Window { side: 7, stride: 2 }, Window { side: 1, stride: 2 }];
+    for window in windows {
+        let taps = window.side * window.side;
+        let name = format!("{window:?}");
+        both(&[&[2, 10, 8, 3]], &|v| unfold(&v[0], window).unwrap(), &name);
+        let name = format!("{window:?}, 8 channels");
+        both(&[&[2, 10, 8, 8]], &|v| unfold(&v[0], window).unwrap(), &name);
+        // Factors have 10 bits there.
+        let shapes: [&[usize]; 2] = [&[4, 10, 8, 3], &[2, taps * 3, 5]];
+        close(4e-3, &shapes, &|v| conv(&v[0], &v[1], window).unwrap(), &name);
+    }
+    for slope in [0.0, 0.2, 1.0] {
+        let norm = |v: &[Var]| norm_activate(&v[0], &v[1], &v[2], slope, None).unwrap();
+        let shapes: [&[usize]; 3] = [&[3, 700, 40], &[3, 40], &[3, 40]];
+        both(&shapes, &|v| norm(v).0, &format!("norm with slope {slope}"));
+        let fixed = |v: &[Var]| {
+            let moments = (random(&[2, 3, 40], 8).abs().unwrap() + 0.1).unwrap();
+            let moments = moments.to_device(v[0].device()).unwrap();
+            norm_activate(&v[0], &v[1], &v[2], slope, Some(&moments)).unwrap().0
+        };
+        both(&shapes, &fixed, &format!("norm with fixed moments, slope {slope}"));
+    }
+    both(&[&[2, 3, 4], &[2, 5, 4]], &|v| outer_add(&v[0], &v[1]).unwrap(), "the outer sum");
+    both(&[&[2, 4, 4, 3]], &|v| upsample(&v[0]).unwrap(), "upsampling");
+    both(&[&[3, 6], &[2, 6, 8]], &|v| shared_product(&v[0], &v[1]).unwrap(), "the product");
+    let points = random(&[3, 700, 3], 7);
+    let chamfer = |v: &[Var]| {
+        let points = points.to_device(v[0].device()).unwrap();
+        let mut run = atlasfit::run::Run::default();
+        run.execute(|ctx| Ok(crate::loss::chamfer(&v[0], &points, ctx).unwrap())).unwrap().reshape(1).unwrap()
+    };
+    both(&[&[6, 900, 3]], &chamfer, "the Chamfer distance");
+    let stepped = |device: &Device| {
+        let mut params = crate::params::Params::new(3, device);
+        let x = params.uniform("x", (7, 5), 5).unwrap();
+        let mut adam = crate::adam::Adam::new(&params).unwrap();
+        for _ in 0..3 {
+            let loss = x.sqr().unwrap().sum_all().unwrap();
+            adam.step(&params, &loss.backward().unwrap(), 0.1).unwrap();
+        }
+        x.to_device(&Device::Cpu).unwrap()
+    };
+    near(&stepped(&gpu), &stepped(&Device::Cpu), "three steps of Adam");
+}
+
+#[cfg(feature = "cuda")]
+fn random_all(shapes: &[&[usize]], device: &Device) -> Vec<Var> {
+    let one = |(i, shape): (usize, &&[usize])| {
+        Var::from_tensor(&random(shape, i as u64 + 1).to_device(device).unwrap()).unwrap()
+    };
+    shapes.iter().enumerate().map(one).collect()
 }

@@ -1,7 +1,9 @@
 //! Pictures laid out so that a convolution is one matrix product: for each place of the result a row with all
 //! that its window sees.
 
-use super::{made, slice, with_slice};
+use super::{has_fused, made, slice, with_slice};
+#[cfg(feature = "cuda")]
+use candle_core::CudaStorage;
 use candle_core::{CpuStorage, CustomOp1, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
@@ -34,7 +36,11 @@ impl Window {
 pub fn unfold(x: &Tensor, window: Window) -> Result<Tensor> {
     let (count, rows, columns, channels) = x.dims4()?;
     let size = [count, rows, columns, channels];
-    if x.device().is_cpu() { x.contiguous()?.apply_op1(Unfold { size, window }) } else { composed(x, window) }
+    if has_fused(x.device()) {
+        x.contiguous()?.apply_op1(Unfold { size, window })
+    } else {
+        composed(x, window)
+    }
 }
 
 /// The same by candle's operations.
@@ -57,23 +63,24 @@ pub(super) fn composed(x: &Tensor, window: Window) -> Result<Tensor> {
     Tensor::cat(&taps, 3)
 }
 
-struct Unfold {
+/// Pictures and the windows on them.
+#[derive(Clone, Copy)]
+pub(super) struct Unfold {
     /// Pictures, rows, columns, channels.
-    size: [usize; 4],
-    window: Window,
+    pub(super) size: [usize; 4],
+    pub(super) window: Window,
 }
 
 impl Unfold {
     /// Shape of the result.
-    fn out(&self) -> [usize; 4] {
+    pub(super) const fn out(&self) -> [usize; 4] {
         let [count, rows, columns, channels] = self.size;
         let w = self.window;
         [count, w.along(rows), w.along(columns), w.side * w.side * channels]
     }
 
     /// Calls `at(pixel, place)` for each tap of each window of a picture: offsets of the picture's pixel and
-    /// of
-    /// the tap, in numbers.
+    /// of the tap, in numbers.
     fn taps(&self, mut at: impl FnMut(usize, usize)) {
         let [_, rows, columns, channels] = self.size;
         let [_, high, wide, row] = self.out();
@@ -112,9 +119,33 @@ impl CustomOp1 for Unfold {
         Ok((CpuStorage::F32(out), (count, high, wide, row).into()))
     }
 
+    #[cfg(feature = "cuda")]
+    fn cuda_fwd(&self, x: &CudaStorage, layout: &Layout) -> Result<(CudaStorage, Shape)> {
+        Ok((atlasfit_cuda::unfold((x, layout), &self.on_gpu())?, (&self.out()).into()))
+    }
+
     fn bwd(&self, _x: &Tensor, _out: &Tensor, gradient: &Tensor) -> Result<Option<Tensor>> {
+        Ok(Some(self.fold(gradient)?))
+    }
+}
+
+impl Unfold {
+    #[cfg(feature = "cuda")]
+    const fn on_gpu(&self) -> atlasfit_cuda::Windows {
+        let [_, high, wide, _] = self.out();
+        let Window { side, stride } = self.window;
+        atlasfit_cuda::Windows { size: self.size, along: [high, wide], side, stride }
+    }
+
+    /// The adjoint: for each number of the pictures the sum of what their windows hold of it.
+    pub(super) fn fold(&self, gradient: &Tensor) -> Result<Tensor> {
         let [_, high, wide, row] = self.out();
         let [count, rows, columns, channels] = self.size;
+        #[cfg(feature = "cuda")]
+        if gradient.device().is_cuda() {
+            let fold = |d: atlasfit_cuda::Given<'_>| atlasfit_cuda::fold(d, &self.on_gpu());
+            return super::gpu::made(&gradient.contiguous()?, fold, (count, rows, columns, channels));
+        }
         with_slice(gradient, |d| {
             let mut dx = vec![0.0; count * rows * columns * channels];
             let pictures = dx.par_chunks_mut(rows * columns * channels).zip(d.par_chunks(high * wide * row));
@@ -125,7 +156,7 @@ impl CustomOp1 for Unfold {
                     }
                 });
             });
-            Ok(Some(made(dx, (count, rows, columns, channels))?))
+            made(dx, (count, rows, columns, channels))
         })
     }
 }

@@ -1,7 +1,9 @@
 //! Pictures of twice the size, bilinear: half-pixel centres, clamped at the border, as in the paper's
 //! convolutional networks of `atlasfit-net`.
 
-use super::{made, slice, with_slice};
+use super::{has_fused, made, slice, with_slice};
+#[cfg(feature = "cuda")]
+use candle_core::CudaStorage;
 use candle_core::{CpuStorage, CustomOp1, Device, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
@@ -11,7 +13,7 @@ use rayon::prelude::*;
 /// Shapes that do not fit.
 pub fn upsample(x: &Tensor) -> Result<Tensor> {
     let (count, side, _, channels) = x.dims4()?;
-    if x.device().is_cpu() {
+    if has_fused(x.device()) {
         x.contiguous()?.apply_op1(Upsample { size: [count, side, channels] })
     } else {
         composed(x)
@@ -61,8 +63,7 @@ struct Upsample {
 
 impl Upsample {
     /// Calls `at(to, from, weight)` for each pixel of the result and each of the four that it is made of:
-    /// offsets
-    /// in numbers.
+    /// offsets in numbers.
     fn taps(&self, mut at: impl FnMut(usize, usize, f32)) {
         let [_, side, channels] = self.size;
         for i in 0..2 * side {
@@ -99,8 +100,19 @@ impl CustomOp1 for Upsample {
         Ok((CpuStorage::F32(out), (count, 2 * side, 2 * side, n).into()))
     }
 
+    #[cfg(feature = "cuda")]
+    fn cuda_fwd(&self, x: &CudaStorage, layout: &Layout) -> Result<(CudaStorage, Shape)> {
+        let [count, side, n] = self.size;
+        Ok((atlasfit_cuda::upsample((x, layout), self.size)?, (count, 2 * side, 2 * side, n).into()))
+    }
+
     fn bwd(&self, _x: &Tensor, _out: &Tensor, gradient: &Tensor) -> Result<Option<Tensor>> {
         let [count, side, n] = self.size;
+        #[cfg(feature = "cuda")]
+        if gradient.device().is_cuda() {
+            let adjoint = |d: atlasfit_cuda::Given<'_>| atlasfit_cuda::upsample_adjoint(d, self.size);
+            return Ok(Some(super::gpu::made(&gradient.contiguous()?, adjoint, (count, side, side, n))?));
+        }
         with_slice(gradient, |d| {
             let mut dx = vec![0.0; d.len() / 4];
             dx.par_chunks_mut(side * side * n).zip(d.par_chunks(4 * side * side * n)).for_each(|(dx, d)| {

@@ -1,8 +1,7 @@
 //! Parts of made-up shapes: rings along a line, joined by straight pieces.
 //!
 //! Each place of a part has coordinates (u, v) in the unit square: u along the rings, v around them. They
-//! name
-//! the same place on another shape's part, whatever its size: correspondences are known.
+//! name the same place on another shape's part, whatever its size: correspondences are known.
 
 use atlasfit::numeric::vec3::Vec3;
 
@@ -85,8 +84,7 @@ impl Loft {
     }
 
     /// A bar along a line, round or square, with its radius at each point. Its rings stand across the line
-    /// and
-    /// keep to one direction, so that v means the same along it.
+    /// and keep to one direction, so that v means the same along it.
     pub(super) fn bar(line: &[Vec3], radii: &[f64], square: bool) -> Self {
         let along = (line[line.len() - 1] - line[0]).normalized();
         // The axis of space that the line turns least toward.

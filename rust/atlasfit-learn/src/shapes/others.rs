@@ -90,8 +90,7 @@ fn wing(root: Vec3, tip: Vec3, chords: [f64; 2], thick: Vec3) -> Loft {
 }
 
 /// Slots: 0 body, 1 and 2 wings, 3 and 4 tail, 5 fin, 6 to 9 engines, 10 and 11 struts of a second pair of
-/// wings
-/// 12 and 13, 14 propeller.
+/// wings 12 and 13, 14 propeller.
 pub(super) fn aircraft(build: &mut Build, rng: &mut Rng) {
     let long = 1.0;
     let thick = between(rng, 0.05, 0.11);

@@ -6,8 +6,7 @@
 //!
 //! Where the data end is decided along a whole boundary at once ([`offsets`]): the points beside it are a
 //! Poisson process that ends on a curve, blurred by the noise; the curve is as smooth as their evidence says.
-//! Where the
-//! surface falls short the mesh follows ([`carry`]); what lies beyond is cut off ([`clip`]).
+//! Where the surface falls short the mesh follows ([`carry`]); what lies beyond is cut off ([`clip`]).
 
 mod carry;
 mod clip;

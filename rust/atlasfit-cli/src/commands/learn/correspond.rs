@@ -1,6 +1,5 @@
 //! `atlasfit learn correspond`: two answers of a model, in the same colours where their charts' places are
-//! the
-//! same.
+//! the same.
 
 use super::answers::{answer, model};
 use super::args::Correspond;
