@@ -31,8 +31,8 @@ pub fn adam_moments(
     call.fill(&on, out)
 }
 
-/// Moves the numbers by their moments: `factors` are the size of the step, the second moments' correction and what
-/// keeps the division finite.
+/// Moves the numbers by their moments: `factors` are the size of the step, the second moments' correction and
+/// what keeps the division finite.
 ///
 /// # Errors
 /// As [`adam_moments`].

@@ -10,8 +10,8 @@ __device__ __forceinline__ u32 thread() { return blockIdx.x * blockDim.x + threa
 
 // ---- windows of convolutions (atlasfit_learn::ops::unfold) ----
 
-// Numbers of a picture are taken one by one, or where channels allow it four at a time: counting where they lie
-// takes longer than moving them.
+// Numbers of a picture are taken one by one, or where channels allow it four at a time: counting where they
+// lie takes longer than moving them.
 __device__ __forceinline__ void add(float& sum, float x) { sum += x; }
 __device__ __forceinline__ void add(float4& sum, float4 x) {
     sum.x += x.x, sum.y += x.y, sum.z += x.z, sum.w += x.w;

@@ -74,8 +74,8 @@ impl Call<'_> {
         for factor in self.factors {
             launch.arg(factor);
         }
-        // SAFETY: parameters have the order and types of the kernel, and sizes that fit the slices: see the head
-        // of this file. All run on the device's one stream, so nothing is read before it is written.
+        // SAFETY: parameters have the order and types of the kernel, and sizes that fit the slices: see the
+        // head of this file. All run on the device's one stream, so nothing is read before it is written.
         #[allow(unsafe_code)]
         unsafe { launch.launch(LaunchConfig { grid_dim, block_dim, shared_mem_bytes: 0 }) }.w()?;
         Ok(())
@@ -87,7 +87,8 @@ impl Call<'_> {
         device: &CudaDevice,
         len: usize,
     ) -> Result<CudaStorage> {
-        // SAFETY: the kernel writes each of these numbers before anything reads it: see the head of this file.
+        // SAFETY: the kernel writes each of these numbers before anything reads it: see the head of this
+        // file.
         #[allow(unsafe_code)]
         let mut out = unsafe { device.alloc::<T>(len) }?;
         if len > 0 {

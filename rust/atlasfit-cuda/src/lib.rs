@@ -1,5 +1,5 @@
-//! Kernels for NVIDIA GPUs behind `atlasfit_learn`'s operations: those that candle lacks, or does in many passes
-//! over memory. Empty without the feature `cuda`.
+//! Kernels for NVIDIA GPUs behind `atlasfit_learn`'s operations: those that candle lacks, or does in many
+//! passes over memory. Empty without the feature `cuda`.
 //!
 //! In and out: candle's storages of f32 numbers that lie in order. Each kernel has a safe twin for the CPU in
 //! `atlasfit_learn`, which says what it computes; a test there compares the two where there is a GPU.

@@ -1,13 +1,13 @@
-//! Nearest points by looking at all of them, and what pulls samples to theirs: the twin of the core's trees in
-//! `loss`.
+//! Nearest points by looking at all of them, and what pulls samples to theirs: the twin of the core's trees
+//! in `loss`.
 
 use crate::launch::{BLOCK, Call, Given, Input, index, view};
 use candle_core::backend::BackendStorage;
 use candle_core::{CudaStorage, Result, bail};
 
-/// For each point of `answers` sets the place among all others of the nearest one of its set: points (sets, n, 3),
-/// others (sets, m, 3), where either may have fewer sets, which are then taken in turn. The result is (answers,
-/// n), of u32.
+/// For each point of `answers` sets the place among all others of the nearest one of its set: points (sets,
+/// n, 3), others (sets, m, 3), where either may have fewer sets, which are then taken in turn. The result is
+/// (answers, n), of u32.
 ///
 /// # Errors
 /// Those of candle; more numbers than 32 bits count.
@@ -33,9 +33,9 @@ fn indices<'a>((s, layout): Given<'a>) -> Result<Input<'a>> {
     Ok(Input::Index(s.as_cuda_slice::<u32>()?.slice(from..to)))
 }
 
-/// The gradient at each sample (all samples, 3) of the mean squared distance to the nearest points and of that of
-/// the points, which may be taken several times, to the nearest samples. `of_samples` and `of_points` are the
-/// places that [`nearest`] found.
+/// The gradient at each sample (all samples, 3) of the mean squared distance to the nearest points and of
+/// that of the points, which may be taken several times, to the nearest samples. `of_samples` and `of_points`
+/// are the places that [`nearest`] found.
 ///
 /// # Errors
 /// As [`nearest`].

@@ -28,8 +28,8 @@ impl NormSize {
         index(self.size.iter().product())
     }
 
-    /// Sums over the rows by `name`, whose inputs end with the values: (2, groups, units), as they are or as mean
-    /// and variance.
+    /// Sums over the rows by `name`, whose inputs end with the values: (2, groups, units), as they are or as
+    /// mean and variance.
     fn sums(
         &self,
         name: &str,
@@ -87,7 +87,8 @@ pub fn norm_sums(d: Given<'_>, x: Given<'_>, packed: Given<'_>, norm: &NormSize)
     norm.sums("norm_sums", &[d, x, packed], &[norm.slope, norm.eps], false)
 }
 
-/// The gradient of the values from that of the result and its `sums`; with `fixed` moments these are constants.
+/// The gradient of the values from that of the result and its `sums`; with `fixed` moments these are
+/// constants.
 ///
 /// # Errors
 /// As [`norm_moments`].

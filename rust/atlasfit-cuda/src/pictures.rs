@@ -1,5 +1,5 @@
-//! Windows of convolutions, pictures of twice the size, sums of rows: twins of `ops::unfold`, `ops::upsample` and
-//! `ops::outer`.
+//! Windows of convolutions, pictures of twice the size, sums of rows: twins of `ops::unfold`, `ops::upsample`
+//! and `ops::outer`.
 
 use crate::launch::{Call, Given, index, view};
 use candle_core::backend::BackendStorage;
@@ -94,7 +94,8 @@ pub fn sum_middle(d: Given<'_>, [outer, count, inner]: [usize; 3]) -> Result<Cud
     call.make::<f32>(d.0.device(), outer * inner)
 }
 
-/// Sums (groups, a, b, units) of each row of one (groups, a, units) with each of the other (groups, b, units).
+/// Sums (groups, a, b, units) of each row of one (groups, a, units) with each of the other (groups, b,
+/// units).
 ///
 /// # Errors
 /// As [`unfold`].

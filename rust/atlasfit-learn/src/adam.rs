@@ -1,5 +1,5 @@
-//! Adam (Kingma and Ba 2014) with moments that can be written and read, so that training goes on with the same
-//! bytes. Moments and variables change in place, on their device.
+//! Adam (Kingma and Ba 2014) with moments that can be written and read, so that training goes on with the
+//! same bytes. Moments and variables change in place, on their device.
 
 use crate::params::Params;
 #[cfg(feature = "cuda")]

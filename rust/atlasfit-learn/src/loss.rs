@@ -93,7 +93,8 @@ pub fn stretch(samples: &Tensor, side: usize) -> Result<Tensor> {
     Ok(((edges(1)? + edges(2)?)? * (2.0 / (n * shapes) as f64))?)
 }
 
-/// The same on an NVIDIA GPU, which looks at all pairs. Samples that are not finite make a distance that is not.
+/// The same on an NVIDIA GPU, which looks at all pairs. Samples that are not finite make a distance that is
+/// not.
 #[cfg(feature = "cuda")]
 mod on_gpu {
     use crate::ops::gpu::{made, with};

@@ -7,8 +7,8 @@ use candle_core::CudaStorage;
 use candle_core::backend::BackendStorage;
 use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Storage, Tensor, bail};
 
-/// Convolutions of pictures (groups count, rows, columns, channels), each group with weights of its own (groups,
-/// side side channels, outputs): (groups, count rows' columns', outputs).
+/// Convolutions of pictures (groups count, rows, columns, channels), each group with weights of its own
+/// (groups, side side channels, outputs): (groups, count rows' columns', outputs).
 ///
 /// # Errors
 /// Shapes that do not fit.

@@ -1,8 +1,8 @@
 //! Operations on tensors that candle's CPU lacks, or does by one thread: each with its exact gradient.
 //!
-//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in fixed
-//! order, so that results do not depend on the number of threads. On an NVIDIA GPU they are the kernels of
-//! `atlasfit-cuda`, and elsewhere candle's own operations; tests compare them.
+//! On a CPU they are fused and shared among the threads of the run; sums go over blocks of fixed size in
+//! fixed order, so that results do not depend on the number of threads. On an NVIDIA GPU they are the kernels
+//! of `atlasfit-cuda`, and elsewhere candle's own operations; tests compare them.
 //!
 //! Pictures are stored as (pictures, rows, columns, channels), so that a convolution is one matrix product.
 

@@ -1,9 +1,9 @@
 //! Batch norm and what follows it, in one pass over the values.
 //!
-//! In: values of shape (groups, rows, units), gain and shift of shape (groups, units). Each unit of each group
-//! is normalised over its rows. Moments are mean and variance (not corrected for the count), (2, groups, units),
-//! on the device of the values. Out: slope-ReLU of the normalised values. The gradient is that of Ioffe and
-//! Szegedy 2015 with the statistics' own dependence on the values.
+//! In: values of shape (groups, rows, units), gain and shift of shape (groups, units). Each unit of each
+//! group is normalised over its rows. Moments are mean and variance (not corrected for the count), (2,
+//! groups, units), on the device of the values. Out: slope-ReLU of the normalised values. The gradient is
+//! that of Ioffe and Szegedy 2015 with the statistics' own dependence on the values.
 
 use super::{has_fused, made, slice, with_slice};
 #[cfg(feature = "cuda")]
@@ -26,8 +26,8 @@ pub fn identity_moments(groups: usize, units: usize, device: &Device) -> Result<
 }
 
 /// Normalises, scales and shifts `x`, then multiplies negative values by `slope` (1: leaves all as they are,
-/// 0: ReLU). With `given` moments these are used and are constants; without, those of the batch. Also gives the
-/// moments that were used.
+/// 0: ReLU). With `given` moments these are used and are constants; without, those of the batch. Also gives
+/// the moments that were used.
 ///
 /// # Errors
 /// Shapes that do not fit.
