@@ -10,7 +10,9 @@ pub(crate) mod constants;
 mod density;
 mod evidence;
 mod groups;
+mod odds;
 mod overlaps;
+mod parts;
 
 use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
@@ -21,11 +23,9 @@ use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::neighbours::Neighbour;
-use crate::spatial::sets::Sets;
 pub(crate) use charted::Charted;
 use constants::STRAYS;
 use evidence::Sheet;
-use groups::Shares;
 use overlaps::{Overlap, overlaps};
 use rayon::prelude::*;
 
@@ -47,7 +47,7 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     let mut stands = go_on(sure, &evidence, &overlaps, ctx)?;
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     groups::add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
-    remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
+    parts::remove_doubtful(charted, &evidence, &mut stands, &overlaps, enough, ctx)?;
     Ok(stands)
 }
 
@@ -214,30 +214,6 @@ fn add_slabs(
         }
     }
     Ok(())
-}
-
-/// Removes parts of which the charts together do not speak for surface beyond doubt.
-fn remove_doubtful_parts(
-    charted: &Charted<'_>,
-    evidence: &[f64],
-    stands: &mut [bool],
-    overlaps: &[Overlap],
-    enough: f64,
-) {
-    let mut parts = Sets::new(stands.len());
-    let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
-    // A clump beside the surface shares points with it, but few of them say that both are one sheet.
-    for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
-        parts.join(o.a, o.b);
-    }
-    let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);
-    let mut total = vec![0.0; stands.len()];
-    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
-        total[parts.find(k as u32) as usize] += evidence[k] * shares.of(k, f);
-    }
-    for (k, stands) in stands.iter_mut().enumerate() {
-        *stands &= total[parts.find(k as u32) as usize] > enough;
-    }
 }
 
 #[cfg(test)]
