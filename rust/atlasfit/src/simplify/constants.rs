@@ -12,13 +12,8 @@ pub(crate) struct SimplifyConstants {
     /// and one vertex in ten is on a seam.
     /// Halved or doubled: no figure changes by 1 %.
     pub block: f64,
-    /// What the first edges may cost where a number of triangles is asked for, in mean lengths of an edge;
-    /// then twice as much, and so on. Source: chosen, a flat surface's rounding is far below, its detail
-    /// above.
-    /// Halved or doubled: same bytes.
-    pub first: f64,
     /// The least that the first edges may cost, as a share of the greatest error. Source: chosen: some twenty
-    /// doublings then reach it.
+    /// doublings then reach that.
     /// Halved or doubled: same bytes.
     pub least: f64,
     /// A cost is done with when a sweep takes less than this share of the triangles. In (0, 1). Source:
@@ -28,16 +23,18 @@ pub(crate) struct SimplifyConstants {
     /// Sweeps at one cost, at the most. Source: chosen.
     /// Halved: acc 0.97 (ring 0.90), com 0.98 (ring 0.91); doubled: no figure changes by 1 %.
     pub sweeps: usize,
-    /// Passes over a block at one cost where a number of triangles is asked for, at the most. Source:
-    /// measured (tests/peers/simplify, the scanned bunny): with 2 the error is 1.03 times as large, in as
-    /// many rounds.
-    pub passes: usize,
-    /// So many of the cheapest edges may go in a round where a number of triangles is asked for, as a share
-    /// of those that must go in all. Source: measured (tests/peers/simplify, the scanned bunny and, with
-    /// growth 2, the dragon): 0.7 takes a third more rounds for the same error, 1.5 has 1.19 times the
-    /// error on the dragon.
-    pub rank: f64,
-    /// How much more edges may cost when too few of them went. Above 1. Source: measured with `rank`.
+    /// So many edges are cheap enough for each one that is to go in the first round where a number of
+    /// triangles is asked for. Source: measured (tests/peers/simplify, the dragon): half of those within a
+    /// cost go, as what is about an edge that went costs more.
+    pub edges: f64,
+    /// How many times fewer triangles a round leaves there, at the most, and edges cost as many times more.
+    /// Above 1. Source: measured (tests/peers/simplify): steps of 2 far from the number, which get smaller
+    /// towards it (a root of what is left), have 0.95 times the error of the 14 even rounds before; with
+    /// steps of 2 up to the end it is 1.09 times on the bunny.
+    pub step: f64,
+    /// The same at the least, unless fewer are left. Source: chosen, some rounds then end it.
+    pub last_step: f64,
+    /// How much more edges may cost when too few of them went. Above 1. Source: chosen.
     pub growth: f64,
     /// Blocks are worked on a third time where this share of the triangles went the second time, if edges
     /// have a greatest length. In (0, 1). Source: chosen, the seams are done then.
@@ -106,12 +103,12 @@ pub(crate) struct SimplifyConstants {
 /// Their values.
 pub(crate) const SIMPLIFY: SimplifyConstants = SimplifyConstants {
     block: 40.0,
-    first: 1e-3,
     least: 1e-6,
     few: 0.05,
     sweeps: 3,
-    passes: 3,
-    rank: 1.0,
+    edges: 2.0,
+    step: 2.0,
+    last_step: 1.1,
     growth: 1.4,
     again: 0.5,
     lengths: [0.35, 0.55, 0.8],

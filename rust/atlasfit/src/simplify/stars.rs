@@ -1,0 +1,57 @@
+//! The triangles about each vertex, kept while edges are collapsed.
+//!
+//! In: triangles. Out: for each vertex the list of its own, which may be replaced by another one.
+
+use crate::error::Result;
+use crate::run::Context;
+
+/// Lists in one array; one that is replaced leaves its old place unused.
+pub(super) struct Stars {
+    /// Where each vertex's list starts and ends.
+    span: Vec<[u32; 2]>,
+    items: Vec<u32>,
+}
+
+impl Stars {
+    /// Lists the triangles about each of so many vertices.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(super) fn new(vertices: usize, triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
+        let mut span = vec![[0; 2]; vertices];
+        for (i, t) in triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            t.iter().for_each(|&v| span[v as usize][1] += 1);
+        }
+        let mut end = 0;
+        for s in &mut span {
+            let count = s[1];
+            *s = [end; 2];
+            end += count;
+        }
+        let mut items = vec![0; 3 * triangles.len()];
+        for (i, t) in triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            for &v in t {
+                let next = &mut span[v as usize][1];
+                items[*next as usize] = i as u32;
+                *next += 1;
+            }
+        }
+        Ok(Self { span, items })
+    }
+
+    /// The triangles of a vertex.
+    #[inline]
+    pub(super) fn of(&self, v: u32) -> &[u32] {
+        let [start, end] = self.span[v as usize];
+        &self.items[start as usize..end as usize]
+    }
+
+    /// Gives a vertex other triangles.
+    pub(super) fn put(&mut self, v: u32, triangles: impl Iterator<Item = u32>) {
+        let start = self.items.len() as u32;
+        self.items.extend(triangles);
+        self.span[v as usize] = [start, self.items.len() as u32];
+    }
+}
