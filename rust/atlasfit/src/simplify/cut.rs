@@ -40,7 +40,7 @@ impl Mesh {
         self.triangles.iter().map(sides).sum::<f64>() / (3 * self.triangles.len().max(1)) as f64
     }
 
-    /// What edges cost, without regard to boundaries.
+    /// What edges cost, without regard to boundaries: of one for each triangle.
     pub(super) fn costs(&self, first: &First<'_>, ctx: &Context<'_>) -> Result<Costs> {
         let mut planes = ctx.filled(Quadric::default(), self.positions.len())?;
         for (i, t) in self.triangles.iter().enumerate() {
@@ -51,16 +51,13 @@ impl Mesh {
         let mut costs = Costs::default();
         for (i, t) in self.triangles.iter().enumerate() {
             ctx.check_at(i)?;
-            for [a, b] in [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|e| e.map(|v| v as usize)) {
-                // Both triangles of an edge come by.
-                if a < b {
-                    let planes = planes[a] + planes[b];
-                    let middle = (self.positions[a] + self.positions[b]) * 0.5;
-                    let error = |v: usize| f64::from(first.goal.error[self.from[v] as usize]);
-                    let most = error(a).min(error(b));
-                    costs.count(planes.mean(planes.least(middle, SIMPLIFY.middle)) / (most * most));
-                }
-            }
+            // In turn, so that no direction is preferred.
+            let [a, b] = [t[i % 3] as usize, t[(i + 1) % 3] as usize];
+            let planes = planes[a] + planes[b];
+            let middle = (self.positions[a] + self.positions[b]) * 0.5;
+            let error = |v: usize| f64::from(first.goal.error[self.from[v] as usize]);
+            let most = error(a).min(error(b));
+            costs.count(planes.mean(planes.least(middle, SIMPLIFY.middle)) / (most * most));
         }
         Ok(costs)
     }
