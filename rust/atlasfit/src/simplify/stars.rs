@@ -55,3 +55,22 @@ impl Stars {
         self.span[v as usize] = [start, self.items.len() as u32];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Run;
+
+    #[test]
+    fn a_vertex_that_gets_other_triangles_has_these_and_the_others_keep_theirs() {
+        let triangles = [[0, 1, 2], [1, 3, 2], [3, 4, 2]];
+        let mut stars = Run::default().execute(|ctx| Stars::new(6, &triangles, ctx)).unwrap();
+        let all = |stars: &Stars| (0..6).map(|v| stars.of(v).to_vec()).collect::<Vec<_>>();
+        let mut expected = vec![vec![0], vec![0, 1], vec![0, 1, 2], vec![1, 2], vec![2], vec![]];
+        assert_eq!(all(&stars), expected);
+        stars.put(3, [0, 2].into_iter());
+        stars.put(2, std::iter::empty());
+        (expected[3], expected[2]) = (vec![0, 2], Vec::new());
+        assert_eq!(all(&stars), expected);
+    }
+}
