@@ -25,8 +25,7 @@ pub(crate) struct SimplifyConstants {
     pub sweeps: usize,
     /// So many edges, counted by one for each triangle, are cheap enough for each one that is to go in the
     /// first round where a number of triangles is asked for. Source: chosen, it decides on the first round
-    /// only: the dragon of tests/peers/simplify then has 126,000 triangles of 200,000 where 100,000 were asked
-    /// for.
+    /// only: the dragon of tests/peers/simplify got 126,000 of 200,000 triangles where 100,000 were wanted.
     pub edges: f64,
     /// How many times fewer triangles a round leaves there, at the most, and edges cost as many times more.
     /// Above 1. Source: chosen, for meshes of which one triangle in 16 or fewer is to stay. Below, a round
