@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A recipe of `atlasfit learn train` in PyTorch, as a user of PyTorch would write it: the peer for speed. The
-same model, batches of random numbers of the same sizes, the same loss with exact nearest neighbours (by trees on
-a CPU, by all distances on a GPU); Adam. Prints images per second: shapes trained on per second, each from one
+same model, batches of random numbers of the same sizes, the same loss with exact nearest neighbours (by trees
+on a CPU, by all distances on a GPU); Adam. Prints images per second: shapes trained on per second, each from one
 image, and with `quick` from its points too.
 
 usage: learn_torch.py [quick|quick-conv|atlasnet|convatlas] [STEPS] [cpu|cuda]. Needs torch and scipy.

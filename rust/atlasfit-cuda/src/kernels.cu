@@ -20,7 +20,8 @@ __device__ __forceinline__ void add(float4& sum, float4 x) {
 // A thread for each number of the result (count, high, wide, side side channels).
 template <class Number>
 __device__ __forceinline__ void unfold_of(const Number* x, Number* out, Number zero, u32 total, u32 rows,
-                                          u32 columns, u32 channels, u32 high, u32 wide, u32 side, u32 stride) {
+                                          u32 columns, u32 channels, u32 high, u32 wide, u32 side,
+                                          u32 stride) {
     u32 i = thread();
     if (i >= total) return;
     u32 channel = i % channels, rest = i / channels;
@@ -96,7 +97,8 @@ __device__ __forceinline__ void add_rows(float& a, float& b) {
 // For each unit of each group, over one run of its rows: the sums of the differences from the first row,
 // and of
 // their squares. Blocks: (units, runs, groups). out (2, runs, groups, units).
-extern "C" __global__ void norm_moments(const float* x, float* out, u32 groups, u32 rows, u32 units, u32 run) {
+extern "C" __global__ void norm_moments(const float* x, float* out, u32 groups, u32 rows, u32 units,
+                                        u32 run) {
     u32 unit = blockIdx.x * WIDE + threadIdx.x, group = blockIdx.z;
     float a = 0.f, b = 0.f;
     if (unit < units) {
@@ -179,8 +181,8 @@ extern "C" __global__ void norm_sums(const float* d, const float* x, const float
 // The gradient of the values; `sums` (2, groups, units) of norm_sums, divided here by `rows`; with `fixed`
 // moments
 // these are constants.
-extern "C" __global__ void norm_gradient(const float* d, const float* x, const float* packed, const float* sums,
-                                         float* out, u32 total, u32 all, u32 rows, u32 units, u32 fixed,
+extern "C" __global__ void norm_gradient(const float* d, const float* x, const float* packed,
+                                         const float* sums, float* out, u32 total, u32 all, u32 rows, u32 units, u32 fixed,
                                          float slope, float eps) {
     u32 i = thread();
     if (i >= total) return;
@@ -318,7 +320,8 @@ extern "C" __global__ void chamfer_gradient(const float* samples, const float* p
 // ---- Adam (atlasfit_learn::adam) ----
 
 // Both moments (2, total) of a gradient.
-extern "C" __global__ void adam_moments(const float* g, float* moments, u32 total, float first, float second) {
+extern "C" __global__ void adam_moments(const float* g, float* moments, u32 total, float first,
+                                        float second) {
     u32 i = thread();
     if (i >= total) return;
     moments[i] = first * moments[i] + (1.f - first) * g[i];
