@@ -2,14 +2,24 @@
 
 use crate::launch::{Call, Given, index, view};
 use candle_core::backend::BackendStorage;
-use candle_core::{CudaStorage, Layout, Result};
+use candle_core::{CudaStorage, Layout, Result, bail};
 
-/// The numbers behind a layout that covers them all.
-fn whole(layout: &Layout, len: usize) -> Result<u32> {
-    match layout.contiguous_offsets() {
-        Some((0, to)) if to == len => index(len),
-        _ => candle_core::bail!("a variable that is a part of another tensor"),
+/// Calls a kernel that changes `numbers` numbers, for each of `n`, by those of another tensor.
+fn change(
+    name: &str,
+    (changed, layout): (&mut CudaStorage, &Layout),
+    by: Given<'_>,
+    [numbers, n]: [usize; 2],
+    factors: &[f32],
+) -> Result<()> {
+    if layout.contiguous_offsets() != Some((0, numbers)) {
+        bail!("a variable that is a part of another tensor");
     }
+    index(numbers)?;
+    let (sizes, inputs) = ([index(n)?], [view(by)?]);
+    let device = changed.device().clone();
+    let call = Call { name, grid: Call::threads(sizes[0]), inputs: &inputs, sizes: &sizes, factors };
+    call.fill(&device, changed.as_cuda_slice_mut::<f32>()?)
 }
 
 /// Both moments (2, n) of a gradient, with the decays `beta`.
@@ -22,13 +32,8 @@ pub fn adam_moments(
     gradient: Given<'_>,
     beta: [f32; 2],
 ) -> Result<()> {
-    let inputs = [view(gradient)?];
-    let on = moments.device().clone();
-    let out = moments.as_cuda_slice_mut::<f32>()?;
-    let n = whole(layout, gradient.1.shape().elem_count() * 2)? / 2;
-    let call =
-        Call { name: "adam_moments", grid: Call::threads(n), inputs: &inputs, sizes: &[n], factors: &beta };
-    call.fill(&on, out)
+    let n = gradient.1.shape().elem_count();
+    change("adam_moments", (moments, layout), gradient, [2 * n, n], &beta)
 }
 
 /// Moves the numbers by their moments: `factors` are the size of the step, the second moments' correction and
@@ -42,11 +47,7 @@ pub fn adam_move(
     moments: Given<'_>,
     factors: [f32; 3],
 ) -> Result<()> {
-    let inputs = [view(moments)?];
-    let on = values.device().clone();
-    let out = values.as_cuda_slice_mut::<f32>()?;
-    let n = whole(layout, moments.1.shape().elem_count() / 2)?;
-    let call =
-        Call { name: "adam_move", grid: Call::threads(n), inputs: &inputs, sizes: &[n], factors: &factors };
-    call.fill(&on, out)
+    let n = layout.shape().elem_count();
+    index(moments.1.shape().elem_count())?;
+    change("adam_move", (values, layout), moments, [n, n], &factors)
 }

@@ -1,8 +1,6 @@
 // Kernels of atlasfit-cuda. Numbers are f32, indices 32 bits: launch.rs refuses what is larger. Parameters
-// come
-// in the order inputs, output, sizes, factors. Sums go in a fixed order, so that the same input gives the
-// same
-// bytes on one kind of GPU.
+// come in the order inputs, output, sizes, factors. Sums go in a fixed order, so that the same input gives
+// the same bytes on one kind of GPU.
 
 typedef unsigned int u32;
 
@@ -94,9 +92,19 @@ __device__ __forceinline__ void add_rows(float& a, float& b) {
     }
 }
 
-// For each unit of each group, over one run of its rows: the sums of the differences from the first row,
-// and of
-// their squares. Blocks: (units, runs, groups). out (2, runs, groups, units).
+// Writes the two sums of a block's rows, a run of its group's, for each of its units: out (2, runs, groups,
+// units). Blocks: (units, runs, groups).
+__device__ __forceinline__ void put_run(float a, float b, float* out, u32 groups, u32 group, u32 units,
+                                        u32 unit) {
+    add_rows(a, b);
+    if (threadIdx.y || unit >= units) return;
+    u32 at = (blockIdx.y * groups + group) * units + unit;
+    out[at] = a;
+    out[gridDim.y * groups * units + at] = b;
+}
+
+// For each unit of each group, over one run of its rows: the sums of the differences from the first row, and
+// of their squares.
 extern "C" __global__ void norm_moments(const float* x, float* out, u32 groups, u32 rows, u32 units,
                                         u32 run) {
     u32 unit = blockIdx.x * WIDE + threadIdx.x, group = blockIdx.z;
@@ -111,11 +119,7 @@ extern "C" __global__ void norm_moments(const float* x, float* out, u32 groups, 
             b += d * d;
         }
     }
-    add_rows(a, b);
-    if (threadIdx.y || unit >= units) return;
-    u32 at = (blockIdx.y * groups + group) * units + unit;
-    out[at] = a;
-    out[gridDim.y * groups * units + at] = b;
+    put_run(a, b, out, groups, group, units, unit);
 }
 
 // Parts (2, runs, all) added over the runs: out (2, all), as they are, or with x as mean and variance.
@@ -141,8 +145,7 @@ extern "C" __global__ void norm_total(const float* parts, const float* x, float*
 }
 
 // `packed` (4, groups, units): mean, variance, gain, shift. out: the values, scaled, shifted, negative ones
-// times
-// slope.
+// times slope.
 extern "C" __global__ void norm_apply(const float* x, const float* packed, float* out, u32 total, u32 all,
                                       u32 rows, u32 units, float slope, float eps) {
     u32 i = thread();
@@ -171,19 +174,14 @@ extern "C" __global__ void norm_sums(const float* d, const float* x, const float
             b += g * hat;
         }
     }
-    add_rows(a, b);
-    if (threadIdx.y || unit >= units) return;
-    u32 at = (blockIdx.y * groups + group) * units + unit;
-    out[at] = a;
-    out[gridDim.y * all + at] = b;
+    put_run(a, b, out, groups, group, units, unit);
 }
 
 // The gradient of the values; `sums` (2, groups, units) of norm_sums, divided here by `rows`; with `fixed`
-// moments
-// these are constants.
+// moments these are constants.
 extern "C" __global__ void norm_gradient(const float* d, const float* x, const float* packed,
-                                         const float* sums, float* out, u32 total, u32 all, u32 rows, u32 units, u32 fixed,
-                                         float slope, float eps) {
+                                         const float* sums, float* out, u32 total, u32 all, u32 rows,
+                                         u32 units, u32 fixed, float slope, float eps) {
     u32 i = thread();
     if (i >= total) return;
     u32 at = i / (rows * units) * units + i % units;
@@ -266,8 +264,8 @@ extern "C" __global__ void sum_middle(const float* d, float* out, u32 total, u32
 // ---- nearest points (atlasfit_learn::loss) ----
 
 // For each of `n` points of each set the place, among all sets, of the nearest one of `m` others; set b is
-// looked
-// up among the others of set b. Each side may have fewer sets than there are, which are then taken in turn.
+// looked up among the others of set b. Each side may have fewer sets than there are, which are then taken in
+// turn.
 // Blocks: (points, sets).
 const u32 TILE = 512;
 extern "C" __global__ void nearest(const float* points, const float* others, u32* out, u32 n, u32 m, u32 sets,

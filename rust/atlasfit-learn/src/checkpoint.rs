@@ -198,16 +198,19 @@ pub fn from_bytes(bytes: &[u8], name: &Path, device: &Device) -> Result<Loaded> 
         }
         Ok(values)
     };
+    // Two of `len` numbers, one after the other.
+    let pair = |[one, other]: [String; 2], len: usize| -> Result<Vec<f32>> {
+        let mut both = read(&one, len)?;
+        both.extend(read(&other, len)?);
+        Ok(both)
+    };
     for (name, var) in &model.params.vars {
         let values = read(name, var.elem_count())?;
         var.set(&Tensor::from_vec(values, var.shape(), device)?)?;
     }
     for (name, moments) in &model.params.moments {
         let mut m = moments.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mut both = Vec::with_capacity(m.elem_count());
-        for what in ["mean", "variance"] {
-            both.extend(read(&format!("{name}.{what}"), m.elem_count() / 2)?);
-        }
+        let both = pair(["mean", "variance"].map(|what| format!("{name}.{what}")), m.elem_count() / 2)?;
         *m = Tensor::from_vec(both, m.shape(), device)?;
     }
     let training = match state {
@@ -217,11 +220,9 @@ pub fn from_bytes(bytes: &[u8], name: &Path, device: &Device) -> Result<Loaded> 
                 .vars
                 .iter()
                 .map(|(name, var)| {
-                    let mut both = Vec::with_capacity(2 * var.elem_count());
-                    for what in ["first", "second"] {
-                        both.extend(read(&format!("adam.{what}.{name}"), var.elem_count())?);
-                    }
-                    Ok(Tensor::from_vec(both, (2, var.elem_count()), device)?)
+                    let n = var.elem_count();
+                    let names = ["first", "second"].map(|what| format!("adam.{what}.{name}"));
+                    Ok(Tensor::from_vec(pair(names, n)?, (2, n), device)?)
                 })
                 .collect::<Result<_>>()?;
             Some((Adam { steps, moments }, state))

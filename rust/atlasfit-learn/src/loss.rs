@@ -1,9 +1,10 @@
 //! What is minimised: Chamfer distance to the shape plus the weighted stretch of the charts.
 //!
 //! In: samples (shapes, samples, 3), points (shapes, points, 3). Out: the mean over the shapes, with
-//! gradients through the samples. Which point is nearest to which comes from the core's trees and is
-//! piecewise constant, so the gradient is exact for the nearest points found. Source: *Deep Manifold Prior*,
-//! section 3; sums over points are means, as in `atlasfit::measure::chamfer`.
+//! gradients through the samples. Which point is nearest to which comes from the core's trees, on an
+//! NVIDIA GPU from all pairs, and is piecewise constant, so the gradient is exact for the nearest points
+//! found. Source: *Deep Manifold Prior*, section 3; sums over points are means, as in
+//! `atlasfit::measure::chamfer`.
 
 use atlasfit::numeric::vec3::Vec3;
 use atlasfit::run::Context;
@@ -17,8 +18,8 @@ use crate::error::Result;
 /// several answers to each shape: samples (answers shapes, samples, 3), all shapes' first answers first.
 ///
 /// # Errors
-/// Shapes that do not fit; samples that are not finite ([`atlasfit::Error::Diverged`]); cancelled or out of
-/// time.
+/// Shapes that do not fit; samples that are not finite ([`atlasfit::Error::Diverged`]; on a GPU the distance
+/// is not finite instead); cancelled or out of time.
 pub fn chamfer(samples: &Tensor, points: &Tensor, ctx: &Context<'_>) -> Result<Tensor> {
     let ((all, n, _), (shapes, m, _)) = (samples.dims3()?, points.dims3()?);
     let device = samples.device();

@@ -106,7 +106,7 @@ pub fn train(
             n += 1.0;
             steps += 1;
             if steps == WARM {
-                warming = began.elapsed();
+                warming = spent + began.elapsed();
             }
             (0..2).for_each(|k| sums[k] += losses[k]);
             ctx.advance(1);
