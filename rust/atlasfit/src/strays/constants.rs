@@ -33,7 +33,8 @@ pub(crate) struct StraysConstants {
     /// (plate 1.40), acc 1.05 (plate 1.34), com 1.13 (plate 2.04).
     pub noise_varies: f64,
     /// The evidence (in nats) that a chart must have beyond what the best of so many charts through nothing
-    /// but strays has by chance. Source: derived, strays pass for a sheet in one scan of seven.
+    /// but strays has by chance, and the logarithm of the odds that a doubtful part must have. Source:
+    /// derived, strays pass for a sheet in one scan of seven.
     /// Halved: points 1.06 (plate 1.40), acc 1.07 (plate 1.51), com 1.16 (plate 2.42); doubled: points 0.99
     /// (plate 0.94).
     pub beyond_chance: f64,
@@ -83,6 +84,14 @@ pub(crate) struct StraysConstants {
     /// The share of a surface's points whose density is off all the same. Source: chosen.
     /// Halved or doubled: same bytes.
     pub odd: f64,
+    /// The share of doubtful surface's points that lie beside known surface. Source: measured, 0.86 to 0.93
+    /// in three scans of the dragon (`tests/peers/shapes.py dragon 0.002`, seeds 0, 5 and 6).
+    pub beside: f64,
+    /// Places by which it is known how much of the scan's box is beside its surface. Source: derived, an
+    /// error of 1 %.
+    pub places: usize,
+    /// Rounds in which it is found how much of what is doubtful is surface. Source: chosen.
+    pub rounds: usize,
 }
 
 /// Their values.
@@ -105,4 +114,7 @@ pub(crate) const STRAYS: StraysConstants = StraysConstants {
     least_scatter: 0.1,
     stray_range: 5.0,
     odd: 0.01,
+    beside: 0.9,
+    places: 2000,
+    rounds: 100,
 };

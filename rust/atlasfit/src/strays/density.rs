@@ -83,7 +83,7 @@ fn ln_sum(a: f64, b: f64) -> f64 {
 }
 
 /// What `of` says of each, in parallel.
-fn each<T: Send>(
+pub(super) fn each<T: Send>(
     all: &[u32],
     ctx: &Context<'_>,
     of: impl Fn(u32, &mut Vec<Neighbour>) -> T + Sync,

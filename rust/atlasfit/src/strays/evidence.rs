@@ -195,7 +195,8 @@ pub(super) fn cost_of_noise(sigma: f64, usual: f64) -> f64 {
 }
 
 /// The evidence that points about a place lie in a flat slab, several times as thick as the noise `sigma`:
-/// two sheets close together that cannot be told apart.
+/// two sheets close together that cannot be told apart. The thickness that says most counts, less what the
+/// choice costs.
 pub(super) fn of_slab(
     points: &[Vec3],
     tree: &Neighbours,
@@ -225,7 +226,7 @@ pub(super) fn of_slab(
         let no_clump = 0.5 * (flat / STRAYS.clumps_vary).powi(2);
         best = best.max((data - cost).min(no_clump) - cost_of_noise(thick, sigma));
     }
-    best
+    best - f64::from(STRAYS.slabs).ln()
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! Groups of charts that are not sure, judged by their density too.
 //!
 //! In: charts, which stand, the evidence for each. Out: groups of the others whose points are as dense as the
-//! surface about them stand too, where that and the charts' own evidence together speak for surface.
+//! surface about them stand too, where that, the charts' own evidence and where they lie together speak for
+//! surface.
 
 use super::charted::Charted;
 use super::constants::STRAYS;
 use super::density;
+use super::odds::{self, Group};
 use super::overlaps::Overlap;
-
 use crate::atlas::FittedChart;
 use crate::error::Result;
 use crate::partition::constants::PARTITION;
@@ -69,26 +70,30 @@ pub(super) fn add_dense(
     }
     let group: Vec<usize> = (0..stands.len() as u32).map(|k| sets.find(k) as usize).collect();
     let mut groups = vec![Group::default(); stands.len()];
+    let mut size = vec![0.0; stands.len()];
     for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
         groups[group[k]].evidence += shares.of(k, f) * evidence[k];
-        groups[group[k]].points += shares.points[k];
+        size[group[k]] += shares.points[k];
     }
-    // Before they are looked at, points are surface or strays as those that are known.
-    let odds = (known.len() as f64 / alone.len() as f64).ln();
+    for &i in &asked {
+        let first = charted.members.of(i as usize).iter().find(|m| waits[m.0 as usize]);
+        if let Some(first) = first {
+            groups[group[first.0 as usize]].points.push(i);
+        }
+    }
+    let large: Vec<usize> = (0..groups.len()).filter(|&g| size[g] >= PARTITION.min_members as f64).collect();
+    if large.is_empty() {
+        return Ok(());
+    }
+    let candidates: Vec<Group> = large.iter().map(|&g| std::mem::take(&mut groups[g])).collect();
+    let lone: Vec<u32> = alone.into_iter().filter(|&i| shares.charts[i as usize] == 0).collect();
+    let mut odds = vec![f64::NEG_INFINITY; stands.len()];
+    let found = odds::of_groups(&charted.cut, &explained, &candidates, &lone, ctx)?;
+    large.into_iter().zip(found).for_each(|(g, o)| odds[g] = o);
     for k in (0..stands.len()).filter(|&k| shares.points[k] > 0.0) {
-        let Group { evidence, points } = groups[group[k]];
-        stands[k] = evidence + odds > 0.0 && points >= PARTITION.min_members as f64;
+        stands[k] = odds[group[k]] > 0.0;
     }
     Ok(())
-}
-
-/// Charts that wait and share points.
-#[derive(Clone, Copy, Default)]
-struct Group {
-    /// The evidence that they are surface, in nats.
-    evidence: f64,
-    /// Their points.
-    points: f64,
 }
 
 /// Adds what the density of its points says to the evidence for each chart.

@@ -10,7 +10,9 @@ pub(crate) mod constants;
 mod density;
 mod evidence;
 mod groups;
+mod odds;
 mod overlaps;
+mod parts;
 
 use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
@@ -21,11 +23,9 @@ use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::neighbours::Neighbour;
-use crate::spatial::sets::Sets;
 pub(crate) use charted::Charted;
 use constants::STRAYS;
 use evidence::Sheet;
-use groups::Shares;
 use overlaps::{Overlap, overlaps};
 use rayon::prelude::*;
 
@@ -47,7 +47,7 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     let mut stands = go_on(sure, &evidence, &overlaps, ctx)?;
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     groups::add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
-    remove_doubtful_parts(charted, &evidence, &mut stands, &overlaps, enough);
+    parts::remove_doubtful(charted, &evidence, &mut stands, &overlaps, enough, ctx)?;
     Ok(stands)
 }
 
@@ -55,11 +55,22 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
 /// been judged when they were found.
 fn of_charts(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<f64>> {
     let judge = |found: &mut Vec<Neighbour>, (k, f): (usize, &FittedChart)| -> Result<f64> {
-        let all = of_chart(charted, f, |_| true, found, ctx)?;
-        let own = of_chart(charted, f, |m| speaks_for(charted, k, m), found, ctx)?;
-        Ok(all.min(own))
+        least_of_both(charted, k, found, |counts, found| of_chart(charted, f, counts, found, ctx))
     };
     charted.fitted.par_iter().enumerate().map_init(Vec::new, judge).collect()
+}
+
+/// The least evidence for a chart: that from all points, and that from those that may speak for it. `look`
+/// leaves the points that it looked at: where all of them may, both are the same.
+fn least_of_both(
+    charted: &Charted<'_>,
+    chart: usize,
+    found: &mut Vec<Neighbour>,
+    look: impl Fn(&dyn Fn(u32) -> bool, &mut Vec<Neighbour>) -> Result<f64>,
+) -> Result<f64> {
+    let speaks = |m: u32| speaks_for(charted, chart, m);
+    let all = look(&|_| true, found)?;
+    if found.iter().all(|f| speaks(f.index)) { Ok(all) } else { Ok(all.min(look(&speaks, found)?)) }
 }
 
 /// Whether a point may speak for a chart. One that lies on others only does not: a chart through a few strays
@@ -90,9 +101,10 @@ fn look_wider(charted: &Charted<'_>, evidence: &mut [f64], enough: f64, ctx: &Co
     let look = |found: &mut Vec<Neighbour>, ((k, f), e): ((usize, &FittedChart), &mut f64)| {
         ctx.check()?;
         if let Some(sheet) = sheet(charted, f).filter(|_| *e <= enough) {
-            let all = evidence::of_wide_sheet(points, tree, &sheet, |_| true, found);
-            let own = evidence::of_wide_sheet(points, tree, &sheet, |m| speaks_for(charted, k, m), found);
-            let wide = all.min(own) - evidence::cost_of_noise(sheet.sigma, sheet.usual);
+            let wide = least_of_both(charted, k, found, |counts, found| {
+                Ok(evidence::of_wide_sheet(points, tree, &sheet, counts, found))
+            })?;
+            let wide = wide - evidence::cost_of_noise(sheet.sigma, sheet.usual);
             if wide > enough {
                 *e = wide;
             }
@@ -113,7 +125,7 @@ fn sheet<'a>(charted: &Charted<'_>, f: &'a FittedChart) -> Option<Sheet<'a>> {
 
 /// Judges those charts again that claim points of much thinner ones: these explain the points better, so
 /// that they say nothing for the thick chart. A slab through a rope, or from a stray to the surface beside
-/// it, has few others.
+/// it, has few others. No chart gains by it: what else speaks against one still does.
 fn judge_thick(charted: &Charted<'_>, evidence: &mut [f64], sure: &[bool], ctx: &Context<'_>) -> Result<()> {
     let mut thinnest = vec![f64::INFINITY; charted.cut.points.len()];
     for (f, _) in charted.fitted.iter().zip(sure).filter(|(_, s)| **s) {
@@ -127,7 +139,7 @@ fn judge_thick(charted: &Charted<'_>, evidence: &mut [f64], sure: &[bool], ctx: 
     let judge = |found: &mut Vec<Neighbour>, ((f, sure), e): ((&FittedChart, &bool), &mut f64)| {
         let own = |m: u32| thinnest[m as usize] > thinner * f.chart.sigma;
         if *sure && !f.members.iter().all(|m| own(m.0)) {
-            *e = of_chart(charted, f, own, found, ctx)?;
+            *e = e.min(of_chart(charted, f, own, found, ctx)?);
         }
         Ok(())
     };
@@ -202,30 +214,6 @@ fn add_slabs(
         }
     }
     Ok(())
-}
-
-/// Removes parts of which the charts together do not speak for surface beyond doubt.
-fn remove_doubtful_parts(
-    charted: &Charted<'_>,
-    evidence: &[f64],
-    stands: &mut [bool],
-    overlaps: &[Overlap],
-    enough: f64,
-) {
-    let mut parts = Sets::new(stands.len());
-    let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
-    // A clump beside the surface shares points with it, but few of them say that both are one sheet.
-    for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
-        parts.join(o.a, o.b);
-    }
-    let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);
-    let mut total = vec![0.0; stands.len()];
-    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
-        total[parts.find(k as u32) as usize] += evidence[k] * shares.of(k, f);
-    }
-    for (k, stands) in stands.iter_mut().enumerate() {
-        *stands &= total[parts.find(k as u32) as usize] > enough;
-    }
 }
 
 #[cfg(test)]
