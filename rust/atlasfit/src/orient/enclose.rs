@@ -16,7 +16,9 @@ use crate::atlas::{FittedChart, Membership, Relation};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::sets::Sets;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// The scan's points as pieces of the charts that weigh most at them.
@@ -316,7 +318,32 @@ impl Part {
             agree += r.agreement * signs[r.a as usize] * signs[r.b as usize];
             squares += r.agreement * r.agreement;
         }
-        agree < ORIENT.by_chance * squares.sqrt()
+        // Relations that repeat each other are wrong together.
+        let repeated = self.relations.len() as f64 / self.independent_relations.max(1.0);
+        agree < ORIENT.by_chance * (squares * repeated.max(1.0)).sqrt()
+    }
+
+    /// The connected sets of its charts that face against the part as a whole, each ascending; the largest
+    /// first, no more than are tried. What joined them one after the other may hold none of these.
+    pub(super) fn facing_back(&self, signs: &[f64]) -> Vec<Vec<u32>> {
+        let faces = |k: usize| self.moments[k] * signs[self.charts[k] as usize];
+        let all = (0..self.charts.len()).map(faces).fold(Vec3::ZERO, |a, b| a + b);
+        let back: Vec<bool> = (0..self.charts.len()).map(|k| faces(k).dot(all) < 0.0).collect();
+        let mut sets = Sets::new(self.charts.len());
+        for r in &self.relations {
+            let [a, b] = [r.a, r.b].map(|c| place(&self.charts, c));
+            if back[a] && back[b] {
+                sets.join(a as u32, b as u32);
+            }
+        }
+        let mut out: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for k in (0..self.charts.len()).filter(|&k| back[k]) {
+            out.entry(sets.find(k as u32)).or_default().push(self.charts[k]);
+        }
+        let mut out: Vec<Vec<u32>> = out.into_values().filter(|s| s.len() >= ORIENT.least_part).collect();
+        out.sort_by_key(|set| std::cmp::Reverse(set.len()));
+        out.truncate(ORIENT.turned_sets);
+        out
     }
 
     /// Whether the part encloses a body, so that it has two sides: about most places it winds nearer to half

@@ -150,6 +150,12 @@ fn enclose(
                     set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
                 }
             }
+            for set in part.facing_back(signs) {
+                ctx.check()?;
+                if part.faces_wrongly(&set, signs) {
+                    set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+                }
+            }
             *said = part.said(signs);
         }
     }
