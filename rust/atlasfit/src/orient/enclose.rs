@@ -302,8 +302,8 @@ impl Part {
 
     /// Whether a sheet likelier has this set of its charts the other way round. A scan sees a sheet from one
     /// side, so all of it faces about the same way; and what relations say of the set and the rest may be
-    /// chance, if they contradict each other as often as they agree.
-    pub(super) fn faces_wrongly(&self, set: &[u32], signs: &[f64]) -> bool {
+    /// chance, if they contradict each other as often as they agree: up to so many standard deviations of it.
+    pub(super) fn faces_wrongly(&self, set: &[u32], signs: &[f64], by_chance: f64) -> bool {
         let within = |c: u32| set.binary_search(&c).is_ok();
         let sum = |of_set: bool| -> Vec3 {
             let some = self.charts.iter().zip(&self.moments).filter(|(c, _)| within(**c) == of_set);
@@ -318,9 +318,14 @@ impl Part {
             agree += r.agreement * signs[r.a as usize] * signs[r.b as usize];
             squares += r.agreement * r.agreement;
         }
-        // Relations that repeat each other are wrong together.
+        agree < by_chance * squares.sqrt()
+    }
+
+    /// How far chance goes, in standard deviations of relations that all tell something of their own: those
+    /// that repeat each other are right or wrong together.
+    pub(super) fn by_chance(&self) -> f64 {
         let repeated = self.relations.len() as f64 / self.independent_relations.max(1.0);
-        agree < ORIENT.by_chance * (squares * repeated.max(1.0)).sqrt()
+        ORIENT.by_chance * repeated.max(1.0).sqrt()
     }
 
     /// The connected sets of its charts that face against the part as a whole, each ascending; the largest

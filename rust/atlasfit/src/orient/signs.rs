@@ -146,13 +146,14 @@ fn enclose(
             let large = sets.iter().filter(|set| set.len() >= ORIENT.least_part);
             for set in large.take(ORIENT.turned_sets) {
                 ctx.check()?;
-                if part.faces_wrongly(set, signs) {
+                if part.faces_wrongly(set, signs, ORIENT.by_chance) {
                     set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
                 }
             }
+            // Sets that were joined are many, and one may seem wrong by chance; these the scan itself names.
             for set in part.facing_back(signs) {
                 ctx.check()?;
-                if part.faces_wrongly(&set, signs) {
+                if part.faces_wrongly(&set, signs, part.by_chance()) {
                     set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
                 }
             }
