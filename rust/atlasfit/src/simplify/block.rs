@@ -6,10 +6,10 @@
 use super::constants::SIMPLIFY;
 use super::costs::Costs;
 use super::data::{First, Level, Piece, Role, Whole, Work};
+use super::stars::Stars;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::lists::Lists;
 use crate::spatial::quadric::Quadric;
 use crate::spatial::triangle::area_vector;
 
@@ -78,13 +78,13 @@ pub(super) struct Done {
     pub(super) costs: Costs,
 }
 
-/// What a sweep knows of the block at its start.
+/// What a sweep knows of the block besides.
 pub(super) struct Around {
     /// The triangles of each vertex.
-    pub(super) star: Lists,
+    pub(super) star: Stars,
     /// Whether a triangle of the vertex has changed in this sweep.
     pub(super) changed: Vec<bool>,
-    /// Whether the list of the vertex's triangles is out of date.
+    /// Whether the edges of the vertex wait for the next sweep.
     pub(super) stale: Vec<bool>,
 }
 
@@ -94,6 +94,13 @@ pub(super) struct Around {
 pub(super) fn shape2([a, b, c]: &[Vec3; 3], area: Vec3) -> f64 {
     let sides = a.dist2(*b) + b.dist2(*c) + c.dist2(*a);
     12.0 * area.norm2() / (sides * sides).max(f64::MIN_POSITIVE)
+}
+
+/// The plane of a triangle, by its area.
+#[inline]
+pub(super) fn plane(corners: [Vec3; 3]) -> Quadric {
+    let n = area_vector(corners);
+    Quadric::of_plane(corners[0], n.normalized().0, n.norm())
 }
 
 /// Which of so many vertices are on the boundary: each neighbour of one within is a corner of two triangles
@@ -232,9 +239,7 @@ impl<'a> Block<'a> {
         self.quadrics = vec![Quadric::default(); self.positions.len()];
         for t in &self.triangles {
             let corners = self.corners(t);
-            let n = area_vector(corners);
-            let normal = n.normalized();
-            let plane = Quadric::of_plane(corners[0], normal.0, n.norm());
+            let plane = plane(corners);
             for k in 0..3 {
                 let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
                 self.quadrics[a] = self.quadrics[a] + plane;
@@ -243,7 +248,7 @@ impl<'a> Block<'a> {
                 if rim && around.star.of(t[k]).iter().filter(holds_b).count() == 1 {
                     // The plane on the boundary's edge, at a right angle to the triangle.
                     let along = self.positions[b] - self.positions[a];
-                    let across = normal.cross(along).normalized();
+                    let across = area_vector(corners).cross(along).normalized();
                     let wall = Quadric::of_plane(self.positions[a], across.0, SIMPLIFY.rim * along.norm2());
                     self.quadrics[a] = self.quadrics[a] + wall;
                     self.quadrics[b] = self.quadrics[b] + wall;
@@ -255,7 +260,7 @@ impl<'a> Block<'a> {
 
     /// What a sweep starts with.
     pub(super) fn around(&self, ctx: &Context<'_>) -> Result<Around> {
-        let star = Lists::new(self.positions.len(), &self.triangles, ctx)?;
+        let star = Stars::new(self.positions.len(), &self.triangles, ctx)?;
         let none = vec![false; self.positions.len()];
         Ok(Around { star, changed: none.clone(), stale: none })
     }

@@ -3,7 +3,7 @@
 //! In: a block, what a collapse may cost. Out: the block with fewer triangles. A sweep takes edges only that
 //! share no triangle, so that their order hardly matters.
 
-use super::block::{Around, Block, shape2};
+use super::block::{Around, Block, plane, shape2};
 use super::constants::SIMPLIFY;
 use super::data::{Level, Role};
 use super::hand_over::{Change, NewTriangle};
@@ -30,6 +30,8 @@ struct Edge {
 #[derive(Default)]
 pub(super) struct Scratch {
     pub(super) ring: Vec<u32>,
+    /// The vertices that the last collapse has moved or taken away.
+    pub(super) moved: Vec<u32>,
     pub(super) change: Change,
     /// Of the copies on the other side of a seam.
     pub(super) beyond: Change,
@@ -106,6 +108,10 @@ impl Block<'_> {
             return 0;
         }
         self.make(&scratch.change);
+        around.star.put(a, scratch.change.new.iter().map(|n| n.triangle));
+        around.star.put(b, std::iter::empty());
+        scratch.moved.clear();
+        scratch.moved.extend(ends);
         let share = ((to - p).dot(q - p) / length2.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let near = if share <= 0.5 { i } else { j };
         let [m, n] = [self.normals[i], self.normals[j]];
@@ -119,9 +125,16 @@ impl Block<'_> {
         if let Some(uv) = edge.uv {
             self.uv[i] = uv;
         }
-        self.quadrics[i] = quadric;
+        // Without memory within the surface; a boundary's planes stand on edges that are gone.
+        self.quadrics[i] = match rim {
+            [false, false] if self.ranked => {
+                let corners = scratch.change.new.iter().map(|n| n.corners);
+                corners.fold(Quadric::default(), |sum, c| sum + plane(c))
+            }
+            _ => quadric,
+        };
         scratch.ring.iter().chain(&ends).for_each(|&v| around.changed[v as usize] = true);
-        self.spoil(scratch.ring.iter().chain(&ends), &ends, around);
+        self.spoil(scratch.ring.iter().chain(&ends), around);
         gone
     }
 
@@ -141,17 +154,10 @@ impl Block<'_> {
         }
     }
 
-    /// Marks the vertices whose edges wait for the next sweep: all whose triangles have changed, or where the
-    /// cheapest edges come first, those only whose list of triangles no longer holds.
-    pub(super) fn spoil<'v>(
-        &self,
-        changed: impl Iterator<Item = &'v u32>,
-        ends: &[u32],
-        around: &mut Around,
-    ) {
-        if self.ranked {
-            ends.iter().for_each(|&v| around.stale[v as usize] = true);
-        } else {
+    /// Marks the vertices whose edges wait for the next sweep: all whose triangles have changed; none where
+    /// the cheapest edges come first.
+    pub(super) fn spoil<'v>(&self, changed: impl Iterator<Item = &'v u32>, around: &mut Around) {
+        if !self.ranked {
             changed.for_each(|&v| around.stale[v as usize] = true);
         }
     }

@@ -2,13 +2,14 @@
 //!
 //! In: a mesh. Out: the same after its blocks were worked on.
 
-use super::block::{Block, Done};
+use super::block::{Block, Done, plane};
 use super::constants::SIMPLIFY;
 use super::costs::Costs;
 use super::data::{First, Mesh, Piece, Place, Seams, Simplified, Spot, Whole, Work};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::lists::Lists;
+use crate::spatial::quadric::Quadric;
 use rayon::prelude::*;
 
 /// Cells of the grid along each axis, as bits of their number.
@@ -37,6 +38,28 @@ impl Mesh {
             (a - b).norm() + (b - c).norm() + (c - a).norm()
         };
         self.triangles.iter().map(sides).sum::<f64>() / (3 * self.triangles.len().max(1)) as f64
+    }
+
+    /// What edges cost, without regard to boundaries: of one for each triangle.
+    pub(super) fn costs(&self, first: &First<'_>, ctx: &Context<'_>) -> Result<Costs> {
+        let mut planes = ctx.filled(Quadric::default(), self.positions.len())?;
+        for (i, t) in self.triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            let plane = plane(t.map(|v| self.positions[v as usize]));
+            t.iter().for_each(|&v| planes[v as usize] = planes[v as usize] + plane);
+        }
+        let mut costs = Costs::default();
+        for (i, t) in self.triangles.iter().enumerate() {
+            ctx.check_at(i)?;
+            // In turn, so that no direction is preferred.
+            let [a, b] = [t[i % 3] as usize, t[(i + 1) % 3] as usize];
+            let planes = planes[a] + planes[b];
+            let middle = (self.positions[a] + self.positions[b]) * 0.5;
+            let error = |v: usize| f64::from(first.goal.error[self.from[v] as usize]);
+            let most = error(a).min(error(b));
+            costs.count(planes.mean(planes.least(middle, SIMPLIFY.middle)) / (most * most));
+        }
+        Ok(costs)
     }
 
     /// Works on all blocks once; every other round on a grid that is shifted by half a cell. Gives what edges

@@ -9,6 +9,7 @@ use crate::numeric::sort::sort;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
+use crate::spatial::lists::Lists;
 use crate::spatial::sets::Sets;
 use crate::spatial::weld::weld;
 
@@ -43,16 +44,11 @@ pub(super) fn cut(
     };
     let triangle_of: Vec<u32> =
         (0..triangles.len() as u32).filter(|&t| whole(&triangles[t as usize])).collect();
-    // Corners by place and UV: those that agree are one vertex.
-    let mut corners = Vec::with_capacity(3 * triangle_of.len());
-    for (i, &t) in triangle_of.iter().enumerate() {
-        ctx.check_at(i)?;
-        for k in 0..3 {
-            let uv = corner_uv.map_or([0; 2], |uv| uv[t as usize][k].map(|x| (x + 0.0).to_bits()));
-            corners.push((first[triangles[t as usize][k] as usize], uv, (3 * i + k) as u32));
-        }
-    }
-    sort(&mut corners, ctx)?;
+    // The corners at each place.
+    let place_of = |&t: &u32| triangles[t as usize].map(|v| [first[v as usize]]);
+    let place: Vec<[u32; 1]> = triangle_of.iter().flat_map(place_of).collect();
+    let at = Lists::new(positions.len(), &place, ctx)?;
+    drop(place);
     let mut out = Cut {
         positions: Vec::new(),
         triangles: vec![[0; 3]; triangle_of.len()],
@@ -60,18 +56,29 @@ pub(super) fn cut(
         source: Vec::new(),
         seams: Seams::default(),
     };
-    for (v, same) in corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).enumerate() {
-        ctx.check_at(v)?;
-        let (place, uv, corner) = same[0];
-        let given = triangles[out.triangle_of[corner as usize / 3] as usize][corner as usize % 3];
-        out.positions.push(positions[given as usize]);
-        out.source.push(given);
-        out.seams.place.push(place);
+    let mut corners: Vec<([u32; 2], u32)> = Vec::new();
+    for place in 0..positions.len() as u32 {
+        ctx.check_at(place as usize)?;
+        let uv_of = |c: u32, uv: &[[[f32; 2]; 3]]| {
+            uv[out.triangle_of[c as usize / 3] as usize][c as usize % 3].map(|x| (x + 0.0).to_bits())
+        };
+        corners.clear();
+        corners.extend(at.of(place).iter().map(|&c| (corner_uv.map_or([0; 2], |uv| uv_of(c, uv)), c)));
         if corner_uv.is_some() {
-            out.seams.uv.push(uv.map(|bits| f64::from(f32::from_bits(bits))));
+            sort(&mut corners, ctx)?;
         }
-        for &(_, _, c) in same {
-            out.triangles[c as usize / 3][c as usize % 3] = v as u32;
+        // Corners that agree in their UVs too are one vertex.
+        for same in corners.chunk_by(|a, b| a.0 == b.0) {
+            let v = out.positions.len() as u32;
+            let (uv, corner) = same[0];
+            let given = triangles[out.triangle_of[corner as usize / 3] as usize][corner as usize % 3];
+            out.positions.push(positions[given as usize]);
+            out.source.push(given);
+            out.seams.place.push(place);
+            if corner_uv.is_some() {
+                out.seams.uv.push(uv.map(|bits| f64::from(f32::from_bits(bits))));
+            }
+            same.iter().for_each(|&(_, c)| out.triangles[c as usize / 3][c as usize % 3] = v);
         }
     }
     out.seams.role = roles(&out.triangles, &out.seams.place, ctx)?;

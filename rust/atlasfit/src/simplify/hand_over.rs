@@ -56,7 +56,8 @@ impl Block<'_> {
     pub(super) fn fits(&self, change: &mut Change, place: Vec3) -> bool {
         let Change { old, new, moved } = change;
         moved.clear();
-        let near = if self.ranked { SIMPLIFY.near_ranked } else { SIMPLIFY.near };
+        // Where the cheapest edges come first a point goes to any triangle that is near enough.
+        let near = if self.ranked { 1.0 } else { SIMPLIFY.near };
         let places = self.first.points;
         let mut nearest = (f64::INFINITY, 0);
         for &f in old.iter() {

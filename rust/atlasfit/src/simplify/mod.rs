@@ -29,6 +29,7 @@ mod points;
 mod rank;
 mod seam;
 mod shape;
+mod stars;
 #[cfg(test)]
 mod tests;
 mod uv;
@@ -86,8 +87,13 @@ fn as_far_as_allowed(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> R
 
 /// Collapses what changes the surface least until so many triangles are left.
 fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Result<()> {
-    let most = f64::from(first.goal.error.iter().copied().fold(0.0, f32::max));
-    let mut error = (SIMPLIFY.first * mesh.mean_edge() / most).clamp(SIMPLIFY.least, 1.0);
+    let left = |mesh: &Mesh| mesh.triangles.len() as f64 / first.goal.faces as f64;
+    // On a smooth surface the error of a mesh is in inverse proportion to its triangles: edges may cost as
+    // many times more as there are to be fewer triangles after a round.
+    let fewer = |mesh: &Mesh| left(mesh).sqrt().clamp(left(mesh).min(SIMPLIFY.last_step), SIMPLIFY.step);
+    let pairs = 0.5 * mesh.triangles.len() as f64 * (1.0 - 1.0 / fewer(mesh));
+    let cheap = (SIMPLIFY.edges * pairs) as usize;
+    let mut error = mesh.costs(first, ctx)?.of_rank(cheap).unwrap_or(1.0).max(SIMPLIFY.least);
     // An edge is judged by planes; vertices may move a little farther than these.
     let within = |error: f64| (2.0 * error).min(1.0);
     let mut round = 0;
@@ -100,17 +106,15 @@ fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Resul
         let costs = mesh.round(first, &work, round, ctx)?;
         round += 1;
         let gone = before - mesh.triangles.len();
-        // Each edge has two triangles.
-        let left = 0.5 * SIMPLIFY.rank * surplus.saturating_sub(gone) as f64;
-        let next = costs.of_rank(left as usize).unwrap_or(1.0).max(error);
-        if next > error {
-            error = next;
-        } else if (gone as f64) < SIMPLIFY.few * before as f64 && (gone as f64) < 0.5 * surplus as f64 {
-            if error >= 1.0 {
-                break;
-            }
-            error = (SIMPLIFY.growth * error).min(1.0);
+        let few = (gone as f64) < SIMPLIFY.few * before as f64 && (gone as f64) < 0.5 * surplus as f64;
+        if few && error >= 1.0 {
+            break;
         }
+        // Each edge has two triangles. So many edges cost less than this before.
+        let rank = 0.5 * surplus.saturating_sub(gone) as f64;
+        let next = costs.of_rank(rank as usize).unwrap_or(1.0);
+        let more = fewer(mesh).max(if few { SIMPLIFY.growth } else { 1.0 });
+        error = (more * error).max(next).min(1.0);
     }
     mesh.open.fill(true);
     // Two rounds belong together: one on a grid, one on the same grid shifted.

@@ -31,7 +31,7 @@ impl Block<'_> {
             if !self.may_go(&pairs, level, around) {
                 continue;
             }
-            let Scratch { change, beyond, .. } = scratch;
+            let Scratch { change, beyond, moved, ring } = scratch;
             let ready = self.without(pairs[0], around, change) && self.without(pairs[1], around, beyond);
             let place = self.positions[stays as usize];
             if !ready || !self.fits(change, place) || !self.fits(beyond, place) {
@@ -41,10 +41,16 @@ impl Block<'_> {
             let old: Vec<u32> = old.collect();
             old.iter().for_each(|&v| around.changed[v as usize] = true);
             let ends = pairs.map(|p| [p.gone, p.stays]);
-            self.spoil(old.iter().chain(ends.as_flattened()), ends.as_flattened(), around);
+            self.spoil(old.iter().chain(ends.as_flattened()), around);
             self.make(change);
             self.make(beyond);
-            for p in pairs {
+            moved.clear();
+            moved.extend(ends.as_flattened());
+            for (p, change) in pairs.iter().zip([change, beyond]) {
+                ring.clear();
+                ring.extend(self.star(p.stays, around).chain(change.new.iter().map(|n| n.triangle)));
+                around.star.put(p.stays, ring.drain(..));
+                around.star.put(p.gone, std::iter::empty());
                 let planes = self.quadrics[p.gone as usize];
                 self.quadrics[p.stays as usize] = self.quadrics[p.stays as usize] + planes;
                 around.changed[p.stays as usize] = true;

@@ -197,10 +197,15 @@ fn a_crease_stays_sharp() {
 #[test]
 fn threads_change_nothing() {
     let first = grid([120, 120], true, torus);
-    let with = |threads| run_on(Run { threads, ..Run::default() }, &first, 0, [0.01, 0.12]);
-    let (one, four) = (with(1), with(4));
-    assert!(one.triangles.len() < first.triangles.len() / 3);
-    assert_eq!((one.positions, one.normals, one.triangles), (four.positions, four.normals, four.triangles));
+    for (faces, bounds) in [(0, [0.01, 0.12]), (first.triangles.len() / 10, [0.1, f64::INFINITY])] {
+        let with = |threads| run_on(Run { threads, ..Run::default() }, &first, faces, bounds);
+        let (one, four) = (with(1), with(4));
+        assert!(one.triangles.len() < first.triangles.len() / 3);
+        assert_eq!(
+            (one.positions, one.normals, one.triangles),
+            (four.positions, four.normals, four.triangles)
+        );
+    }
 }
 
 #[test]
