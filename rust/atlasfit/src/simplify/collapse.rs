@@ -119,7 +119,7 @@ impl Block<'_> {
         let smooth = m.dot(n) >= SIMPLIFY.smooth;
         self.normals[i] =
             if smooth { (m * (1.0 - share) + n * share).normalized() } else { self.normals[near] };
-        self.from[i] = self.from[near];
+        self.from[i] = self.source(to, ends, scratch.change.nearest);
         self.rim[i] |= self.rim[j];
         self.positions[i] = to;
         if let Some(uv) = edge.uv {
@@ -136,6 +136,16 @@ impl Block<'_> {
         scratch.ring.iter().chain(&ends).for_each(|&v| around.changed[v as usize] = true);
         self.spoil(scratch.ring.iter().chain(&ends), around);
         gone
+    }
+
+    /// The vertex of the first mesh nearest to a place, of those known there: those of an edge's ends, and
+    /// that of a point. Of each collapse's nearer end alone it would drift away in many of them.
+    fn source(&self, place: Vec3, ends: [u32; 2], point: Option<u32>) -> u32 {
+        let of_ends = ends.map(|v| self.from[v as usize]);
+        let of_point = point.map(|n| self.first.points.vertex[n as usize]);
+        let far = |v: u32| self.first.dense.positions[v as usize].dist2(place);
+        let all = of_ends.into_iter().chain(of_point);
+        all.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(of_ends[0])
     }
 
     /// Where an edge's vertex is to be, by the planes about both ends; the first of them where it stays.

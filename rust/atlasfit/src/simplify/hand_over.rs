@@ -17,6 +17,8 @@ pub(super) struct Change {
     pub(super) new: Vec<NewTriangle>,
     /// Where the points go.
     moved: Vec<Handed>,
+    /// Of these the one nearest to the place that was asked for.
+    pub(super) nearest: Option<u32>,
 }
 
 /// A triangle as it is to be.
@@ -54,8 +56,9 @@ impl Block<'_> {
     /// Whether all points of the triangles that change stay near enough to those that come, and a place of
     /// the new surface is near enough to the first mesh: to the plane of the nearest point.
     pub(super) fn fits(&self, change: &mut Change, place: Vec3) -> bool {
-        let Change { old, new, moved } = change;
+        let Change { old, new, moved, nearest: found } = change;
         moved.clear();
+        *found = None;
         // Where the cheapest edges come first a point goes to any triangle that is near enough.
         let near = if self.ranked { 1.0 } else { SIMPLIFY.near };
         let places = self.first.points;
@@ -89,6 +92,7 @@ impl Block<'_> {
         if nearest.0.is_infinite() {
             return true;
         }
+        *found = Some(nearest.1);
         let n = nearest.1 as usize;
         places.normals[n].dot(place - places.positions[n]).abs() <= self.share * f64::from(places.error[n])
     }
