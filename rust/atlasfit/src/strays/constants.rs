@@ -84,12 +84,9 @@ pub(crate) struct StraysConstants {
     /// The share of a surface's points whose density is off all the same. Source: chosen.
     /// Halved or doubled: same bytes.
     pub odd: f64,
-    /// The share of doubtful surface's points that lie beside known surface, before the scan itself says more.
-    /// Source: measured, 0.86 to 0.93 in three scans of the dragon (`tests/peers/shapes.py dragon 0.002`,
-    /// seeds 0, 5 and 6).
+    /// The share of doubtful surface's points that lie beside known surface. Source: measured, 0.86 to 0.93
+    /// in three scans of the dragon (`tests/peers/shapes.py dragon 0.002`, seeds 0, 5 and 6).
     pub beside: f64,
-    /// As many groups of surface that share counts for. Source: chosen, it may be 0.7 or 1 elsewhere.
-    pub beside_counts: f64,
     /// Places by which it is known how much of the scan's box is beside its surface. Source: derived, an
     /// error of 1 %.
     pub places: usize,
@@ -118,7 +115,6 @@ pub(crate) const STRAYS: StraysConstants = StraysConstants {
     stray_range: 5.0,
     odd: 0.01,
     beside: 0.9,
-    beside_counts: 10.0,
     places: 2000,
     rounds: 100,
 };

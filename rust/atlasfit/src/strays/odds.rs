@@ -90,26 +90,17 @@ fn share_beside(
 
 /// The logarithms of the units' odds, where so large a share of all strays lie beside surface.
 fn of_units(units: &[Unit], strays_beside: f64) -> Vec<f64> {
-    // Of all units how many are surface, as the logarithm of their odds: nothing is known of it beforehand.
-    // Of those the share beside known surface: other scans say a little of it.
-    let (mut all, mut share) = (0.0, STRAYS.beside);
-    let of = |u: &Unit, all: f64, share: f64| {
-        let beside: f64 = (share / strays_beside).ln();
-        let off = ((1.0 - share) / (1.0 - strays_beside)).ln();
-        all + u.evidence + u.beside * beside + (1.0 - u.beside) * off
-    };
+    let beside = (STRAYS.beside / strays_beside).ln();
+    let off = ((1.0 - STRAYS.beside) / (1.0 - strays_beside)).ln();
+    let own: Vec<f64> =
+        units.iter().map(|u| u.evidence + u.beside * beside + (1.0 - u.beside) * off).collect();
+    let mut all = 0.0;
     for _ in 0..STRAYS.rounds {
-        let (mut surface, mut beside) = (0.0, 0.0);
-        for u in units {
-            let p = 1.0 / (1.0 + (-of(u, all, share)).exp());
-            surface += p;
-            beside += p * u.beside;
-        }
+        let surface: f64 = own.iter().map(|o| 1.0 / (1.0 + (-o - all).exp())).sum();
         // Laplace's rule of succession again.
         all = ((surface + 1.0) / (units.len() as f64 - surface + 1.0)).ln();
-        share = (beside + STRAYS.beside * STRAYS.beside_counts) / (surface + STRAYS.beside_counts);
     }
-    units.iter().map(|u| of(u, all, share)).collect()
+    own.iter().map(|o| o + all).collect()
 }
 
 #[cfg(test)]
