@@ -307,6 +307,12 @@ class Mesh {
     c_.seam_price = price;
     return *this;
   }
+  /// Triangles in UVs of the first page, 6 numbers each, that unwrapped charts keep free of.
+  Mesh &occupied_uv(const float *uv, std::size_t count) {
+    c_.occupied_uv = uv;
+    c_.occupied_count = count;
+    return *this;
+  }
   /// The page of each triangle's UVs.
   Mesh &face_page(const std::uint32_t *page) {
     c_.face_page = page;

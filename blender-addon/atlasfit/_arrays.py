@@ -168,6 +168,14 @@ def corners(values: ArrayLike, faces: int) -> NDArray[np.float32]:
     return array
 
 
+def uv_triangles(values: ArrayLike, name: str) -> NDArray[np.float32]:
+    """Any number of UV triangles, (k, 3, 2)."""
+    array = np.ascontiguousarray(values, np.float32)
+    if array.ndim != 3 or array.shape[1:] != (3, 2):
+        raise ValueError(f"{name} has shape {array.shape}. Give (k, 3, 2): u, v of each corner")
+    return array
+
+
 def polygon_corners(values: ArrayLike, count: int) -> NDArray[np.float32]:
     """UVs of so many corners of polygons, (count, 2) or by face (m, k, 2)."""
     array = np.ascontiguousarray(values, np.float32)

@@ -223,6 +223,8 @@ class atlasfit_mesh(Sized):
         ("faces", atlasfit_faces),
         ("face_ignored", c_void_p),
         ("seam_price", c_void_p),
+        ("occupied_uv", c_void_p),
+        ("occupied_count", c_size_t),
     ]
 
 

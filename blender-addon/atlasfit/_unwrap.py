@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._abi import lib
-from ._arrays import address, corners, indices, mesh_struct, numbers, positions
+from ._arrays import address, corners, indices, mesh_struct, numbers, positions, uv_triangles
 from ._brief import brief, counted
 from ._call import Handle, RunOptions, check, choice, options_with, run, size_of_page, values
 from ._show import plot
@@ -195,6 +195,7 @@ def unwrap(
     seams_hidden: float | None = None,
     up: ArrayLike | None = None,
     seam_price: ArrayLike | None = None,
+    occupied_uv: ArrayLike | None = None,
     **options: Unpack[RunOptions],
 ) -> Uv:
     """Lays out UVs: charts of low stretch that neither flip nor overlap, packed on square pages.
@@ -238,6 +239,8 @@ def unwrap(
                      from all around)
     seam_price       (n,) what a seam costs per unit of length at each vertex: 1 as usual, less where seams
                      may be, more where not; only ratios count
+    occupied_uv      (k, 3, 2) triangles in UVs of the first page that charts keep free of, with the padding:
+                     for example those of faces that are not laid out anew
     options          see RunOptions: seed, threads, time_limit, memory_limit, progress, cancel
 
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -258,6 +261,8 @@ def unwrap(
     prices = None if seam_price is None else numbers(seam_price, (len(vertices),), "seam_price")
     mesh.face_group, mesh.face_polygon = address(groups), address(polygons)
     mesh.seam_price = address(prices)
+    taken = None if occupied_uv is None else uv_triangles(occupied_uv, "occupied_uv")
+    mesh.occupied_uv, mesh.occupied_count = address(taken), 0 if taken is None else len(taken)
     mesh.seam_edges, mesh.seam_edge_count = address(seams), 0 if seams is None else len(seams)
     width, height = size_of_page(page_size)
     chosen = options_with(

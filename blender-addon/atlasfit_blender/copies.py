@@ -53,7 +53,7 @@ def unwrap(given, options, progress, cancel, first, **constraints):
     of_shapes = {
         name: values[one_each] if name in BY_FACE else values for name, values in constraints.items()
     }
-    quick = options | {"packer": "boxes"}  # they are packed once more
+    quick = options | {"packer": "boxes", "occupied_uv": None}  # they are packed once more
     uv = unwrapped(given.some(one_each), quick, within(progress, 0.0, SHAPES), cancel, **of_shapes)
     # Beside each other, so that charts of two pages do not meet.
     laid = uv.corner_uv + uv.face_pages[:, None, None].astype(np.float32)

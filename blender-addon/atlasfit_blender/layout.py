@@ -41,6 +41,14 @@ class Layout(LongOperator):
         min=0,
         max=100,
     )
+    keep_clear: BoolProperty(
+        name="Keep Clear",
+        description=(
+            "In Edit mode charts keep clear of the UVs of the faces that are not selected. Without a density"
+            " they get that of these faces, or less where that does not fit"
+        ),
+        default=True,
+    )
     together: BoolProperty(
         name="One Texture",
         description="Several objects are packed on one texture, else on one each",
@@ -67,6 +75,8 @@ class Layout(LongOperator):
         groups = [obs] if self.together else [[ob] for ob in obs]
         with mesh.object_mode(context, obs):
             jobs = [self.read(mesh.triangles(group, only_selected)) for group in groups]
+            clear = only_selected and self.keep_clear and self.keeps_others()
+            kept = [self.beside(group) if clear else {} for group in groups]
         options = self.library_options() | {
             "page_size": self.texture_size,
             "padding": self.margin,
@@ -78,11 +88,24 @@ class Layout(LongOperator):
         def work(progress, cancel):
             n = len(jobs)
             return [
-                lay_out(*job, options, progress=within(progress, i / n, (i + 1) / n), cancel=cancel)
+                lay_out(*job, options | kept[i], progress=within(progress, i / n, (i + 1) / n), cancel=cancel)
                 for i, job in enumerate(jobs)
             ]
 
         return work
+
+    def beside(self, obs):
+        """What the library is told of the faces that are not selected."""
+        uvs, scale = mesh.not_selected(obs)
+        if not len(uvs):
+            return {}
+        if self.density or not scale:
+            return {"occupied_uv": uvs}
+        return {"occupied_uv": uvs, "texels_per_unit": scale * self.texture_size, "pages": self.pages or 1}
+
+    def keeps_others(self):
+        """Whether the other faces keep their UVs in the UV map that is written."""
+        return True
 
     def old_textures(self, obs, given, obstacle=None):
         """What the triangles show through their UVs, to be drawn anew; None where there is nothing."""
@@ -227,8 +250,15 @@ def laid_out(given, unwrap, options, old, progress, cancel, painted=False):
         side, padding = max(options["page_size"], page.side), max(options["padding"], page.padding)
         options = options | {"page_size": side, "padding": padding, "pages": 1}
     share = LAID_OUT if painted or old is not None else 1.0
-    uv = unwrap(given, options, within(progress, 0.0, share), cancel)
-    laid = Laid(given, uv)
+    part = within(progress, 0.0, share)
+    try:
+        laid = Laid(given, unwrap(given, options, part, cancel))
+    except atlasfit.Error as error:
+        if options.get("occupied_uv") is None or error.status_name != "invalid argument":
+            raise
+        laid = Laid(given, unwrap(given, options | {"occupied_uv": None}, part, cancel))
+        laid.notes.append("the faces that are not selected leave no room: charts lie over theirs")
+    uv = laid.uv
     if old is not None:
         laid.old = old
         laid.drawn = old.draw(

@@ -168,10 +168,7 @@ def triangles(obs, only_selected):
             continue
         verts = triangle_vertices(me)
         corners = get(me.loop_triangles, "loops", 3, np.int32)
-        if PLAIN:
-            polygon = get(me.loop_triangle_polygons, "value", 1, np.int32)
-        else:
-            polygon = get(me.loop_triangles, "polygon_index", 1, np.int32)
+        polygon = triangle_polygons(me)
         if only_selected:
             mine = selected(me)[polygon]
             corners, verts, polygon = corners[mine], verts[mine], polygon[mine]
@@ -214,6 +211,35 @@ def triangle_vertices(me):
         corners = get(me.loop_triangles, "loops", 3, np.int32)
         return get(me.attributes[".corner_vert"].data, "value", 1, np.int32)[corners]
     return get(me.loop_triangles, "vertices", 3, np.int32)
+
+
+def triangle_polygons(me):
+    """The polygon of each of those triangles, (m,)."""
+    if PLAIN:
+        return get(me.loop_triangle_polygons, "value", 1, np.int32)
+    return get(me.loop_triangles, "polygon_index", 1, np.int32)
+
+
+def not_selected(obs):
+    """The UVs of the triangles that are not selected, (m, 3, 2), and the side of a square in UVs for one of
+    side 1 in the scene, 0 where there is none.
+    """
+    uvs, flat, area = [np.zeros((0, 3, 2), np.float32)], 0.0, 0.0
+    for ob in obs:
+        me = ob.data
+        if not me.uv_layers or not me.polygons:
+            continue
+        vertices = triangle_vertices(me)
+        others = ~selected(me)[triangle_polygons(me)]
+        uv = uv_get(me.uv_layers.active)[get(me.loop_triangles, "loops", 3, np.int32)[others]]
+        at = (positions(me) @ linear(ob).T)[vertices[others]]
+        sound = np.isfinite(uv).all(axis=(1, 2)) & np.isfinite(at).all(axis=(1, 2))
+        uv, at = uv[sound], at[sound]
+        uvs.append(uv)
+        (a, b), (p, q) = ((x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) for x in (uv.astype(np.float64), at))
+        flat += np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()
+        area += np.linalg.norm(np.cross(p, q), axis=1).sum()
+    return np.concatenate(uvs), float(np.sqrt(flat / area)) if flat > 0 and area > 0 else 0.0
 
 
 def is_scan(ob):

@@ -37,7 +37,7 @@ class UV_OT_atlasfit_pack(Layout, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("margin", "texture_size", "density", "pages", "pinned", "together", "textures"):
+        for name in ("margin", "texture_size", "density", "pages", "pinned", "keep_clear", "together", "textures"):
             layout.prop(self, name)
 
     def library_options(self):
@@ -64,6 +64,9 @@ class UV_OT_atlasfit_pack(Layout, bpy.types.Operator):
                 raise Refused("all charts have pinned UVs. Clear some pins, or turn Pinned Charts Stay off")
             tiles = _free_tiles(uv[stay])
             given, uv = given.some(~stay), uv[~stay]
+            if "occupied_uv" in options and len(tiles):
+                first = [tiles[0] % UDIM_ROW, tiles[0] // UDIM_ROW]
+                options = options | {"occupied_uv": options["occupied_uv"] - np.float32(first)}
         laid = laid_out(given, partial(unwrapped, corner_uv=uv), options, old, progress, cancel)
         if tiles is not None:
             pages = laid.uv.info.pages

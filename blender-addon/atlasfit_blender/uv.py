@@ -136,6 +136,8 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
         layout.prop(self, "straighten")
         layout.prop(self, "stack")
         layout.prop(self, "together")
+        if context.mode == "EDIT_MESH" and self.target == "ACTIVE":
+            layout.prop(self, "keep_clear")
         layout.prop(self, "target")
         if self.target == "NEW":
             layout.prop(self, "name")
@@ -199,6 +201,10 @@ class UV_OT_atlasfit_unwrap(Layout, bpy.types.Operator):
             how = {"progress": within(progress, LAID_OUT, 1.0), "cancel": cancel}
             laid.image = bake.image(colors, laid.uv.corner_uv, page_size=options["page_size"], **how)
         return laid
+
+    def keeps_others(self):
+        """Whether the other faces keep their UVs: a new UV map has none of theirs."""
+        return self.target == "ACTIVE"
 
     def check_room(self, obs):
         """Refuses where a UV map is asked for and there is no room for it."""

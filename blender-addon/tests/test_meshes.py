@@ -107,6 +107,18 @@ def test_seams_go_where_they_are_cheap_or_hidden():
         atlasfit.unwrap(vertices, faces, seams_hidden=2)
 
 
+def test_charts_keep_free_of_what_is_occupied():
+    vertices, quads = torus(32, 16)
+    faces = triangles(quads)[0]
+    left = [[[0, 0], [0.5, 0], [0.5, 1]], [[0, 0], [0.5, 1], [0, 1]]]
+    uv = atlasfit.unwrap(vertices, faces, occupied_uv=left)
+    assert uv.corner_uv[..., 0].min() > 0.5
+    with pytest.raises(ValueError, match="occupied_uv"):
+        atlasfit.unwrap(vertices, faces, occupied_uv=[[0, 0], [1, 1]])
+    with pytest.raises(atlasfit.Error, match="no room"):
+        atlasfit.unwrap(vertices, faces, occupied_uv=[[[0, 0], [2, 0], [0, 2]]])
+
+
 def test_a_bound_on_the_energy_makes_one_chart():
     vertices, quads = torus(16, 8)
     faces = triangles(quads)[0]

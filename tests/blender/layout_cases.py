@@ -6,7 +6,7 @@ import numpy as np
 
 from scenes import (
     assert_good, cut_edges, cylinder, edit, from_lists, grid, mesh, middle, monkey, quality, refused, report,
-    select, unwrap_apart, uvs,
+    right, select, unwrap_apart, uvs,
 )
 from made import strip
 from texture_cases import colors, shown, wooden
@@ -100,6 +100,28 @@ def test_packing_in_edit_mode_packs_the_selected_faces_and_leaves_the_others():
     bpy.ops.uv.atlasfit_pack()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert (uvs(ob)[:4] == before[:4]).all() and (uvs(ob)[4:] != before[4:]).any()
+
+
+def test_in_edit_mode_charts_keep_clear_of_the_other_faces_at_their_density():
+    for call in (bpy.ops.uv.atlasfit_unwrap, bpy.ops.uv.atlasfit_pack):
+        ob = grid()
+        # The whole sheet in a quarter of the page, with a gap in it.
+        mesh.uv_put(ob.data.uv_layers.active, 0.5 * uvs(ob) + 0.25)
+        before, (chosen, corner) = uvs(ob), right(ob)
+        scale = 0.5 / ob.dimensions.x
+        edit(ob, "polygons", chosen)
+        assert call(texture_size=1024) == {"FINISHED"}
+        bpy.ops.object.mode_set(mode="OBJECT")
+        assert (uvs(ob)[~corner] == before[~corner]).all() and (uvs(ob)[corner] != before[corner]).any()
+        q = assert_good(ob)
+        assert q.overlapping_faces == 0
+        assert float(report(ob)["pixels per unit"]) == float(f"{1024 * scale:.4g}")
+        assert call(keep_clear=False) == {"FINISHED"}
+    ob = piled()
+    edit(ob, "polygons", [False, True, True])
+    bpy.ops.uv.atlasfit_pack()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert "leave no room" in report(ob)["notes"]
 
 
 def test_packing_draws_textures_anew_and_needs_uvs():

@@ -77,6 +77,13 @@ pub struct atlasfit_mesh {
     /// mean of its ends. 1 as usual, less where seams may be, more where not: only ratios count. NULL = the
     /// same everywhere. Read by atlasfit_unwrap(), not with keep_uvs. Default NULL.
     pub seam_price: *const f32,
+    /// Triangles in UVs of the first page that the charts of atlasfit_unwrap() keep free of, with the padding,
+    /// 6 numbers each: for example those of faces that are not laid out anew. Finite; what lies outside the
+    /// page does not count. Charts are then packed by their shapes; where no room is left for them the call
+    /// fails with #ATLASFIT_INVALID_ARGUMENT. NULL = the page is free. Default NULL.
+    pub occupied_uv: *const f32,
+    /// Number of those triangles. Default 0.
+    pub occupied_count: usize,
 }
 
 // SAFETY: numbers and pointers, size first.
@@ -109,6 +116,8 @@ unsafe impl Sized for atlasfit_mesh {
             faces: atlasfit_faces::NONE,
             face_ignored: std::ptr::null(),
             seam_price: std::ptr::null(),
+            occupied_uv: std::ptr::null(),
+            occupied_count: 0,
         }
     }
 }
@@ -134,6 +143,7 @@ pub(crate) struct Mesh {
     pub face_polygon: Option<Vec<u32>>,
     pub seam_edges: Option<Vec<[u32; 2]>>,
     pub seam_price: Option<Vec<f32>>,
+    pub occupied: Option<Vec<[[f32; 2]; 3]>>,
     /// Faces that are still to be cut, their corners' UVs, and which are ignored.
     uncut: Option<Faces>,
     uncut_uv: Option<Vec<[f32; 2]>>,
@@ -202,6 +212,11 @@ pub(crate) unsafe fn mesh(mesh: *const atlasfit_mesh) -> Outcome<Mesh> {
                 Some(packed(m.seam_edges.cast::<[u32; 2]>(), m.seam_edge_count, "seam_edges")?)
             },
             seam_price: column(m.seam_price, m.vertex_count, "seam_price")?,
+            occupied: if m.occupied_count == 0 {
+                None
+            } else {
+                Some(packed(m.occupied_uv.cast::<[[f32; 2]; 3]>(), m.occupied_count, "occupied_uv")?)
+            },
             uncut_uv: match &uncut {
                 Some(f) => column(m.corner_uv.cast::<[f32; 2]>(), f.corners.len(), "corner_uv")?,
                 None => None,

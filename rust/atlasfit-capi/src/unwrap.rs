@@ -257,7 +257,7 @@ pub unsafe extern "C" fn atlasfit_unwrap_memory_needed(
 /// chart so long that it alone would decide the scale on the page is cut across, unless the options set
 /// max_charts, a density or several pages.
 ///
-/// @param mesh    The mesh; face_group, face_polygon, seam_edges and seam_price are read, and corner_uv with
+/// @param mesh    The mesh; face_group, face_polygon, seam_edges, seam_price and occupied_uv are read, and corner_uv with
 ///                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
 ///                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
 /// @param options How to unwrap; NULL = the defaults.
@@ -285,7 +285,8 @@ pub unsafe extern "C" fn atlasfit_unwrap(
                 .with_face_group(mesh.face_group.take())
                 .with_face_polygon(mesh.face_polygon.take())
                 .with_seam_edges(mesh.seam_edges.take())
-                .with_seam_price(mesh.seam_price.take());
+                .with_seam_price(mesh.seam_price.take())
+                .with_occupied(mesh.occupied.take());
             let layout = unwrap(&mesh.mesh, &options, ctx)?;
             ctx.check()?;
             let end = Instant::now();

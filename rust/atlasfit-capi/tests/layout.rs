@@ -53,7 +53,7 @@ fn structs() -> Vec<Struct> {
             struct_size positions vertex_count stride scalar reserved triangles triangle_count corner_uv
             face_group face_polygon seam_edges seam_edge_count face_page page_width page_height colors
             color_stride color_scalar color_width component_stride faces face_ignored
-            seam_price
+            seam_price occupied_uv occupied_count
         }
         atlasfit_buffer { struct_size data capacity stride component_stride scalar reserved }
         atlasfit_faces { corners offsets count corner_stride face_stride scalar reserved }

@@ -263,6 +263,32 @@ fn seams_cost_what_the_caller_says() {
 }
 
 #[test]
+fn charts_keep_free_of_what_is_occupied() {
+    let (xyz, triangles) = strip();
+    let options = init(atlasfit_unwrap_options_init);
+    // The lower half of the page.
+    let half = [0.0f32, 0.0, 1.0, 0.0, 1.0, 0.5, 0.0, 0.0, 1.0, 0.5, 0.0, 0.5];
+    let m = atlasfit_mesh { occupied_uv: half.as_ptr(), occupied_count: 2, ..mesh(&xyz, &triangles) };
+    let (mut uv, mut corners) = (null_mut(), vec![0f32; 2 * triangles.len()]);
+    unsafe {
+        ok(atlasfit_unwrap(&m, &options, null(), &mut uv));
+        ok(atlasfit_uv_corners(uv, corners.as_mut_ptr(), corners.len()));
+        ok(atlasfit_uv_free(uv));
+    }
+    assert!(corners.chunks(2).all(|c| c[1] > 0.5));
+    let wrong = [f32::NAN; 6];
+    for (occupied, count, words) in [
+        (wrong.as_ptr(), 1, "corner 0 of occupied triangle 0 is not finite"),
+        (null(), 1, "occupied_uv"),
+        ([0.0f32, 0.0, 2.0, 0.0, 0.0, 2.0].as_ptr(), 1, "there is no room for"),
+    ] {
+        let m = atlasfit_mesh { occupied_uv: occupied, occupied_count: count, ..m };
+        assert_ne!(unsafe { atlasfit_unwrap(&m, &options, null(), &mut uv) }, ATLASFIT_OK);
+        assert!(last_error().contains(words), "{}", last_error());
+    }
+}
+
+#[test]
 fn measures_of_a_cube_are_those_of_a_cube() {
     let s = Scene::new(1500);
     let cube = s.mesh();

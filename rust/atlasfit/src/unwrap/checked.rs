@@ -37,6 +37,7 @@ pub(crate) fn pack_checked(
         padding: options.padding_px,
         density: options.texels_per_unit.map(|t| t * s.unit),
         pages: options.most_pages(),
+        occupied: options.occupied.as_deref().unwrap_or_default(),
         packer: packing,
         seed: ctx.seed,
     };

@@ -70,6 +70,10 @@ pub struct UnwrapOptions {
     /// Most pages, at least 1. `None` = one page, or with `texels_per_unit` as many as that density needs.
     /// Where the density needs more pages than this it is lowered.
     pub pages: Option<u32>,
+    /// Triangles in UVs of the first page that charts keep free of, with the padding: for example those of
+    /// faces that are not laid out anew. Finite, any number; what lies outside the page does not count. Charts
+    /// are then put by their shapes, whatever `packer` says. `None` = the page is free.
+    pub occupied: Option<Vec<[[f32; 2]; 3]>>,
     /// How charts are put on the page.
     pub packer: Packer,
     /// Which parts lie on each other on the page, corner on corner. A part is what hangs together after the
@@ -119,6 +123,7 @@ setters! {
         with_padding_px: padding_px: u32,
         with_texels_per_unit: texels_per_unit: Option<f64>,
         with_pages: pages: Option<u32>,
+        with_occupied: occupied: Option<Vec<[[f32; 2]; 3]>>,
         with_packer: packer: Packer,
         with_stack: stack: Stack,
         with_straighten: straighten: Straighten,
@@ -144,6 +149,7 @@ impl Default for UnwrapOptions {
             padding_px: 2,
             texels_per_unit: None,
             pages: None,
+            occupied: None,
             packer: Packer::Shapes,
             stack: Stack::None,
             straighten: Straighten::Off,
@@ -248,6 +254,13 @@ impl UnwrapOptions {
             && !(t > 0.0 && t.is_finite())
         {
             return Err(Error::invalid(format!("texels_per_unit is {t}"), "Give a positive number, or none"));
+        }
+        let occupied = self.occupied.iter().flatten();
+        if let Some(i) = occupied.flatten().position(|uv| !uv.iter().all(|x| x.is_finite())) {
+            return Err(Error::invalid(
+                format!("corner {} of occupied triangle {} is not finite", i % 3, i / 3),
+                "Leave such triangles out",
+            ));
         }
         if let Some(n) = self.pages
             && !(1..=MOST_PAGES).contains(&n)

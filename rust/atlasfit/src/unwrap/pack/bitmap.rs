@@ -59,6 +59,38 @@ impl Bitmap {
         (out, lo)
     }
 
+    /// Every cell of a page that one of these triangles touches; they are in cells, from the page's lower left
+    /// corner.
+    pub(super) fn of_page(size: [usize; 2], triangles: impl Iterator<Item = [[f64; 2]; 3]>) -> Self {
+        let mut out = Self::new(size[0], size[1]);
+        for t in triangles {
+            let (lo, hi) = bounds(&t);
+            if hi[0] < 0.0 || hi[1] < 0.0 {
+                continue;
+            }
+            for y in lo[1].max(0.0) as usize..(hi[1] as usize + 1).min(size[1]) {
+                let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+                for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                    let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+                    let (bottom, top) = (a[1].max(y as f64), b[1].min(y as f64 + 1.0));
+                    if bottom > top {
+                        continue;
+                    }
+                    let level = b[1] <= a[1];
+                    let at = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
+                    for x in if level { [a[0], b[0]] } else { [at(bottom), at(top)] } {
+                        (from, to) = (from.min(x), to.max(x));
+                    }
+                }
+                let (first, end) = (from.max(0.0) as usize, ((to.max(-1.0) + 1.0) as usize).min(size[0]));
+                if first < end {
+                    out.fill(y, first, end);
+                }
+            }
+        }
+        out
+    }
+
     /// A quarter turn counter-clockwise.
     pub(super) fn turned(&self) -> Self {
         let mut out = Self::new(self.height, self.width);

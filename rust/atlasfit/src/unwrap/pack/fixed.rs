@@ -1,10 +1,11 @@
 //! Pages of fixed size, filled one after the other: at the density asked for, or the highest at which all
 //! charts fit.
 
+use super::bitmap::Bitmap;
 use super::boxes::fill_boxes;
 use super::constants::{CELLS, PACK};
 use super::external::fill_external;
-use super::mask::{Pose, largest_first, poses};
+use super::mask::{Mask, Pose, largest_first, poses};
 use super::placement::{PackJob, Packed, Packing, Placement};
 use super::strip::Strip;
 use crate::error::Result;
@@ -26,10 +27,11 @@ pub(super) fn several_pages(
     ctx: &Context<'_>,
 ) -> Result<Option<Packed>> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
+    let occupied = (!job.occupied.is_empty()).then(|| occupied(job));
     let least = job.least_density(charts);
     let padding = job.padding;
     let try_at = |density: f64| match job.packer {
-        Packing::Own(Packer::Shapes) => fill_shapes(charts, upright, job, density, ctx),
+        Packing::Own(Packer::Shapes) => fill_shapes(charts, upright, job, occupied.as_ref(), density, ctx),
         Packing::Own(Packer::Boxes) => fill_boxes(charts, upright, job, density, ctx),
         Packing::External(packer) => fill_external(packer, charts, upright, job, density, ctx),
     };
@@ -84,18 +86,32 @@ pub(crate) fn room(page: [u32; 2], padding: u32) -> [f64; 2] {
     page.map(|p| ((f64::from(p) / texels).floor() - around).max(1.0) * texels)
 }
 
+/// The cells of a page.
+fn cells(page: [u32; 2]) -> [usize; 2] {
+    let texels = texels_per_cell(page);
+    page.map(|p| (f64::from(p) / texels) as usize)
+}
+
+/// The cells of the first page that are not free.
+fn occupied(job: &PackJob<'_>) -> Mask {
+    let texels = texels_per_cell(job.page);
+    let in_cells = |uv: [f32; 2]| [0, 1].map(|k| f64::from(uv[k]) * f64::from(job.page[k]) / texels);
+    Mask::of(&Bitmap::of_page(cells(job.page), job.occupied.iter().map(|t| t.map(in_cells))))
+}
+
 /// Places the charts at a density on at most as many pages as allowed, by shape.
 fn fill_shapes(
     charts: &[Chart],
     upright: &[[f64; 2]],
     job: &PackJob<'_>,
+    occupied: Option<&Mask>,
     density: f64,
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<Placement>>> {
     ctx.check()?;
     let texels = texels_per_cell(job.page);
     let cell = texels / density;
-    let [width, height] = job.page.map(|p| (f64::from(p) / texels) as usize);
+    let [width, height] = cells(job.page);
     // What is larger than a page fits on none: found before its mask takes memory.
     let longest = cell * (width as f64).hypot(height as f64);
     let too_large = |c: &Chart| {
@@ -113,6 +129,11 @@ fn fill_shapes(
         })
         .collect::<Result<_>>()?;
     let mut pages: Vec<Strip<WORDS>> = Vec::new();
+    if let Some(occupied) = occupied {
+        let mut first = Strip::new(width);
+        first.put(occupied, 0, 0);
+        pages.push(first);
+    }
     let mut placements = vec![Placement::default(); charts.len()];
     'charts: for c in largest_first(&poses) {
         ctx.check()?;

@@ -37,7 +37,7 @@ pub(crate) struct Mask {
 
 impl Mask {
     /// The cells of a bitmap.
-    fn of(bits: &Bitmap) -> Self {
+    pub(super) fn of(bits: &Bitmap) -> Self {
         let widest_first = |all: &mut Vec<Run>| {
             all.sort_unstable_by_key(|r| (std::cmp::Reverse(r.to - r.from), r.row, r.from));
         };

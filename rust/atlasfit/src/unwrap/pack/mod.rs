@@ -4,7 +4,7 @@
 //! are rasterised to bit masks (`bitmap`, `mask`) in several rotations and put at the lowest free place
 //! (`strip`). For one page, the order of placing is searched for (`search` on a `board`), then the charts are
 //! pushed together (`tighten`, by their `contacts`). Several pages, or a given density, are pages of fixed
-//! size filled one after the other (`fixed`). `boxes` is the fast way, and the last one where charts are very
+//! size filled one after the other (`fixed`), as is a page of which a part is occupied. `boxes` is the fast way, and the last one where charts are very
 //! many; `external` asks a packer that is no part of the library, a `packer`. Where the padding asked for
 //! leaves hardly any texels to the charts, it is lowered.
 
@@ -51,12 +51,28 @@ pub(crate) fn pack(charts: &[Chart], job: &PackJob<'_>, ctx: &Context<'_>) -> Re
     let upright: Vec<[f64; 2]> =
         (charts.par_iter()).map(|c| ctx.check().map(|()| pose(c))).collect::<Result<_>>()?;
     let mut job = *job;
+    if !job.occupied.is_empty() && matches!(job.packer, Packing::External(_)) {
+        return Err(Error::invalid(
+            "occupied is given with a packer that is no part of the library, which knows nothing of it",
+            "Use a packer of the library, or give nothing occupied",
+        ));
+    }
     let mut packed = loop {
         if let Some(packed) = pack_padded(charts, &upright, &job, ctx)? {
             break packed;
         }
         if job.padding > 0 {
             job.padding /= 2;
+        } else if !job.occupied.is_empty() {
+            let [width, height] = job.page;
+            return Err(Error::invalid(
+                format!(
+                    "beside what is occupied there is no room for {} on {} of {width} by {height} texels",
+                    counted(charts.len(), "chart"),
+                    counted(job.pages as usize, "page"),
+                ),
+                "Give larger pages or more of them, or less that is occupied",
+            ));
         } else if let Packing::Own(_) = job.packer {
             break crumbs(charts, &upright, &job, ctx)?;
         } else {
@@ -88,6 +104,15 @@ fn pack_padded(
         return Ok(None);
     }
     let fills_one = job.density.is_none() && job.pages == 1;
+    if !job.occupied.is_empty() {
+        // Boxes know of no shapes that charts could lie beside.
+        return several_pages(
+            charts,
+            upright,
+            &PackJob { packer: Packing::Own(Packer::Shapes), ..*job },
+            ctx,
+        );
+    }
     let packed = match job.packer {
         Packing::Own(Packer::Boxes) if fills_one => one_page_of_boxes(charts, upright, job, ctx)?,
         Packing::Own(Packer::Shapes) if fills_one => one_page(charts, upright, job, ctx)?,

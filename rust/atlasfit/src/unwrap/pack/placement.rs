@@ -16,6 +16,8 @@ pub(crate) struct PackJob<'a> {
     pub density: Option<f64>,
     /// Most pages.
     pub pages: u32,
+    /// Triangles of the first page that charts keep free of, in shares of it.
+    pub occupied: &'a [[[f32; 2]; 3]],
     /// Who packs.
     pub packer: Packing<'a>,
     /// For the search.

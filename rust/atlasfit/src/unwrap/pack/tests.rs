@@ -113,6 +113,7 @@ const JOB: PackJob<'static> = PackJob {
     padding: 0,
     density: None,
     pages: 1,
+    occupied: &[],
     packer: Packing::Own(Packer::Shapes),
     seed: 0,
 };
@@ -155,6 +156,36 @@ fn more_charts_than_texels_are_packed_all_the_same() {
     }
 }
 
+#[test]
+fn charts_keep_free_of_what_is_occupied_and_say_so_where_there_is_no_room() {
+    // All but the right quarter, and a needle through that.
+    let band = [[[0.0, 0.0], [0.75, 0.0], [0.75, 1.0]], [[0.0, 0.0], [0.75, 1.0], [0.0, 1.0]]];
+    let needle = [[0.7, 0.5], [1.0, 0.5], [1.0, 0.501]];
+    let beyond = |t: [[f32; 2]; 3], by: [f32; 2]| t.map(|[u, v]| [u + by[0], v + by[1]]);
+    let off = [[1.0, 0.0], [-1.0, 0.0], [0.3, 7.0], [0.3, -2.0]].map(|by| beyond(needle, by));
+    let occupied = [&[band[0], band[1], needle], &off[..]].concat();
+    for density in [None, Some(100.0), Some(1e4)] {
+        let charts = triangles(30);
+        let job = PackJob { occupied: &occupied, padding: 4, density, ..JOB };
+        let packed = packed(&charts, &job);
+        assert_eq!(packed.padding, 4);
+        let least = f64::from(0.75f32) + 4.0 / 1024.0;
+        for (c, p) in charts.iter().zip(&packed.placements) {
+            let at = p.positions(&c.uv);
+            assert!(at.iter().all(|q| f64::from(q[0]) > least), "{at:?}");
+            let below = at.iter().all(|q| f64::from(q[1]) <= 0.5 - 4.0 / 1024.0);
+            assert!(below || at.iter().all(|q| f64::from(q[1]) >= 0.501 + 4.0 / 1024.0), "{at:?}");
+        }
+        assert!(packed.density > 100.0 - 1e-9, "{}", packed.density);
+    }
+    let all = band.map(|t| t.map(|[u, v]| [u / 0.75, v]));
+    let run = |ctx: &Context<'_>| pack(&triangles(30), &PackJob { occupied: &all, ..JOB }, ctx);
+    assert!(matches!(Run::default().execute(run), Err(Error::InvalidArgument { .. })));
+    // A further page is free.
+    let job = PackJob { occupied: &all, pages: 2, ..JOB };
+    assert!(packed(&triangles(30), &job).placements.iter().all(|p| p.page == 1));
+}
+
 /// Never fits anything.
 struct Never;
 
@@ -188,6 +219,6 @@ proptest! {
         let packer = Packing::Own(if boxes { Packer::Boxes } else { Packer::Shapes });
         let padding = (share * f64::from(page[0].min(page[1]) / 8)).round() as u32;
         let density = density.map(|d| 10f64.powf(d));
-        packed(&charts, &PackJob { page, padding, density, pages, packer, seed: 1 });
+        packed(&charts, &PackJob { page, padding, density, pages, packer, occupied: &[], seed: 1 });
     }
 }

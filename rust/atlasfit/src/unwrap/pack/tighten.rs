@@ -185,6 +185,7 @@ mod tests {
             padding: PADDING,
             density: None,
             pages: 1,
+            occupied: &[],
             packer: Packing::Own(Packer::Shapes),
             seed: 0,
         };
