@@ -863,10 +863,10 @@ typedef struct {
    */
   const float *seam_price;
   /**
-   * Triangles in UVs of the first page that the charts of atlasfit_unwrap() keep free of, with the padding,
-   * 6 numbers each: for example those of faces that are not laid out anew. Finite; what lies outside the
-   * page does not count. Charts are then packed by their shapes; where no room is left for them the call
-   * fails with #ATLASFIT_INVALID_ARGUMENT. NULL = the page is free. Default NULL.
+   * Triangles in UVs of the first page, 6 numbers each, that the charts of atlasfit_unwrap() keep free of,
+   * with the padding: for example those of faces that are not laid out anew. Finite; what lies outside
+   * the page does not count. Charts are then packed by their shapes; where no room is left for them the
+   * call fails with #ATLASFIT_INVALID_ARGUMENT. NULL = the page is free. Default NULL.
    */
   const float *occupied_uv;
   /**
@@ -2385,9 +2385,9 @@ atlasfit_status atlasfit_unwrap_memory_needed(size_t vertices,
  * chart so long that it alone would decide the scale on the page is cut across, unless the options set
  * max_charts, a density or several pages.
  *
- * @param mesh    The mesh; face_group, face_polygon, seam_edges, seam_price and occupied_uv are read, and corner_uv with
- *                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
- *                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
+ * @param mesh    The mesh; face_group, face_polygon, seam_edges, seam_price and occupied_uv are read, and
+ *                corner_uv with keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that
+ *                each of its corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
  * @param options How to unwrap; NULL = the defaults.
  * @param run     How long work is run; NULL = the defaults.
  * @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().

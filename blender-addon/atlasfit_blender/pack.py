@@ -37,8 +37,10 @@ class UV_OT_atlasfit_pack(Layout, bpy.types.Operator):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for name in ("margin", "texture_size", "density", "pages", "pinned", "keep_clear", "together", "textures"):
+        for name in ("margin", "texture_size", "density", "pages", "pinned", "together", "textures"):
             layout.prop(self, name)
+        if context.mode == "EDIT_MESH":
+            layout.prop(self, "keep_clear")
 
     def library_options(self):
         """Of the library, besides those of the page."""

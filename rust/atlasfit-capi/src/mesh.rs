@@ -77,10 +77,10 @@ pub struct atlasfit_mesh {
     /// mean of its ends. 1 as usual, less where seams may be, more where not: only ratios count. NULL = the
     /// same everywhere. Read by atlasfit_unwrap(), not with keep_uvs. Default NULL.
     pub seam_price: *const f32,
-    /// Triangles in UVs of the first page that the charts of atlasfit_unwrap() keep free of, with the padding,
-    /// 6 numbers each: for example those of faces that are not laid out anew. Finite; what lies outside the
-    /// page does not count. Charts are then packed by their shapes; where no room is left for them the call
-    /// fails with #ATLASFIT_INVALID_ARGUMENT. NULL = the page is free. Default NULL.
+    /// Triangles in UVs of the first page, 6 numbers each, that the charts of atlasfit_unwrap() keep free of,
+    /// with the padding: for example those of faces that are not laid out anew. Finite; what lies outside
+    /// the page does not count. Charts are then packed by their shapes; where no room is left for them the
+    /// call fails with #ATLASFIT_INVALID_ARGUMENT. NULL = the page is free. Default NULL.
     pub occupied_uv: *const f32,
     /// Number of those triangles. Default 0.
     pub occupied_count: usize,

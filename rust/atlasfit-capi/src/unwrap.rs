@@ -257,9 +257,9 @@ pub unsafe extern "C" fn atlasfit_unwrap_memory_needed(
 /// chart so long that it alone would decide the scale on the page is cut across, unless the options set
 /// max_charts, a density or several pages.
 ///
-/// @param mesh    The mesh; face_group, face_polygon, seam_edges, seam_price and occupied_uv are read, and corner_uv with
-///                keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that each of its
-///                corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
+/// @param mesh    The mesh; face_group, face_polygon, seam_edges, seam_price and occupied_uv are read, and
+///                corner_uv with keep_uv_seams or keep_uvs. The triangles of a polygon stay together, so that
+///                each of its corners has one UV, unless it does not lie flat: see atlasfit_uv_face_torn().
 /// @param options How to unwrap; NULL = the defaults.
 /// @param run     How long work is run; NULL = the defaults.
 /// @param out     Where the UVs are put; NULL on failure. Free them with atlasfit_uv_free().

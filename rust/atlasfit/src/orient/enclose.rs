@@ -329,7 +329,7 @@ impl Part {
     }
 
     /// The connected sets of its charts that face against the part as a whole, each ascending; the largest
-    /// first, no more than are tried. What joined them one after the other may hold none of these.
+    /// first, no more than are tried. They need not be among the sets that were joined.
     pub(super) fn facing_back(&self, signs: &[f64]) -> Vec<Vec<u32>> {
         let faces = |k: usize| self.moments[k] * signs[self.charts[k] as usize];
         let all = (0..self.charts.len()).map(faces).fold(Vec3::ZERO, |a, b| a + b);

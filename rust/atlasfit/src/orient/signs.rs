@@ -150,7 +150,7 @@ fn enclose(
                     set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
                 }
             }
-            // Sets that were joined are many, and one may seem wrong by chance; these the scan itself names.
+            // Of the many sets that were joined one may seem wrong by chance. Those that face back are few.
             for set in part.facing_back(signs) {
                 ctx.check()?;
                 if part.faces_wrongly(&set, signs, part.by_chance()) {

@@ -71,8 +71,8 @@ pub struct UnwrapOptions {
     /// Where the density needs more pages than this it is lowered.
     pub pages: Option<u32>,
     /// Triangles in UVs of the first page that charts keep free of, with the padding: for example those of
-    /// faces that are not laid out anew. Finite, any number; what lies outside the page does not count. Charts
-    /// are then put by their shapes, whatever `packer` says. `None` = the page is free.
+    /// faces that are not laid out anew. Finite, any number; what lies outside the page does not count.
+    /// Charts are then put by their shapes, whatever `packer` says. `None` = the page is free.
     pub occupied: Option<Vec<[[f32; 2]; 3]>>,
     /// How charts are put on the page.
     pub packer: Packer,

@@ -12,7 +12,7 @@ pub(super) struct Bitmap {
 }
 
 impl Bitmap {
-    fn new(width: usize, height: usize) -> Self {
+    pub(super) fn new(width: usize, height: usize) -> Self {
         let words = width.div_ceil(64);
         Self { width, height, words, on: vec![0; words * height] }
     }
@@ -59,36 +59,33 @@ impl Bitmap {
         (out, lo)
     }
 
-    /// Every cell of a page that one of these triangles touches; they are in cells, from the page's lower left
-    /// corner.
-    pub(super) fn of_page(size: [usize; 2], triangles: impl Iterator<Item = [[f64; 2]; 3]>) -> Self {
-        let mut out = Self::new(size[0], size[1]);
-        for t in triangles {
-            let (lo, hi) = bounds(&t);
-            if hi[0] < 0.0 || hi[1] < 0.0 {
-                continue;
+    /// Fills every cell that a triangle touches; its corners are in cells.
+    pub(super) fn touch(&mut self, t: [[f64; 2]; 3]) {
+        let (lo, hi) = bounds(&t);
+        if hi[0] < 0.0 || hi[1] < 0.0 {
+            return;
+        }
+        let rows = hi[1].min(self.height as f64) as usize + 1;
+        for y in lo[1].max(0.0) as usize..rows.min(self.height) {
+            let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+                let (bottom, top) = (a[1].max(y as f64), b[1].min(y as f64 + 1.0));
+                if bottom > top {
+                    continue;
+                }
+                let level = b[1] <= a[1];
+                let at = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
+                for x in if level { [a[0], b[0]] } else { [at(bottom), at(top)] } {
+                    (from, to) = (from.min(x), to.max(x));
+                }
             }
-            for y in lo[1].max(0.0) as usize..(hi[1] as usize + 1).min(size[1]) {
-                let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-                for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-                    let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
-                    let (bottom, top) = (a[1].max(y as f64), b[1].min(y as f64 + 1.0));
-                    if bottom > top {
-                        continue;
-                    }
-                    let level = b[1] <= a[1];
-                    let at = |y: f64| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]);
-                    for x in if level { [a[0], b[0]] } else { [at(bottom), at(top)] } {
-                        (from, to) = (from.min(x), to.max(x));
-                    }
-                }
-                let (first, end) = (from.max(0.0) as usize, ((to.max(-1.0) + 1.0) as usize).min(size[0]));
-                if first < end {
-                    out.fill(y, first, end);
-                }
+            let width = self.width as f64;
+            let (first, end) = (from.clamp(0.0, width) as usize, (to + 1.0).clamp(0.0, width) as usize);
+            if first < end {
+                self.fill(y, first, end);
             }
         }
-        out
     }
 
     /// A quarter turn counter-clockwise.

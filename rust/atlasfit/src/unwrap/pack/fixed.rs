@@ -27,7 +27,7 @@ pub(super) fn several_pages(
     ctx: &Context<'_>,
 ) -> Result<Option<Packed>> {
     let area: f64 = charts.iter().map(|c| c.area).sum();
-    let occupied = (!job.occupied.is_empty()).then(|| occupied(job));
+    let occupied = if job.occupied.is_empty() { None } else { Some(occupied(job, ctx)?) };
     let least = job.least_density(charts);
     let padding = job.padding;
     let try_at = |density: f64| match job.packer {
@@ -93,10 +93,16 @@ fn cells(page: [u32; 2]) -> [usize; 2] {
 }
 
 /// The cells of the first page that are not free.
-fn occupied(job: &PackJob<'_>) -> Mask {
+fn occupied(job: &PackJob<'_>, ctx: &Context<'_>) -> Result<Mask> {
     let texels = texels_per_cell(job.page);
     let in_cells = |uv: [f32; 2]| [0, 1].map(|k| f64::from(uv[k]) * f64::from(job.page[k]) / texels);
-    Mask::of(&Bitmap::of_page(cells(job.page), job.occupied.iter().map(|t| t.map(in_cells))))
+    let [width, height] = cells(job.page);
+    let mut page = Bitmap::new(width, height);
+    for (i, t) in job.occupied.iter().enumerate() {
+        ctx.check_at(i)?;
+        page.touch(t.map(in_cells));
+    }
+    Ok(Mask::of(&page))
 }
 
 /// Places the charts at a density on at most as many pages as allowed, by shape.

@@ -4,9 +4,9 @@
 //! are rasterised to bit masks (`bitmap`, `mask`) in several rotations and put at the lowest free place
 //! (`strip`). For one page, the order of placing is searched for (`search` on a `board`), then the charts are
 //! pushed together (`tighten`, by their `contacts`). Several pages, or a given density, are pages of fixed
-//! size filled one after the other (`fixed`), as is a page of which a part is occupied. `boxes` is the fast way, and the last one where charts are very
-//! many; `external` asks a packer that is no part of the library, a `packer`. Where the padding asked for
-//! leaves hardly any texels to the charts, it is lowered.
+//! size filled one after the other (`fixed`), as is a page of which a part is occupied. `boxes` is the fast
+//! way, and the last one where charts are very many; `external` asks a packer that is no part of the library,
+//! a `packer`. Where the padding asked for leaves hardly any texels to the charts, it is lowered.
 
 mod bitmap;
 mod board;
