@@ -43,21 +43,25 @@ fn other_noise_is_no_change_and_a_dent_of_three_standard_deviations_is() {
     // Three standard deviations of the distances, not of the noise, which is several times larger.
     let sd = same.detectable / 2.576;
     assert!(sd < 0.6 * SIGMA, "{sd}");
-    let after = fit(&scan(3, |p| dented(p, 3.0 * sd)));
-    let found = change(&before, &after, &options).expect("they overlap");
-    let (mut inside, mut flagged, mut elsewhere) = (0, 0, 0);
-    for (p, significant) in after.points.positions.iter().zip(&found.significant) {
-        let dent = dented(Vec3(*p).normalized(), 1.0);
-        inside += usize::from(dent == 1.0);
-        flagged += usize::from(dent == 1.0 && *significant);
-        elsewhere += usize::from(dent == 0.0 && *significant);
+    // The dent holds few charts: of one scan 40 to 60 percent of it are found. Eight scans decide.
+    let (mut inside, mut flagged, mut sum) = (0u32, 0u32, 0.0);
+    for seed in 3..11 {
+        let after = fit(&scan(seed, |p| dented(p, 3.0 * sd)));
+        let found = change(&before, &after, &options).expect("they overlap");
+        let mut elsewhere = 0;
+        for (i, p) in after.points.positions.iter().enumerate() {
+            let dent = dented(Vec3(*p).normalized(), 1.0);
+            if dent == 1.0 {
+                inside += 1;
+                flagged += u32::from(found.significant[i]);
+                sum += found.distance[i];
+            }
+            elsewhere += usize::from(dent == 0.0 && found.significant[i]);
+        }
+        assert!(elsewhere < 80, "{elsewhere} flagged where nothing changed");
     }
     assert!(flagged * 2 > inside, "{flagged} of {inside}");
-    assert!(elsewhere < 80, "{elsewhere} flagged where nothing changed");
-    let deep = after.points.positions.iter().zip(&found.distance);
-    let deep: Vec<f64> =
-        deep.filter(|(p, _)| dented(Vec3(**p).normalized(), 1.0) == 1.0).map(|d| *d.1).collect();
-    let mean = deep.iter().sum::<f64>() / deep.len() as f64;
+    let mean = sum / f64::from(inside);
     assert!((mean / (-3.0 * sd) - 1.0).abs() < 0.3, "inward: {mean} {sd}");
 }
 
