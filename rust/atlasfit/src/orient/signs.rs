@@ -92,8 +92,8 @@ pub(crate) fn orient(
 /// that were joined are turned, each if that is likelier, from the largest to single charts: relations err
 /// together at an acute edge, where charts of both sides share points. Then from signs follow votes, from
 /// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
-/// the signs that it came with. Parts are what `touching` relations join. Returns the parts that enclose a
-/// body.
+/// the signs that it came with, but for sets that face against the rest where relations say no more than
+/// chance of it. Parts are what `touching` relations join. Returns the parts that enclose a body.
 fn enclose(
     found: &mut Contracted,
     touching: &[Relation],

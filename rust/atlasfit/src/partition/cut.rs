@@ -66,6 +66,20 @@ pub(crate) struct Cut<'a> {
     pub whole: usize,
 }
 
+#[cfg(test)]
+impl<'a> Cut<'a> {
+    /// A whole scan with the same noise everywhere.
+    pub(crate) fn whole(
+        points: &'a [Vec3],
+        tree: &'a Neighbours,
+        sampling: &'a Sampling,
+        sigma: f64,
+    ) -> Self {
+        let (size, whole) = (PatchSize::default(), points.len());
+        Self { points, tree, sampling, sigma, relative: &[], size, rows: &[], whole }
+    }
+}
+
 impl Cut<'_> {
     /// The radius that a patch about a point may have where the usual noise is `sigma`.
     pub(super) fn reach(&self, point: usize, sigma: f64) -> f64 {

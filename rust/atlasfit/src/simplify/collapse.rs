@@ -139,7 +139,7 @@ impl Block<'_> {
     }
 
     /// The vertex of the first mesh nearest to a place, of those known there: those of an edge's ends, and
-    /// that of a point. Of each collapse's nearer end alone it would drift away in many of them.
+    /// that of a point. The nearer end's alone would drift away over many collapses.
     fn source(&self, place: Vec3, ends: [u32; 2], point: Option<u32>) -> u32 {
         let of_ends = ends.map(|v| self.from[v as usize]);
         let of_point = point.map(|n| self.first.points.vertex[n as usize]);

@@ -4,6 +4,7 @@
 
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::lists::Lists;
 
 /// Lists in one array; one that is replaced leaves its old place unused.
 pub(super) struct Stars {
@@ -18,26 +19,7 @@ impl Stars {
     /// # Errors
     /// Cancelled or out of time.
     pub(super) fn new(vertices: usize, triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Self> {
-        let mut span = vec![[0; 2]; vertices];
-        for (i, t) in triangles.iter().enumerate() {
-            ctx.check_at(i)?;
-            t.iter().for_each(|&v| span[v as usize][1] += 1);
-        }
-        let mut end = 0;
-        for s in &mut span {
-            let count = s[1];
-            *s = [end; 2];
-            end += count;
-        }
-        let mut items = vec![0; 3 * triangles.len()];
-        for (i, t) in triangles.iter().enumerate() {
-            ctx.check_at(i)?;
-            for &v in t {
-                let next = &mut span[v as usize][1];
-                items[*next as usize] = i as u32;
-                *next += 1;
-            }
-        }
+        let (span, items) = Lists::new(vertices, triangles, ctx)?.into_spans();
         Ok(Self { span, items })
     }
 

@@ -38,6 +38,10 @@ impl Lists {
         }
         Ok(Self { start, items })
     }
+    /// For each owner where its list starts and ends among the items, and all items.
+    pub(crate) fn into_spans(self) -> (Vec<[u32; 2]>, Vec<u32>) {
+        (self.start.windows(2).map(|w| [w[0], w[1]]).collect(), self.items)
+    }
     /// The items of an owner.
     pub(crate) fn of(&self, owner: u32) -> &[u32] {
         &self.items[self.start[owner as usize] as usize..self.start[owner as usize + 1] as usize]

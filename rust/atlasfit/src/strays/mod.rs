@@ -221,7 +221,6 @@ mod tests {
     use super::*;
     use crate::blend::membership;
     use crate::numeric::Rng;
-    use crate::partition::PatchSize;
     use crate::run::Run;
     use crate::spatial::spacing::Sampling;
 
@@ -237,16 +236,7 @@ mod tests {
         let evidence = Run::default().execute(|ctx| {
             let members = membership::of_points(points.len(), &fitted, ctx)?;
             let tree = Neighbours::build(&points, ctx)?;
-            let cut = Cut {
-                points: &points,
-                tree: &tree,
-                sampling: &sampling,
-                sigma: 0.1,
-                relative: &[],
-                size: PatchSize::default(),
-                rows: &[],
-                whole: points.len(),
-            };
+            let cut = Cut::whole(&points, &tree, &sampling, 0.1);
             let charted = Charted { cut, fitted: &fitted, members: &members };
             let all = of_chart(&charted, &fitted[1], |_| true, &mut Vec::new(), ctx)?;
             Ok((of_charts(&charted, ctx)?, all))

@@ -106,7 +106,6 @@ fn of_units(units: &[Unit], strays_beside: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::partition::PatchSize;
     use crate::run::Run;
     use crate::spatial::spacing::Sampling;
 
@@ -154,16 +153,7 @@ mod tests {
         let sampling = Sampling::new(vec![1.0; points.len()]);
         let odds = Run::default().execute(|ctx| {
             let tree = Neighbours::build(&points, ctx)?;
-            let cut = Cut {
-                points: &points,
-                tree: &tree,
-                sampling: &sampling,
-                sigma: 0.1,
-                relative: &[],
-                size: PatchSize::default(),
-                rows: &[],
-                whole: points.len(),
-            };
+            let cut = Cut::whole(&points, &tree, &sampling, 0.1);
             of_groups(&cut, &known, &groups, &[], ctx)
         });
         let odds = odds.unwrap();

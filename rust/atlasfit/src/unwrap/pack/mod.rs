@@ -63,34 +63,31 @@ pub(crate) fn pack(charts: &[Chart], job: &PackJob<'_>, ctx: &Context<'_>) -> Re
         }
         if job.padding > 0 {
             job.padding /= 2;
-        } else if !job.occupied.is_empty() {
-            let [width, height] = job.page;
-            return Err(Error::invalid(
-                format!(
-                    "beside what is occupied there is no room for {} on {} of {width} by {height} texels",
-                    counted(charts.len(), "chart"),
-                    counted(job.pages as usize, "page"),
-                ),
-                "Give larger pages or more of them, or less that is occupied",
-            ));
-        } else if let Packing::Own(_) = job.packer {
-            break crumbs(charts, &upright, &job, ctx)?;
         } else {
-            let [width, height] = job.page;
-            return Err(Error::invalid(
-                format!(
-                    "the packer finds no room for {} on {} of {width} by {height} texels",
-                    counted(charts.len(), "chart"),
-                    counted(job.pages as usize, "page"),
-                ),
-                "Give larger pages or more of them, or use another packer",
-            ));
+            match job.packer {
+                Packing::Own(_) if job.occupied.is_empty() => break crumbs(charts, &upright, &job, ctx)?,
+                Packing::Own(_) => return Err(no_room(charts, &job, "less that is occupied")),
+                Packing::External(_) => return Err(no_room(charts, &job, "another packer")),
+            }
         }
     };
     for p in &mut packed.placements {
         p.scale = job.page.map(|texels| packed.density / f64::from(texels));
     }
     Ok(packed)
+}
+
+/// The error where charts fit at no density; `or` says what may help besides larger pages.
+fn no_room(charts: &[Chart], job: &PackJob<'_>, or: &str) -> Error {
+    let [width, height] = job.page;
+    Error::invalid(
+        format!(
+            "there is no room for {} on {} of {width} by {height} texels",
+            counted(charts.len(), "chart"),
+            counted(job.pages as usize, "page"),
+        ),
+        format!("Give larger pages or more of them, or {or}"),
+    )
 }
 
 /// Packs with just the padding of the job; `None` where that leaves too few texels to the charts.
