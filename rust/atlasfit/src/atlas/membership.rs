@@ -6,6 +6,9 @@ pub struct Membership {
     pub start: Vec<u32>,
     /// Chart and robust weight.
     pub entries: Vec<(u32, f32)>,
+    /// For each point how many it stands for where charts are compared: of charts with many points an even
+    /// share is looked at, and the others stand for none.
+    pub stands_for: Vec<u16>,
 }
 
 impl Membership {

@@ -95,6 +95,10 @@ pub(crate) struct BlendConstants {
     /// Charts whose members are listed between two checks. Changes no result. Source: chosen.
     /// Halved or doubled: same bytes.
     pub check_charts: usize,
+    /// Points of a chart at which it is compared with others: as many as it has where the noise is below the
+    /// spacing; where it is larger, charts are wider and an even share of their points does. Source: derived,
+    /// `PARTITION.patch_spacings`: pi 6^2.
+    pub compared: usize,
 }
 
 /// Their values.
@@ -123,6 +127,7 @@ pub(crate) const BLEND: BlendConstants = BlendConstants {
     half_diagonal: 0.87,
     curved: 0.5,
     check_charts: 256,
+    compared: 113,
 };
 
 // Sizes of arrays.

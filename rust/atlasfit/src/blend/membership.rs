@@ -1,15 +1,21 @@
 //! The charts of each point, from the points of each chart.
+//!
+//! In: the charts' members; the points' names, which choose those that are looked at where charts are
+//! compared: the same in a scan and in a tile of it. Out: a row for each point.
 
 use super::constants::BLEND;
 use crate::atlas::{FittedChart, Membership};
 use crate::error::Result;
+use crate::numeric::scatter::of_name;
 use crate::run::Context;
 
-/// Turns the charts' member lists into per-point lists (charts ascending).
+/// Turns the charts' member lists into per-point lists (charts ascending). There is one of `names` for each
+/// point.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn of_points(points: usize, fitted: &[FittedChart], ctx: &Context<'_>) -> Result<Membership> {
+pub(crate) fn of_points(names: &[u64], fitted: &[FittedChart], ctx: &Context<'_>) -> Result<Membership> {
+    let points = names.len();
     let mut start = vec![0u32; points + 1];
     for (c, f) in fitted.iter().enumerate() {
         if c % BLEND.check_charts == 0 {
@@ -33,5 +39,17 @@ pub(crate) fn of_points(points: usize, fitted: &[FittedChart], ctx: &Context<'_>
             fill[m as usize] += 1;
         }
     }
-    Ok(Membership { start, entries })
+    let share: Vec<u16> = (fitted.iter())
+        .map(|f| (f.members.len() / BLEND.compared).clamp(1, usize::from(u16::MAX)) as u16)
+        .collect();
+    let mut stands_for = vec![1; points];
+    for (i, (stands_for, &name)) in stands_for.iter_mut().zip(names).enumerate() {
+        ctx.check_at(i)?;
+        let row = &entries[start[i] as usize..start[i + 1] as usize];
+        let share = row.iter().map(|&(c, _)| share[c as usize]).min().unwrap_or(1);
+        if share > 1 {
+            *stands_for = if of_name(name, 0) % u64::from(share) == 0 { share } else { 0 };
+        }
+    }
+    Ok(Membership { start, entries, stands_for })
 }

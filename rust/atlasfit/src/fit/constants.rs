@@ -15,6 +15,10 @@ pub(crate) struct FitConstants {
     /// 4096 points are 80 for each of a chart's 50 unknowns.
     /// Halved or doubled: same bytes.
     pub max_data: usize,
+    /// The same in all rounds but the last, which only say where the feet and the strays are. Source: derived,
+    /// ten for each unknown: the chart is then off by a third of the noise, and the feet by that times its
+    /// slope.
+    pub rough_data: usize,
     /// Rounds of foot points and solves. The third changes positions by less than a tenth of the noise.
     /// Source: chosen.
     /// Halved: points 1.06 (plate 1.34), acc 1.05 (plate 1.22), com 1.10 (plate 1.56); doubled: points 1.03
@@ -79,6 +83,7 @@ pub(crate) struct FitConstants {
 /// Their values.
 pub(crate) const FIT: FitConstants = FitConstants {
     max_data: 4096,
+    rough_data: 512,
     rounds: 3,
     refits: 2,
     noise_strength: 40.0,

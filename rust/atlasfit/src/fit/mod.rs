@@ -67,8 +67,10 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
     // A few thousand points tell as much as a clump of a hundred thousand.
     let step = full.len().div_ceil(FIT.max_data).max(1);
     let few: Vec<DomainPoint> = full.iter().step_by(step).copied().collect();
+    let rough: Vec<DomainPoint> =
+        few.iter().step_by(few.len().div_ceil(FIT.rough_data).max(1)).copied().collect();
     let q = &patch.quadric;
-    let mut weights: Vec<f64> = few
+    let mut weights: Vec<f64> = rough
         .iter()
         .map(|&[u, v, z]| {
             let e = z - (q[0] + q[1] * u + q[2] * v + q[3] * u * u + q[4] * u * v + q[5] * v * v);
@@ -77,13 +79,12 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
         .collect();
     let mut sheet = Sheet::empty(patch, sigma);
     for round in 0..FIT.rounds {
+        let data = if round + 1 < FIT.rounds { &rough } else { &few };
         if round > 0 {
             let limit = TUKEY * sheet.sigma;
-            for (w, e) in weights.iter_mut().zip(residuals(&sheet.map, &few)) {
-                *w = tukey(e, limit);
-            }
+            weights = residuals(&sheet.map, data).map(|e| tukey(e, limit)).collect();
         }
-        if solve(&mut sheet, &few, &weights, FootPoints::of_round(round), sigma, tools).is_none() {
+        if solve(&mut sheet, data, &weights, FootPoints::of_round(round), sigma, tools).is_none() {
             return;
         }
     }

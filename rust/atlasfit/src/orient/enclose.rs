@@ -99,24 +99,35 @@ pub(super) fn parts(sheets: &Sheets<'_>, relations: &[Relation], ctx: &Context<'
         ctx.check_at(i)?;
         among[root[r.a as usize] as usize].push(*r);
     }
-    let pieces = pieces(sheets, ctx)?;
+    let Surface { pieces, points } = surface(sheets, ctx)?;
     // Charts overlap: as many of them as would cover the points once tell something of their own. Each of the
     // others repeats the relations of one of these.
     let members: usize = sheets.fitted.iter().map(|f| f.members.len()).sum();
-    let once = pieces.iter().map(|p| p.all.len()).sum::<usize>() as f64 / members.max(1) as f64;
+    let once = points as f64 / members.max(1) as f64;
     let enough = of_root.into_iter().zip(among).filter(|(charts, _)| charts.len() >= ORIENT.least_part);
     enough.map(|(charts, relations)| part(charts, relations, &pieces, once, ctx)).collect()
 }
 
-/// The pieces of each chart.
-fn pieces(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Vec<Pieces>> {
+/// The surface as pieces.
+struct Surface {
+    /// Those of each chart.
+    pieces: Vec<Pieces>,
+    /// Points that they stand for.
+    points: usize,
+}
+
+/// The surface as pieces, one for each point that stands for any.
+fn surface(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Surface> {
     let Sheets { points, spacing, fitted, members } = *sheets;
     let of_point = |i: usize| {
-        let strongest = charts_at(points[i], members.of(i), fitted).into_iter().next()?;
+        let stands_for = members.stands_for[i];
+        let row = if stands_for > 0 { members.of(i) } else { &[] };
+        let strongest = charts_at(points[i], row, fitted).into_iter().next()?;
         let position = points[i] - strongest.offset;
-        Some((strongest.chart, Piece { position, normal: strongest.normal, side: f64::from(spacing[i]) }))
+        let side = f64::from(spacing[i]) * f64::from(stands_for).sqrt();
+        Some((strongest.chart, stands_for, Piece { position, normal: strongest.normal, side }))
     };
-    let chunks: Vec<Vec<(u32, Piece)>> = (0..points.len().div_ceil(1024))
+    let chunks: Vec<Vec<(u32, u16, Piece)>> = (0..points.len().div_ceil(1024))
         .into_par_iter()
         .map(|k| {
             ctx.check()?;
@@ -124,8 +135,12 @@ fn pieces(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Vec<Pieces>> {
         })
         .collect::<Result<_>>()?;
     let mut out: Vec<Vec<Piece>> = (0..fitted.len()).map(|_| Vec::new()).collect();
-    chunks.into_iter().flatten().for_each(|(chart, piece)| out[chart as usize].push(piece));
-    Ok(out.into_par_iter().map(Pieces::new).collect())
+    let mut points = 0;
+    for (chart, stands_for, piece) in chunks.into_iter().flatten() {
+        out[chart as usize].push(piece);
+        points += usize::from(stands_for);
+    }
+    Ok(Surface { pieces: out.into_par_iter().map(Pieces::new).collect(), points })
 }
 
 fn part(

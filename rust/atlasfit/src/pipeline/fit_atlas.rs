@@ -82,7 +82,7 @@ pub(super) fn learn_noise(scan: &mut Scan, size: PatchSize, tubes: &Tubes, ctx: 
 
 /// Takes out the charts that were laid through strays.
 pub(super) fn drop_strays(cut: &Cut<'_>, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
-    let members = membership::of_points(cut.points.len(), fitted, ctx)?;
+    let members = membership::of_points(cut.rows, fitted, ctx)?;
     let stands = strays::standing(&Charted { cut: *cut, fitted, members: &members }, ctx)?;
     let mut stand = stands.iter();
     fitted.retain(|_| stand.next().is_some_and(|s| *s));

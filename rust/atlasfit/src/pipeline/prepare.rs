@@ -18,6 +18,7 @@ use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::neighbours::Neighbours;
+use crate::spatial::order::along_curve;
 use crate::spatial::sets::Sets;
 use crate::spatial::spacing::{NAMED, Sampling};
 use rayon::prelude::*;
@@ -190,8 +191,12 @@ pub(super) fn sampled_in(
     }
     check_surface(&points)?;
     let distinct = points.len();
+    let order = along_curve(&points, ctx)?;
+    reorder(&mut points, &mut of_input, &order);
     let places = copies::join(points, ctx)?;
     places.rename(&mut of_input);
+    let mut rows = rows(&order, &places);
+    drop(order);
     let Places { mut points, mut tree, spacing, nearest, .. } = places;
     let copies = distinct - points.len();
     if copies > 0 {
@@ -205,13 +210,13 @@ pub(super) fn sampled_in(
     let lonely = told.map_or_else(|| lonely(&spacing), |told| told.lonely);
     let strays = stray(&spacing, &around, lonely);
     drop(spacing);
-    let mut rows: Vec<u64> = (0..points.len() as u64).collect();
     if strays.contains(&true) {
         drop(tree);
         keep(&mut points, &mut of_input, &strays);
         let mut alone = strays.iter();
         around.retain(|_| !alone.next().unwrap_or(&false));
-        rows.retain(|&row| !strays[row as usize]);
+        let mut alone = strays.iter();
+        rows.retain(|_| !alone.next().unwrap_or(&false));
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
@@ -329,6 +334,33 @@ pub(super) fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<
         ));
     }
     Ok(Frame { origin, scale })
+}
+
+/// Puts the points into an order, given by their numbers.
+fn reorder(points: &mut Vec<Vec3>, of_input: &mut [u32], order: &[u32]) {
+    let mut place = vec![0; points.len()];
+    order.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k as u32);
+    *points = order.iter().map(|&i| points[i as usize]).collect();
+    for p in of_input {
+        *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
+    }
+}
+
+/// For each place which of all places it is in the order of their first points, before those were put into
+/// `order`.
+fn rows(order: &[u32], places: &Places) -> Vec<u64> {
+    let mut of_point = vec![u32::MAX; order.len()];
+    order.iter().zip(&places.of_given).for_each(|(&i, &place)| of_point[i as usize] = place);
+    let mut rows = vec![u64::MAX; places.points.len()];
+    let mut next = 0;
+    for place in of_point {
+        let row = &mut rows[place as usize];
+        if *row == u64::MAX {
+            *row = next;
+            next += 1;
+        }
+    }
+    rows
 }
 
 /// Leaves out the points marked in `out`.

@@ -66,7 +66,7 @@ fn oriented(
     ctx: &Context<'_>,
 ) -> Result<OrientedAtlas> {
     let (points, spacing) = (&scan.points, scan.sampling.median);
-    let members = membership::of_points(points.len(), &fitted, ctx)?;
+    let members = membership::of_points(&scan.rows, &fitted, ctx)?;
     let relations = orient::relations(points, &fitted, &members, spacing, ctx)?;
     let centers = orient::Centers::of(&fitted, ctx)?;
     let opposing = orient::opposing_sheets(points, &fitted, spacing, &centers, ctx)?;

@@ -8,6 +8,7 @@ pub(crate) mod inject;
 pub(crate) mod lists;
 pub(crate) mod min_cut;
 pub mod neighbours;
+pub(crate) mod order;
 pub(crate) mod outside;
 pub(crate) mod paths;
 pub(crate) mod quadric;

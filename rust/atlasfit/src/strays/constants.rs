@@ -23,8 +23,8 @@ pub(crate) struct StraysConstants {
     /// chosen, up to charts of twelve spacings.
     pub windows: i32,
     /// Points of a window that are looked at: more make the decision no surer. Source: derived, each point of
-    /// a sheet brings about one nat.
-    /// Halved or doubled: same bytes.
+    /// a sheet brings about one nat, and a sheet needs twenty among a hundred million charts
+    /// (`beyond_chance` and the logarithm of their number).
     pub most: usize,
     /// Standard deviation of the logarithm of the noise from place to place of one scan. Source: derived,
     /// grazing angles of up to 75 degrees make it up to 2.7 times as large (Nguyen et al. 2012), two standard
@@ -99,7 +99,7 @@ pub(crate) const STRAYS: StraysConstants = StraysConstants {
     window: 5.0,
     window_spacings: 3.0,
     windows: 3,
-    most: 4096,
+    most: 512,
     noise_varies: 0.5,
     beyond_chance: 2.0,
     parallel: 0.85,

@@ -98,11 +98,11 @@ fn in_window(
     let narrow = radii[0].min(radii[1]);
     let reach = narrow.max(TUKEY * sigma);
     tree.within(map.center, radii[0].max(radii[1]).hypot(reach), found);
-    found.retain(|f| counts(f.index));
     let step = found.len().div_ceil(STRAYS.most).max(1);
+    keep_each(found, step);
+    found.retain(|f| counts(f.index));
     let mut over: Vec<[f64; 3]> = found
         .iter()
-        .step_by(step)
         .filter_map(|f| {
             let l = map.local(points[f.index as usize]);
             let (x, y) = (l.u * map.radii[0], l.v * map.radii[1]);
@@ -141,6 +141,15 @@ fn in_window(
     let on = ratio.len() as f64 * (1.0 - stray);
     let cost = cost_of_a_quadric(on, half / sigma, PARTITION.curved * narrow / sigma);
     Window { evidence: (data - cost) * step as f64, points }
+}
+
+/// Keeps one in so many of the points that were found.
+fn keep_each(found: &mut Vec<Neighbour>, step: usize) {
+    let mut k = 0;
+    found.retain(|_| {
+        k += 1;
+        (k - 1) % step == 0
+    });
 }
 
 /// Points of a sheet among strays.
@@ -211,8 +220,8 @@ pub(super) fn of_slab(
         if found.len() < PARTITION.min_members {
             continue;
         }
-        let step = found.len().div_ceil(STRAYS.most).max(1);
-        let few = found.iter().step_by(step).map(|f| (points[f.index as usize], 1.0));
+        keep_each(found, found.len().div_ceil(STRAYS.most).max(1));
+        let few = found.iter().map(|f| (points[f.index as usize], 1.0));
         let Some(spread) = principal(few.clone()) else { continue };
         let n = few.count() as f64;
         // Strays may spread along one direction more than along the others.

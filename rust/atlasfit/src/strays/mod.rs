@@ -234,7 +234,7 @@ mod tests {
         let fitted = [0..400, 400..408].map(|points| FittedChart::flat(12.0, 0.1, points));
         let sampling = Sampling::new((0..408).map(|i| if i < 400 { 1.0 } else { 4.0 }).collect());
         let evidence = Run::default().execute(|ctx| {
-            let members = membership::of_points(points.len(), &fitted, ctx)?;
+            let members = membership::of_points(&(0..408).collect::<Vec<_>>(), &fitted, ctx)?;
             let tree = Neighbours::build(&points, ctx)?;
             let cut = Cut::whole(&points, &tree, &sampling, 0.1);
             let charted = Charted { cut, fitted: &fitted, members: &members };

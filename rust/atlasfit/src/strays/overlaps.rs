@@ -31,7 +31,7 @@ struct Seen {
 }
 
 /// Pairs of charts that share points: each point's first chart of those that are `sure` with its other sure
-/// ones, and every chart that is not with all others.
+/// ones, and every chart that is not with all others. A share of the points stands for all.
 pub(super) fn overlaps(charted: &Charted<'_>, sure: &[bool], ctx: &Context<'_>) -> Result<Vec<Overlap>> {
     let Charted { cut: Cut { points, .. }, fitted, members } = *charted;
     let seen = |point: usize| -> Vec<Seen> {
@@ -46,13 +46,17 @@ pub(super) fn overlaps(charted: &Charted<'_>, sure: &[bool], ctx: &Context<'_>) 
             .collect()
     };
     let of_point = |point: usize| -> Vec<PairOf<f32, 2>> {
+        let stands_for = f32::from(members.stands_for[point]);
+        if stands_for == 0.0 {
+            return Vec::new();
+        }
         let at = seen(point);
         let first = at.iter().position(|s| sure[s.chart as usize]);
         let mut out = Vec::new();
         for (j, b) in at.iter().enumerate() {
             for (i, a) in at[..j].iter().enumerate() {
                 if !sure[a.chart as usize] || !sure[b.chart as usize] || Some(i) == first {
-                    out.push(overlap(a, b));
+                    out.push(overlap(a, b, stands_for));
                 }
             }
         }
@@ -62,12 +66,12 @@ pub(super) fn overlaps(charted: &Charted<'_>, sure: &[bool], ctx: &Context<'_>) 
     Ok(sums.into_iter().map(|p| Overlap { a: p.a, b: p.b, one: p.values[0], apart: p.values[1] }).collect())
 }
 
-/// What one point says of two of its charts.
-fn overlap(a: &Seen, b: &Seen) -> PairOf<f32, 2> {
+/// What one point says of two of its charts, for all that it stands for.
+fn overlap(a: &Seen, b: &Seen, stands_for: f32) -> PairOf<f32, 2> {
     let gap = (a.view.normal * a.view.distance - b.view.normal * b.view.distance).norm();
     let one = a.view.normal.dot(b.view.normal).abs() > STRAYS.parallel
         && gap < STRAYS.together * a.sigma.max(b.sigma);
-    let weight = a.weight.min(b.weight);
+    let weight = a.weight.min(b.weight) * stands_for;
     let values = if one { [weight, 0.0] } else { [0.0, weight] };
     PairOf { a: a.chart.min(b.chart), b: a.chart.max(b.chart), values }
 }
