@@ -41,6 +41,14 @@ pub(crate) struct NoiseConstants {
     /// Halved: points 1.05 (plate 1.44), acc 1.09 (plate 1.78), com 1.19 (plate 2.75); doubled: points 1.05
     /// (plate 1.19), acc 1.07 (mobius 1.22), com 1.08 (plate 1.22).
     pub scales: [(usize, f64); 7],
+    /// Where none of these shows a surface, larger ones are tried, each so many times as large as the last.
+    /// Above 1. Source: as above.
+    pub wider: f64,
+    /// Up to this share of the points: larger ones see the scan's own shape. In (0, 1). Source: chosen.
+    pub widest: f64,
+    /// Points at which that is done. Source: derived, residuals of hundreds of points each have an error of a
+    /// few percent already.
+    pub samples_wider: usize,
     /// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the
     /// square roots of the two smaller principal variances). Source: chosen below the 0.7 to 0.8 that the
     /// ratio tends to on pure noise.
@@ -110,6 +118,9 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     half_accepted_above: 0.72,
     guess_step: 1.35,
     samples: 1500,
+    wider: 1.75,
+    widest: 1.0 / 16.0,
+    samples_wider: 250,
     scales: [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)],
     flat: 0.6,
     exactly_flat: 1e-3,

@@ -24,9 +24,23 @@ fn flatness_bias(flatness: f64) -> f64 {
 pub struct LocalNoise {
     /// Standard deviation along the normal.
     pub sigma: f64,
-    /// Whether neighbourhoods of some size show a surface. Where none does, up to 260 points, the points fill
-    /// a volume as far as that reaches: they have no surface, or noise that hides it.
+    /// Whether neighbourhoods of some size show a surface. Where none does, the points fill a volume as far
+    /// as those reach: they have no surface, or noise that hides it.
     pub shows_surface: bool,
+    /// Points of the largest neighbourhoods.
+    pub looked_at: usize,
+}
+
+/// What the neighbourhoods of one size say in the median.
+struct Reading {
+    flatness: f64,
+    residual: f64,
+}
+
+impl Reading {
+    fn shows_surface(&self) -> bool {
+        self.flatness < NOISE.flat
+    }
 }
 
 /// Noise along the normal: residual of local quadrics, at the smallest neighbourhood that shows a surface.
@@ -34,42 +48,59 @@ pub struct LocalNoise {
 /// # Errors
 /// Cancelled or out of time.
 pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<LocalNoise> {
-    let step = points.len().div_ceil(NOISE.samples).max(1);
+    let mut readings = readings(points, tree, &NOISE.scales, NOISE.samples, ctx)?;
+    let mut looked_at = NOISE.scales[readings.len().max(1) - 1].0;
+    // Where noise is many times the spacing, small neighbourhoods are all noise. The first size that shows a
+    // surface may see it askew: the next one is looked at too.
+    let shown = |r: &[Reading]| r.iter().rev().skip(1).any(Reading::shows_surface);
+    while readings.len() >= NOISE.scales.len() && !shown(&readings) {
+        let size = (looked_at as f64 * NOISE.wider) as usize;
+        if size > (points.len() as f64 * NOISE.widest) as usize {
+            break;
+        }
+        let wider = self::readings(points, tree, &[(size, 1.0)], NOISE.samples_wider, ctx)?;
+        readings.extend(wider);
+        looked_at = size;
+    }
+    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once
+    // the blob's bias is taken out, so the least reading is the best. Where no size shows a surface, the
+    // flattest is taken.
+    let shown = readings.iter().filter(|r| r.shows_surface());
+    let least = shown.map(|r| r.residual / flatness_bias(r.flatness)).reduce(f64::min);
+    let flattest = readings.iter().min_by(|a, b| a.flatness.total_cmp(&b.flatness));
+    let sigma = least.or(flattest.map(|r| r.residual)).unwrap_or(0.0);
+    Ok(LocalNoise { sigma, shows_surface: least.is_some(), looked_at })
+}
+
+/// What neighbourhoods of these sizes, each with the ratio of the median residual to the true noise, say about
+/// so many of the points. The sizes that most of them have.
+fn readings(
+    points: &[Vec3],
+    tree: &Neighbours,
+    sizes: &[(usize, f64)],
+    samples: usize,
+    ctx: &Context<'_>,
+) -> Result<Vec<Reading>> {
+    let step = points.len().div_ceil(samples).max(1);
     let samples: Vec<usize> = (0..points.len()).step_by(step).collect();
+    let largest = sizes.iter().map(|s| s.0).max().unwrap_or(0);
     let per_point: Vec<Vec<(f64, f64)>> = samples
         .par_iter()
         .map(|&i| {
             ctx.check()?;
             let mut found = Vec::new();
-            tree.nearest(points[i], NOISE.scales[NOISE.scales.len() - 1].0, &mut found);
-            Ok(NOISE
-                .scales
-                .iter()
-                .filter(|(k, _)| *k <= found.len())
-                .map(|&(k, _)| quadric_residual(points, &found[..k]))
-                .collect())
+            tree.nearest(points[i], largest, &mut found);
+            let at = |&(k, _): &(usize, f64)| found.get(..k).map(|near| quadric_residual(points, near));
+            Ok(sizes.iter().map_while(at).collect())
         })
         .collect::<Result<_>>()?;
-    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once
-    // the blob's bias is taken out, so the least reading is the best. Where no size shows a surface, the
-    // flattest is taken.
-    let (mut least, mut flattest) = (f64::INFINITY, (f64::INFINITY, 0.0));
-    for (scale, &(_, chi)) in NOISE.scales.iter().enumerate() {
+    let median_of = |(scale, &(_, chi)): (usize, &(usize, f64))| {
         let at: Vec<(f64, f64)> = per_point.iter().filter_map(|p| p.get(scale).copied()).collect();
-        if at.is_empty() || at.len() * 2 < samples.len() {
-            break;
-        }
         let flatness = median(&mut at.iter().map(|a| a.0).collect::<Vec<_>>());
         let residual = median(&mut at.iter().map(|a| a.1).collect::<Vec<_>>()) / chi;
-        if flatness < NOISE.flat {
-            least = least.min(residual / flatness_bias(flatness));
-        }
-        if flatness < flattest.0 {
-            flattest = (flatness, residual);
-        }
-    }
-    let shows_surface = least.is_finite();
-    Ok(LocalNoise { sigma: if shows_surface { least } else { flattest.1 }, shows_surface })
+        (!at.is_empty() && at.len() * 2 >= samples.len()).then_some(Reading { flatness, residual })
+    };
+    Ok(sizes.iter().enumerate().map_while(median_of).collect())
 }
 
 /// Flatness and residual standard deviation of the quadric through a neighbourhood.

@@ -43,9 +43,12 @@ pub(super) fn not_registered(registration: Option<&Registration>) -> Option<Stri
 /// What to tell of points that show no surface.
 pub(super) fn volume(local: &LocalNoise) -> Option<String> {
     (!local.shows_surface).then(|| {
-        "the points fill a volume: no neighbourhood, of up to 260 points, is flat. They lie on no surface, \
-         or the noise hides it. Expect a surface only if they were measured on one; give the noise by hand"
-            .into()
+        format!(
+            "the points fill a volume: no neighbourhood, of up to {} points, is flat. They lie on no \
+             surface, or the noise hides it. Expect a surface only if they were measured on one; give the \
+             noise by hand",
+            local.looked_at
+        )
     })
 }
 
