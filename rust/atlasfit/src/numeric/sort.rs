@@ -56,8 +56,8 @@ fn sort_to<T: Copy + Send>(
     };
     let cut = partition(v, |x| compare(x, &pivot).is_lt(), ctx)?;
     let (below, rest) = v.split_at_mut(cut);
-    // What equals the pivot stands where it belongs.
-    let equal = partition(rest, |x| compare(x, &pivot).is_eq(), ctx)?;
+    // Where nothing is below the pivot there may be many that equal it: they stand where they belong.
+    let equal = if cut == 0 { partition(rest, |x| compare(x, &pivot).is_eq(), ctx)? } else { 0 };
     let above = &mut rest[equal..];
     let levels = levels.saturating_sub(1);
     let (a, b) =

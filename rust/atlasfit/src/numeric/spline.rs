@@ -13,19 +13,16 @@ pub const COEFFS: usize = SIDE * SIDE;
 /// Values (or derivatives) of the four cubic B-splines that live on one interval, at t in [0, 1].
 #[inline]
 pub(crate) fn spline(t: f64) -> [f64; 4] {
+    const SIXTH: f64 = 1.0 / 6.0;
     let s = 1.0 - t;
-    let (t2, t3) = (t * t, t * t * t);
-    [
-        s * s * s / 6.0,
-        (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0,
-        (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
-        t3 / 6.0,
-    ]
+    let (s2, t2) = (s * s, t * t);
+    let inner = |x: f64, x2: f64| 4.0 * SIXTH - x2 * (1.0 - 0.5 * x);
+    [SIXTH * s2 * s, inner(t, t2), inner(s, s2), SIXTH * t2 * t]
 }
 #[inline]
 pub(crate) fn spline_d1(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
-    [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (-3.0 * t * t + 2.0 * t + 1.0) / 2.0, t * t / 2.0]
+    [-0.5 * s * s, t * (1.5 * t - 2.0), s * (2.0 - 1.5 * s), 0.5 * t * t]
 }
 #[inline]
 pub(crate) fn spline_d2(t: f64) -> [f64; 4] {
@@ -96,17 +93,19 @@ pub fn value(coeffs: &[f32; COEFFS], u: f64, v: f64) -> f64 {
 pub fn value_gradient(coeffs: &[f32; COEFFS], u: f64, v: f64) -> Slope {
     let ((i, s), (j, t)) = (locate(u), locate(v));
     let (a, b, da, db) = (spline(s), spline(t), spline_d1(s), spline_d1(t));
-    let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
+    // Four sums side by side, which the compiler keeps in vectors.
+    let (mut along, mut slope) = ([0.0; 4], [0.0; 4]);
     for k in 0..4 {
         let row = &coeffs[(i + k) * SIDE + j..(i + k) * SIDE + j + 4];
-        let r = [f64::from(row[0]), f64::from(row[1]), f64::from(row[2]), f64::from(row[3])];
-        let p = b[0] * r[0] + b[1] * r[1] + b[2] * r[2] + b[3] * r[3];
-        h += a[k] * p;
-        hu += da[k] * p;
-        hv += a[k] * (db[0] * r[0] + db[1] * r[1] + db[2] * r[2] + db[3] * r[3]);
+        for l in 0..4 {
+            let c = f64::from(row[l]);
+            along[l] += a[k] * c;
+            slope[l] += da[k] * c;
+        }
     }
+    let dot = |x: &[f64; 4], y: &[f64; 4]| (x[0] * y[0] + x[1] * y[1]) + (x[2] * y[2] + x[3] * y[3]);
     let scale = INTERVALS as f64 * 0.5;
-    Slope { value: h, du: hu * scale, dv: hv * scale }
+    Slope { value: dot(&b, &along), du: dot(&b, &slope) * scale, dv: dot(&db, &along) * scale }
 }
 
 /// Second derivatives (uu, uv, vv) of the height at (u, v) in the domain.

@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn octants_come_one_after_the_other_whatever_lies_far_away() {
         let at = |x: f64, y: f64, z: f64| Vec3([x, y, z]);
-        let points = [at(0.5, 0.5, 0.5), at(-0.5, -0.5, -0.5), at(0.4, 0.6, 0.5), at(-0.4, -0.5, -0.5)];
+        let points = [at(0.5, 0.5, 0.5), at(-0.5, -0.5, -0.5), at(0.6, 0.6, 0.6), at(-0.4, -0.5, -0.5)];
         assert_eq!(along(&points), [1, 3, 0, 2]);
         assert_eq!(along(&[points[0], points[1], at(1e6, -1e6, 0.0)])[..2], [1, 2]);
     }
