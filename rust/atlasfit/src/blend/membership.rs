@@ -48,7 +48,7 @@ pub(crate) fn of_points(names: &[u64], fitted: &[FittedChart], ctx: &Context<'_>
         let row = &entries[start[i] as usize..start[i + 1] as usize];
         let share = row.iter().map(|&(c, _)| share[c as usize]).min().unwrap_or(1);
         if share > 1 {
-            *stands_for = if of_name(name, 0) % u64::from(share) == 0 { share } else { 0 };
+            *stands_for = if of_name(name, 0).is_multiple_of(u64::from(share)) { share } else { 0 };
         }
     }
     Ok(Membership { start, entries, stands_for })

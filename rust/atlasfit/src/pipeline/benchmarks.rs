@@ -107,7 +107,14 @@ impl Steps {
         let sites =
             sites::of_points(&scan.points, &atlas.projected, &atlas.fitted, &atlas.members, sampling, ctx)?;
         let (relations, conflicts): (&[Relation], &[Pair]) = (&atlas.relations, &atlas.conflicts);
-        let mut grid = field::sample(charts, sites, relations, conflicts, voxel(sampling), ctx)?;
+        let mut grid = field::sample(
+            charts,
+            sites,
+            relations,
+            conflicts,
+            voxel(sampling, scan.noise.for_charts()),
+            ctx,
+        )?;
         fill::fill(&mut grid, ctx)?;
         Ok(grid)
     }

@@ -55,6 +55,9 @@ pub(crate) struct PipelineConstants {
     /// Halved: acc 0.94 (ring 0.81), com 0.89 (plate 0.76); doubled: acc 1.54 (ring 4.24), com 2.34 (spiral
     /// 6.70).
     pub voxel: f64,
+    /// The same in standard deviations of the noise, where that is more. Source: derived, patches are as many
+    /// of these wide as they are spacings, so that their splines have two voxels an interval either way.
+    pub voxel_noise: f64,
     /// Voxels are at least this share of the root mean square of the spacing: where clumps set the median,
     /// voxels of its size would be many times as many as the points. Source: chosen.
     /// Halved or doubled: same bytes.
@@ -119,6 +122,7 @@ pub(crate) const PIPELINE: PipelineConstants = PipelineConstants {
     noise_told: 0.25,
     sheet_rounds: 2,
     voxel: 0.75,
+    voxel_noise: 0.75,
     voxel_spread: 0.2,
     alone: 4.2,
     gap: 16.0,

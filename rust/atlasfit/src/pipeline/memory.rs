@@ -92,14 +92,15 @@ pub(super) fn reserve(points: usize, extra: u64, options: &DenoiseOptions, ctx: 
     ctx.reserve(memory_needed(points, options, ctx.threads()).saturating_add(extra), ADVICE)
 }
 
-/// Fails where this scan needs more than the run may use.
+/// Fails where this scan needs more than the run may use, its noise not known yet: that only makes voxels
+/// larger.
 pub(super) fn reserve_sampled(
     scan: &Sampled,
     extra: u64,
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let side = surface::voxel(&scan.sampling) / options.detail;
+    let side = surface::voxel(&scan.sampling, 0.0) / options.detail;
     let vertices = VERTICES_PER_VOXEL * surface::area(&scan.sampling) / (side * side);
     let own = needed(scan.points.len(), vertices as usize, options, ctx.threads());
     ctx.reserve(own.saturating_add(extra), ADVICE)

@@ -39,7 +39,7 @@ pub(super) fn build(
         extrapolated: None,
         charts,
         projected,
-        voxel: voxel(&sampling) / options.detail,
+        voxel: voxel(&sampling, noise.for_charts()) / options.detail,
         sampling,
         left_out: LeftOut::default(),
         filled_holes: 0,

@@ -68,7 +68,8 @@ pub(super) fn build(
         atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
-    let voxel = told.as_ref().map_or_else(|| voxel(&sampling), |told| told.voxel) / options.detail;
+    let voxel = told.as_ref().map_or_else(|| voxel(&sampling, noise.for_charts()), |told| told.voxel)
+        / options.detail;
     // What lies so far away that its voxels have no name is set aside.
     for p in projected.iter_mut().filter(|p| !blocks::within_range(p.position, voxel)) {
         p.chart = u32::MAX;
@@ -231,10 +232,11 @@ fn speck(median: f64, voxel: f64) -> usize {
     (PIPELINE.speck * (PIPELINE.voxel * median / voxel).powi(2)).max(PIPELINE.least_speck) as usize
 }
 
-/// Side of the voxels for a detail of 1.
-pub(super) fn voxel(sampling: &Sampling) -> f64 {
+/// Side of the voxels for a detail of 1; `sigma` is the noise that charts are cut with.
+pub(super) fn voxel(sampling: &Sampling, sigma: f64) -> f64 {
     let spread = (area(sampling) / sampling.spacing.len() as f64).sqrt();
-    (PIPELINE.voxel * sampling.median).max(PIPELINE.voxel_spread * spread)
+    let by_noise = PIPELINE.voxel_noise * sigma;
+    (PIPELINE.voxel * sampling.median).max(PIPELINE.voxel_spread * spread).max(by_noise)
 }
 
 /// How many points each chart weighs most at.

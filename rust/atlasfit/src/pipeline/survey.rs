@@ -55,11 +55,11 @@ fn surveyed(
     let lonely = sampled.lonely;
     let mut scan = prepare::with_noise(sampled, options.noise, None, ctx)?;
     scan.whole = points;
-    let voxel = surface::voxel(&scan.sampling);
     let size = PatchSize::default();
     let tubes = fit_atlas::find_tubes(&mut scan, size, ctx)?;
     let tube_noise = scan.noise.sigma;
     fit_atlas::learn_noise(&mut scan, size, &tubes, ctx)?;
     let (spacing, noise) = (scan.sampling.median, scan.noise.sigma);
+    let voxel = surface::voxel(&scan.sampling, scan.noise.for_charts());
     Ok(Survey { spacing, lonely, tube_noise, noise, voxel, ..known })
 }
