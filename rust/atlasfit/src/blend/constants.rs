@@ -99,6 +99,10 @@ pub(crate) struct BlendConstants {
     /// spacing; where it is larger, charts are wider and an even share of their points does. Source: derived,
     /// `PARTITION.patch_spacings`: pi 6^2.
     pub compared: usize,
+    /// Sites are no nearer to each other than the noise divided by this, in the mean: where it is many
+    /// spacings, a share of the points makes them. Above 1. Source: chosen, four sites where a scan with
+    /// noise below its spacing has one.
+    pub oversampled: f64,
 }
 
 /// Their values.
@@ -128,6 +132,7 @@ pub(crate) const BLEND: BlendConstants = BlendConstants {
     curved: 0.5,
     check_charts: 256,
     compared: 113,
+    oversampled: 2.0,
 };
 
 // Sizes of arrays.

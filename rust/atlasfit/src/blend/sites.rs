@@ -1,12 +1,39 @@
 //! What the surface is blended from: the denoised points with their strongest charts.
+//!
+//! In: points on their charts, and how far apart they lie. Out: a site for each, or for a share of them where
+//! noise is so much larger than the spacing that all would say the same.
 
+use super::constants::BLEND;
 use crate::atlas::{BlendSite, FittedChart, Membership, ProjectedPoint, SITE_CHARTS};
 use crate::error::Result;
+use crate::numeric::scatter::of_name;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
+
+/// Points as far as sites are made of them.
+#[derive(Clone, Copy)]
+pub(crate) struct Spread<'a> {
+    /// How densely they lie.
+    pub sampling: &'a Sampling,
+    /// What charts know less than this apart: the standard deviation of the noise. Voxels are as wide for it
+    /// as for the spacing.
+    pub sigma: f64,
+    /// The points' names, which choose those that sites are made of.
+    pub names: &'a [u64],
+}
+
+impl Spread<'_> {
+    /// How far a point's site stands from the next; none for a point that others stand for.
+    fn spacing(&self, point: usize) -> Option<f64> {
+        let own = f64::from(self.sampling.spacing[point]).min(SPATIAL.widest * self.sampling.median);
+        let share = (self.sigma / (own * BLEND.oversampled)).powi(2) as u64;
+        let chosen = share < 2 || of_name(self.names[point], 1).is_multiple_of(share);
+        chosen.then(|| own.max(self.sigma))
+    }
+}
 
 /// What the surface needs of the denoised points: position, spacing and strongest charts. Points that no
 /// chart claims are left out.
@@ -18,14 +45,14 @@ pub(crate) fn of_points(
     projected: &[ProjectedPoint],
     fitted: &[FittedChart],
     members: &Membership,
-    sampling: &Sampling,
+    spread: Spread<'_>,
     ctx: &Context<'_>,
 ) -> Result<Vec<BlendSite>> {
-    let limit = SPATIAL.widest * sampling.median;
     let site = |i: usize| {
         if projected[i].chart == u32::MAX {
             return None;
         }
+        let spacing = spread.spacing(i)?;
         let row = members.of(i);
         let mut best: Vec<(u32, f32)> = row
             .iter()
@@ -36,12 +63,7 @@ pub(crate) fn of_points(
         for (to, from) in charts.iter_mut().zip(best) {
             *to = from;
         }
-        Some(BlendSite {
-            position: projected[i].position,
-            normal: projected[i].normal,
-            spacing: f64::from(sampling.spacing[i]).min(limit),
-            charts,
-        })
+        Some(BlendSite { position: projected[i].position, normal: projected[i].normal, spacing, charts })
     };
     points
         .par_chunks(1024)

@@ -103,18 +103,13 @@ impl Steps {
 
     fn grid<'a>(&'a self, ctx: &Context<'_>) -> Result<Grid<'a>> {
         let Self { scan, atlas, charts, .. } = self;
-        let sampling = &scan.sampling;
+        let (sampling, sigma) = (&scan.sampling, scan.noise.for_charts());
+        let spread = sites::Spread { sampling, sigma, names: &scan.rows };
         let sites =
-            sites::of_points(&scan.points, &atlas.projected, &atlas.fitted, &atlas.members, sampling, ctx)?;
+            sites::of_points(&scan.points, &atlas.projected, &atlas.fitted, &atlas.members, spread, ctx)?;
         let (relations, conflicts): (&[Relation], &[Pair]) = (&atlas.relations, &atlas.conflicts);
-        let mut grid = field::sample(
-            charts,
-            sites,
-            relations,
-            conflicts,
-            voxel(sampling, scan.noise.for_charts()),
-            ctx,
-        )?;
+        let side = voxel(sampling, sigma);
+        let mut grid = field::sample(charts, sites, relations, conflicts, side, ctx)?;
         fill::fill(&mut grid, ctx)?;
         Ok(grid)
     }

@@ -63,7 +63,7 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, told, .. } = scan;
+    let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, told, rows, .. } = scan;
     let OrientedAtlas { fitted, members, relations, opposing, mut conflicts, mut votes, mut projected } =
         atlas;
     let median = sampling.median;
@@ -79,11 +79,13 @@ pub(super) fn build(
         let parts = orient::connected(fitted.len(), &relations);
         votes = votes_of_scanner(&projected, &sampling, noise.sigma, &parts, frame, ctx)?;
     }
-    let sites = sites::of_points(&points, &projected, &fitted, &members, &sampling, ctx)?;
+    let spread = sites::Spread { sampling: &sampling, sigma: noise.for_charts(), names: &rows };
+    let sites = sites::of_points(&points, &projected, &fitted, &members, spread, ctx)?;
     ctx.advance(1);
 
     // Contouring needs the most memory: what is done with goes first.
     drop(tree);
+    drop(rows);
     drop(members);
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
