@@ -15,8 +15,8 @@ const HALF: [f64; 3] = [0.5, 0.3, 0.2];
 const NOISE: f64 = 0.002;
 
 /// Points of the box, even by area, with noise.
-fn noisy_box(n: usize) -> Vec<Vec3> {
-    let mut rng = Rng::new(7);
+fn noisy_box(n: usize, seed: u64) -> Vec<Vec3> {
+    let mut rng = Rng::new(seed);
     let area = |k: usize| HALF[(k + 1) % 3] * HALF[(k + 2) % 3];
     let all = area(0) + area(1) + area(2);
     (0..n)
@@ -56,25 +56,28 @@ fn turned(p: Vec3) -> Vec3 {
 
 #[test]
 fn a_box_keeps_its_edges_however_it_is_turned() {
-    let points = noisy_box(16_000);
-    for turn in [|p| p, turned] {
-        let scan: Vec<[f64; 3]> = points.iter().map(|&p| turn(p).0).collect();
+    let (mut half, mut most) = (Vec::new(), Vec::new());
+    for (seed, turn) in (7..11).flat_map(|seed| [(seed, (|p| p) as fn(Vec3) -> Vec3), (seed, turned)]) {
+        let scan: Vec<[f64; 3]> = noisy_box(16_000, seed).iter().map(|&p| turn(p).0).collect();
         let out = run(&scan).expect("a surface");
         let t = topology(&out.surface);
-        assert_eq!((t.parts, t.boundary_edges, t.genus), (1, 0, Some(0)), "{t:?}");
+        assert_eq!((t.parts, t.boundary_edges, t.genus), (1, 0, Some(0)), "{seed}: {t:?}");
         // As the charts are blended, without creases: 2 times the noise.
         let off = off(&out, edges().into_iter().map(|p| turn(p).0).collect());
-        assert!(off < 0.6 * NOISE, "{off}");
+        assert!(off < 0.6 * NOISE, "{seed}: {off}");
         let corners = (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 0 { HALF[i] } else { -HALF[i] }));
         let vertices: Vec<Vec3> = out.surface.positions.iter().map(|&p| Vec3(p)).collect();
         let mut from_corners: Vec<f64> = corners
             .map(|c| vertices.iter().map(|p| p.dist2(turn(Vec3(c)))).fold(f64::INFINITY, f64::min).sqrt())
             .collect();
         from_corners.sort_by(f64::total_cmp);
-        let [half, most] = [from_corners[3], from_corners[6]];
-        assert!(half < NOISE && most < 2.5 * NOISE, "{from_corners:?}");
+        half.push(from_corners[3]);
+        most.push(from_corners[6]);
         shades_like_a_box(&out, turn);
     }
+    // One box has eight corners, too few to tell what is usual.
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    assert!(mean(&half) < NOISE && mean(&most) < 2.5 * NOISE, "{half:?} {most:?}");
 }
 
 /// Away from the corners of the box, the corners of triangles have the normals of its faces.
