@@ -141,14 +141,17 @@ def test_outliers_can_be_selected_for_deletion(scan):
 
 
 def test_denoising_a_mesh_keeps_its_faces(torus):
-    rng = np.random.default_rng(1)
     vertices, faces = torus
-    ms = holding(vertices + rng.normal(0, 0.01, vertices.shape), faces)
-    ms.apply_filter(DENOISE)
-    m = ms.current_mesh()
-    assert np.array_equal(m.face_matrix(), faces)
-    distance = lambda p: np.sqrt(np.mean((np.hypot(np.hypot(p[:, 0], p[:, 1]) - 2, p[:, 2]) - 0.7) ** 2))
-    assert distance(m.vertex_matrix()) < 0.6 * 0.01
+    off = []
+    for seed in range(1, 5):
+        rng = np.random.default_rng(seed)
+        ms = holding(vertices + rng.normal(0, 0.01, vertices.shape), faces)
+        ms.apply_filter(DENOISE)
+        m = ms.current_mesh()
+        assert np.array_equal(m.face_matrix(), faces)
+        p = m.vertex_matrix()
+        off.append(np.hypot(np.hypot(p[:, 0], p[:, 1]) - 2, p[:, 2]) - 0.7)
+    assert np.sqrt(np.mean(np.square(off))) < 0.6 * 0.01
 
 
 def test_spikes_of_a_mesh_go_between_their_neighbours_and_can_be_selected(torus):
