@@ -18,8 +18,8 @@ use rayon::prelude::*;
 pub(crate) struct Spread<'a> {
     /// How densely they lie.
     pub sampling: &'a Sampling,
-    /// What charts know less than this apart: the standard deviation of the noise. Voxels are as wide for it
-    /// as for the spacing.
+    /// Standard deviation of the noise. Charts show nothing finer, so that sites need lie no nearer to each
+    /// other, as voxels need not.
     pub sigma: f64,
     /// The points' names, which choose those that sites are made of.
     pub names: &'a [u64],
