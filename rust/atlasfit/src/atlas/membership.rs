@@ -17,4 +17,12 @@ impl Membership {
     pub fn of(&self, point: usize) -> &[(u32, f32)] {
         &self.entries[self.start[point] as usize..self.start[point + 1] as usize]
     }
+    /// The charts to compare at a point, and for how many points it stands; none where others stand for it.
+    #[must_use]
+    pub fn compared(&self, point: usize) -> (&[(u32, f32)], u16) {
+        match self.stands_for[point] {
+            0 => (&[], 0),
+            many => (self.of(point), many),
+        }
+    }
 }

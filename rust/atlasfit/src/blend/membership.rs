@@ -6,7 +6,7 @@
 use super::constants::BLEND;
 use crate::atlas::{FittedChart, Membership};
 use crate::error::Result;
-use crate::numeric::scatter::of_name;
+use crate::numeric::scatter::one_in;
 use crate::run::Context;
 
 /// Turns the charts' member lists into per-point lists (charts ascending). There is one of `names` for each
@@ -42,14 +42,12 @@ pub(crate) fn of_points(names: &[u64], fitted: &[FittedChart], ctx: &Context<'_>
     let share: Vec<u16> = (fitted.iter())
         .map(|f| (f.members.len() / BLEND.compared).clamp(1, usize::from(u16::MAX)) as u16)
         .collect();
-    let mut stands_for = vec![1; points];
+    let mut stands_for = vec![0; points];
     for (i, (stands_for, &name)) in stands_for.iter_mut().zip(names).enumerate() {
         ctx.check_at(i)?;
         let row = &entries[start[i] as usize..start[i + 1] as usize];
         let share = row.iter().map(|&(c, _)| share[c as usize]).min().unwrap_or(1);
-        if share > 1 {
-            *stands_for = if of_name(name, 0).is_multiple_of(u64::from(share)) { share } else { 0 };
-        }
+        *stands_for = if one_in(share.into(), name, 0) { share } else { 0 };
     }
     Ok(Membership { start, entries, stands_for })
 }

@@ -6,7 +6,7 @@
 use super::constants::BLEND;
 use crate::atlas::{BlendSite, FittedChart, Membership, ProjectedPoint, SITE_CHARTS};
 use crate::error::Result;
-use crate::numeric::scatter::of_name;
+use crate::numeric::scatter::one_in;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::constants::SPATIAL;
@@ -30,8 +30,7 @@ impl Spread<'_> {
     fn spacing(&self, point: usize) -> Option<f64> {
         let own = f64::from(self.sampling.spacing[point]).min(SPATIAL.widest * self.sampling.median);
         let share = (self.sigma / (own * BLEND.oversampled)).powi(2) as u64;
-        let chosen = share < 2 || of_name(self.names[point], 1).is_multiple_of(share);
-        chosen.then(|| own.max(self.sigma))
+        one_in(share, self.names[point], 1).then(|| own.max(self.sigma))
     }
 }
 

@@ -15,9 +15,9 @@ pub(crate) struct FitConstants {
     /// 4096 points are 80 for each of a chart's 50 unknowns.
     /// Halved or doubled: same bytes.
     pub max_data: usize,
-    /// The same in all rounds but the last, which only say where the feet and the strays are. Source: derived,
-    /// ten for each unknown: the chart is then off by a third of the noise, and the feet by that times its
-    /// slope.
+    /// The same in all rounds but the last, which only say where the feet and the strays are. Source:
+    /// derived, ten for each unknown: the chart is then off by a third of the noise, and the feet by that
+    /// times its slope.
     pub rough_data: usize,
     /// Rounds of foot points and solves. The third changes positions by less than a tenth of the noise.
     /// Source: chosen.

@@ -46,6 +46,9 @@ pub(crate) struct NoiseConstants {
     pub wider: f64,
     /// Up to this share of the points: larger ones see the scan's own shape. In (0, 1). Source: chosen.
     pub widest: f64,
+    /// And up to so many points: a million that fill a volume take seconds to look through, not minutes.
+    /// Source: chosen, noise of a dozen spacings shows in as many.
+    pub largest: usize,
     /// Points at which that is done. Source: derived, residuals of hundreds of points each have an error of a
     /// few percent already.
     pub samples_wider: usize,
@@ -120,6 +123,7 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     samples: 1500,
     wider: 1.75,
     widest: 1.0 / 16.0,
+    largest: 8192,
     samples_wider: 250,
     scales: [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)],
     flat: 0.6,

@@ -48,18 +48,18 @@ impl Reading {
 /// # Errors
 /// Cancelled or out of time.
 pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<LocalNoise> {
-    let mut readings = readings(points, tree, &NOISE.scales, NOISE.samples, ctx)?;
+    let mut readings = read(points, tree, &NOISE.scales, NOISE.samples, ctx)?;
     let mut looked_at = NOISE.scales[readings.len().max(1) - 1].0;
     // Where noise is many times the spacing, small neighbourhoods are all noise. The first size that shows a
     // surface may see it askew: the next one is looked at too.
     let shown = |r: &[Reading]| r.iter().rev().skip(1).any(Reading::shows_surface);
+    let largest = NOISE.largest.min((points.len() as f64 * NOISE.widest) as usize);
     while readings.len() >= NOISE.scales.len() && !shown(&readings) {
         let size = (looked_at as f64 * NOISE.wider) as usize;
-        if size > (points.len() as f64 * NOISE.widest) as usize {
+        if size > largest {
             break;
         }
-        let wider = self::readings(points, tree, &[(size, 1.0)], NOISE.samples_wider, ctx)?;
-        readings.extend(wider);
+        readings.extend(read(points, tree, &[(size, 1.0)], NOISE.samples_wider, ctx)?);
         looked_at = size;
     }
     // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once
@@ -72,9 +72,9 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Lo
     Ok(LocalNoise { sigma, shows_surface: least.is_some(), looked_at })
 }
 
-/// What neighbourhoods of these sizes, each with the ratio of the median residual to the true noise, say about
-/// so many of the points. The sizes that most of them have.
-fn readings(
+/// What neighbourhoods of these sizes say about so many of the points, as far as most of these have them.
+/// With each size comes the ratio of the median residual to the true noise.
+fn read(
     points: &[Vec3],
     tree: &Neighbours,
     sizes: &[(usize, f64)],

@@ -14,6 +14,12 @@ pub(crate) fn of_name(name: u64, seed: u64) -> u64 {
     Rng::stream(seed, name).bits()
 }
 
+/// Whether a thing is in an even share of all, one in so many: its name decides. Other seeds choose others.
+#[must_use]
+pub(crate) fn one_in(share: u64, name: u64, seed: u64) -> bool {
+    share <= 1 || of_name(name, seed).is_multiple_of(share)
+}
+
 /// The numbers of names in a random order. Equal names stay in their order.
 ///
 /// # Errors

@@ -120,8 +120,7 @@ struct Surface {
 fn surface(sheets: &Sheets<'_>, ctx: &Context<'_>) -> Result<Surface> {
     let Sheets { points, spacing, fitted, members } = *sheets;
     let of_point = |i: usize| {
-        let stands_for = members.stands_for[i];
-        let row = if stands_for > 0 { members.of(i) } else { &[] };
+        let (row, stands_for) = members.compared(i);
         let strongest = charts_at(points[i], row, fitted).into_iter().next()?;
         let position = points[i] - strongest.offset;
         let side = f64::from(spacing[i]) * f64::from(stands_for).sqrt();

@@ -61,8 +61,7 @@ pub(crate) fn relations(
     // Each point relates its strongest chart to its others: enough to connect what overlaps, linear in the
     // points. A share of them stands for all.
     let of_point = |i: usize| {
-        let stands_for = f64::from(members.stands_for[i]);
-        let row = if stands_for > 0.0 { members.of(i) } else { &[] };
+        let (row, stands_for) = members.compared(i);
         let at = charts_at(points[i], row, fitted);
         let head = at.first().copied();
         at.into_iter().skip(1).filter_map(move |b| {
@@ -70,7 +69,7 @@ pub(crate) fn relations(
             // Opposing sheets that share points face apart however alike their normals are.
             let gap = (b.offset - a.offset).norm() / (ORIENT.unsure * b.sigma.max(a.sigma)).max(spacing);
             let agree = b.normal.dot(a.normal) * b.weight.min(a.weight) * (1.0 - gap * gap).max(-1.0);
-            let agree = stands_for * agree;
+            let agree = f64::from(stands_for) * agree;
             Some(PairOf { a: b.chart.min(a.chart), b: b.chart.max(a.chart), values: [agree as f32] })
         })
     };

@@ -30,9 +30,14 @@ pub(super) struct Places {
 impl Places {
     /// Lets positions that were named by given points name the places.
     pub fn rename(&self, of_input: &mut [u32]) {
-        for p in of_input {
-            *p = self.of_given.get(*p as usize).copied().unwrap_or(u32::MAX);
-        }
+        rename(of_input, &self.of_given);
+    }
+}
+
+/// Gives things that were named by `place`'s numbers the names there; what had none still has none.
+pub(super) fn rename(names: &mut [u32], place: &[u32]) {
+    for name in names {
+        *name = place.get(*name as usize).copied().unwrap_or(u32::MAX);
     }
 }
 

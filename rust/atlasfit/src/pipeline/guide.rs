@@ -47,9 +47,7 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     }
     // Points beyond the border of a guide's chart meet at the border.
     let distinct = prepare::distinct(&moved, ctx)?;
-    for p in &mut input.of_input {
-        *p = distinct.of_input.get(*p as usize).copied().unwrap_or(u32::MAX);
-    }
+    copies::rename(&mut input.of_input, &distinct.of_input);
     ctx.stage(Stage::Analyse, distinct.points.len());
     let places = copies::join(distinct.points, ctx)?;
     places.rename(&mut input.of_input);

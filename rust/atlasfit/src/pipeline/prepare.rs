@@ -341,9 +341,7 @@ fn reorder(points: &mut Vec<Vec3>, of_input: &mut [u32], order: &[u32]) {
     let mut place = vec![0; points.len()];
     order.iter().enumerate().for_each(|(k, &i)| place[i as usize] = k as u32);
     *points = order.iter().map(|&i| points[i as usize]).collect();
-    for p in of_input {
-        *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
-    }
+    copies::rename(of_input, &place);
 }
 
 /// For each place which of all places it is in the order of their first points, before those were put into
@@ -375,9 +373,7 @@ fn keep(points: &mut Vec<Vec3>, of_input: &mut [u32], out: &[bool]) {
         }
     }
     points.truncate(n);
-    for p in of_input {
-        *p = place.get(*p as usize).copied().unwrap_or(u32::MAX);
-    }
+    copies::rename(of_input, &place);
 }
 
 /// Fails on points that span no surface: too few, or all on a line.

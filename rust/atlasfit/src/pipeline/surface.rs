@@ -68,8 +68,8 @@ pub(super) fn build(
         atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
-    let voxel = told.as_ref().map_or_else(|| voxel(&sampling, noise.for_charts()), |told| told.voxel)
-        / options.detail;
+    let sigma = noise.for_charts();
+    let voxel = told.as_ref().map_or_else(|| voxel(&sampling, sigma), |told| told.voxel) / options.detail;
     // What lies so far away that its voxels have no name is set aside.
     for p in projected.iter_mut().filter(|p| !blocks::within_range(p.position, voxel)) {
         p.chart = u32::MAX;
@@ -79,14 +79,13 @@ pub(super) fn build(
         let parts = orient::connected(fitted.len(), &relations);
         votes = votes_of_scanner(&projected, &sampling, noise.sigma, &parts, frame, ctx)?;
     }
-    let spread = sites::Spread { sampling: &sampling, sigma: noise.for_charts(), names: &rows };
+    let spread = sites::Spread { sampling: &sampling, sigma, names: &rows };
     let sites = sites::of_points(&points, &projected, &fitted, &members, spread, ctx)?;
     ctx.advance(1);
 
     // Contouring needs the most memory: what is done with goes first.
     drop(tree);
-    drop(rows);
-    drop(members);
+    drop((rows, members));
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
     let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
     fill::fill(&mut grid, ctx)?;
@@ -124,10 +123,7 @@ pub(super) fn build(
         input.warnings.extend(warnings::plates(&solid, one_sided, frame.scale));
         (surface, extrapolated) = (solid.surface, Some(solid.extrapolated));
     }
-    let corner_normals = match &creases {
-        Some(creases) => creases.corner_normals(&surface, ctx)?,
-        None => None,
-    };
+    let corner_normals = creases.map(|c| c.corner_normals(&surface, ctx)).transpose()?.flatten();
     Ok(Built {
         surface,
         corner_normals,

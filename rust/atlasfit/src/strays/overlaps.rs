@@ -34,10 +34,8 @@ struct Seen {
 /// ones, and every chart that is not with all others. A share of the points stands for all.
 pub(super) fn overlaps(charted: &Charted<'_>, sure: &[bool], ctx: &Context<'_>) -> Result<Vec<Overlap>> {
     let Charted { cut: Cut { points, .. }, fitted, members } = *charted;
-    let seen = |point: usize| -> Vec<Seen> {
-        members
-            .of(point)
-            .iter()
+    let seen = |point: usize, row: &[(u32, f32)]| -> Vec<Seen> {
+        row.iter()
             .filter_map(|&(chart, weight)| {
                 let c = &fitted[chart as usize].chart;
                 let view = c.view(points[point])?;
@@ -46,17 +44,14 @@ pub(super) fn overlaps(charted: &Charted<'_>, sure: &[bool], ctx: &Context<'_>) 
             .collect()
     };
     let of_point = |point: usize| -> Vec<PairOf<f32, 2>> {
-        let stands_for = f32::from(members.stands_for[point]);
-        if stands_for == 0.0 {
-            return Vec::new();
-        }
-        let at = seen(point);
+        let (row, stands_for) = members.compared(point);
+        let at = seen(point, row);
         let first = at.iter().position(|s| sure[s.chart as usize]);
         let mut out = Vec::new();
         for (j, b) in at.iter().enumerate() {
             for (i, a) in at[..j].iter().enumerate() {
                 if !sure[a.chart as usize] || !sure[b.chart as usize] || Some(i) == first {
-                    out.push(overlap(a, b, stands_for));
+                    out.push(overlap(a, b, stands_for.into()));
                 }
             }
         }

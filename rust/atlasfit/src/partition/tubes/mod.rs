@@ -16,7 +16,7 @@ use super::constants::PARTITION;
 use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
 use crate::numeric::dense::{Principal, principal};
-use crate::numeric::scatter::{by_name, of_name};
+use crate::numeric::scatter::{by_name, one_in};
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::prior::smoothing::Smoothing;
@@ -119,7 +119,7 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
     let order = by_name(cut.rows, ctx.seed, ctx)?;
     // A point decides by itself whether it takes part.
     let thin_out = (cut.whole / TUBES.first_look).clamp(1, TUBES.thin_out) as u64;
-    let takes_part = |row: u64| of_name(row, !ctx.seed).is_multiple_of(thin_out);
+    let takes_part = |row: u64| one_in(thin_out, row, !ctx.seed);
     let coarse: Vec<Vec3> =
         points.iter().zip(cut.rows).filter(|(_, row)| takes_part(**row)).map(|(p, _)| *p).collect();
     if coarse.is_empty() {
