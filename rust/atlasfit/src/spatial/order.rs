@@ -1,6 +1,7 @@
 //! Points in an order in which those that follow each other lie near each other, along a Z-order curve
-//! (Morton 1966): what is done point by point then finds its charts and neighbours in the cache. A million
-//! points in random order take 1.4 times as long.
+//! (Morton 1966): what is done point by point then finds its charts and neighbours in the cache. Without it
+//! a million points in random order took 1.4 times as long (`atlasfit denoise --no-uv`, of the same points in
+//! either order).
 //!
 //! In: points. Out: their numbers in that order.
 
