@@ -23,6 +23,16 @@ pub(super) struct SeamsConstants {
     /// The stand-in is rougher than the full surface: so many times the energy above an isometry's there
     /// means the same here.
     pub slack: f64,
+    /// Layouts that searches find, the shortest first, of which more is made: they are shortened, and those
+    /// of a stand-in are taken to the full surface. More of them, or all, bring nothing.
+    pub kept: usize,
+    /// Times that each one's cuts are laid flat there, to see what energy they have.
+    pub lifts: usize,
+    /// Cuts whose energy above an isometry's is at least this share of what may be are not closed further on
+    /// the stand-in. Below 1.
+    pub used_up: f64,
+    /// The energy that they may have on the stand-in grows by this factor at a time at most.
+    pub most_looser: f64,
     /// How many times its length a cut through a polygon costs.
     pub within_polygon: f64,
     /// Cuts to far ends at most, before a first layout is good enough.
@@ -75,16 +85,20 @@ pub(super) struct SeamsConstants {
     pub in_vain: usize,
     /// The same where the cuts come from a stand-in.
     pub in_vain_lifted: usize,
-    /// Searches that are made from the start, of which the best is kept, and in turn tried for more cuts,
-    /// after which others may be closed.
-    pub plans: [Plan; 2],
+    /// Searches that are made from the second start (from the first, the first of them), and in turn tried
+    /// for more cuts, after which others may be closed.
+    pub plans: [Plan; 4],
 }
 
 /// Their values.
 pub(super) const SEAMS: SeamsConstants = SeamsConstants {
-    coarse: 4500,
+    coarse: 7000,
     much: 3000,
-    slack: 1.5,
+    slack: 1.2,
+    kept: 2,
+    lifts: 3,
+    used_up: 0.9,
+    most_looser: 2.5,
     within_polygon: 1e3,
     first_cuts: 16,
     first_energy: [20.0, 5.0],
@@ -110,5 +124,5 @@ pub(super) const SEAMS: SeamsConstants = SeamsConstants {
     shorter: 2e-3,
     in_vain: 4,
     in_vain_lifted: 1,
-    plans: [Plan { least: 0.06 }, Plan { least: 0.15 }],
+    plans: [Plan { least: 0.06 }, Plan { least: 0.15 }, Plan { least: 0.1 }, Plan { least: 0.03 }],
 };

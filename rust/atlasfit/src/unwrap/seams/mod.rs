@@ -24,8 +24,9 @@ use crate::error::Result;
 use crate::run::Context;
 use constants::{LEAST_ENERGY, SEAMS};
 use lift::lifted;
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
-use sheet::Sheet;
+use sheet::{Layout, Sheet};
 
 /// Parts of a surface that were opened.
 pub(super) struct Opened {
@@ -55,19 +56,65 @@ fn part_opened(s: &Surface, faces: Vec<u32>, bound: f64, ctx: &Context<'_>) -> R
     }
     let whole = faces.len() == s.faces();
     let Some(sheet) = Sheet::new(s, faces, ctx)? else { return Ok(None) };
-    let plan = SEAMS.plans[0];
     if sheet.faces.len() > SEAMS.much && whole {
-        let patches = Patches::new(s, vec![0; s.faces()], 1);
-        let levels = coarsen(s, &patches, SEAMS.coarse, ctx)?;
-        let coarse = &levels.last().surface;
-        let faces = (0..coarse.faces() as u32).collect();
-        // What cannot be opened there would take long to fail here.
-        let Some(small) = Sheet::new(coarse, faces, ctx)? else { return Ok(None) };
-        let rough = LEAST_ENERGY + SEAMS.slack * (bound - LEAST_ENERGY);
-        let Some(found) = search::search(&small, rough, ctx)? else { return Ok(None) };
-        let Some(start) = lifted(&small, &found, &sheet, ctx)? else { return Ok(None) };
-        let Some(found) = search::within(&sheet, start, plan, bound, ctx)? else { return Ok(None) };
-        return Ok(Some(search::shortened(&sheet, found, bound, SEAMS.in_vain_lifted, ctx)?.chart));
+        return by_stand_in(s, &sheet, bound, ctx);
     }
-    Ok(search::search(&sheet, bound, ctx)?.map(|l| l.chart))
+    Ok(search::searched(&sheet, bound, ctx)?.into_iter().next().map(|l| l.chart))
+}
+
+/// A whole surface in one chart, by cuts found on a coarse stand-in.
+fn by_stand_in(s: &Surface, sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Option<Chart>> {
+    let patches = Patches::new(s, vec![0; s.faces()], 1);
+    let levels = coarsen(s, &patches, SEAMS.coarse, ctx)?;
+    let coarse = &levels.last().surface;
+    let faces = (0..coarse.faces() as u32).collect();
+    // What cannot be opened there would take long to fail here.
+    let Some(small) = Sheet::new(coarse, faces, ctx)? else { return Ok(None) };
+    let found = search::searched(&small, energy_of(SEAMS.slack * excess(bound)), ctx)?;
+    let lifted: Vec<Option<Layout>> = (found.into_par_iter().with_max_len(1))
+        .map(|found| match start_from(&small, found, sheet, bound, ctx)? {
+            Some(start) => search::within(sheet, start, SEAMS.plans[0], bound, ctx),
+            None => Ok(None),
+        })
+        .collect::<Result<_>>()?;
+    let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
+    let Some(best) = lifted.into_iter().flatten().reduce(shortest) else { return Ok(None) };
+    Ok(Some(search::shortened(sheet, best, bound, SEAMS.in_vain_lifted, ctx)?.chart))
+}
+
+/// Cuts found on a stand-in, on the sheet that it stands for. As long as there is much less energy here than
+/// there may be, more of them are closed there, where that is cheap.
+fn start_from(
+    small: &Sheet<'_>,
+    mut found: Layout,
+    sheet: &Sheet<'_>,
+    bound: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<Layout>> {
+    let mut best: Option<Layout> = None;
+    for _ in 0..SEAMS.lifts {
+        let Some(start) = lifted(small, &found, sheet, ctx)? else { break };
+        let used = excess(start.energy) / excess(bound);
+        if used > 1.0 / SEAMS.used_up && best.is_some() {
+            break;
+        }
+        best = Some(start);
+        if used >= SEAMS.used_up {
+            break;
+        }
+        let looser = energy_of(excess(found.energy) * (1.0 / used).min(SEAMS.most_looser));
+        let Some(next) = search::within(small, found, SEAMS.plans[0], looser, ctx)? else { break };
+        found = search::shortened(small, next, looser, SEAMS.in_vain, ctx)?;
+    }
+    Ok(best)
+}
+
+/// What a mean energy has above an isometry's.
+fn excess(energy: f64) -> f64 {
+    energy - LEAST_ENERGY
+}
+
+/// The mean energy with so much above it.
+fn energy_of(excess: f64) -> f64 {
+    LEAST_ENERGY + excess
 }

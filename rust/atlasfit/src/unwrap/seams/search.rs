@@ -1,6 +1,6 @@
 //! The search for short seams within a bound.
 //!
-//! In: a sheet. Out: a layout within the bound.
+//! In: a sheet. Out: layouts within the bound.
 
 use super::constants::{LEAST_ENERGY, Plan, SEAMS};
 use super::grow::grown;
@@ -12,15 +12,29 @@ use crate::run::Context;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-/// A layout within the bound; `None` where there is none to be found.
-pub(super) fn search(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Option<Layout>> {
+/// Layouts within the bound, the shortest first. Cuts that are a little longer at first may end much shorter:
+/// several searches are made.
+pub(super) fn searched(sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) -> Result<Vec<Layout>> {
     let starts = starts(sheet, ctx)?;
-    let found: Vec<Option<Layout>> = (starts.par_iter().zip(&SEAMS.plans))
-        .map(|(start, &plan)| within(sheet, start.clone(), plan, bound, ctx))
+    let searches: Vec<(&Layout, Plan)> = match &starts[..] {
+        [rough, flat, ..] => {
+            std::iter::once((rough, SEAMS.plans[0])).chain(SEAMS.plans.map(|p| (flat, p))).collect()
+        }
+        [only] => SEAMS.plans.iter().map(|&p| (only, p)).collect(),
+        [] => Vec::new(),
+    };
+    let found: Vec<Option<Layout>> = (searches.par_iter().with_max_len(1))
+        .map(|&(start, plan)| within(sheet, start.clone(), plan, bound, ctx))
         .collect::<Result<_>>()?;
-    let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
-    let Some(now) = found.into_iter().flatten().reduce(shortest) else { return Ok(None) };
-    shortened(sheet, now, bound, SEAMS.in_vain, ctx).map(Some)
+    let mut found: Vec<Layout> = found.into_iter().flatten().collect();
+    let shorter_first = |found: &mut Vec<Layout>| found.sort_by(|a, b| a.length.total_cmp(&b.length));
+    shorter_first(&mut found);
+    found.truncate(SEAMS.kept);
+    let mut found = (found.into_par_iter().with_max_len(1))
+        .map(|l| shortened(sheet, l, bound, SEAMS.in_vain, ctx))
+        .collect::<Result<_>>()?;
+    shorter_first(&mut found);
+    Ok(found)
 }
 
 /// Any cut that lowers the energy makes room for others to be closed: rounds of both, while they help.
