@@ -225,6 +225,8 @@ def cases(program, folder, data):
         yield "measure", mesh, []
         yield "render", mesh, ["-o", "{out}/r.png"]
         yield "convert", mesh, ["{out}/c.glb"]
+    if data:
+        yield "unwrap", data / "uv/face.ply", ["-o", "{out}/u.ply", "--max-energy", "4.1"]
     yield from formats(program, folder, small, scan, ball(100_000))
     yield "measure", small, ["--against", large]
     yield "measure", small, ["--against", small, "--samples", "2000000"]

@@ -10,6 +10,9 @@ use crate::run::{Context, total_bytes, with_threads};
 /// Bytes for one triangle: adjacency, normals, its charts and their matrices, its UVs. Fitted by hand, as
 /// below, to peaks of resident memory; `tests/memory.py` checks that they hold.
 const BYTES_PER_FACE: u64 = 440;
+/// Bytes for one triangle besides, where parts are cut open: layouts of several cuts at once, and the matrices
+/// of Newton's steps. Fitted likewise, to meshes of 14,000 to 34,000 triangles.
+const BYTES_PER_OPENED_FACE: u64 = 3000;
 /// Bytes for each vertex that a closed surface of as many triangles does not have: triangles that share few
 /// vertices make many charts, which are packed each.
 const BYTES_PER_EXTRA_VERTEX: u64 = 920;
@@ -21,7 +24,7 @@ const FACES_PER_VERTEX: usize = 2;
 
 /// Bytes that [`unwrap`](super::unwrap) needs at its peak with so many threads, the mesh's positions and
 /// triangles included; other columns of the mesh come on top. A rough upper bound: a mesh may need half of
-/// it. No option changes it by much. A run whose limit is lower is refused before it starts.
+/// it. Of the options only a bound on the energy changes it by much. A run whose limit is lower is refused before it starts.
 ///
 /// ```
 /// use atlasfit::unwrap::{UnwrapOptions, memory_needed};
@@ -33,9 +36,11 @@ pub fn memory_needed(vertices: usize, faces: usize, options: &UnwrapOptions, thr
     let priced = options.seams_hidden > 0.0 || options.seam_price.is_some();
     let lists = [options.face_group.is_some(), options.face_polygon.is_some(), priced];
     let lists = lists.into_iter().filter(|l| *l).count();
+    let opened = if options.max_energy.is_some() { faces } else { 0 };
     let extra = vertices.saturating_sub(faces / FACES_PER_VERTEX);
     let work = total_bytes(&[
         (faces, BYTES_PER_FACE),
+        (opened, BYTES_PER_OPENED_FACE),
         (extra, BYTES_PER_EXTRA_VERTEX),
         (lists.saturating_mul(faces), BYTES_PER_ENTRY),
     ]);
