@@ -147,15 +147,21 @@ class Uv:
 
 
 
-def unwrap_memory_needed(vertices: int, faces: int, **options: Unpack[RunOptions]) -> int:
+def unwrap_memory_needed(
+    vertices: int, faces: int, max_energy: float | None = None, **options: Unpack[RunOptions]
+) -> int:
     """Bytes that unwrap() needs at its peak for a mesh of so many vertices and faces, which is included.
 
-    An upper bound, up to twice too large.
+    An upper bound, up to twice too large. A bound on the energy, max_energy, takes much more; no other option
+    does.
 
     >>> atlasfit.unwrap_memory_needed(500_000, 1_000_000) > 1e8
     True
+    >>> atlasfit.unwrap_memory_needed(5_000, 10_000, 4.1) > 2 * atlasfit.unwrap_memory_needed(5_000, 10_000)
+    True
     """
-    chosen, bytes_needed = options_with(_abi.atlasfit_unwrap_options()), c_uint64()
+    chosen = options_with(_abi.atlasfit_unwrap_options(), max_energy=max_energy)
+    bytes_needed = c_uint64()
     call = lib().atlasfit_unwrap_memory_needed
     run(lambda r: call(vertices, faces, byref(chosen), r, byref(bytes_needed)), options)
     return bytes_needed.value

@@ -10,8 +10,8 @@ use crate::run::{Context, total_bytes, with_threads};
 /// Bytes for one triangle: adjacency, normals, its charts and their matrices, its UVs. Fitted by hand, as
 /// below, to peaks of resident memory; `tests/memory.py` checks that they hold.
 const BYTES_PER_FACE: u64 = 440;
-/// Bytes for one triangle besides, where parts are cut open: layouts of several cuts at once, and the matrices
-/// of Newton's steps. Fitted likewise, to meshes of 14,000 to 34,000 triangles.
+/// Bytes for one triangle besides, where parts are cut open: layouts of several cuts at once, and the
+/// matrices of Newton's steps. Fitted likewise, to meshes of 14,000 to 34,000 triangles.
 const BYTES_PER_OPENED_FACE: u64 = 3000;
 /// Bytes for each vertex that a closed surface of as many triangles does not have: triangles that share few
 /// vertices make many charts, which are packed each.
@@ -24,7 +24,8 @@ const FACES_PER_VERTEX: usize = 2;
 
 /// Bytes that [`unwrap`](super::unwrap) needs at its peak with so many threads, the mesh's positions and
 /// triangles included; other columns of the mesh come on top. A rough upper bound: a mesh may need half of
-/// it. Of the options only a bound on the energy changes it by much. A run whose limit is lower is refused before it starts.
+/// it. Of the options only a bound on the energy changes it by much. A run whose limit is lower is refused
+/// before it starts.
 ///
 /// ```
 /// use atlasfit::unwrap::{UnwrapOptions, memory_needed};

@@ -27,6 +27,7 @@ use lift::lifted;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 use sheet::{Layout, Sheet};
+use trim::trimmed;
 
 /// Parts of a surface that were opened.
 pub(super) struct Opened {
@@ -71,15 +72,15 @@ fn by_stand_in(s: &Surface, sheet: &Sheet<'_>, bound: f64, ctx: &Context<'_>) ->
     // What cannot be opened there would take long to fail here.
     let Some(small) = Sheet::new(coarse, faces, ctx)? else { return Ok(None) };
     let found = search::searched(&small, energy_of(SEAMS.slack * excess(bound)), ctx)?;
-    let lifted: Vec<Option<Layout>> = (found.into_par_iter().with_max_len(1))
+    let within: Vec<Option<Layout>> = (found.into_par_iter().with_max_len(1))
         .map(|found| match start_from(&small, found, sheet, bound, ctx)? {
             Some(start) => search::within(sheet, start, SEAMS.plans[0], bound, ctx),
             None => Ok(None),
         })
         .collect::<Result<_>>()?;
-    let shortest = |a: Layout, b: Layout| if b.length < a.length { b } else { a };
-    let Some(best) = lifted.into_iter().flatten().reduce(shortest) else { return Ok(None) };
-    Ok(Some(search::shortened(sheet, best, bound, SEAMS.in_vain_lifted, ctx)?.chart))
+    let shortest = within.into_iter().flatten().min_by(|a, b| a.length.total_cmp(&b.length));
+    let Some(shortest) = shortest else { return Ok(None) };
+    Ok(Some(search::shortened(sheet, shortest, bound, SEAMS.in_vain_lifted, ctx)?.chart))
 }
 
 /// Cuts found on a stand-in, on the sheet that it stands for. As long as there is much less energy here than
@@ -91,20 +92,19 @@ fn start_from(
     bound: f64,
     ctx: &Context<'_>,
 ) -> Result<Option<Layout>> {
-    let mut best: Option<Layout> = None;
-    for _ in 0..SEAMS.lifts {
-        let Some(start) = lifted(small, &found, sheet, ctx)? else { break };
-        let used = excess(start.energy) / excess(bound);
-        if used > 1.0 / SEAMS.used_up && best.is_some() {
+    let used = |start: &Layout| excess(start.energy) / excess(bound);
+    let mut best = lifted(small, &found, sheet, ctx)?;
+    for _ in 0..SEAMS.loosened {
+        let Some(start) = &best else { break };
+        if used(start) >= SEAMS.used_up {
             break;
         }
-        best = Some(start);
-        if used >= SEAMS.used_up {
-            break;
-        }
-        let looser = energy_of(excess(found.energy) * (1.0 / used).min(SEAMS.most_looser));
-        let Some(next) = search::within(small, found, SEAMS.plans[0], looser, ctx)? else { break };
+        let looser = energy_of(excess(found.energy) * used(start).recip().min(SEAMS.most_looser));
+        let next = trimmed(small, found, looser, ctx)?;
         found = search::shortened(small, next, looser, SEAMS.in_vain, ctx)?;
+        let shorter = lifted(small, &found, sheet, ctx)?;
+        let Some(start) = shorter.filter(|l| used(l) <= SEAMS.used_up.recip()) else { break };
+        best = Some(start);
     }
     Ok(best)
 }
