@@ -24,7 +24,7 @@
 #include <CGAL/number_utils.h>
 #include <boost/graph/graph_traits.hpp>
 
-#include <functional>
+#include <deque>
 #include <memory>
 
 namespace atlasfit {
@@ -37,84 +37,101 @@ using Halfedge = typename boost::graph_traits<G>::halfedge_descriptor;
 template <class G>
 using Face = typename boost::graph_traits<G>::face_descriptor;
 
-/// A property map for meshes whose vertices, halfedges and faces have no indices: a table by hash value. What
-/// has no value has the default of its type.
+/// Whether a descriptor points at its vertex, halfedge or face, as CGAL::Polyhedron_3's do.
+template <class K, class = void>
+struct PointsAt : std::false_type {};
+template <class K>
+struct PointsAt<K, std::void_t<decltype(*std::declval<const K &>())>>
+    : std::is_lvalue_reference<decltype(*std::declval<const K &>())> {};
+
+/// A property map by address, for meshes whose vertices, halfedges and faces have no indices but lie
+/// somewhere in memory. Values of nodes that lie side by side lie side by side too, in pages; a table by hash
+/// value finds the page. What has no value has the default of its type.
 template <class K, class V>
-class HashedMap {
+class AddressMap {
  public:
   using key_type = K;
   using value_type = V;
   using reference = const V &;
   using category = boost::read_write_property_map_tag;
 
-  explicit HashedMap(std::size_t count) : table_(std::make_shared<Table>()) {
-    table_->entries.reserve(count);
-    grow(count);
+  AddressMap() : table_(std::make_shared<Table>()) {}
+  friend reference get(const AddressMap &map, const K &key) {
+    const std::size_t place = map.place(key);
+    const Slot &slot = map.table_->slots[map.find(place / page)];
+    return slot.values == nullptr ? map.table_->none : (*slot.values)[place % page];
   }
-  friend reference get(const HashedMap &map, const K &key) {
-    const std::uint32_t slot = map.table_->slots[map.find(key)];
-    return slot == 0 ? map.table_->none : map.table_->entries[slot - 1].second;
-  }
-  friend void put(const HashedMap &map, const K &key, const V &value) {
+  friend void put(const AddressMap &map, const K &key, const V &value) {
     Table &table = *map.table_;
-    std::size_t at = map.find(key);
-    if (table.slots[at] != 0) {
-      table.entries[table.slots[at] - 1].second = value;
-      return;
+    const std::size_t place = map.place(key);
+    std::size_t at = map.find(place / page);
+    if (table.slots[at].values == nullptr) {
+      if (value == table.none) return;
+      if (2 * (table.pages.size() + 1) > table.slots.size()) {
+        map.grow();
+        at = map.find(place / page);
+      }
+      table.slots[at] = {place / page, &table.pages.emplace_back()};
     }
-    if (2 * (table.entries.size() + 1) > table.slots.size()) {
-      map.grow(2 * table.entries.size());
-      at = map.find(key);
-    }
-    table.entries.emplace_back(key, value);
-    table.slots[at] = narrow(table.entries.size());
+    (*table.slots[at].values)[place % page] = value;
   }
 
  private:
-  /// Entries in the order in which they came; slots hold their number plus one, 0 = free.
+  /// Values a page. A lone node costs a whole one; neighbours share a look-up and its cache lines.
+  static constexpr std::size_t page = 32;
+  using Page = std::array<V, page>;
+  struct Slot {
+    std::size_t number = 0;
+    Page *values = nullptr;  ///< None = a free slot.
+  };
   struct Table {
-    std::vector<std::uint32_t> slots;
-    std::vector<std::pair<K, V>> entries;
+    unsigned shift = 60;  ///< 64 - log2 of the number of slots.
+    std::vector<Slot> slots = std::vector<Slot>(16);
+    std::deque<Page> pages;
     V none{};
   };
-  std::size_t find(const K &key) const {
-    const Table &table = *table_;
-    const std::size_t mask = table.slots.size() - 1;
-    // Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4): addresses differ in few bits.
-    const std::uint64_t mixed = std::uint64_t(std::hash<K>()(key)) * 0x9e3779b97f4a7c15u;
-    std::size_t at = static_cast<std::size_t>(mixed >> 32) & mask;
-    while (table.slots[at] != 0 && table.entries[table.slots[at] - 1].first != key) at = (at + 1) & mask;
+  /// A number of its own for each node: nodes do not overlap, so the quotients differ.
+  static std::size_t place(const K &key) {
+    return reinterpret_cast<std::uintptr_t>(std::addressof(*key)) / sizeof(*key);
+  }
+  /// The slot of a page, or the free one where it would be.
+  std::size_t find(std::size_t number) const {
+    const std::vector<Slot> &slots = table_->slots;
+    const std::size_t mask = slots.size() - 1;
+    // Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4): the highest bits spread best.
+    std::size_t at = static_cast<std::size_t>((std::uint64_t(number) * 0x9e3779b97f4a7c15u) >> table_->shift);
+    while (slots[at].values != nullptr && slots[at].number != number) at = (at + 1) & mask;
     return at;
   }
-  void grow(std::size_t count) const {
-    Table &table = *table_;
-    std::size_t size = 16;
-    while (size < 2 * (count + 1)) size *= 2;
-    table.slots.assign(size, 0);
-    for (std::size_t i = 0; i < table.entries.size(); i++)
-      table.slots[find(table.entries[i].first)] = narrow(i + 1);
+  void grow() const {
+    std::vector<Slot> old(2 * table_->slots.size());
+    old.swap(table_->slots);
+    table_->shift--;
+    for (const Slot &slot : old)
+      if (slot.values != nullptr) table_->slots[find(slot.number)] = slot;
   }
   std::shared_ptr<Table> table_;
 };
 
-/// A map of new values for a mesh that stays as it is: by index where halfedges have one, else by hash value.
+/// A map of new values for a mesh that stays as it is: by address where halfedges have no index, if they have
+/// one; else CGAL's own.
 template <class G, class K, class V, class Tag>
 struct NewMap {
-  static constexpr bool indexed = CGAL::graph_has_property<G, boost::halfedge_index_t>::value;
+  static constexpr bool by_address =
+      !CGAL::graph_has_property<G, boost::halfedge_index_t>::value && PointsAt<K>::value;
   template <class H, class T>
   struct Dynamic {
     using type = typename boost::property_map<H, T>::const_type;
   };
-  struct Hashed {
-    using type = HashedMap<K, V>;
+  struct Address {
+    using type = AddressMap<K, V>;
   };
-  using type = typename std::conditional_t<indexed, Dynamic<G, Tag>, Hashed>::type;
-  static type make(const G &g, std::size_t count) {
-    (void)count;
-    if constexpr (indexed)
-      return get(Tag(), g);
+  using type = typename std::conditional_t<by_address, Address, Dynamic<G, Tag>>::type;
+  static type make(const G &g) {
+    if constexpr (by_address)
+      return type();
     else
-      return type(count);
+      return get(Tag(), g);
   }
 };
 template <class G, class V>
@@ -155,16 +172,25 @@ P point_at(const T *xyz) {
   return P(static_cast<Number>(xyz[0]), static_cast<Number>(xyz[1]), static_cast<Number>(xyz[2]));
 }
 
+/// The faces and halfedges that Polygons were made of: where results go without a second walk over a mesh
+/// whose parts lie anywhere in memory.
+template <class G>
+struct Places {
+  std::vector<Face<G>> faces;
+  std::vector<Halfedge<G>> corners;
+};
+
 /// A mesh as polygons, in the order of its faces, with what the named parameters say.
 template <class G, class NP>
-Polygons polygons_of(const G &g, const NP &np) {
+Polygons polygons_of(const G &g, const NP &np, Places<G> *places = nullptr) {
   namespace tags = CGAL::internal_np;
   using CGAL::parameters::get_parameter;
   const auto points = CGAL::parameters::choose_parameter(get_parameter(np, tags::vertex_point),
                                                          CGAL::get_const_property_map(CGAL::vertex_point, g));
   Polygons all;
-  const auto number = VertexMap<G, std::uint32_t>::make(g, num_vertices(g));
+  const auto number = VertexMap<G, std::uint32_t>::make(g);
   std::size_t count = 0;
+  all.xyz.reserve(3 * num_vertices(g));
   const auto v = vertices(g);
   for (auto i = v.first; i != v.second; ++i) {
     put(number, *i, narrow(count++));
@@ -183,9 +209,17 @@ Polygons polygons_of(const G &g, const NP &np) {
   std::vector<std::uint32_t> corners;
   const auto f = faces(g);
   all.reserve(num_faces(g));
+  if (places != nullptr) {
+    places->faces.reserve(num_faces(g));
+    places->corners.reserve(3 * num_faces(g));
+  }
   for (auto i = f.first; i != f.second; ++i) {
     corners.clear();
-    around(g, *i, [&](Halfedge<G> h) { corners.push_back(get(number, target(h, g))); });
+    if (places != nullptr) places->faces.push_back(*i);
+    around(g, *i, [&](Halfedge<G> h) {
+      corners.push_back(get(number, target(h, g)));
+      if (places != nullptr) places->corners.push_back(h);
+    });
     if constexpr (given<NP, tags::face_patch_t>())
       all.add(corners, static_cast<std::uint32_t>(get(get_parameter(np, tags::face_patch), *i)));
     else
@@ -219,30 +253,24 @@ struct HalfedgeLayout {
 template <class G, class T, class Tag, class Base, class = detail::IfGraph<G>>
 HalfedgeLayout<G> unwrap(const G &mesh, const CGAL::Named_function_parameters<T, Tag, Base> &np,
                          const UnwrapOptions &options = UnwrapOptions(), const Run &run = Run()) {
-  const detail::Polygons polygons = detail::polygons_of(mesh, np);
+  detail::Places<G> places;
+  const detail::Polygons polygons = detail::polygons_of(mesh, np, &places);
   const UvLayout made = unwrap(polygons.mesh(), options, run);
   const std::vector<float> uv = made.corners();
   const std::vector<std::uint32_t> charts = made.face_charts(), pages = made.face_pages(), cut = made.torn();
-  HalfedgeLayout<G> out{detail::HalfedgeMap<G, Uv>::make(mesh, polygons.corners()),
-                        detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
-                        detail::FaceMap<G, std::uint32_t>::make(mesh, polygons.size()),
+  HalfedgeLayout<G> out{detail::HalfedgeMap<G, Uv>::make(mesh),
+                        detail::FaceMap<G, std::uint32_t>::make(mesh),
+                        detail::FaceMap<G, std::uint32_t>::make(mesh),
                         {},
                         made.info(),
                         made.warnings()};
-  std::size_t p = 0, corner = 0, torn = 0;
-  const auto f = faces(mesh);
-  for (auto i = f.first; i != f.second; ++i, ++p) {
-    put(out.chart, *i, charts[p]);
-    put(out.page, *i, pages[p]);
-    if (torn < cut.size() && cut[torn] == p) {
-      out.torn.push_back(*i);
-      torn++;
-    }
-    detail::around(mesh, *i, [&](detail::Halfedge<G> h) {
-      put(out.uv, h, Uv{uv[2 * corner], uv[2 * corner + 1]});
-      corner++;
-    });
+  for (std::size_t c = 0; c < places.corners.size(); c++)
+    put(out.uv, places.corners[c], Uv{uv[2 * c], uv[2 * c + 1]});
+  for (std::size_t p = 0; p < places.faces.size(); p++) {
+    put(out.chart, places.faces[p], charts[p]);
+    put(out.page, places.faces[p], pages[p]);
   }
+  for (const std::uint32_t p : cut) out.torn.push_back(places.faces[p]);
   return out;
 }
 template <class G, class = detail::IfGraph<G>>

@@ -234,17 +234,30 @@ static void failures() {
   want(layout.info.degenerate_faces > 0 && uvs(mesh, layout).size() == 2 * 36, "counted, all corners there");
 }
 
-/// The map for meshes without indices grows, and keeps the last value.
-static void hashed_maps() {
-  const atlasfit::detail::HashedMap<std::size_t, int> map(0);
+/// The map for meshes without indices grows, keeps the last value, and tells lone nodes from neighbours.
+static void maps_by_address() {
+  struct Node {
+    char bytes[56];
+  };
+  std::vector<Node> nodes(5000);
+  std::vector<std::unique_ptr<Node>> lone(100);
+  const atlasfit::detail::AddressMap<const Node *, int> map;
   for (int round = 0; round < 2; round++)
-    for (std::size_t i = 0; i < 5000; i++) put(map, 64 * i, static_cast<int>(i) + round);
-  for (std::size_t i = 0; i < 5000; i++)
-    want(get(map, 64 * i) == static_cast<int>(i) + 1 && get(map, 64 * i + 1) == 0, "values by key");
+    for (std::size_t i = 0; i < nodes.size(); i += 2) put(map, &nodes[i], static_cast<int>(i) + round);
+  for (std::size_t i = 0; i < lone.size(); i++) {
+    lone[i] = std::make_unique<Node>();
+    put(map, lone[i].get(), -static_cast<int>(i));
+  }
+  for (std::size_t i = 0; i < nodes.size(); i += 2)
+    want(get(map, &nodes[i]) == static_cast<int>(i) + 1 && get(map, &nodes[i + 1]) == 0, "values by node");
+  for (std::size_t i = 0; i < lone.size(); i++)
+    want(get(map, lone[i].get()) == -static_cast<int>(i), "values of lone nodes");
+  put(map, &nodes[0], 0);
+  want(get(map, &nodes[0]) == 0, "back to the default");
 }
 
 int main() {
-  hashed_maps();
+  maps_by_address();
   every_model_alike();
   garbage_is_passed_over();
   bent_polygons_are_told();
