@@ -210,6 +210,10 @@ impl<'a> Block<'a> {
         }
         self.quadrics = Vec::new();
         for _ in 0..if work.shape { SIMPLIFY.shapings } else { 0 } {
+            // Where a number of triangles was asked for, none may go here.
+            if !work.levels.is_empty() {
+                self.mend(ctx)?;
+            }
             self.active.copy_from_slice(&self.open);
             self.flip(ctx)?;
             self.smooth(ctx)?;

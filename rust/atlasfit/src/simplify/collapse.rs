@@ -101,10 +101,40 @@ impl Block<'_> {
         if quadric.mean(to) > most * most {
             return 0;
         }
+        let gone = self.collapse_to(to, ends, [stays, false], around, scratch);
+        if gone > 0 {
+            // Without memory within the surface; a boundary's planes stand on edges that are gone.
+            self.quadrics[i] = match rim {
+                [false, false] if self.ranked => {
+                    let corners = scratch.change.new.iter().map(|n| n.corners);
+                    corners.fold(Quadric::default(), |sum, c| sum + plane(c))
+                }
+                _ => quadric,
+            };
+        }
+        gone
+    }
+
+    /// Collapses an edge to a place if the surface stays one, near enough and well shaped; returns how many
+    /// triangles are gone. The first end `stays` where it is, or none does. Who is `wary` asks this of the
+    /// middles of the triangles too.
+    pub(super) fn collapse_to(
+        &mut self,
+        to: Vec3,
+        ends: [u32; 2],
+        [stays, wary]: [bool; 2],
+        around: &mut Around,
+        scratch: &mut Scratch,
+    ) -> usize {
+        let [a, b] = ends;
+        let [i, j] = ends.map(|v| v as usize);
+        let [p, q] = [self.positions[i], self.positions[j]];
+        let longest = self.longest(a).min(self.longest(b));
+        let rim = ends.map(|v| self.rim[v as usize]);
         let uv = if stays { self.uv.get(i).copied() } else { self.uv_at(to, ends, around) };
         let edge = Edge { ends, to, rim, uv };
         let Some(gone) = self.after(&edge, longest, around, scratch) else { return 0 };
-        if !self.fits(&mut scratch.change, to) {
+        if !self.fits(&mut scratch.change, to) || (wary && !self.middles_fit(&scratch.change)) {
             return 0;
         }
         self.make(&scratch.change);
@@ -112,7 +142,7 @@ impl Block<'_> {
         around.star.put(b, std::iter::empty());
         scratch.moved.clear();
         scratch.moved.extend(ends);
-        let share = ((to - p).dot(q - p) / length2.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let share = ((to - p).dot(q - p) / p.dist2(q).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let near = if share <= 0.5 { i } else { j };
         let [m, n] = [self.normals[i], self.normals[j]];
         // Over a crease there is no normal between.
@@ -125,14 +155,6 @@ impl Block<'_> {
         if let Some(uv) = edge.uv {
             self.uv[i] = uv;
         }
-        // Without memory within the surface; a boundary's planes stand on edges that are gone.
-        self.quadrics[i] = match rim {
-            [false, false] if self.ranked => {
-                let corners = scratch.change.new.iter().map(|n| n.corners);
-                corners.fold(Quadric::default(), |sum, c| sum + plane(c))
-            }
-            _ => quadric,
-        };
         scratch.ring.iter().chain(&ends).for_each(|&v| around.changed[v as usize] = true);
         self.spoil(scratch.ring.iter().chain(&ends), around);
         gone

@@ -97,6 +97,26 @@ impl Block<'_> {
         places.normals[n].dot(place - places.positions[n]).abs() <= self.share * f64::from(places.error[n])
     }
 
+    /// Whether the middles of the triangles that come are near enough: to the plane of the nearest point of
+    /// the first mesh, or, at a crease, by a share of that to a triangle that goes.
+    pub(super) fn middles_fit(&self, change: &Change) -> bool {
+        let places = self.first.points;
+        change.new.iter().all(|n| {
+            let middle = (n.corners[0] + n.corners[1] + n.corners[2]) * (1.0 / 3.0);
+            let points = change.old.iter().flat_map(|&f| self.points_of(f)).map(|x| x.1 as usize);
+            let dist2 = |p: &usize| places.positions[*p].dist2(middle);
+            points.min_by(|x, y| dist2(x).total_cmp(&dist2(y))).is_none_or(|p| {
+                let most = self.share * f64::from(places.error[p]);
+                let off = places.normals[p].dot(middle - places.positions[p]).abs();
+                let to_old = |&f: &u32| {
+                    let corners = self.corners(&self.triangles[f as usize]);
+                    middle.dist2(closest_on_triangle(middle, &corners)) <= (SIMPLIFY.aside * most).powi(2)
+                };
+                off <= most || change.old.iter().any(to_old)
+            })
+        })
+    }
+
     /// Changes the triangles; those that go get equal corners.
     pub(super) fn make(&mut self, change: &Change) {
         for &f in &change.old {

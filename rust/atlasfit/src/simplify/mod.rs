@@ -7,7 +7,7 @@
 //! every vertex of the first mesh stays within its error of the triangle it now belongs to (as Ciampalini et
 //! al. 1997), and the middle of every edge too where the error is a promise. Then edges are flipped and
 //! vertices moved along the surface, within the same bounds, so that triangles get near equal sides (Botsch
-//! and Kobbelt 2004).
+//! and Kobbelt 2004), and short edges of triangles that stay bad are collapsed.
 //!
 //! The mesh is cut into blocks of a grid. Those are worked on at the same time, each without the vertices
 //! that it shares with others; then the grid is shifted by half a cell, and the seams are done. What is done
@@ -24,6 +24,7 @@ mod cut;
 mod cut_seams;
 mod data;
 mod hand_over;
+mod mend;
 mod mesh;
 mod points;
 mod rank;

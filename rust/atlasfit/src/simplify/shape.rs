@@ -1,7 +1,7 @@
 //! Triangles of a block with more equal sides, as many as there were.
 //!
 //! In: a block. Out: the same with edges flipped and vertices moved along the surface where that makes the
-//! worst triangle better; within the error, and not over creases.
+//! worst triangle better; within the error, and over creases only to mend a bad triangle.
 
 use super::block::{Around, Block, shape2};
 use super::collapse::CHECK;
@@ -65,7 +65,11 @@ impl Block<'_> {
         if r.dist2(s) > p.dist2(q).max(self.longest(c).min(self.longest(d)).powi(2)) {
             return;
         }
-        if m.dot(n) < SIMPLIFY.smooth || !corners.iter().all(flat) || !self.may_link([a, b], [c, d], around) {
+        let smooth = m.dot(n) >= SIMPLIFY.smooth && corners.iter().all(flat);
+        // A bad triangle at a crease or a bend may go where the surface is no less smooth without it.
+        let [x, y] = corners.map(|t| area_vector(t).normalized());
+        let flatter = before < SIMPLIFY.shape.powi(2) && x.dot(y) >= m.dot(n).max(0.0);
+        if !(smooth || flatter) || !self.may_link([a, b], [c, d], around) {
             return;
         }
         if !self.flip_keeps_sides([[a, b, c], t], new) {
@@ -134,13 +138,14 @@ impl Block<'_> {
         let uv = self.uv_at(to, [v, v], around);
         change.clear();
         let longest = self.longest(v);
+        let smooth = if worst < SIMPLIFY.shape.powi(2) { SIMPLIFY.bent } else { SIMPLIFY.smooth };
         let mut after = 1.0f64;
         for &f in of {
             let vertices = self.triangles[f as usize];
             let before = area_vector(self.corners(&vertices));
             let corners = vertices.map(|w| if w == v { to } else { self.positions[w as usize] });
             let n = area_vector(corners);
-            let flat = |m: Vec3| m.normalized().dot(normal) >= SIMPLIFY.smooth;
+            let flat = |m: Vec3| m.normalized().dot(normal) >= smooth;
             if !self.keeps_side(vertices, |w| if w == v { uv } else { None }) {
                 return;
             }
