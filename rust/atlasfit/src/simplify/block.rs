@@ -50,6 +50,8 @@ pub(super) struct Block<'a> {
     pub(super) share: f64,
     /// Whether the cheapest edges come first.
     pub(super) ranked: bool,
+    /// Whether bad triangles are mended as far as the error allows, not only where the surface is smooth.
+    pub(super) mends: bool,
     /// What edges cost, if they are ranked.
     pub(super) costs: Costs,
 }
@@ -185,6 +187,7 @@ impl<'a> Block<'a> {
             next,
             share: 1.0,
             ranked: false,
+            mends: false,
             costs: Costs::default(),
             points: piece.points.to_vec(),
         }
@@ -198,6 +201,9 @@ impl<'a> Block<'a> {
         let mut surplus = surplus;
         self.share = work.share;
         self.ranked = work.surplus.is_some();
+        // Where a number of triangles was asked for, none may go for its shape, and what they may move is
+        // spent already: mending costs up to a tenth more error there.
+        self.mends = work.shape && !work.levels.is_empty();
         if !work.levels.is_empty() {
             self.gather_planes(ctx)?;
         }
@@ -210,8 +216,7 @@ impl<'a> Block<'a> {
         }
         self.quadrics = Vec::new();
         for _ in 0..if work.shape { SIMPLIFY.shapings } else { 0 } {
-            // Where a number of triangles was asked for, none may go here.
-            if !work.levels.is_empty() {
+            if self.mends {
                 self.mend(ctx)?;
             }
             self.active.copy_from_slice(&self.open);

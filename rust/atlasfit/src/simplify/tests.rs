@@ -1,6 +1,7 @@
 //! Claims about simplified meshes.
 
 use super::*;
+use crate::numeric::Rng;
 use crate::numeric::vec3::Vec3;
 use crate::run::Run;
 use crate::spatial::edges::Edges;
@@ -123,6 +124,18 @@ fn a_torus_stays_one_as_near_as_is_asked_for_both_ways() {
 }
 
 #[test]
+fn a_rough_surface_gets_few_needles_within_the_error() {
+    let mut rng = Rng::new(1);
+    let mut first = grid([120, 80], true, torus);
+    first.positions.iter_mut().for_each(|p| *p += Vec3::from_fn(|_| 0.008 * rng.normal()));
+    let s = run_on(Run::default(), &first, 0, [0.01, 0.15]);
+    assert!(s.triangles.len() < first.triangles.len() / 3, "{}", s.triangles.len());
+    assert!(needles(&s) < 0.05, "{}", needles(&s));
+    let vertices = Plain { triangles: Vec::new(), positions: first.positions.clone() };
+    assert!(distance(&vertices, &plain(&s)) <= 0.01 * (1.0 + 1e-9));
+}
+
+#[test]
 fn a_flat_sheet_becomes_few_triangles_and_keeps_its_corners() {
     let s = run(&grid([40, 40], false, |u, v| [u, v, 0.25]), 0, 1e-6);
     assert!(s.triangles.len() < 80, "{}", s.triangles.len());
@@ -147,7 +160,7 @@ fn triangles_keep_their_shape_and_grow_where_the_surface_is_flat() {
     let small = usual(s.triangles.iter().filter(on_bump).map(area).collect());
     let large = usual(s.triangles.iter().filter(|t| !on_bump(t)).map(area).collect());
     assert!(large > 2.0 * small, "{large} {small}");
-    assert!(needles(&s) < 0.01, "{}", needles(&s));
+    assert!(needles(&s) < 0.05, "{}", needles(&s));
 }
 
 #[test]

@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""How well shaped the triangles of denoised surfaces are: for each scan the share of them with an angle below
+20 and below 10 degrees, the triangles for each point, and the median over the scans. Prints a Markdown table.
+
+    tests/angles.py target/release/atlasfit SCAN...
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import trimesh
+
+
+def least_angles(vertices, triangles):
+    """The least angle of each triangle, in degrees."""
+    corners = vertices[triangles]
+    angles = []
+    for k in range(3):
+        u, v = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
+        angles.append(np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v)))
+    return np.degrees(np.min(angles, axis=0))
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("scans", nargs="+", type=pathlib.Path)
+    options = parser.parse_args()
+    print("| scan | below 20 degrees, % | below 10 degrees, % | triangles for each point |\n|---|---|---|---|")
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder) / "surface.ply"
+        for scan in options.scans:
+            command = [options.program, "denoise", scan, "-o", out, "--no-uv", "--json", "--quiet"]
+            report = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+            mesh = trimesh.load(out, process=False)
+            least = least_angles(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+            shares = [100 * np.mean(least < limit) for limit in (20, 10)]
+            rows.append([*shares, len(least) / report["points"]])
+            print(f"| {scan.stem} | " + " | ".join(f"{x:.2f}" for x in rows[-1]) + " |", flush=True)
+    print("| median | " + " | ".join(f"{x:.2f}" for x in np.median(rows, axis=0)) + " |")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
