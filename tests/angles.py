@@ -33,7 +33,8 @@ def main():
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("scans", nargs="+", type=pathlib.Path)
     options = parser.parse_args()
-    print("| scan | below 20 degrees, % | below 10 degrees, % | triangles for each point |\n|---|---|---|---|")
+    print("| scan | below 20 degrees, % | below 10 degrees, % | triangles for each point |")
+    print("|---|---|---|---|")
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "surface.ply"
