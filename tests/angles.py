@@ -16,16 +16,6 @@ import numpy as np
 import trimesh
 
 
-def least_angles(vertices, triangles):
-    """The least angle of each triangle, in degrees."""
-    corners = vertices[triangles]
-    angles = []
-    for k in range(3):
-        u, v = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
-        angles.append(np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v)))
-    return np.degrees(np.min(angles, axis=0))
-
-
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -41,8 +31,7 @@ def main():
         for scan in options.scans:
             command = [options.program, "denoise", scan, "-o", out, "--no-uv", "--json", "--quiet"]
             report = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
-            mesh = trimesh.load(out, process=False)
-            least = least_angles(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+            least = np.degrees(trimesh.load(out, process=False).face_angles.min(axis=1))
             shares = [100 * np.mean(least < limit) for limit in (20, 10)]
             rows.append([*shares, len(least) / report["points"]])
             print(f"| {scan.stem} | " + " | ".join(f"{x:.2f}" for x in rows[-1]) + " |", flush=True)

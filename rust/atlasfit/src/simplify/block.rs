@@ -98,6 +98,12 @@ pub(super) fn shape2([a, b, c]: &[Vec3; 3], area: Vec3) -> f64 {
     12.0 * area.norm2() / (sides * sides).max(f64::MIN_POSITIVE)
 }
 
+/// Whether a triangle with this square of its shape is to be mended.
+#[inline]
+pub(super) fn is_bad(shape2: f64) -> bool {
+    shape2 < SIMPLIFY.shape.powi(2)
+}
+
 /// The plane of a triangle, by its area.
 #[inline]
 pub(super) fn plane(corners: [Vec3; 3]) -> Quadric {

@@ -3,9 +3,8 @@
 //! In: a block. Out: the same, with short edges of bad triangles collapsed whatever the planes say of them:
 //! the distance to the first mesh alone bounds what changes.
 
-use super::block::{Around, Block, plane, shape2};
+use super::block::{Around, Block, is_bad, plane, shape2};
 use super::collapse::{CHECK, Scratch};
-use super::constants::SIMPLIFY;
 use super::data::Role;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -42,7 +41,7 @@ impl Block<'_> {
     /// The shortest edge of a triangle that is bad.
     fn short_edge(&self, t: [u32; 3]) -> Option<[u32; 2]> {
         let corners = self.corners(&t);
-        if t[0] == t[1] || shape2(&corners, area_vector(corners)) >= SIMPLIFY.shape.powi(2) {
+        if t[0] == t[1] || !is_bad(shape2(&corners, area_vector(corners))) {
             return None;
         }
         let length2 = |k: usize| corners[k].dist2(corners[(k + 1) % 3]);

@@ -3,7 +3,7 @@
 //! In: a block. Out: the same with edges flipped and vertices moved along the surface where that makes the
 //! worst triangle better; within the error, and over creases only to mend a bad triangle.
 
-use super::block::{Around, Block, shape2};
+use super::block::{Around, Block, is_bad, shape2};
 use super::collapse::CHECK;
 use super::constants::SIMPLIFY;
 use super::hand_over::{Change, NewTriangle};
@@ -68,7 +68,7 @@ impl Block<'_> {
         let smooth = m.dot(n) >= SIMPLIFY.smooth && corners.iter().all(flat);
         // A bad triangle at a crease or a bend may go where the surface is no less smooth without it.
         let [x, y] = corners.map(|t| area_vector(t).normalized());
-        let flatter = self.mends && before < SIMPLIFY.shape.powi(2) && x.dot(y) >= m.dot(n).max(0.0);
+        let flatter = self.mends && is_bad(before) && x.dot(y) >= m.dot(n).max(0.0);
         if !(smooth || flatter) || !self.may_link([a, b], [c, d], around) {
             return;
         }
@@ -138,8 +138,7 @@ impl Block<'_> {
         let uv = self.uv_at(to, [v, v], around);
         change.clear();
         let longest = self.longest(v);
-        let smooth =
-            if self.mends && worst < SIMPLIFY.shape.powi(2) { SIMPLIFY.bent } else { SIMPLIFY.smooth };
+        let smooth = if self.mends && is_bad(worst) { SIMPLIFY.bent } else { SIMPLIFY.smooth };
         let mut after = 1.0f64;
         for &f in of {
             let vertices = self.triangles[f as usize];
