@@ -147,3 +147,62 @@ fn facades_with_windows_set_back_face_one_way() {
     let two_ways: Vec<u64> = two_ways.collect();
     assert!(two_ways.is_empty(), "{two_ways:?}");
 }
+
+/// Points of an egg that lies on the ground, as far as viewers above see them.
+fn egg_on_the_ground(n: usize) -> Vec<[f64; 3]> {
+    let (long, short, half, mut rng) = (0.4, 0.2, 0.7, Rng::new(17));
+    let views: Vec<Vec3> = (0..4)
+        .map(|k| f64::from(k) * 0.25 * TAU)
+        .map(|a| Vec3([a.cos(), a.sin(), 1.0]).normalized())
+        .collect();
+    // Whether a ray ends on the egg: as about a unit sphere, with lengths along the axes divided.
+    let divide = |v: Vec3| Vec3([v[0] / long, v[1] / short, v[2] / short]);
+    let hides = |p: Vec3, view: Vec3| {
+        let (p, d) = (divide(p - Vec3([0.0, 0.0, short])), divide(view));
+        let b = p.dot(d);
+        b < 0.0 && b * b > d.dot(d) * (p.dot(p) - 1.0)
+    };
+    let mut points = Vec::new();
+    while points.len() < n {
+        let view = views[(rng.uniform() * 4.0) as usize % 4];
+        let ground = rng.uniform() < 0.75;
+        let p = if ground {
+            Vec3([half * (2.0 * rng.uniform() - 1.0), half * (2.0 * rng.uniform() - 1.0), 0.0])
+        } else {
+            let at = Vec3::from_fn(|_| rng.normal()).normalized();
+            Vec3([long * at[0], short * at[1], short * at[2] + short])
+        };
+        let outward = divide(divide(p - Vec3([0.0, 0.0, short])));
+        let seen = if ground { !hides(p, view) } else { outward.dot(view) > 0.1 * outward.norm() };
+        if seen {
+            points.push(p.map(|x| x + 0.004 * rng.normal()).0);
+        }
+    }
+    points
+}
+
+/// An object on the ground: who sees it from outside sees the ground from above, whatever axis the file calls
+/// up.
+#[test]
+fn an_egg_and_the_ground_under_it_face_who_sees_both() {
+    let egg = egg_on_the_ground(9000);
+    let turns: [fn([f64; 3]) -> [f64; 3]; 3] =
+        [|p| p, |[x, y, z]| [x, -y, -z], |[x, y, z]| [0.6 * x + 0.8 * z, y, 0.6 * z - 0.8 * x]];
+    let back: [fn([f64; 3]) -> [f64; 3]; 3] =
+        [|p| p, |[x, y, z]| [x, -y, -z], |[x, y, z]| [0.6 * x - 0.8 * z, y, 0.6 * z + 0.8 * x]];
+    for (k, (turn, back)) in turns.iter().zip(back).enumerate() {
+        let out = run(&egg.iter().map(|&p| turn(p)).collect::<Vec<_>>()).unwrap();
+        let outward = |p: Vec3| {
+            let p = Vec3(back(p.0));
+            // Where they meet the one may go on into the other.
+            let out = match Vec3([p[0] / 0.4, p[1] / 0.2, (p[2] - 0.2) / 0.2]) {
+                far if far.norm() > 1.3 => Vec3([0.0, 0.0, 1.0]),
+                egg if p[2] > 0.08 => Vec3([egg[0] / 0.4, egg[1] / 0.2, egg[2] / 0.2]),
+                _ => Vec3::ZERO,
+            };
+            Vec3(turn(out.0))
+        };
+        let away = turned(&out, outward);
+        assert!(away < 0.02, "{k}: {away}");
+    }
+}

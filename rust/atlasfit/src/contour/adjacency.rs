@@ -13,6 +13,8 @@ pub(super) struct FaceAdjacency {
     count: u8,
     triangle: [u32; 3],
     opposed: [bool; 3],
+    /// Whether the edge from each corner to the next has a second triangle.
+    joined: [bool; 3],
 }
 
 impl FaceAdjacency {
@@ -23,6 +25,10 @@ impl FaceAdjacency {
     /// Whether some edge of the triangle has no second triangle.
     pub(super) fn at_boundary(&self) -> bool {
         self.count < 3
+    }
+    /// The corners from which an edge without a second triangle runs to the next.
+    pub(super) fn boundary(&self) -> impl Iterator<Item = usize> {
+        (0..3).filter(|&k| !self.joined[k])
     }
 }
 
@@ -59,9 +65,10 @@ pub(super) fn of(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<FaceAd
         if let &[x, y] = edge {
             let opposite = x.runs_as(y, triangles);
             for (a, b) in [(x, y), (y, x)] {
-                let FaceAdjacency { count, triangle, opposed } = &mut out[a.face()];
+                let FaceAdjacency { count, triangle, opposed, joined } = &mut out[a.face()];
                 triangle[usize::from(*count)] = b.face() as u32;
                 opposed[usize::from(*count)] = opposite;
+                joined[a.side()] = true;
                 *count += 1;
             }
         }

@@ -9,6 +9,7 @@ use super::before;
 use super::compact::compact;
 use super::facing::{self, Component, Sides};
 use super::surface::{Surface, remove_marked};
+use super::viewers::Seen;
 use crate::atlas::{Chart, Vote};
 use crate::error::Result;
 use crate::run::Context;
@@ -56,7 +57,10 @@ pub(super) fn orient(
     }
     // The signs of charts say nothing of triangles that were turned one by one.
     let before = if one_sided { Vec::new() } else { before::relations(s, charts, opposing, &found, ctx)? };
-    for (component, side) in found.iter().zip(facing::sides(&found, before, ctx)?) {
+    // What is closed knows its outside, and what the scan knows needs no guess at who saw it.
+    let asked = votes.is_empty() && found.iter().any(Component::is_open);
+    let seen = if asked { Some(Seen::of(s, &found, &turn, ctx)?) } else { None };
+    for (component, side) in found.iter().zip(facing::sides(&found, before, seen.as_ref(), ctx)?) {
         let invert = side < 0.0;
         for &t in &component.triangles {
             if (turn[t as usize] == Turn::Flipped) != invert {

@@ -40,6 +40,11 @@ pub(crate) struct ContourConstants {
     /// bowl do it a quarter of a time, outward and inward, and open parts are as often the one as the other.
     /// Halved or doubled: same bytes.
     pub winding_spread: f64,
+    /// Parts that are turned as viewers see them, each by itself, at the most; the others turn with all.
+    /// Source: chosen, for speed.
+    pub seen_parts: usize,
+    /// Rounds of that, at the most. Source: chosen; it ends before.
+    pub seen_rounds: usize,
     /// Places along a part's boundary, at the most. Source: chosen, for speed.
     /// Halved or doubled: same bytes.
     pub rim_places: usize,
@@ -138,6 +143,8 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     step_apart: 0.05,
     winding_places: 1024,
     winding_spread: 0.25,
+    seen_parts: 32,
+    seen_rounds: 4,
     rim_places: 256,
     rim_near: 16,
     goes_on: 8.0,

@@ -1,14 +1,16 @@
 //! Which way the connected parts of the surface face.
 //!
-//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Five things
+//! In: parts, each with consistent triangles. Out: for each whether it faces the right way. Six things
 //! speak, in nats (a difference of log likelihoods): what the scan knows; what the part winds about, for a
 //! body faces outward; how it faces beside its neighbours, for a surface goes on across a gap; how it faces
-//! what lies before it ([`super::before`]); and that open scans, such as terrain, face up. The parts are
-//! then joined in the order of how much is said.
+//! what lies before it ([`super::before`]); that open scans, such as terrain, face up; and what viewers see
+//! ([`super::viewers`]). The parts are joined in the order of how much is said, then turned as long as
+//! viewers see that better.
 
 use super::adjacency::{FaceAdjacency, Turn};
 use super::constants::CONTOUR;
 use super::surface::{Surface, corners};
+use super::viewers::Seen;
 use crate::atlas::{Relation, Vote};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -28,10 +30,11 @@ pub(crate) struct Facing<'a> {
     pub(crate) opposing: &'a [Relation],
 }
 
-/// A place on a part, with its unit normal.
+/// A place on a part, with a direction: its normal as long as its area, or along its boundary, of unit
+/// length, with the part on the left of it as seen from the side that it faces.
 struct Place {
     position: Vec3,
-    normal: Vec3,
+    direction: Vec3,
 }
 
 /// A connected part of the surface.
@@ -78,7 +81,7 @@ impl Component {
             corners(&s.positions, &s.triangles[t as usize]).into_iter().fold(Vec3::ZERO, |a, b| a + b)
                 * (1.0 / 3.0)
         };
-        let place = |t: u32| Place { position: middle(t), normal: normal(t) };
+        let place = |t: u32| Place { position: middle(t), direction: normal(t) };
         let (mut area, mut mean_normal) = (0.0, Vec3::ZERO);
         for (i, &t) in triangles.iter().enumerate() {
             ctx.check_at(i)?;
@@ -91,7 +94,13 @@ impl Component {
         let at_rim: Vec<u32> =
             triangles.iter().copied().filter(|&t| sides.adjacency[t as usize].at_boundary()).collect();
         let rim = every(&at_rim, CONTOUR.rim_places)
-            .map(|t| Place { position: middle(t), normal: normal(t).normalized() })
+            .map(|t| {
+                let corners = corners(&s.positions, &s.triangles[t as usize]);
+                let edges = sides.adjacency[t as usize].boundary();
+                let along = edges.map(|k| corners[(k + 1) % 3] - corners[k]);
+                let along = along.fold(Vec3::ZERO, |a, b| a + b);
+                Place { position: middle(t), direction: along.normalized() * sides.turn[t as usize].sign() }
+            })
             .collect();
         Ok(Self { triangles, vote, area, mean_normal, winding, rim })
     }
@@ -105,20 +114,25 @@ fn every(triangles: &[u32], most: usize) -> impl Iterator<Item = u32> {
 /// How often places, with normals as long as their area, wind about each other in the mean (Jacobson et al.
 /// 2013, each as a dipole). They stand for this area in all.
 fn winding(places: &[Place], area: f64) -> f64 {
-    let held: f64 = places.iter().map(|p| p.normal.norm()).sum();
+    let held: f64 = places.iter().map(|p| p.direction.norm()).sum();
     let (each, side) = (area / held.max(f64::MIN_POSITIVE), (area / places.len().max(1) as f64).sqrt());
     let about = |at: Vec3| -> f64 {
-        places.iter().map(|p| orient::dipole(p.normal, p.position - at, side)).sum::<f64>() * each
+        places.iter().map(|p| orient::dipole(p.direction, p.position - at, side)).sum::<f64>() * each
     };
-    places.iter().map(|p| about(p.position) * p.normal.norm()).sum::<f64>() / held.max(f64::MIN_POSITIVE)
+    places.iter().map(|p| about(p.position) * p.direction.norm()).sum::<f64>() / held.max(f64::MIN_POSITIVE)
 }
 
 /// 1 for each part that faces the right way, -1 for the others. `before` says how parts that lie before each
-/// other face.
+/// other face; `seen` what viewers see of the parts, if it is asked for.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn sides(parts: &[Component], mut before: Vec<Relation>, ctx: &Context<'_>) -> Result<Vec<f64>> {
+pub(super) fn sides(
+    parts: &[Component],
+    mut before: Vec<Relation>,
+    seen: Option<&Seen>,
+    ctx: &Context<'_>,
+) -> Result<Vec<f64>> {
     // What is open faces along the one axis that it faces most, upward.
     let open = parts.iter().filter(|c| c.is_open());
     let faced: Vec3 = open.fold(Vec3::ZERO, |sum, c| sum + Vec3(c.mean_normal.0.map(f64::abs)));
@@ -130,7 +144,11 @@ pub(super) fn sides(parts: &[Component], mut before: Vec<Relation>, ctx: &Contex
     };
     let votes: Vec<(u32, f64)> = (0..).zip(parts.iter().map(said)).collect();
     before.extend(beside(parts, ctx)?);
-    orient::agree(parts.len(), &before, &votes, ctx)
+    let mut signs = orient::agree(parts.len(), &before, &votes, ctx)?;
+    if let Some(seen) = seen {
+        seen.turn(&votes, &before, &mut signs, ctx)?;
+    }
+    Ok(signs)
 }
 
 /// How the parts face each other across the gaps between them.
@@ -142,29 +160,36 @@ fn beside(parts: &[Component], ctx: &Context<'_>) -> Result<Vec<Relation>> {
         return Ok(Vec::new());
     }
     let tree = Neighbours::build(&positions, ctx)?;
-    let mut sums: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     let mut found = Vec::new();
+    // The nearest place that is of such a part. Most have another part near by; their own has no more places
+    // than the second time.
+    let mut nearest = |at: Vec3, wanted: &dyn Fn(u32) -> bool| {
+        [CONTOUR.rim_near, CONTOUR.rim_places + 1].into_iter().find_map(|k| {
+            tree.nearest(at, k, &mut found);
+            found.iter().find(|f| wanted(places[f.index as usize].0)).copied()
+        })
+    };
+    let mut sums: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     for (i, &(a, p)) in places.iter().enumerate() {
         ctx.check_at(i)?;
-        // Most have another part near by; their own has no more places than the second time.
-        let other = [CONTOUR.rim_near, CONTOUR.rim_places + 1].into_iter().find_map(|k| {
-            tree.nearest(p.position, k, &mut found);
-            found.iter().map(|f| &places[f.index as usize]).find(|(b, _)| *b != a)
-        });
-        let Some(&(b, q)) = other else { continue };
+        let Some(other) = nearest(p.position, &|part| part != a) else { continue };
+        let (b, q) = places[other.index as usize];
+        // A place that is nearer to others of this part is across the gap from those.
+        let Some(back) = nearest(q.position, &|part| part == a) else { continue };
+        let across = back.dist2 / other.dist2.max(f64::MIN_POSITIVE);
         let size2 = parts[a as usize].area.min(parts[b as usize].area);
-        let share = CONTOUR.goes_on / parts[a as usize].rim.len() as f64;
+        let share = CONTOUR.goes_on * across / parts[a as usize].rim.len() as f64;
         *sums.entry((a.min(b), a.max(b))).or_default() += share * agreement(p, q, size2);
     }
     Ok(sums.into_iter().map(|((a, b), agreement)| Relation { a, b, agreement }).collect())
 }
 
-/// How far two places face alike, -1 to 1, on a surface that goes on from one to the other in an arc: it
-/// takes a normal to its mirror image. Less where the gap is wide beside parts of this size, or is no gap but
-/// a step.
+/// How far the parts at two places on their boundaries face alike, -1 to 1, if the surface goes on from one to
+/// the other: their boundaries then run against each other, across a gap as about a sharp edge. Less where the
+/// gap is wide beside parts of this size.
 fn agreement(p: &Place, q: &Place, size2: f64) -> f64 {
-    let d = q.position - p.position;
-    orient::goes_on(p.normal, q.normal, d.normalized()) / (1.0 + d.norm2() / size2.max(f64::MIN_POSITIVE))
+    let far = (q.position - p.position).norm2() / size2.max(f64::MIN_POSITIVE);
+    -p.direction.dot(q.direction) / (1.0 + far)
 }
 
 #[cfg(test)]

@@ -25,5 +25,6 @@ mod slits;
 pub(crate) mod smooth;
 pub(crate) mod surface;
 mod triangulate;
+mod viewers;
 
 pub(crate) use facing::Facing;

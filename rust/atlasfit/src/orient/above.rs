@@ -6,13 +6,15 @@
 //! a convention, which files of surveyors keep.
 
 use super::constants::ORIENT;
+use super::views::{Piece, Views};
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
 use crate::numeric::sort::sort_by;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 
-/// A viewer far above the points, if they are ground. Lengths are in the normalised frame; `spacing` is the
+/// A viewer far above the points, if they are ground. `part` names the connected part of the surface that each
+/// chart is of: a part's normals agree among themselves. Lengths are in the normalised frame; `spacing` is the
 /// median one, `noise` its standard deviation, `origin` that of the user's frame.
 ///
 /// # Errors
@@ -21,6 +23,7 @@ pub(crate) fn viewer_above(
     projected: &[ProjectedPoint],
     spacing: f64,
     noise: f64,
+    part: &[u32],
     origin: Vec3,
     ctx: &Context<'_>,
 ) -> Result<Option<Vec3>> {
@@ -52,7 +55,32 @@ pub(crate) fn viewer_above(
         hidden += column.iter().filter(|(_, p)| top.is_some_and(|top| lies_below(p, top, apart))).count();
     }
     let seen = (hidden as f64) < ORIENT.hidden * count as f64;
-    Ok(seen.then_some(Vec3([0.0, 0.0, ORIENT.far_above])))
+    let above = seen && !seen_better_from_below(projected, spacing, part, ctx)?;
+    Ok(above.then_some(Vec3([0.0, 0.0, ORIENT.far_above])))
+}
+
+/// Whether viewers rather saw the parts from below: of ground, with an object on it, upside down.
+fn seen_better_from_below(
+    projected: &[ProjectedPoint],
+    side: f64,
+    part: &[u32],
+    ctx: &Context<'_>,
+) -> Result<bool> {
+    let mut pieces: Vec<Vec<Piece>> = part.iter().map(|_| Vec::new()).collect();
+    let mut upward = vec![0.0; part.len()];
+    for (i, p) in projected.iter().enumerate() {
+        ctx.check_at(i)?;
+        if let Some(of) = pieces.get_mut(p.chart as usize) {
+            of.push(Piece { position: p.position, normal: p.normal, side });
+            upward[part[p.chart as usize] as usize] += p.normal[2];
+        }
+    }
+    let mut signs: Vec<f64> = part.iter().map(|&part| upward[part as usize].signum()).collect();
+    let views = Views::of(&pieces.iter().map(Vec::as_slice).collect::<Vec<_>>(), ctx)?;
+    let all: Vec<u32> = (0..).zip(&pieces).filter(|(_, of)| !of.is_empty()).map(|(c, _)| c).collect();
+    let above = views.likelihood(&all, &signs);
+    signs.iter_mut().for_each(|s| *s = -*s);
+    Ok(ORIENT.seen * (views.likelihood(&all, &signs) - above) > ORIENT.not_up)
 }
 
 /// Whether a point lies on another surface than one above it, which goes the same way: not on one that is
@@ -72,7 +100,7 @@ mod tests {
     fn found(points: &[[Vec3; 2]], origin: Vec3) -> bool {
         let on = |&[position, normal]: &[Vec3; 2]| ProjectedPoint { position, normal, chart: 0 };
         let projected: Vec<_> = points.iter().map(on).collect();
-        let out = Run::default().execute(|ctx| viewer_above(&projected, 0.02, 0.005, origin, ctx));
+        let out = Run::default().execute(|ctx| viewer_above(&projected, 0.02, 0.005, &[0], origin, ctx));
         out.expect("nothing stops it").is_some()
     }
 

@@ -13,7 +13,7 @@ use crate::run::Context;
 /// How far two unit normals, at places in the unit direction `along` from each other, are those of a surface
 /// that goes on from one to the other in an arc: -1 to 1. An arc takes a normal to its mirror image. Near 0
 /// where a place does not lie beside the other but before it.
-pub(crate) fn goes_on(from: Vec3, to: Vec3, along: Vec3) -> f64 {
+fn goes_on(from: Vec3, to: Vec3, along: Vec3) -> f64 {
     let (leaves, arrives) = (from.dot(along), to.dot(along));
     let carried = from - along * (2.0 * leaves);
     carried.dot(to) * (1.0 - leaves * leaves) * (1.0 - arrives * arrives)

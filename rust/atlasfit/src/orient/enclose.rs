@@ -12,6 +12,7 @@
 use super::connected::connected;
 use super::constants::ORIENT;
 use super::relations::charts_at;
+use super::views::{Piece, Views};
 use crate::atlas::{FittedChart, Membership, Relation};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -31,14 +32,6 @@ pub(crate) struct Sheets<'a> {
     pub fitted: &'a [FittedChart],
     /// Which charts each point belongs to.
     pub members: &'a Membership,
-}
-
-/// A square of a chart.
-struct Piece {
-    position: Vec3,
-    normal: Vec3,
-    /// Side of the square.
-    side: f64,
 }
 
 /// The pieces of one chart.
@@ -89,7 +82,11 @@ pub(super) struct Said {
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn parts(sheets: &Sheets<'_>, relations: &[Relation], ctx: &Context<'_>) -> Result<Vec<Part>> {
+pub(super) fn parts(
+    sheets: &Sheets<'_>,
+    relations: &[Relation],
+    ctx: &Context<'_>,
+) -> Result<(Vec<Part>, Views)> {
     let charts = sheets.fitted.len();
     let root = connected(charts, relations);
     let mut of_root: Vec<Vec<u32>> = vec![Vec::new(); charts];
@@ -105,7 +102,9 @@ pub(super) fn parts(sheets: &Sheets<'_>, relations: &[Relation], ctx: &Context<'
     let members: usize = sheets.fitted.iter().map(|f| f.members.len()).sum();
     let once = points as f64 / members.max(1) as f64;
     let enough = of_root.into_iter().zip(among).filter(|(charts, _)| charts.len() >= ORIENT.least_part);
-    enough.map(|(charts, relations)| part(charts, relations, &pieces, once, ctx)).collect()
+    let parts = enough.map(|(charts, relations)| part(charts, relations, &pieces, once, ctx));
+    let seen: Vec<&[Piece]> = pieces.iter().map(|p| &p.all[..]).collect();
+    Ok((parts.collect::<Result<_>>()?, Views::of(&seen, ctx)?))
 }
 
 /// The surface as pieces.
@@ -280,18 +279,23 @@ impl Part {
         }
     }
 
-    /// Share of the agreement that the signs contradict.
-    fn contradicted(&self, said: &Said) -> f64 {
+    /// Share of the agreement that is contradicted when so much is `against` the signs.
+    fn contradicted(&self, against: f64) -> f64 {
         // One relation more of each kind, as none is certain beforehand (Laplace).
         let n = self.independent_relations;
-        (said.against.max(0.0) / self.agreement.max(f64::MIN_POSITIVE) * n + 1.0) / (n + 2.0)
+        (against.max(0.0) / self.agreement.max(f64::MIN_POSITIVE) * n + 1.0) / (n + 2.0)
+    }
+
+    /// What it takes to tell which relations are contradicted, in nats a relation.
+    fn entropy(&self, against: f64) -> f64 {
+        let p = self.contradicted(against);
+        -p * p.ln() - (1.0 - p) * (1.0 - p).ln()
     }
 
     /// Logarithm of the likelihood of what is said, in nats.
     pub(super) fn likelihood(&self, said: &Said) -> f64 {
-        let p = self.contradicted(said);
-        let entropy = -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
-        -0.5 * self.independent * said.square.ln() - self.independent_relations * entropy
+        let related = self.independent_relations * self.entropy(said.against);
+        -0.5 * self.independent * said.square.ln() - related
     }
 
     /// The same, if the part is a sheet: about its places it winds not at all, but for an error of a size
@@ -308,7 +312,7 @@ impl Part {
     /// How the winding votes on the sides of the charts that it is known about: in agreement, as the
     /// relations. Where all about a place is turned, its winding changes its sign.
     pub(super) fn votes(&self, said: &Said, signs: &[f64]) -> Vec<(u32, f64)> {
-        let p = self.contradicted(said);
+        let p = self.contradicted(said.against);
         let nats = self.independent_relations / self.agreement.max(f64::MIN_POSITIVE) * ((1.0 - p) / p).ln();
         let weight = self.independent / self.samples.len().max(1) as f64 / (said.square * nats);
         self.samples.iter().zip(&said.winding).map(|(&c, w)| (c, weight * w * signs[c as usize])).collect()
@@ -333,6 +337,58 @@ impl Part {
             squares += r.agreement * r.agreement;
         }
         agree < by_chance * squares.sqrt()
+    }
+
+    /// Turns a set of its charts that by itself encloses a body, such as what stands on the ground, if more is
+    /// won by what viewers see than lost by relations; or the rest, which may be what faces wrongly. Returns
+    /// whether it did.
+    pub(super) fn turn_to_viewers(&self, set: &[u32], views: &Views, signs: &mut [f64]) -> bool {
+        if !self.is_body(set, signs) {
+            return false;
+        }
+        let before = self.signs(signs);
+        let was = self.seen_either_way(views, signs) + self.related(signs);
+        set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+        let turned = self.seen_either_way(views, signs) + self.related(signs) > was;
+        if !turned {
+            self.put(&before, signs);
+        }
+        turned
+    }
+
+    /// Whether a set of its charts by itself encloses a body: about most of its places it winds nearer to half
+    /// a time, one way or the other, than to none.
+    fn is_body(&self, set: &[u32], signs: &[f64]) -> bool {
+        let inside: Vec<usize> =
+            (0..self.samples.len()).filter(|&i| set.binary_search(&self.samples[i]).is_ok()).collect();
+        let winds = |&i: &usize| -> f64 {
+            set.iter().map(|&c| signs[c as usize] * f64::from(self.winding[place(&self.charts, c)][i])).sum()
+        };
+        let winding: Vec<f64> = inside.iter().map(winds).collect();
+        let side = winding.iter().sum::<f64>().signum();
+        2 * winding.iter().filter(|w| **w * side > 0.25).count() > winding.len()
+    }
+
+    /// Logarithm of the likelihood of what viewers see, in nats, of these signs or all of the opposite ones:
+    /// of those that it returns with.
+    fn seen_either_way(&self, views: &Views, signs: &mut [f64]) -> f64 {
+        let turn =
+            |signs: &mut [f64]| self.charts.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
+        let one = views.likelihood(&self.charts, signs);
+        turn(signs);
+        let other = views.likelihood(&self.charts, signs);
+        if one >= other {
+            turn(signs);
+        }
+        // A chart's points were seen one by one, and do not repeat its neighbours'.
+        one.max(other) * self.charts.len() as f64
+    }
+
+    /// Logarithm of the likelihood of the relations, in nats.
+    fn related(&self, signs: &[f64]) -> f64 {
+        let against =
+            self.relations.iter().filter(|r| contradicts(r, signs)).map(|r| r.agreement.abs()).sum();
+        -self.independent_relations * self.entropy(against)
     }
 
     /// How far chance goes, in standard deviations of relations that all tell something of their own: those

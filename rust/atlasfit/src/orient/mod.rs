@@ -15,10 +15,11 @@ mod opposing;
 mod relations;
 mod scanner;
 mod signs;
+mod views;
 mod votes;
 
 pub(crate) use above::viewer_above;
-pub(crate) use beside::{beside, goes_on};
+pub(crate) use beside::beside;
 pub(crate) use centers::Centers;
 pub(crate) use connected::connected;
 pub(crate) use enclose::{Sheets, dipole};
@@ -26,4 +27,5 @@ pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
 pub(crate) use signs::{Relations, agree, face, orient};
+pub(crate) use views::{Piece, Views};
 pub(crate) use votes::votes;

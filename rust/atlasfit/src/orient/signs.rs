@@ -67,8 +67,8 @@ pub(crate) fn orient(
     let mut found = contract(charts, &all, &of_scan, ctx)?;
     let mut two_sided = vec![false; charts];
     if votes.iter().all(|v| v.sum == 0.0) {
-        for part in enclose(&mut found, &touching, &all, sheets, ctx)? {
-            part.charts().iter().for_each(|&c| two_sided[c as usize] = true);
+        for c in enclose(&mut found, &touching, &all, sheets, ctx)? {
+            two_sided[c as usize] = true;
         }
     }
     let signs = found.signs;
@@ -76,6 +76,7 @@ pub(crate) fn orient(
         .iter()
         .filter(|r| {
             !two_sided[r.a as usize]
+                && !two_sided[r.b as usize]
                 && r.agreement.abs() > ORIENT.min_conflict
                 && r.agreement * signs[r.a as usize] * signs[r.b as usize] < 0.0
         })
@@ -93,15 +94,16 @@ pub(crate) fn orient(
 /// together at an acute edge, where charts of both sides share points. Then from signs follow votes, from
 /// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
 /// the signs that it came with, but for sets that face against the rest where relations say no more than
-/// chance of it. Parts are what `touching` relations join. Returns the parts that enclose a body.
+/// chance of it. Last, sets that by themselves enclose a body, such as what stands on the ground, are turned if
+/// viewers saw them so. Parts are what `touching` relations join. Returns the charts of what encloses a body.
 fn enclose(
     found: &mut Contracted,
     touching: &[Relation],
     all: &[Relation],
     sheets: &Sheets<'_>,
     ctx: &Context<'_>,
-) -> Result<Vec<Part>> {
-    let found_parts = enclose::parts(sheets, touching, ctx)?;
+) -> Result<Vec<u32>> {
+    let (found_parts, views) = enclose::parts(sheets, touching, ctx)?;
     let sets = by_part(found.lesser_halves(), &found_parts, found.signs.len());
     let signs = &mut found.signs;
     let mut parts = Vec::new();
@@ -160,8 +162,19 @@ fn enclose(
             *said = part.said(signs);
         }
     }
-    parts.retain(|(part, said, ..)| part.encloses(said));
-    Ok(parts.into_iter().map(|p| p.0).collect())
+    let mut two_sided = Vec::new();
+    for (part, said, _, sets) in &parts {
+        if part.encloses(said) {
+            two_sided.extend(part.charts());
+        }
+        for set in sets.iter().filter(|set| set.len() >= ORIENT.least_part).take(ORIENT.turned_sets) {
+            ctx.check()?;
+            if part.turn_to_viewers(set, &views, signs) {
+                two_sided.extend(set);
+            }
+        }
+    }
+    Ok(two_sided)
 }
 
 /// Cuts sets of charts into what each part has of them: for each part its sets, in order. `charts` is the

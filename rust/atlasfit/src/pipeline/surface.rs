@@ -208,7 +208,7 @@ pub(super) fn votes_of_scanner(
 ) -> Result<Vec<Vote>> {
     let origin = frame.origin.map(|x| -x / frame.scale);
     let scanner = match orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)? {
-        None => orient::viewer_above(projected, sampling.median, noise, origin, ctx)?,
+        None => orient::viewer_above(projected, sampling.median, noise, part, origin, ctx)?,
         found => found,
     };
     Ok(scanner.map_or_else(Vec::new, |v| votes_toward(v, projected, part.len())))

@@ -1,0 +1,201 @@
+//! Which side of each chart is seen from afar, and how likely signs are by that.
+//!
+//! In: the pieces of charts, or of whatever has one side. Out: the share of each chart that is seen from each of some directions, by side;
+//! for signs, the logarithm of their likelihood.
+//!
+//! A scan is what viewers saw, so every chart shows its right side to some of them. Where they stood is not
+//! known: how many stood in each direction is estimated with the signs, as the shares of a mixture (Dempster
+//! et al. 1977). An object on the ground is so told from the ground: whoever sees the object from outside
+//! sees the ground from above.
+
+use super::constants::ORIENT;
+use crate::error::Result;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// A small square of the surface.
+pub(crate) struct Piece {
+    pub(crate) position: Vec3,
+    pub(crate) normal: Vec3,
+    /// Side of the square.
+    pub(crate) side: f64,
+}
+
+/// How much of each chart is seen, for each chart and direction: of the side that its normals point to, and
+/// of the other.
+pub(crate) struct Views(Vec<Vec<[f32; 2]>>);
+
+/// The far end of the surface along a direction, and its near end, over the squares of a plane.
+struct Depth {
+    across: [Vec3; 2],
+    low: [f64; 2],
+    side: f64,
+    width: usize,
+    ends: Vec<[f32; 2]>,
+}
+
+impl Views {
+    /// Looks at the pieces of all charts from directions evenly spread over the sphere.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn of(pieces: &[&[Piece]], ctx: &Context<'_>) -> Result<Self> {
+        let side = ORIENT.view_cell * widest(pieces);
+        let half = ORIENT.views / 2;
+        let seen: Vec<Vec<[[f32; 2]; 2]>> = (0..half)
+            .into_par_iter()
+            .map(|k| {
+                // A spiral over the upper half of the sphere; each axis is looked along both ways.
+                let z = (k as f64 + 0.5) / half as f64;
+                let turn = k as f64 * PI * (3.0 - 5f64.sqrt());
+                let r = (1.0 - z * z).sqrt();
+                along(Vec3([r * turn.cos(), r * turn.sin(), z]), pieces, side, ctx)
+            })
+            .collect::<Result<_>>()?;
+        let of_chart = |c: usize| seen.iter().flat_map(|axis| axis[c]).collect();
+        Ok(Self((0..pieces.len()).map(of_chart).collect()))
+    }
+
+    /// Logarithm of the likelihood, in nats a chart in the mean, that viewers saw the right sides of these
+    /// charts; with the likeliest share of them in each direction.
+    pub(crate) fn likelihood(&self, charts: &[u32], signs: &[f64]) -> f64 {
+        if charts.is_empty() {
+            return 0.0;
+        }
+        let none = ORIENT.seen_by_chance;
+        let rows: Vec<Vec<f64>> = charts
+            .iter()
+            .map(|&c| {
+                let side = usize::from(signs[c as usize] < 0.0);
+                self.0[c as usize].iter().map(|s| none + (1.0 - none) * f64::from(s[side])).collect()
+            })
+            .collect();
+        let mut share = vec![1.0 / ORIENT.views as f64; ORIENT.views];
+        let mut sum = 0.0;
+        for _ in 0..ORIENT.view_rounds {
+            let mut next = vec![0.0; ORIENT.views];
+            sum = 0.0;
+            for row in &rows {
+                let seen: f64 = row.iter().zip(&share).map(|(s, w)| s * w).sum();
+                sum += seen.ln();
+                next.iter_mut().zip(row.iter().zip(&share)).for_each(|(n, (s, w))| *n += s * w / seen);
+            }
+            share = next.iter().map(|n| n / rows.len() as f64).collect();
+        }
+        sum / rows.len() as f64
+    }
+}
+
+/// The side that most pieces' squares are not longer than.
+fn widest(pieces: &[&[Piece]]) -> f64 {
+    let mut sides: Vec<f64> = pieces.iter().flat_map(|p| p.iter()).map(|p| p.side).collect();
+    let at = (sides.len() as f64 * ORIENT.view_widest) as usize;
+    if at >= sides.len() {
+        return 1.0;
+    }
+    *sides.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+/// What is seen of each chart from this direction, and from the opposite one.
+fn along(axis: Vec3, pieces: &[&[Piece]], side: f64, ctx: &Context<'_>) -> Result<Vec<[[f32; 2]; 2]>> {
+    let depth = Depth::of(axis, pieces, side, ctx)?;
+    pieces
+        .iter()
+        .enumerate()
+        .map(|(i, chart)| {
+            ctx.check_at(i)?;
+            let mut seen = [[0.0f32; 2]; 2];
+            for p in *chart {
+                let cosine = p.normal.dot(axis);
+                if cosine.abs() < ORIENT.view_cosine {
+                    continue;
+                }
+                let shown = usize::from(cosine < 0.0);
+                let [near, far] = depth.open(p, axis, cosine.abs());
+                seen[0][shown] += f32::from(u8::from(near));
+                seen[1][1 - shown] += f32::from(u8::from(far));
+            }
+            let all = chart.len().max(1) as f32;
+            Ok(seen.map(|of| of.map(|n| n / all)))
+        })
+        .collect()
+}
+
+impl Depth {
+    fn of(axis: Vec3, pieces: &[&[Piece]], side: f64, ctx: &Context<'_>) -> Result<Self> {
+        let (x, y) = axis.tangents();
+        let across = [x, y];
+        let all = || pieces.iter().flat_map(|p| p.iter()).map(|p| p.position);
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for p in all() {
+            for k in 0..2 {
+                let at = p.dot(across[k]);
+                (low[k], high[k]) = (low[k].min(at), high[k].max(at));
+            }
+        }
+        let extent = (high[0] - low[0]).max(high[1] - low[1]).max(0.0);
+        let side = side.max(extent / ORIENT.view_cells as f64);
+        let width = (extent / side) as usize + 1;
+        let ends = vec![[f32::NEG_INFINITY, f32::INFINITY]; width * width];
+        let mut out = Self { across, low, side, width, ends };
+        for (i, p) in all().enumerate() {
+            ctx.check_at(i)?;
+            let (cell, at) = (out.cell(p), p.dot(axis) as f32);
+            let [near, far] = &mut out.ends[cell];
+            (*near, *far) = (near.max(at), far.min(at));
+        }
+        Ok(out)
+    }
+
+    fn cell(&self, p: Vec3) -> usize {
+        let [x, y] = [0, 1].map(|k| ((p.dot(self.across[k]) - self.low[k]) / self.side).max(0.0) as usize);
+        x.min(self.width - 1) + self.width * y.min(self.width - 1)
+    }
+
+    /// Whether nothing lies before a piece along the axis, and against it: beyond what the surface itself
+    /// rises within a square.
+    fn open(&self, p: &Piece, axis: Vec3, cosine: f64) -> [bool; 2] {
+        let rise = 2f64.sqrt() * self.side * (1.0 + (1.0 - cosine * cosine).max(0.0).sqrt() / cosine);
+        let at = p.position.dot(axis);
+        let [near, far] = self.ends[self.cell(p.position)].map(f64::from);
+        [near - at < rise, at - far < rise]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+
+    /// Two square sheets at these heights, 0.1 apart; each is one chart that faces up.
+    fn sheets(heights: [f64; 2]) -> Views {
+        let sheet = |z: f64| -> Vec<Piece> {
+            let at = |k: u32| Vec3([0.02 * f64::from(k % 50), 0.02 * f64::from(k / 50), z]);
+            let normal = Vec3([0.0, 0.0, 1.0]);
+            (0..2500).map(|k| Piece { position: at(k), normal, side: 0.02 }).collect()
+        };
+        let [a, b] = heights.map(sheet);
+        Run::default().execute(|ctx| Views::of(&[&a, &b], ctx)).expect("nothing stops it")
+    }
+
+    #[test]
+    fn the_sides_of_two_sheets_that_face_each_other_are_seen_the_least() {
+        let views = sheets([0.0, 0.1]);
+        let of = |signs: [f64; 2]| views.likelihood(&[0, 1], &signs);
+        let (apart, facing) = (of([-1.0, 1.0]), of([1.0, -1.0]));
+        let (up, down) = (of([1.0, 1.0]), of([-1.0, -1.0]));
+        assert!(apart > up && up > facing + 1.0, "{apart} {up} {facing}");
+        assert!((up - down).abs() < 0.05, "{up} {down}");
+    }
+
+    #[test]
+    fn a_sheet_alone_is_seen_as_well_from_both_sides() {
+        let views = sheets([0.0, 0.1]);
+        let alone = sheets([0.0, 40.0]);
+        let of = |views: &Views, sign: f64| views.likelihood(&[0], &[sign, 1.0]);
+        assert!((of(&alone, 1.0) - of(&alone, -1.0)).abs() < 0.02);
+        assert!(of(&views, -1.0) > of(&views, 1.0) + 0.2);
+    }
+}
