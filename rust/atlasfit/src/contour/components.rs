@@ -59,7 +59,8 @@ pub(super) fn orient(
     let before = if one_sided { Vec::new() } else { before::relations(s, charts, opposing, &found, ctx)? };
     // What is closed knows its outside, and what the scan knows needs no guess at who saw it.
     let asked = votes.is_empty() && found.iter().any(Component::is_open);
-    let seen = if asked { Some(Seen::of(s, &found, &turn, ctx)?) } else { None };
+    let triangles: Vec<&[u32]> = found.iter().map(|part| &part.triangles[..]).collect();
+    let seen = if asked { Some(Seen::of(s, &triangles, &turn, ctx)?) } else { None };
     for (component, side) in found.iter().zip(facing::sides(&found, before, seen.as_ref(), ctx)?) {
         let invert = side < 0.0;
         for &t in &component.triangles {

@@ -6,7 +6,6 @@
 
 use super::adjacency::Turn;
 use super::constants::CONTOUR;
-use super::facing::Component;
 use super::surface::{Surface, corners};
 use crate::atlas::Relation;
 use crate::error::Result;
@@ -30,14 +29,14 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// Looks at the parts from afar. `turn` says how each triangle is turned.
+    /// Looks at the parts, each as its triangles, from afar. `turn` says how each triangle is turned.
     ///
     /// # Errors
     /// Cancelled or out of time.
-    pub(super) fn of(s: &Surface, parts: &[Component], turn: &[Turn], ctx: &Context<'_>) -> Result<Self> {
+    pub(super) fn of(s: &Surface, parts: &[&[u32]], turn: &[Turn], ctx: &Context<'_>) -> Result<Self> {
         let mut squares: BTreeMap<(u32, u32), Vec<Piece>> = BTreeMap::new();
         for (k, part) in (0..).zip(parts) {
-            for (i, &t) in part.triangles.iter().enumerate() {
+            for (i, &t) in part.iter().enumerate() {
                 ctx.check_at(i)?;
                 let triangle = &s.triangles[t as usize];
                 let corners = corners(&s.positions, triangle);
@@ -49,7 +48,7 @@ impl Seen {
         }
         let all: Vec<&[Piece]> = squares.values().map(Vec::as_slice).collect();
         let mut large: Vec<usize> = (0..parts.len()).collect();
-        large.sort_by_key(|&k| std::cmp::Reverse(parts[k].triangles.len()));
+        large.sort_by_key(|&k| std::cmp::Reverse(parts[k].len()));
         large.truncate(CONTOUR.seen_parts);
         Ok(Self {
             views: Views::of(&all, ctx)?,
