@@ -40,6 +40,8 @@ pub(crate) struct ContourConstants {
     /// bowl do it a quarter of a time, outward and inward, and open parts are as often the one as the other.
     /// Halved or doubled: same bytes.
     pub winding_spread: f64,
+    /// Triangles that viewers look at, at the most. Source: chosen, 60 MB.
+    pub seen_triangles: usize,
     /// Parts that are turned as viewers see them, each by itself, at the most; the others turn with all.
     /// Source: chosen, for speed.
     pub seen_parts: usize,
@@ -143,6 +145,7 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     step_apart: 0.05,
     winding_places: 1024,
     winding_spread: 0.25,
+    seen_triangles: 1 << 20,
     seen_parts: 32,
     seen_rounds: 4,
     rim_places: 256,

@@ -34,15 +34,18 @@ impl Seen {
     /// # Errors
     /// Cancelled or out of time.
     pub(super) fn of(s: &Surface, parts: &[&[u32]], turn: &[Turn], ctx: &Context<'_>) -> Result<Self> {
+        let all: usize = parts.iter().map(|part| part.len()).sum();
+        let step = all.div_ceil(CONTOUR.seen_triangles).max(1);
         let mut squares: BTreeMap<(u32, u32), Vec<Piece>> = BTreeMap::new();
         for (k, part) in (0..).zip(parts) {
-            for (i, &t) in part.iter().enumerate() {
+            for (i, &t) in part.iter().step_by(step).enumerate() {
                 ctx.check_at(i)?;
                 let triangle = &s.triangles[t as usize];
                 let corners = corners(&s.positions, triangle);
                 let area = area_vector(corners) * (0.5 * turn[t as usize].sign());
                 let position = corners.into_iter().fold(Vec3::ZERO, |a, b| a + b) * (1.0 / 3.0);
-                let piece = Piece { position, normal: area.normalized(), side: area.norm().sqrt() };
+                let piece =
+                    Piece { position, normal: area.normalized(), side: (area.norm() * step as f64).sqrt() };
                 squares.entry((k, s.chart[triangle[0] as usize])).or_default().push(piece);
             }
         }

@@ -96,7 +96,7 @@ pub(crate) struct OrientConstants {
     pub view_cell: f64,
     /// Share of the points whose spacing is not above the one that this takes. Source: chosen.
     pub view_widest: f64,
-    /// Squares across the scan at the most. Source: chosen, 32 MB a direction.
+    /// Squares across the scan at the most. Source: chosen, 8 MB a direction.
     pub view_cells: usize,
     /// Cosine between a direction and a normal from which on a side is seen. Source: chosen (70 degrees).
     pub view_cosine: f64,
@@ -187,7 +187,7 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     view_rounds: 8,
     view_cell: 2.0,
     view_widest: 0.9,
-    view_cells: 2000,
+    view_cells: 1000,
     view_cosine: 0.35,
     seen_by_chance: 0.04,
     scanner_sample: 2000,

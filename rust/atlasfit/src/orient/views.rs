@@ -1,7 +1,7 @@
 //! Which side of each chart is seen from afar, and how likely signs are by that.
 //!
-//! In: the pieces of charts, or of whatever has one side. Out: the share of each chart that is seen from each of some directions, by side;
-//! for signs, the logarithm of their likelihood.
+//! In: the pieces of charts, or of whatever has one side. Out: the share of each that is seen from each of
+//! some directions, by side; for signs, the logarithm of their likelihood.
 //!
 //! A scan is what viewers saw, so every chart shows its right side to some of them. Where they stood is not
 //! known: how many stood in each direction is estimated with the signs, as the shares of a mixture (Dempster
