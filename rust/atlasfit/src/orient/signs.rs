@@ -94,8 +94,9 @@ pub(crate) fn orient(
 /// together at an acute edge, where charts of both sides share points. Then from signs follow votes, from
 /// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
 /// the signs that it came with, but for sets that face against the rest where relations say no more than
-/// chance of it. Last, in parts that enclose nothing, sets that by themselves enclose a body, such as what stands on the ground, are turned if
-/// viewers saw them so. Parts are what `touching` relations join. Returns the charts of what encloses a body.
+/// chance of it. Last, in parts that enclose nothing, sets that by themselves enclose a body, such as what
+/// stands on the ground, are turned if viewers saw them so. Parts are what `touching` relations join. Returns
+/// the charts of what encloses a body.
 fn enclose(
     found: &mut Contracted,
     touching: &[Relation],
