@@ -78,7 +78,7 @@ pub(super) struct Said {
     against: f64,
 }
 
-/// The parts of an atlas that have enough charts to enclose something.
+/// The parts of an atlas that have enough charts to enclose something, and the surface as pieces.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -86,7 +86,7 @@ pub(super) fn parts(
     sheets: &Sheets<'_>,
     relations: &[Relation],
     ctx: &Context<'_>,
-) -> Result<(Vec<Part>, Views)> {
+) -> Result<(Vec<Part>, Surface)> {
     let charts = sheets.fitted.len();
     let root = connected(charts, relations);
     let mut of_root: Vec<Vec<u32>> = vec![Vec::new(); charts];
@@ -96,23 +96,32 @@ pub(super) fn parts(
         ctx.check_at(i)?;
         among[root[r.a as usize] as usize].push(*r);
     }
-    let Surface { pieces, points } = surface(sheets, ctx)?;
+    let surface = surface(sheets, ctx)?;
     // Charts overlap: as many of them as would cover the points once tell something of their own. Each of the
     // others repeats the relations of one of these.
     let members: usize = sheets.fitted.iter().map(|f| f.members.len()).sum();
-    let once = points as f64 / members.max(1) as f64;
+    let once = surface.points as f64 / members.max(1) as f64;
     let enough = of_root.into_iter().zip(among).filter(|(charts, _)| charts.len() >= ORIENT.least_part);
-    let parts = enough.map(|(charts, relations)| part(charts, relations, &pieces, once, ctx));
-    let seen: Vec<&[Piece]> = pieces.iter().map(|p| &p.all[..]).collect();
-    Ok((parts.collect::<Result<_>>()?, Views::of(&seen, ctx)?))
+    let parts = enough.map(|(charts, relations)| part(charts, relations, &surface.pieces, once, ctx));
+    Ok((parts.collect::<Result<_>>()?, surface))
 }
 
 /// The surface as pieces.
-struct Surface {
+pub(super) struct Surface {
     /// Those of each chart.
     pieces: Vec<Pieces>,
     /// Points that they stand for.
     points: usize,
+}
+
+impl Surface {
+    /// What viewers see of each chart.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(super) fn views(&self, ctx: &Context<'_>) -> Result<Views> {
+        Views::of(&self.pieces.iter().map(|p| &p.all[..]).collect::<Vec<_>>(), ctx)
+    }
 }
 
 /// The surface as pieces, one for each point that stands for any.

@@ -104,7 +104,7 @@ fn enclose(
     sheets: &Sheets<'_>,
     ctx: &Context<'_>,
 ) -> Result<Vec<u32>> {
-    let (found_parts, views) = enclose::parts(sheets, touching, ctx)?;
+    let (found_parts, surface) = enclose::parts(sheets, touching, ctx)?;
     let sets = by_part(found.lesser_halves(), &found_parts, found.signs.len());
     let signs = &mut found.signs;
     let mut parts = Vec::new();
@@ -163,12 +163,13 @@ fn enclose(
             *said = part.said(signs);
         }
     }
-    let mut two_sided = Vec::new();
-    for (part, said, _, sets) in &parts {
-        if part.encloses(said) {
-            two_sided.extend(part.charts());
-            continue;
-        }
+    let (bodies, open): (Vec<_>, Vec<_>) = parts.iter().partition(|(part, said, ..)| part.encloses(said));
+    let mut two_sided: Vec<u32> = bodies.iter().flat_map(|(part, ..)| part.charts()).copied().collect();
+    if open.is_empty() {
+        return Ok(two_sided);
+    }
+    let views = surface.views(ctx)?;
+    for (part, _, _, sets) in open {
         for set in sets.iter().filter(|set| set.len() >= ORIENT.least_part).take(ORIENT.turned_sets) {
             ctx.check()?;
             if part.turn_to_viewers(set, &views, signs) {
