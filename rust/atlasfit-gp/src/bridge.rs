@@ -3,13 +3,13 @@
 //! In: the exact kernel's expansion on the disk; heights over a disk. Out: how much of the exact
 //! eigenfunctions the default prior's functions hold; posterior means of both, and of the exact process on
 //! other coordinates. Both priors leave a plane free and choose their smoothness by restricted marginal
-//! likelihood (Rasmussen and Williams 2006, sections 2.7 and 5.4).
+//! likelihood (Rasmussen and Williams 2006, sections 2.7 and 5.4), the default prior its bends too.
 
 use crate::disk::Expansion;
 use crate::kernel::Kernel;
 use atlasfit::Vec3;
 use atlasfit::numeric::dense::principal;
-use atlasfit::prior::{eigenfunctions, precisions};
+use atlasfit::prior::{eigenfunctions, freer_precisions, precisions};
 use atlasfit::spatial::neighbours::Neighbours;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -106,6 +106,8 @@ pub struct Posterior {
     pub sigma: f64,
     /// Logarithm of the ratio of noise to prior variance.
     pub log_kappa: f64,
+    /// Twice the negative log likelihood, up to what is the same for all beliefs of the same heights.
+    pub score: f64,
 }
 
 /// Range and step of the search for the logarithm of kappa.
@@ -138,7 +140,18 @@ struct Model {
 /// `None` where no smoothness gives a solution.
 #[must_use]
 pub fn posterior(belief: Belief, patch: &Patch, at: &[[f64; 2]], search: Search) -> Option<Posterior> {
-    let model = model(belief, &patch.at, at)?;
+    let of = |model: &Model| posterior_of(model, patch, at.len(), search);
+    match belief {
+        Belief::Default => {
+            let bends = [precisions().to_vec(), freer_precisions()];
+            let found = bends.iter().filter_map(|p| of(&default_model(p, &patch.at, at)));
+            found.min_by(|a, b| a.score.total_cmp(&b.score))
+        }
+        Belief::Exact(kernel) => of(&exact_model(&kernel, &patch.at, at)?),
+    }
+}
+
+fn posterior_of(model: &Model, patch: &Patch, asked: usize, search: Search) -> Option<Posterior> {
     let heights = DVector::from_column_slice(&patch.heights);
     let gram = model.seen.tr_mul(&model.seen);
     let side = model.seen.tr_mul(&heights);
@@ -163,54 +176,51 @@ pub fn posterior(belief: Belief, patch: &Patch, at: &[[f64; 2]], search: Search)
             best = Some((score, log_kappa, sigma2));
         }
     }
-    let (_, log_kappa, sigma2) = best?;
+    let (score, log_kappa, sigma2) = best?;
     let factor = system(log_kappa.exp())?;
     let mean = &model.asked * factor.solve(&side);
     let spread = factor.solve(&model.asked.transpose());
-    let deviation = (0..at.len())
+    let deviation = (0..asked)
         .map(|i| (sigma2 * model.asked.row(i).transpose().dot(&spread.column(i))).max(0.0).sqrt())
         .collect();
-    Some(Posterior { mean: mean.as_slice().to_vec(), deviation, sigma: sigma2.sqrt(), log_kappa })
+    Some(Posterior { mean: mean.as_slice().to_vec(), deviation, sigma: sigma2.sqrt(), log_kappa, score })
 }
 
-/// The linear model. The exact process is written in the eigenvectors of its covariance between all places.
-fn model(belief: Belief, seen: &[[f64; 2]], asked: &[[f64; 2]]) -> Option<Model> {
+/// The linear model of the default prior, with these precisions of its functions.
+fn default_model(precisions: &[f64], seen: &[[f64; 2]], asked: &[[f64; 2]]) -> Model {
+    let scales: Vec<f64> = precisions.iter().map(|p| if *p > 0.0 { 1.0 / p.sqrt() } else { 1.0 }).collect();
+    let values: Vec<f64> = (seen.iter().chain(asked))
+        .flat_map(|p| {
+            eigenfunctions(p[0], p[1]).into_iter().zip(&scales).map(|(f, s)| f * s).collect::<Vec<_>>()
+        })
+        .collect();
+    split(&DMatrix::from_row_slice(seen.len() + asked.len(), scales.len(), &values), seen.len())
+}
+
+/// The linear model of the exact process, in the eigenvectors of its covariance between all places.
+fn exact_model(kernel: &Kernel, seen: &[[f64; 2]], asked: &[[f64; 2]]) -> Option<Model> {
     let all: Vec<Vec<f64>> = seen.iter().chain(asked).map(|p| p.to_vec()).collect();
-    let rows = match belief {
-        Belief::Default => {
-            let scales = precisions().iter().map(|p| if *p > 0.0 { 1.0 / p.sqrt() } else { 1.0 });
-            let scales: Vec<f64> = scales.collect();
-            let values: Vec<f64> = (all.iter())
-                .flat_map(|p| {
-                    eigenfunctions(p[0], p[1])
-                        .into_iter()
-                        .zip(&scales)
-                        .map(|(f, s)| f * s)
-                        .collect::<Vec<_>>()
-                })
-                .collect();
-            DMatrix::from_row_slice(all.len(), scales.len(), &values)
-        }
-        Belief::Exact(kernel) => {
-            // What lies in the span of the free plane is told by it: only the rest needs columns.
-            let mut k = crate::sample::matrix(&kernel, &all);
-            let mean = k.trace() / all.len() as f64;
-            for i in 0..all.len() {
-                k[(i, i)] += 1e-9 * mean;
-            }
-            let factor = Cholesky::new(k)?.unpack();
-            let mut rows = DMatrix::zeros(all.len(), all.len() + 3);
-            for (i, p) in all.iter().enumerate() {
-                rows[(i, 0)] = 1.0;
-                rows[(i, 1)] = p[0];
-                rows[(i, 2)] = p[1];
-            }
-            rows.columns_mut(3, all.len()).copy_from(&factor);
-            rows
-        }
-    };
-    let seen = rows.rows(0, seen.len()).into_owned();
-    Some(Model { asked: rows.rows(seen.nrows(), asked.len()).into_owned(), seen, free: 3 })
+    // What lies in the span of the free plane is told by it: only the rest needs columns.
+    let mut k = crate::sample::matrix(kernel, &all);
+    let mean = k.trace() / all.len() as f64;
+    for i in 0..all.len() {
+        k[(i, i)] += 1e-9 * mean;
+    }
+    let factor = Cholesky::new(k)?.unpack();
+    let mut rows = DMatrix::zeros(all.len(), all.len() + 3);
+    for (i, p) in all.iter().enumerate() {
+        rows[(i, 0)] = 1.0;
+        rows[(i, 1)] = p[0];
+        rows[(i, 2)] = p[1];
+    }
+    rows.columns_mut(3, all.len()).copy_from(&factor);
+    Some(split(&rows, seen.len()))
+}
+
+/// Rows of the places that are seen, then of those that are asked for.
+fn split(rows: &DMatrix<f64>, seen: usize) -> Model {
+    let asked = rows.rows(seen, rows.nrows() - seen).into_owned();
+    Model { seen: rows.rows(0, seen).into_owned(), asked, free: 3 }
 }
 
 /// Two beliefs on the same patches.

@@ -2,6 +2,23 @@
 
 use super::Chart;
 
+/// How smooth a chart is believed to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Smoothness {
+    /// The natural logarithm of kappa, noise variance over prior variance.
+    pub log_kappa: f64,
+    /// Precision of its bends, as a share of what the prior's spectrum gives them. In (0, 1]; 1 for a tube.
+    pub bends: f64,
+}
+
+impl Smoothness {
+    /// Of a tube.
+    #[must_use]
+    pub fn of_tube(log_kappa: f64) -> Self {
+        Self { log_kappa, bends: 1.0 }
+    }
+}
+
 /// A chart and the points it was fitted to.
 pub struct FittedChart {
     /// The chart.
@@ -10,9 +27,8 @@ pub struct FittedChart {
     pub members: Vec<(u32, f32)>,
     /// The noise that was expected of them before the fit, standard deviation.
     pub expected: f64,
-    /// Its smoothness, the natural logarithm of kappa (noise variance over prior variance); none where it has
-    /// no such choice: a tube whose cross-section is a circle.
-    pub log_kappa: Option<f64>,
+    /// None where it has no such choice: a tube whose cross-section is a circle.
+    pub smoothness: Option<Smoothness>,
     /// Whether it is one of two sheets that were told apart though they lie within each other's noise.
     pub of_two: bool,
 }
@@ -34,6 +50,6 @@ impl FittedChart {
         };
         let chart = Chart { map: Map::Monge(map), sigma, sign: 1.0, support: 1.0 };
         let members = points.map(|p| (p, 1.0)).collect();
-        Self { chart, members, expected: sigma, log_kappa: None, of_two: false }
+        Self { chart, members, expected: sigma, smoothness: None, of_two: false }
     }
 }

@@ -22,7 +22,7 @@ pub mod view;
 pub mod vote;
 
 pub use chart::{Chart, Map};
-pub use fitted::FittedChart;
+pub use fitted::{FittedChart, Smoothness};
 pub(crate) use known::KnownScan;
 pub use membership::Membership;
 pub use monge::Monge;

@@ -40,11 +40,11 @@ pub(crate) fn leverage(
     tools: &mut Tools,
     ctx: &Context<'_>,
 ) -> Result<Option<Leverage>> {
-    let Some(log_kappa) = f.log_kappa else { return Ok(None) };
+    let Some(smoothness) = f.smoothness else { return Ok(None) };
     let map = match &f.chart.map {
         Map::Monge(map) => map,
         Map::Tube(tube) => {
-            let rows = tubes::whitened(tube, &f.members, points, f.expected, log_kappa, ctx)?;
+            let rows = tubes::whitened(tube, &f.members, points, f.expected, smoothness.log_kappa, ctx)?;
             return Ok(rows.map(|(rows, width)| Leverage { rows, width }));
         }
     };
@@ -58,7 +58,7 @@ pub(crate) fn leverage(
     let few: Vec<DomainPoint> = local.iter().step_by(step).copied().collect();
     let weights: Vec<f64> = f.members.iter().step_by(step).map(|m| f64::from(m.1)).collect();
     let sheet = Sheet::of_chart(map.clone(), f.chart.sigma);
-    let Some(posterior) = posterior(&sheet, &few, &weights, log_kappa, tools) else { return Ok(None) };
+    let Some(posterior) = posterior(&sheet, &few, &weights, smoothness, tools) else { return Ok(None) };
     let mut rows = vec![0.0; local.len() * MODES];
     for (row, &[u, v, z]) in rows.chunks_exact_mut(MODES).zip(&local) {
         let (u, v) = map.foot(BaseCoordinates { u, v, z });

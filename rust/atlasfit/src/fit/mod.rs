@@ -119,13 +119,13 @@ fn finish(mut sheet: Sheet, points: &[DomainPoint], weights: &[f64], patch: &Pat
         .filter(|(_, (l, w))| l[0] * l[0] + l[1] * l[1] < PARTITION.rim * PARTITION.rim && **w > 0.0)
         .map(|(&m, (_, &w))| (m, w as f32))
         .collect::<Vec<_>>();
-    let Sheet { map, sigma, support, log_kappa } = sheet;
+    let Sheet { map, sigma, support, smoothness } = sheet;
     let chart = Chart { map: Map::Monge(map), sigma, sign: 1.0, support };
     (!members.is_empty()).then_some(FittedChart {
         chart,
         members,
         expected: patch.sigma,
-        log_kappa,
+        smoothness,
         of_two: patch.of_two,
     })
 }

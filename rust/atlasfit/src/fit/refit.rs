@@ -6,7 +6,7 @@
 //! closely.
 
 use super::constants::FIT;
-use super::sheet::{DomainPoint, Sheet, Tools, change, smoothness};
+use super::sheet::{DomainPoint, Sheet, Tools, change, shift};
 use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
@@ -49,7 +49,7 @@ fn refit_chart(points: &[Vec3], f: &mut FittedChart, smoothing: Smoothing, tools
         })
         .unzip();
     let mut sheet = Sheet::of_chart(map.clone(), f.expected);
-    let Some(to) = smoothness(&sheet, &few, &weights, smoothing, tools) else { return };
+    let Some(to) = shift(&sheet, &few, &weights, smoothing, tools) else { return };
     let mut sigma = f.chart.sigma;
     for _ in 0..FIT.refits {
         let Some(change) = change(&sheet, &few, &weights, &to, tools) else { return };
@@ -58,7 +58,7 @@ fn refit_chart(points: &[Vec3], f: &mut FittedChart, smoothing: Smoothing, tools
         }
         sigma = change.sigma;
     }
-    f.log_kappa = Some(to.wanted);
+    f.smoothness = Some(to.wanted);
     // Points that a smoother chart leaves farther off are still its own.
     f.chart.sigma = f.chart.sigma.max(sigma);
     *map = sheet.map;

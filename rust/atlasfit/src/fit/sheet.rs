@@ -6,7 +6,7 @@
 use super::constants::FIT;
 use crate::atlas::mask::Mask;
 use crate::atlas::monge::BaseCoordinates;
-use crate::atlas::{Monge, Patch};
+use crate::atlas::{Monge, Patch, Smoothness};
 use crate::numeric::spline::{self, Slope};
 use crate::prior::basis::{self, BASIS};
 use crate::prior::constants::PRIOR;
@@ -36,8 +36,8 @@ pub(super) struct Sheet {
     pub sigma: f64,
     /// Sum of its points' weights.
     pub support: f64,
-    /// Its smoothness, the natural logarithm of kappa; none before the first solve.
-    pub log_kappa: Option<f64>,
+    /// None before the first solve.
+    pub smoothness: Option<Smoothness>,
 }
 
 impl Sheet {
@@ -50,12 +50,12 @@ impl Sheet {
             coeffs: Box::new([0.0; spline::COEFFS]),
             mask: Mask::full(),
         };
-        Self { map, sigma, support: 0.0, log_kappa: None }
+        Self { map, sigma, support: 0.0, smoothness: None }
     }
 
     /// The sheet of a chart that was fitted before, and the noise expected.
     pub(super) fn of_chart(map: Monge, sigma: f64) -> Self {
-        Self { map, sigma, support: 0.0, log_kappa: None }
+        Self { map, sigma, support: 0.0, smoothness: None }
     }
 
     /// Noise that is not told from none.
@@ -91,34 +91,35 @@ pub(super) fn solve(
     tools: &mut Tools,
 ) -> Option<()> {
     let expected = observe(sheet, points, weights, feet, sigma, tools);
-    let fit = gp::fit(&BASIS, &tools.equations, expected, sheet.log_kappa, &mut tools.work)?;
-    sheet.log_kappa = Some(fit.log_kappa);
+    let fit = gp::fit(&BASIS, &tools.equations, expected, sheet.smoothness, &mut tools.work)?;
+    sheet.smoothness = Some(fit.smoothness);
     *sheet.map.coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
     sheet.sigma = (fit.sigma / FIT.truncated).max(sheet.floor());
     sheet.support = tools.equations.count;
     sheet.map.coeffs.iter().all(|c| c.is_finite()).then_some(())
 }
 
-/// Values of the smoothness, natural logarithms of kappa.
-pub(super) struct Smoothness {
+/// From one smoothness to another.
+pub(super) struct Shift {
     /// What the data support best.
-    pub usual: f64,
+    pub usual: Smoothness,
     /// What the user asks for.
-    pub wanted: f64,
+    pub wanted: Smoothness,
 }
 
-/// The smoothness that the user asks for, from what the sheet's own data say.
-pub(super) fn smoothness(
+/// From what the sheet's own data say to the smoothness that the user asks for.
+pub(super) fn shift(
     sheet: &Sheet,
     points: &[DomainPoint],
     weights: &[f64],
     smoothing: Smoothing,
     tools: &mut Tools,
-) -> Option<Smoothness> {
+) -> Option<Shift> {
     let expected = observe(sheet, points, weights, FootPoints::Nearest, sheet.sigma, tools);
     let found = gp::fit(&BASIS, &tools.equations, expected, None, &mut tools.work)?;
-    let wanted = smoothing.log_kappa(&found, found.sigma / FIT.truncated, 4.0 * PRIOR.order);
-    Some(Smoothness { usual: found.log_kappa, wanted })
+    let (usual, power) = (found.smoothness, 4.0 * PRIOR.order);
+    let log_kappa = smoothing.log_kappa(usual.log_kappa, found.sigma / FIT.truncated, power);
+    Some(Shift { usual, wanted: Smoothness { log_kappa, ..usual } })
 }
 
 /// What another smoothness changes.
@@ -135,11 +136,11 @@ pub(super) fn change(
     sheet: &Sheet,
     points: &[DomainPoint],
     weights: &[f64],
-    to: &Smoothness,
+    to: &Shift,
     tools: &mut Tools,
 ) -> Option<Change> {
     let expected = observe(sheet, points, weights, FootPoints::Nearest, sheet.sigma, tools);
-    let mut at = |log_kappa| gp::fit_at(&BASIS, &tools.equations, expected, log_kappa, &mut tools.work);
+    let mut at = |smoothness| gp::fit_at(&BASIS, &tools.equations, expected, smoothness, &mut tools.work);
     let (usual, wanted) = (at(to.usual)?, at(to.wanted)?);
     let weights: Vec<f64> = wanted.weights.iter().zip(&usual.weights).map(|(w, u)| w - u).collect();
     let coeffs = basis::spline_coefficients(&BASIS, &weights);
@@ -151,11 +152,11 @@ pub(super) fn posterior(
     sheet: &Sheet,
     points: &[DomainPoint],
     weights: &[f64],
-    log_kappa: f64,
+    smoothness: Smoothness,
     tools: &mut Tools,
 ) -> Option<Posterior> {
     observe(sheet, points, weights, FootPoints::Nearest, sheet.sigma, tools);
-    gp::posterior(&BASIS, &tools.equations, log_kappa)
+    gp::posterior(&BASIS, &tools.equations, smoothness)
 }
 
 /// Makes the normal equations of a solve. Returns the noise that is expected, and how many points that is

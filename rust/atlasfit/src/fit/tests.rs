@@ -4,17 +4,18 @@ use crate::atlas::Patch;
 use crate::atlas::mask::Mask;
 use crate::atlas::monge::BaseCoordinates;
 use crate::atlas::monge::HeightNormal;
-use crate::atlas::{Map, Monge};
+use crate::atlas::{Map, Monge, Smoothness};
 use crate::numeric::dense::{cholesky, cholesky_solve};
 use crate::numeric::rng::Rng;
 use crate::numeric::spline;
 use crate::numeric::spline::{COEFFS, Hessian, Slope};
 use crate::prior::basis::{BASIS, WIDTH};
-use crate::prior::constants::MODES;
-use crate::prior::evidence::{Problem, Solution, Work};
+use crate::prior::constants::{BENDS, MODES};
+use crate::prior::evidence::{Problem, Work};
+use crate::prior::gp::{self, Fit};
 use crate::prior::normal_equations::NormalEquations;
 use crate::prior::normal_equations::Observation;
-use crate::prior::{basis, gp};
+use crate::prior::{basis, precisions};
 use crate::{Run, Vec3};
 use proptest::prelude::*;
 
@@ -86,8 +87,7 @@ fn only_the_affine_functions_are_free() {
     }
 }
 
-/// Fits heights over the disk; `noise` is told to the fit as what to expect.
-fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (Solution, [f32; COEFFS]) {
+fn normal_equations(at: &[[f64; 2]], heights: &[f64]) -> NormalEquations {
     let mut data = NormalEquations::default();
     let observations: Vec<Observation> = at
         .iter()
@@ -95,6 +95,12 @@ fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (
         .map(|(p, z)| Observation { at: *p, height: *z, weight: 1.0, count: 1.0 })
         .collect();
     data.observe(&BASIS, &observations);
+    data
+}
+
+/// Fits heights over the disk; `noise` is told to the fit as what to expect.
+fn fit_heights(at: &[[f64; 2]], heights: &[f64], noise: f64, strength: f64) -> (Fit, [f32; COEFFS]) {
+    let data = normal_equations(at, heights);
     let fit = gp::fit(&BASIS, &data, (noise, strength), None, &mut Work::default()).unwrap();
     let coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
     (fit, coeffs)
@@ -145,6 +151,50 @@ fn the_noise_of_a_smooth_patch_is_recovered() {
         }
         assert!((0.88..1.12).contains(&ratios), "noise {noise}: {ratios} on average");
     }
+}
+
+/// A bowl without ripples: its chart bends freely, and is nearer to it than with the spectrum's bends.
+#[test]
+fn a_bowl_is_fitted_with_freer_bends() {
+    let (noise, expected) = (0.02, (0.02, 40.0));
+    let bowl = |p: &[f64; 2]| 0.3 * (p[0] * p[0] + p[1] * p[1]);
+    let (mut freer, mut spectral) = (0.0, 0.0);
+    for seed in 0..20 {
+        let (at, mut rng) = (disk(120, seed), Rng::new(seed + 50));
+        let z: Vec<f64> = at.iter().map(|p| bowl(p) + noise * rng.normal()).collect();
+        let data = normal_equations(&at, &z);
+        let error = |fit: &Fit| {
+            let coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
+            rms(at.iter().map(|p| spline::value(&coeffs, p[0], p[1]) - bowl(p)))
+        };
+        let fit = gp::fit(&BASIS, &data, expected, None, &mut Work::default()).unwrap();
+        assert!(fit.smoothness.bends < 1.0, "seed {seed}");
+        freer += error(&fit);
+        let bends = Smoothness { bends: 1.0, ..fit.smoothness };
+        spectral += error(&gp::fit_at(&BASIS, &data, expected, bends, &mut Work::default()).unwrap());
+    }
+    assert!(freer < spectral, "{freer} {spectral}");
+}
+
+/// Heights that the prior's spectrum makes, with bends a third of what it lets them be.
+#[test]
+fn ripples_are_fitted_with_the_spectrums_bends() {
+    let mut freer = 0;
+    for seed in 0..20 {
+        let (at, mut rng) = (disk(120, seed), Rng::new(seed + 50));
+        let weights: Vec<f64> = (precisions().iter().enumerate())
+            .map(|(m, p)| match p {
+                0.0 => 0.0,
+                _ if m < BENDS => 0.3 / p.sqrt(),
+                _ => rng.normal() / p.sqrt(),
+            })
+            .collect();
+        let ripples = basis::spline_coefficients(&BASIS, &weights);
+        let height = |p: &[f64; 2]| spline::value(&ripples, p[0], p[1]);
+        let z: Vec<f64> = at.iter().map(|p| height(p) + 0.003 * rng.normal()).collect();
+        freer += usize::from(fit_heights(&at, &z, 0.003, 40.0).0.smoothness.bends < 1.0);
+    }
+    assert!(freer < 5, "{freer}");
 }
 
 #[test]

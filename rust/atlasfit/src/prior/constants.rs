@@ -16,8 +16,13 @@ pub(crate) struct PriorConstants {
     /// Halved: points 1.13 (plate 1.80), acc 1.19 (plate 1.80), com 1.23 (plate 2.34); doubled: points 0.98
     /// (mobius 0.92), acc 0.97 (sphere 0.79), com 0.95 (sphere 0.79).
     pub order: f64,
+    /// Precision of freer bends (eigenfunctions [`FREE`] to [`BENDS`]), as a share of what the spectrum gives
+    /// them. How far a patch reaches is chosen by how much the surface bends there, so many patches bend more
+    /// than the spectrum of their ripples tells. In (0, 1). Source: measured, errors at points left out of
+    /// patches (docs/gp.md).
+    pub bends: f64,
     /// Step of the search for the smoothness, natural logarithm: a factor 8, below which the likelihood of a
-    /// hundred points cannot tell two values apart. Source: derived.
+    /// hundred points hardly tells two values apart; a parabola finds the peak between. Source: derived.
     /// Halved: points 1.01 (plate 1.07), acc 1.02 (plate 1.10); doubled: points 1.06 (plate 1.37), acc 1.09
     /// (plate 1.30), com 1.13 (plate 1.93).
     pub step: f64,
@@ -47,6 +52,7 @@ pub(crate) struct PriorConstants {
 /// Their values.
 pub(crate) const PRIOR: PriorConstants = PriorConstants {
     order: 5.0 / 4.0,
+    bends: 0.2,
     step: 2.1,
     log_kappa: (-23.0, 4.5),
     strengths: (0.25, 4.0),
@@ -61,6 +67,10 @@ pub(crate) const MODES: usize = 50;
 
 /// The affine functions: no bending, hence no prior on them. Source: derived, a plane has three coefficients.
 pub(crate) const FREE: usize = 3;
+
+/// The first eigenfunction after the bends: two saddles and a bowl. Source: derived, a quadric has six
+/// coefficients.
+pub(crate) const BENDS: usize = 6;
 
 /// Observations that are added together. Changes the last bits only. Source: chosen, for speed: their rows
 /// fit into the registers.

@@ -32,6 +32,8 @@ pub struct Solution {
     pub sigma: f64,
     /// Logarithm of kappa.
     pub log_kappa: f64,
+    /// Twice the negative log likelihood, up to what is the same for each smoothness.
+    pub score: f64,
 }
 
 /// Working memory: the best system so far and the one that is tried.
@@ -44,8 +46,9 @@ impl Problem {
         (unknowns + 1).next_multiple_of(LANES)
     }
 
-    /// Climbs to the most likely smoothness from `start`. `system` writes the upper triangle of the system
-    /// for a kappa, its observations without penalty.
+    /// Climbs to the most likely smoothness from `start`, and goes to the peak of the parabola through the
+    /// best and the two values beside it. `system` writes the upper triangle of the system for a kappa, its
+    /// observations without penalty.
     ///
     /// The likelihood has one peak (of 20,000 charts of five scans, in all but one), so uphill from a likely
     /// place is enough.
@@ -59,39 +62,48 @@ impl Problem {
         let [best, trial] = work;
         best.resize(m * m, 0.0);
         trial.resize(m * m, 0.0);
-        let (sigma0, strength) = self.expected;
-        let dof = (self.count - self.free as f64).max(1.0) + strength;
-        let mut found: Option<(f64, f64, f64)> = None;
-        // Whether this value is the best so far.
-        let mut better = |log_kappa: f64| {
+        let mut sigma2 = 0.0;
+        // The score of a value. Its system is kept where it is less than that of the best so far.
+        let mut score_at = |log_kappa: f64, least: f64| {
             system(log_kappa.exp(), trial);
             if !eliminate(trial, m, n) {
-                return false;
+                return f64::INFINITY;
             }
-            let sigma2 = (trial[n * m + n].max(0.0) + strength * sigma0 * sigma0) / dof;
-            // Products of a few pivots are far from overflow.
-            let pivots: Vec<f64> = trial.iter().step_by(m + 1).take(n).copied().collect();
-            let log_det = 2.0 * pivots.chunks(5).map(|p| p.iter().product::<f64>().ln()).sum::<f64>();
-            let score = dof * sigma2.max(1e-300).ln() + log_det - (n - self.free) as f64 * log_kappa;
-            let better = found.is_none_or(|f| score < f.0);
-            if better {
-                found = Some((score, log_kappa, sigma2));
+            let (score, variance) = self.score(trial, log_kappa);
+            if score < least {
+                sigma2 = variance;
                 std::mem::swap(best, trial);
             }
-            better
+            score
         };
-        better(start);
-        for step in [PRIOR.step, -PRIOR.step] {
-            let mut at = start + step;
-            while (self.range.0..=self.range.1).contains(&at) && better(at) {
-                at += step;
+        let (mut log_kappa, mut score) = (start, score_at(start, f64::INFINITY));
+        // The scores a step above and below the best.
+        let mut beside = [f64::INFINITY; 2];
+        for (side, step) in [PRIOR.step, -PRIOR.step].into_iter().enumerate() {
+            while (self.range.0..=self.range.1).contains(&(log_kappa + step)) {
+                let next = score_at(log_kappa + step, score);
+                if next >= score {
+                    beside[side] = next;
+                    break;
+                }
+                beside[1 - side] = score;
+                (log_kappa, score) = (log_kappa + step, next);
             }
-            if at != start + step {
+            if log_kappa != start {
                 break;
             }
         }
-        let (_, log_kappa, sigma2) = found?;
-        Some(Solution { weights: back_substitute(best, m, n), sigma: sigma2.sqrt(), log_kappa })
+        let [above, below] = beside;
+        let bend = above + below - 2.0 * score;
+        if bend.is_finite() && bend > 0.0 {
+            let peak = log_kappa + 0.5 * PRIOR.step * (below - above) / bend;
+            let there = score_at(peak, score);
+            if there < score {
+                (log_kappa, score) = (peak, there);
+            }
+        }
+        let weights = back_substitute(best, m, n);
+        score.is_finite().then(|| Solution { weights, sigma: sigma2.sqrt(), log_kappa, score })
     }
 
     /// The fit at a given smoothness, whatever the data say of it. `system` as in [`Problem::solve`].
@@ -108,10 +120,20 @@ impl Problem {
         if !eliminate(trial, m, n) {
             return None;
         }
+        let (score, sigma2) = self.score(trial, log_kappa);
+        Some(Solution { weights: back_substitute(trial, m, n), sigma: sigma2.sqrt(), log_kappa, score })
+    }
+
+    /// Twice the negative log likelihood, and the noise's variance, of an eliminated system.
+    fn score(&self, eliminated: &[f64], log_kappa: f64) -> (f64, f64) {
+        let (n, m) = (self.unknowns, Self::width(self.unknowns));
         let (sigma0, strength) = self.expected;
         let dof = (self.count - self.free as f64).max(1.0) + strength;
-        let sigma2 = (trial[n * m + n].max(0.0) + strength * sigma0 * sigma0) / dof;
-        Some(Solution { weights: back_substitute(trial, m, n), sigma: sigma2.sqrt(), log_kappa })
+        let sigma2 = (eliminated[n * m + n].max(0.0) + strength * sigma0 * sigma0) / dof;
+        // Products of a few pivots are far from overflow.
+        let pivots: Vec<f64> = eliminated.iter().step_by(m + 1).take(n).copied().collect();
+        let log_det = 2.0 * pivots.chunks(5).map(|p| p.iter().product::<f64>().ln()).sum::<f64>();
+        (dof * sigma2.max(1e-300).ln() + log_det - (n - self.free) as f64 * log_kappa, sigma2)
     }
 }
 

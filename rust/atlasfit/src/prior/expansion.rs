@@ -3,7 +3,7 @@
 //! In: a place of the unit disk. Out: the prior's eigenfunctions there, and their precisions.
 
 use super::basis::{BASIS, add_values};
-use super::constants::MODES;
+use super::constants::{BENDS, MODES, PRIOR};
 
 /// The values at (u, v) in [-1, 1]^2 of the functions whose weights the prior believes independent, the
 /// smoothest first.
@@ -26,4 +26,12 @@ pub fn eigenfunctions(u: f64, v: f64) -> Vec<f64> {
 #[must_use]
 pub fn precisions() -> &'static [f64] {
     &BASIS.precision
+}
+
+/// The same where a chart's points say that it bends more freely than the spectrum tells: of [`precisions`]
+/// and these a chart takes the likelier.
+#[must_use]
+pub fn freer_precisions() -> Vec<f64> {
+    let share = |m: usize| if m < BENDS { PRIOR.bends } else { 1.0 };
+    BASIS.precision.iter().enumerate().map(|(m, p)| share(m) * p).collect()
 }

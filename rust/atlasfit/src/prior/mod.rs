@@ -9,4 +9,4 @@ pub(crate) mod normal_equations;
 pub(crate) mod posterior;
 pub(crate) mod smoothing;
 
-pub use expansion::{eigenfunctions, precisions};
+pub use expansion::{eigenfunctions, freer_precisions, precisions};

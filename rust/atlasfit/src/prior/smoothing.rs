@@ -4,7 +4,6 @@
 //! that is taken.
 
 use super::constants::PRIOR;
-use super::evidence::Solution;
 
 /// What the user asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,18 +20,18 @@ impl Smoothing {
         self.strength == 1.0 && self.noise.is_none()
     }
 
-    /// The logarithm of kappa that is taken where the data support `found` best, its noise corrected to
-    /// `sigma`. The prior's precision grows with this `power` of the frequency.
+    /// The logarithm of kappa that is taken where the data support `found` best, with a noise of `sigma`. The
+    /// prior's precision grows with this `power` of the frequency.
     ///
     /// Kappa is the noise's variance over the prior's. Known noise replaces the fit's own in it; the prior,
     /// which says how rough the surface is, stays. The frequency at which data and prior weigh the same goes
     /// with the -1 / `power`-th power of kappa.
-    pub(crate) fn log_kappa(&self, found: &Solution, sigma: f64, power: f64) -> f64 {
+    pub(crate) fn log_kappa(&self, found: f64, sigma: f64, power: f64) -> f64 {
         let known = self.noise.map_or(0.0, |noise| 2.0 * (noise / sigma.max(1e-300)).ln());
         let shift = known + power * self.strength.clamp(PRIOR.strengths.0, PRIOR.strengths.1).ln();
         // What the data say is never cut off.
         let (roughest, smoothest) = PRIOR.log_kappa;
-        (found.log_kappa + shift).clamp(found.log_kappa.min(roughest), found.log_kappa.max(smoothest))
+        (found + shift).clamp(found.min(roughest), found.max(smoothest))
     }
 }
 
@@ -40,13 +39,9 @@ impl Smoothing {
 mod tests {
     use super::*;
 
-    fn found(log_kappa: f64) -> Solution {
-        Solution { weights: Vec::new(), sigma: 0.1, log_kappa }
-    }
-
     #[test]
     fn the_noise_read_off_a_fit_changes_nothing_and_twice_that_is_four_times_the_variance() {
-        let at = |noise| Smoothing { strength: 1.0, noise: Some(noise) }.log_kappa(&found(-2.0), 0.1, 5.0);
+        let at = |noise| Smoothing { strength: 1.0, noise: Some(noise) }.log_kappa(-2.0, 0.1, 5.0);
         assert_eq!(at(0.1), -2.0);
         assert!(
             (at(0.2) - (-2.0 + 4f64.ln())).abs() < 1e-12 && (at(0.05) - (-2.0 - 4f64.ln())).abs() < 1e-12
@@ -55,7 +50,7 @@ mod tests {
 
     #[test]
     fn strength_is_monotone_and_ends_at_a_plane_and_at_interpolation() {
-        let at = |strength| Smoothing { strength, noise: None }.log_kappa(&found(-2.0), 0.1, 5.0);
+        let at = |strength| Smoothing { strength, noise: None }.log_kappa(-2.0, 0.1, 5.0);
         let all = [0.0, 1e-300, 0.1, 0.5, 1.0, 2.0, 10.0, 1e300].map(at);
         assert!(all.windows(2).all(|w| w[0] <= w[1]) && all.iter().all(|k| k.is_finite()), "{all:?}");
         assert_eq!(at(1.0), -2.0);

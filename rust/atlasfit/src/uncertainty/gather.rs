@@ -132,7 +132,7 @@ pub(super) fn gather(
 /// Standard deviation of the noise about a chart. That of a tube with a fitted cross-section is what robust
 /// weights leave of it.
 fn noise_of(f: &FittedChart) -> f64 {
-    match (&f.chart.map, f.log_kappa) {
+    match (&f.chart.map, f.smoothness) {
         (Map::Tube(_), Some(_)) => f.chart.sigma / FIT.truncated,
         _ => f.chart.sigma,
     }

@@ -87,11 +87,11 @@ pub(crate) fn refit(
 ) -> Result<()> {
     fitted
         .par_iter_mut()
-        .map(|FittedChart { chart, members, expected, log_kappa, .. }| {
+        .map(|FittedChart { chart, members, expected, smoothness, .. }| {
             ctx.check()?;
             let Map::Tube(tube) = &mut chart.map else { return Ok(()) };
             let wanted = radius::refit(tube, members, points, *expected, smoothing, ctx)?;
-            *log_kappa = wanted.or(*log_kappa);
+            *smoothness = wanted.or(*smoothness);
             Ok(())
         })
         .collect()

@@ -7,7 +7,7 @@ use super::extent::{gap, lopsided, mask};
 use super::grow::Candidate;
 use super::rice::rice_radius;
 use crate::atlas::tube::{HARMONICS, harmonics};
-use crate::atlas::{Chart, FittedChart, Map, Tube};
+use crate::atlas::{Chart, FittedChart, Map, Smoothness, Tube};
 use crate::error::Result;
 use crate::numeric::robust::{TUKEY, tukey};
 use crate::numeric::special::mean_cosine;
@@ -91,7 +91,7 @@ fn fit(
     tube.mean_radius = rice_radius(&inner.iter().map(|l| l[2]).collect::<Vec<_>>(), sigma);
     let ratio = sigma / tube.mean_radius;
     let mut weights = vec![1.0; inner.len()];
-    let (mut own, mut log_kappa) = (sigma, None);
+    let (mut own, mut smoothness) = (sigma, None);
     if ratio < TUBES.circle {
         for _ in 0..3 {
             let Some(about) = shape(&mut tube, &inner, &weights, Noise { sigma, smoothing: None }, ctx)?
@@ -99,7 +99,7 @@ fn fit(
                 return Ok(None);
             };
             own = about.sigma.max(0.3 * sigma);
-            log_kappa = Some(about.log_kappa);
+            smoothness = Some(Smoothness::of_tube(about.log_kappa));
             for (w, l) in weights.iter_mut().zip(&inner) {
                 *w = tukey(l[2] - tube.radius_at(l[0], l[1]).value, TUKEY * own.max(sigma));
             }
@@ -142,7 +142,7 @@ fn fit(
     let support = weights.iter().sum();
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
     Ok((!members.is_empty()).then_some(FittedTube {
-        fitted: FittedChart { chart, members, expected: sigma, log_kappa, of_two: false },
+        fitted: FittedChart { chart, members, expected: sigma, smoothness, of_two: false },
         covered,
         ratio,
     }))
@@ -157,13 +157,13 @@ pub(super) fn refit(
     sigma: f64,
     smoothing: Smoothing,
     ctx: &Context<'_>,
-) -> Result<Option<f64>> {
+) -> Result<Option<Smoothness>> {
     if sigma / tube.mean_radius >= TUBES.circle {
         return Ok(None);
     }
     let (local, weights) = local_members(tube, members, points);
     let shaped = shape(tube, &local, &weights, Noise { sigma, smoothing: Some(smoothing) }, ctx)?;
-    Ok(shaped.map(|s| s.log_kappa))
+    Ok(shaped.map(|s| Smoothness::of_tube(s.log_kappa)))
 }
 
 /// A tube's members in its own coordinates (s, theta, distance from the axis), and their weights.
@@ -314,7 +314,7 @@ fn shape(
         |mut found| {
             let Some(smoothing) = smoothing else { return Some(found) };
             // The penalty is of second derivatives: it grows with the fourth power of the frequency.
-            let log_kappa = smoothing.log_kappa(&found, found.sigma, 4.0);
+            let log_kappa = smoothing.log_kappa(found.log_kappa, found.sigma, 4.0);
             let wanted = problem.at(log_kappa, &mut work, |kappa, system| data.at(kappa, system))?;
             // What the two differ by goes to the radius as it is.
             let now = tube.radius.as_flattened().iter().map(|&r| f64::from(r));
