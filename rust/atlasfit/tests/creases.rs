@@ -76,13 +76,14 @@ fn a_box_keeps_its_edges_however_it_is_turned() {
         most.push(from_corners[6]);
         shades_like_a_box(&out, turn);
     }
-    // One box has eight corners, too few to tell what is usual.
+    // One box has eight corners, too few to tell what is usual. Of 28 other boxes half of the corners were off
+    // by up to 0.93 of the noise, all but one by up to 1.7, in the mean.
     let usual = |of: &mut Vec<f64>| {
         of.sort_by(f64::total_cmp);
         0.5 * (of[3] + of[4])
     };
     assert!(usual(&mut edges_off) < 0.5 * NOISE, "{edges_off:?}");
-    assert!(usual(&mut half) < NOISE && usual(&mut most) < 2.5 * NOISE, "{half:?} {most:?}");
+    assert!(usual(&mut half) < 1.25 * NOISE && usual(&mut most) < 2.5 * NOISE, "{half:?} {most:?}");
 }
 
 /// Away from the corners of the box, the corners of triangles have the normals of its faces.

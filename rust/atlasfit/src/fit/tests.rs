@@ -276,6 +276,11 @@ fn the_most_likely_smoothness_is_found() {
             let at = 2.1 * f64::from(k);
             assert!(score(at).0 >= best - 1e-9, "seed {seed}: {at} beats {}", fit.log_kappa);
         }
+        // The parabola's peak is next to the likelihood's: a tenth in twice the log likelihood is nothing.
+        for k in -40..=40 {
+            let at = fit.log_kappa + 0.05 * f64::from(k);
+            assert!(score(at).0 >= best - 0.1, "seed {seed}: {at} beats {}", fit.log_kappa);
+        }
     }
 }
 

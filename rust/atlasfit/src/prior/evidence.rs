@@ -74,7 +74,7 @@ impl Problem {
                 sigma2 = variance;
                 std::mem::swap(best, trial);
             }
-            score
+            if score.is_nan() { f64::INFINITY } else { score }
         };
         let (mut log_kappa, mut score) = (start, score_at(start, f64::INFINITY));
         // The scores a step above and below the best.
