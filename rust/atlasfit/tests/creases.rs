@@ -56,7 +56,7 @@ fn turned(p: Vec3) -> Vec3 {
 
 #[test]
 fn a_box_keeps_its_edges_however_it_is_turned() {
-    let (mut edges_off, mut half, mut most) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut half, mut most) = (Vec::new(), Vec::new());
     for (seed, turn) in (7..11).flat_map(|seed| [(seed, (|p| p) as fn(Vec3) -> Vec3), (seed, turned)]) {
         let scan: Vec<[f64; 3]> = noisy_box(16_000, seed).iter().map(|&p| turn(p).0).collect();
         let out = run(&scan).expect("a surface");
@@ -64,8 +64,7 @@ fn a_box_keeps_its_edges_however_it_is_turned() {
         assert_eq!((t.parts, t.boundary_edges, t.genus), (1, 0, Some(0)), "{seed}: {t:?}");
         // As the charts are blended, without creases: 2 times the noise.
         let off = off(&out, edges().into_iter().map(|p| turn(p).0).collect());
-        assert!(off < 0.7 * NOISE, "{seed}: {off}");
-        edges_off.push(off);
+        assert!(off < 0.6 * NOISE, "{seed}: {off}");
         let corners = (0..8).map(|k| [0, 1, 2].map(|i| if k >> i & 1 == 0 { HALF[i] } else { -HALF[i] }));
         let vertices: Vec<Vec3> = out.surface.positions.iter().map(|&p| Vec3(p)).collect();
         let mut from_corners: Vec<f64> = corners
@@ -76,14 +75,9 @@ fn a_box_keeps_its_edges_however_it_is_turned() {
         most.push(from_corners[6]);
         shades_like_a_box(&out, turn);
     }
-    // One box has eight corners, too few to tell what is usual. Of 28 other boxes half of the corners were off
-    // by up to 0.93 of the noise, all but one by up to 1.7, in the mean.
-    let usual = |of: &mut Vec<f64>| {
-        of.sort_by(f64::total_cmp);
-        0.5 * (of[3] + of[4])
-    };
-    assert!(usual(&mut edges_off) < 0.5 * NOISE, "{edges_off:?}");
-    assert!(usual(&mut half) < 1.25 * NOISE && usual(&mut most) < 2.5 * NOISE, "{half:?} {most:?}");
+    // One box has eight corners, too few to tell what is usual.
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    assert!(mean(&half) < NOISE && mean(&most) < 2.5 * NOISE, "{half:?} {most:?}");
 }
 
 /// Away from the corners of the box, the corners of triangles have the normals of its faces.

@@ -52,7 +52,7 @@ pub(crate) struct PriorConstants {
 /// Their values.
 pub(crate) const PRIOR: PriorConstants = PriorConstants {
     order: 5.0 / 4.0,
-    bends: 0.2,
+    bends: 0.1,
     step: 2.1,
     log_kappa: (-23.0, 4.5),
     strengths: (0.25, 4.0),
