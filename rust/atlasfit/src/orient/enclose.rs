@@ -348,9 +348,9 @@ impl Part {
         agree < by_chance * squares.sqrt()
     }
 
-    /// Turns a set of its charts that by itself encloses a body, such as what stands on the ground, if more is
-    /// won by what viewers see than lost by relations; or the rest, which may be what faces wrongly. Returns
-    /// whether it did.
+    /// Turns a set of its charts that by itself encloses a body, such as what stands on the ground, if more
+    /// is won by what viewers see than lost by relations; or the rest, which may be what faces wrongly.
+    /// Returns whether it did.
     pub(super) fn turn_to_viewers(&self, set: &[u32], views: &Views, signs: &mut [f64]) -> bool {
         if !self.is_body(set, signs) {
             return false;
@@ -365,8 +365,8 @@ impl Part {
         turned
     }
 
-    /// Whether a set of its charts by itself encloses a body: about most of its places it winds nearer to half
-    /// a time, one way or the other, than to none.
+    /// Whether a set of its charts by itself encloses a body: about most of its places it winds nearer to
+    /// half a time, one way or the other, than to none.
     fn is_body(&self, set: &[u32], signs: &[f64]) -> bool {
         let inside: Vec<usize> =
             (0..self.samples.len()).filter(|&i| set.binary_search(&self.samples[i]).is_ok()).collect();
