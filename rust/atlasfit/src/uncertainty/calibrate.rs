@@ -24,9 +24,11 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    /// Whether it can be believed.
+    /// Whether it can be believed. It may well be below one: a surface that is smoother than its charts'
+    /// prior is surer than they say. But places beside each other err alike, so with independent noise it
+    /// is not below zero.
     pub(super) fn is_known(&self) -> bool {
-        self.error < UNCERTAINTY.doubtful && self.factor + UNCERTAINTY.dependent * self.error > 1.0
+        self.error < UNCERTAINTY.doubtful && self.factor + UNCERTAINTY.dependent * self.error > 0.0
     }
 }
 
@@ -67,4 +69,63 @@ pub(super) fn factor(
     let scatter: f64 = terms.iter().map(|[wx, x, y]| (wx * (y - factor * x)).powi(2)).sum();
     // Each pair is looked at from both of its ends.
     Ok(Some(Factor { factor, error: (2.0 * scatter).sqrt() / xx }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Rng;
+    use crate::run::Run;
+
+    /// Points on a line whose places are half the mean of the noise of those within so many.
+    const WITHIN: usize = 4;
+    const COUNT: usize = 20_000;
+
+    /// The factor of a line at zero, found at `place(i) + bias(i)`; the variance of the noise is one.
+    fn told(noise: &[f64], bias: impl Fn(usize) -> f64) -> Factor {
+        let within = WITHIN..noise.len() - WITHIN;
+        let share = 0.5 / (2 * WITHIN + 1) as f64;
+        let place = |i: usize| share * noise[i - WITHIN..=i + WITHIN].iter().sum::<f64>() + bias(i);
+        let residual: Vec<f64> = within.clone().map(|i| noise[i] - place(i)).collect();
+        let n = residual.len() as u32;
+        let beside: Vec<Beside> =
+            (0..n).map(|i| [if i == 0 { 1 } else { i - 1 }, u32::MAX, u32::MAX, u32::MAX]).collect();
+        let mut said = Blended::default();
+        (said.covariance, said.noise) = (share, 1.0);
+        let said = vec![said; residual.len()];
+        let found = Run::default().execute(|ctx| factor(&said, &residual, &beside, ctx));
+        found.expect("not cancelled").expect("points beside")
+    }
+
+    fn independent() -> Vec<f64> {
+        let mut rng = Rng::new(3);
+        (0..COUNT).map(|_| rng.normal()).collect()
+    }
+
+    #[test]
+    fn a_surface_that_is_smoother_than_its_charts_prior_is_surer_than_they_say() {
+        // Places a step from each other share 8 points of 9, each with half of its noise.
+        let f = told(&independent(), |_| 0.0);
+        assert!(
+            (f.factor - 0.5 * 8.0 / 9.0).abs() < 3.0 * f.error && f.factor + 3.0 * f.error < 1.0,
+            "{f:?}"
+        );
+        assert!(f.is_known(), "{f:?}");
+    }
+
+    #[test]
+    fn a_bias_that_places_beside_each_other_share_widens() {
+        let f = told(&independent(), |i| 0.3 * (i as f64 / 50.0).sin());
+        let share = 0.5 / (2 * WITHIN + 1) as f64;
+        assert!((f.factor - (0.5 * 8.0 / 9.0 + 0.045 / share)).abs() < 3.0 * f.error, "{f:?}");
+        assert!(f.is_known(), "{f:?}");
+    }
+
+    #[test]
+    fn noise_that_is_not_independent_is_known() {
+        // What each point has too much, the one before it has too little.
+        let n = independent();
+        let f = told(&n.windows(2).map(|w| (w[1] - w[0]) / 2f64.sqrt()).collect::<Vec<_>>(), |_| 0.0);
+        assert!(!f.is_known(), "{f:?}");
+    }
 }

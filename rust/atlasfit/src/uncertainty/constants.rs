@@ -15,7 +15,7 @@ pub(crate) struct UncertaintyConstants {
     /// Standard error of the calibration's factor (of the variance) above which it is not believed. Source:
     /// chosen: the standard deviation is then wrong by a quarter.
     pub doubtful: f64,
-    /// A factor that is below one by this many standard errors says that the noise of points beside each
+    /// A factor that is below zero by this many standard errors says that the noise of points beside each
     /// other is not independent. Source: chosen.
     pub dependent: f64,
     /// Points about a vertex that tell its uncertainty. Source: chosen, as for colours.
