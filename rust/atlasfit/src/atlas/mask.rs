@@ -1,20 +1,23 @@
 //! The trim mask of a chart: which part of its domain carries surface.
 //!
-//! In: domain coordinates of the points that the chart explains, and the point spacing. Out: a value in [0,
-//! 1] anywhere on the domain, one half at the edge of the data. A place is inside when the points about it
-//! surround it: their centroid under a compact kernel stays near the centroid of the domain itself. At the
-//! straight edge of a half plane it is off by a known amount, in a gap between random samples it is not, so
-//! edges are found without mistaking gaps for holes.
+//! In: domain coordinates of the points that the chart explains, the point spacing and the noise. Out: a
+//! value in [0, 1] anywhere on the domain, one half at the edge of the data. A place is inside when the
+//! points about it surround it: their centroid under a compact kernel stays near the centroid of the domain
+//! itself. At the straight edge of a half plane it is off by a known amount, in a gap between random samples
+//! it is not, so edges are found without mistaking gaps for holes. Noise blurs the edge, and the centroid
+//! there is off by less: points beyond the edge are not taken for more of the surface.
 
 /// Nodes along one side of the mask's grid.
 pub const SIDE: usize = 9;
 /// Radius of the kernel in point spacings: about thirty points, so that chance moves their centroid by a
 /// third of what an edge does.
 const REACH: f64 = 3.0;
-/// Offset of the centroid at the edge of a half plane, in standard deviations of the kernel: 0.82 for a full
-/// disk, 0.87 for a narrow strip.
+/// Offset of the centroid at the edge of a half plane, in standard deviations of the kernel, without noise:
+/// 0.82 for a full disk, 0.87 for a narrow strip.
 const EDGE: f64 = 0.85;
-/// Half width of the soft transition, relative to [`EDGE`].
+/// Variance of the kernel (1 - r^2)^2 along an axis, r up to 1.
+const KERNEL_VARIANCE: f64 = 1.0 / 8.0;
+/// Half width of the soft transition, relative to the offset at the edge.
 const SOFT: f64 = 0.3;
 /// Below this share of the expected number of points a place is empty however they lie.
 const SPARSE: f64 = 0.15;
@@ -45,11 +48,16 @@ impl Mask {
             / 255.0
     }
 
-    /// Builds the mask from the domain coordinates of the chart's points. `radii` are the domain's half axes
-    /// and `spacing` the point spacing, in the same unit.
+    /// Builds the mask from the domain coordinates of the chart's points. `radii` are the domain's half axes,
+    /// `spacing` the point spacing and `sigma` the standard deviation of the noise, in the same unit.
     #[must_use]
-    pub fn build(points: &[[f64; 2]], radii: [f64; 2], spacing: f64) -> Self {
+    pub fn build(points: &[[f64; 2]], radii: [f64; 2], spacing: f64, sigma: f64) -> Self {
         let reach = (REACH * spacing).max(1e-12);
+        // Of a Gaussian kernel of variance s^2, at the edge of a half plane that noise blurs, the centroid is
+        // off by s^2 sqrt(2 / pi) / sqrt(s^2 + sigma^2). The compact kernel's variance is a known share of
+        // its reach squared.
+        let s2 = KERNEL_VARIANCE * reach * reach;
+        let edge = EDGE * (s2 / (s2 + sigma * sigma)).sqrt();
         let node = |k: usize| k as f64 * (2.0 / (SIDE - 1) as f64) - 1.0;
         let cell = (2.0 / (SIDE - 1) as f64).powi(2) * radii[0] * radii[1];
         let (a, b) = (radii[0] / reach, radii[1] / reach);
@@ -102,7 +110,7 @@ impl Mask {
                 let cyy = (wyy / w0 - my * my).max(least * b * b);
                 let cxy = wxy / w0 - mx * my;
                 let det = (cxx * cyy - cxy * cxy).max(1e-3 * cxx * cyy);
-                let offset = ((cyy * dx * dx - 2.0 * cxy * dx * dy + cxx * dy * dy) / det).sqrt() / EDGE;
+                let offset = ((cyy * dx * dx - 2.0 * cxy * dx * dy + cxx * dy * dy) / det).sqrt() / edge;
                 let value = ((1.0 + SOFT - offset) / (2.0 * SOFT)).clamp(0.0, 1.0);
                 out[i * SIDE + j] = (value * 255.0).round() as u8;
             }

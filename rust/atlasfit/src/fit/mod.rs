@@ -110,7 +110,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
 fn finish(mut sheet: Sheet, points: &[DomainPoint], weights: &[f64], patch: &Patch) -> Option<FittedChart> {
     let inside: Vec<[f64; 2]> =
         points.iter().zip(weights).filter(|(_, w)| **w > 0.0).map(|(l, _)| [l[0], l[1]]).collect();
-    sheet.map.mask = Mask::build(&inside, sheet.map.radii, patch.spacing);
+    sheet.map.mask = Mask::build(&inside, sheet.map.radii, patch.spacing, sheet.sigma);
     bias::sharpen(&mut sheet.map, sheet.sigma);
     let members = patch
         .members

@@ -426,7 +426,7 @@ fn a_mask_is_full_inside_and_empty_beyond_the_edge_of_the_data() {
     let all = disk(400, 6);
     let half: Vec<[f64; 2]> = all.iter().copied().filter(|p| p[0] < 0.0).collect();
     let spacing = (std::f64::consts::PI / 400.0f64).sqrt();
-    let (full, cut) = (Mask::build(&all, [1.0; 2], spacing), Mask::build(&half, [1.0; 2], spacing));
+    let (full, cut) = (Mask::build(&all, [1.0; 2], spacing, 0.0), Mask::build(&half, [1.0; 2], spacing, 0.0));
     for (u, v) in [(0.0, 0.0), (0.5, 0.2), (-0.4, -0.5)] {
         assert!(full.value(u, v) > 0.9, "{}", full.value(u, v));
     }
@@ -434,5 +434,26 @@ fn a_mask_is_full_inside_and_empty_beyond_the_edge_of_the_data() {
     let edge = (-6..=6).map(|i| cut.value(0.0, f64::from(i) * 0.1)).sum::<f64>() / 13.0;
     assert!((0.2..0.8).contains(&edge), "{edge} along the edge");
     assert!((0..=20).all(|i| (0.0..=1.0).contains(&full.value(f64::from(i) * 0.3 - 3.0, 0.3))));
-    assert!(Mask::build(&[], [1.0; 2], spacing).0.iter().all(|m| *m == 0), "no data, no surface");
+    assert!(Mask::build(&[], [1.0; 2], spacing, 0.0).0.iter().all(|m| *m == 0), "no data, no surface");
+}
+
+#[test]
+fn a_mask_ends_at_the_edge_of_a_surface_whose_points_noise_puts_beyond_it() {
+    let (n, sigma) = (1600, 0.1);
+    let spacing = (std::f64::consts::PI / f64::from(n)).sqrt();
+    let masks: Vec<Mask> = (0..8)
+        .map(|seed| {
+            let mut rng = Rng::new(seed);
+            let half = disk(n as usize, seed).into_iter().filter(|p| p[0] < 0.0);
+            let noisy: Vec<[f64; 2]> = half.map(|p| p.map(|x| x + sigma * rng.normal())).collect();
+            Mask::build(&noisy, [1.0; 2], spacing, sigma)
+        })
+        .collect();
+    let at = |u: f64| {
+        let along = (-5..=5).map(|j| masks.iter().map(|m| m.value(u, 0.1 * f64::from(j))).sum::<f64>());
+        along.sum::<f64>() / (11 * masks.len()) as f64
+    };
+    assert!((0.3..0.7).contains(&at(0.0)), "{} at the edge", at(0.0));
+    assert!(at(-2.5 * sigma) > 0.9, "{} inside", at(-2.5 * sigma));
+    assert!(at(2.5 * sigma) < 0.1, "{} beyond", at(2.5 * sigma));
 }

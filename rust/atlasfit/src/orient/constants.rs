@@ -96,6 +96,9 @@ pub(crate) struct OrientConstants {
     pub view_cell: f64,
     /// Share of the points whose spacing is not above the one that this takes. Source: chosen.
     pub view_widest: f64,
+    /// How far a surface rises over the plane of a piece, for its distance along it and the side of a square.
+    /// Source: derived: a sphere of five spacings' radius rises by less within a square that is seen head-on.
+    pub view_bend: f64,
     /// Squares across the scan at the most. Source: chosen, 8 MB a direction.
     pub view_cells: usize,
     /// Cosine between a direction and a normal from which on a side is seen. Source: chosen (70 degrees).
@@ -187,6 +190,7 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     view_rounds: 8,
     view_cell: 2.0,
     view_widest: 0.9,
+    view_bend: 0.2,
     view_cells: 1000,
     view_cosine: 0.35,
     seen_by_chance: 0.04,

@@ -27,13 +27,15 @@ pub(crate) struct Piece {
 /// of the other.
 pub(crate) struct Views(Vec<Vec<[f32; 2]>>);
 
-/// The far end of the surface along a direction, and its near end, over the squares of a plane.
-struct Depth {
+/// The places that lie farthest along a direction, and farthest against it, over the squares of a plane.
+struct Depth<'a> {
+    places: &'a [Vec3],
     across: [Vec3; 2],
     low: [f64; 2],
     side: f64,
     width: usize,
-    ends: Vec<[f32; 2]>,
+    /// Numbers of the two places of each square, `u32::MAX` where there is none.
+    ends: Vec<[u32; 2]>,
 }
 
 impl Views {
@@ -44,6 +46,7 @@ impl Views {
     pub(crate) fn of(pieces: &[&[Piece]], ctx: &Context<'_>) -> Result<Self> {
         let side = ORIENT.view_cell * widest(pieces);
         let half = ORIENT.views / 2;
+        let places: Vec<Vec3> = pieces.iter().flat_map(|p| p.iter()).map(|p| p.position).collect();
         let seen: Vec<Vec<[[f32; 2]; 2]>> = (0..half)
             .into_par_iter()
             .map(|k| {
@@ -51,7 +54,8 @@ impl Views {
                 let z = (k as f64 + 0.5) / half as f64;
                 let turn = k as f64 * PI * (3.0 - 5f64.sqrt());
                 let r = (1.0 - z * z).sqrt();
-                along(Vec3([r * turn.cos(), r * turn.sin(), z]), pieces, side, ctx)
+                let axis = Vec3([r * turn.cos(), r * turn.sin(), z]);
+                along(pieces, &Depth::of(axis, &places, side, ctx)?, axis, ctx)
             })
             .collect::<Result<_>>()?;
         let of_chart = |c: usize| seen.iter().flat_map(|axis| axis[c]).collect();
@@ -99,8 +103,12 @@ fn widest(pieces: &[&[Piece]]) -> f64 {
 }
 
 /// What is seen of each chart from this direction, and from the opposite one.
-fn along(axis: Vec3, pieces: &[&[Piece]], side: f64, ctx: &Context<'_>) -> Result<Vec<[[f32; 2]; 2]>> {
-    let depth = Depth::of(axis, pieces, side, ctx)?;
+fn along(
+    pieces: &[&[Piece]],
+    depth: &Depth<'_>,
+    axis: Vec3,
+    ctx: &Context<'_>,
+) -> Result<Vec<[[f32; 2]; 2]>> {
     pieces
         .iter()
         .enumerate()
@@ -113,7 +121,7 @@ fn along(axis: Vec3, pieces: &[&[Piece]], side: f64, ctx: &Context<'_>) -> Resul
                     continue;
                 }
                 let shown = usize::from(cosine < 0.0);
-                let [near, far] = depth.open(p, axis, cosine.abs());
+                let [near, far] = depth.open(p, axis);
                 seen[0][shown] += f32::from(u8::from(near));
                 seen[1][1 - shown] += f32::from(u8::from(far));
             }
@@ -123,13 +131,12 @@ fn along(axis: Vec3, pieces: &[&[Piece]], side: f64, ctx: &Context<'_>) -> Resul
         .collect()
 }
 
-impl Depth {
-    fn of(axis: Vec3, pieces: &[&[Piece]], side: f64, ctx: &Context<'_>) -> Result<Self> {
+impl<'a> Depth<'a> {
+    fn of(axis: Vec3, places: &'a [Vec3], side: f64, ctx: &Context<'_>) -> Result<Self> {
         let (x, y) = axis.tangents();
         let across = [x, y];
-        let all = || pieces.iter().flat_map(|p| p.iter()).map(|p| p.position);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for p in all() {
+        for p in places {
             for k in 0..2 {
                 let at = p.dot(across[k]);
                 (low[k], high[k]) = (low[k].min(at), high[k].max(at));
@@ -138,13 +145,19 @@ impl Depth {
         let extent = (high[0] - low[0]).max(high[1] - low[1]).max(0.0);
         let side = side.max(extent / ORIENT.view_cells as f64);
         let width = (extent / side) as usize + 1;
-        let ends = vec![[f32::NEG_INFINITY, f32::INFINITY]; width * width];
-        let mut out = Self { across, low, side, width, ends };
-        for (i, p) in all().enumerate() {
+        let ends = vec![[u32::MAX; 2]; width * width];
+        let mut out = Self { places, across, low, side, width, ends };
+        for (i, p) in places.iter().enumerate() {
             ctx.check_at(i)?;
-            let (cell, at) = (out.cell(p), p.dot(axis) as f32);
-            let [near, far] = &mut out.ends[cell];
-            (*near, *far) = (near.max(at), far.min(at));
+            let (cell, at) = (out.cell(*p), p.dot(axis));
+            let beyond = |end: u32, side: f64| {
+                places.get(end as usize).is_none_or(|q| side * (at - q.dot(axis)) > 0.0)
+            };
+            let [near, far] = out.ends[cell];
+            out.ends[cell] = [
+                if beyond(near, 1.0) { i as u32 } else { near },
+                if beyond(far, -1.0) { i as u32 } else { far },
+            ];
         }
         Ok(out)
     }
@@ -154,13 +167,18 @@ impl Depth {
         x.min(self.width - 1) + self.width * y.min(self.width - 1)
     }
 
-    /// Whether nothing lies before a piece along the axis, and against it: beyond what the surface itself
-    /// rises within a square.
-    fn open(&self, p: &Piece, axis: Vec3, cosine: f64) -> [bool; 2] {
-        let rise = 2f64.sqrt() * self.side * (1.0 + (1.0 - cosine * cosine).max(0.0).sqrt() / cosine);
-        let at = p.position.dot(axis);
-        let [near, far] = self.ends[self.cell(p.position)].map(f64::from);
-        [near - at < rise, at - far < rise]
+    /// Whether nothing lies before a piece along the axis, and against it: nothing but what its own surface
+    /// rises to within a square, which stays near the piece's plane.
+    fn open(&self, p: &Piece, axis: Vec3) -> [bool; 2] {
+        let ends = self.ends[self.cell(p.position)];
+        [(ends[0], 1.0), (ends[1], -1.0)].map(|(end, side)| {
+            let Some(&q) = self.places.get(end as usize) else { return true };
+            let to = q - p.position;
+            let off = to.dot(p.normal);
+            // How far from the piece the line of sight through that place meets the piece's plane.
+            let along = (to - axis * (off / p.normal.dot(axis))).norm();
+            side * to.dot(axis) <= 0.0 || off.abs() < ORIENT.view_bend * (along + self.side)
+        })
     }
 }
 
@@ -188,6 +206,14 @@ mod tests {
         let (up, down) = (of([1.0, 1.0]), of([-1.0, -1.0]));
         assert!(apart > up && up > facing + 1.0, "{apart} {up} {facing}");
         assert!((up - down).abs() < 0.05, "{up} {down}");
+    }
+
+    #[test]
+    fn a_sheet_hides_another_that_is_nearer_than_a_square_is_wide() {
+        let views = sheets([0.0, 0.03]);
+        let of = |signs: [f64; 2]| views.likelihood(&[0, 1], &signs);
+        assert!(of([-1.0, 1.0]) > of([1.0, 1.0]) + 0.3, "{} {}", of([-1.0, 1.0]), of([1.0, 1.0]));
+        assert!(of([1.0, 1.0]) > of([1.0, -1.0]) + 1.0, "{} {}", of([1.0, 1.0]), of([1.0, -1.0]));
     }
 
     #[test]

@@ -250,7 +250,7 @@ mod tests {
             axes: [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])],
             radii: [radius; 2],
             coeffs: Box::new([0.0; crate::numeric::spline::COEFFS]),
-            mask: crate::atlas::mask::Mask::build(&[], [radius; 2], 1.0),
+            mask: crate::atlas::mask::Mask::build(&[], [radius; 2], 1.0, 0.0),
         }
     }
     fn for_sheet(points: &[Vec3], sigma: f64, radius: f64) -> f64 {
