@@ -1,4 +1,5 @@
-//! Claims about which side is which: thin walls, ropes that touch, sweeps that are misaligned.
+//! Claims about which side is which: thin walls, ropes that touch, sweeps that are misaligned, ground that
+//! leans over.
 
 #[path = "denoise_shapes/mod.rs"]
 mod shapes;
@@ -204,5 +205,55 @@ fn an_egg_and_the_ground_under_it_face_who_sees_both() {
         };
         let away = turned(&out, outward);
         assert!(away < 0.02, "{k}: {away}");
+    }
+}
+
+/// A hill of this height and width that leans over, so that a part of it faces down: as tall at (x, y) as a
+/// Gaussian, and `LEAN` times that aside.
+struct Hill {
+    height: f64,
+    width: f64,
+}
+
+const LEAN: f64 = 1.8;
+
+impl Hill {
+    /// A normal, as long as the area there is larger than that of its base, above (x, y) of the base.
+    fn normal(&self, x: f64, y: f64) -> Vec3 {
+        let z = self.rise(x, y);
+        let [zx, zy] = [x, y].map(|t| -2.0 * t / (self.width * self.width) * z);
+        Vec3([-zx, -zy, 1.0 + LEAN * zx])
+    }
+
+    fn rise(&self, x: f64, y: f64) -> f64 {
+        self.height * (-(x * x + y * y) / (self.width * self.width)).exp()
+    }
+
+    /// Evenly spread points of it, with noise.
+    fn scan(&self, n: usize, seed: u64) -> Vec<[f64; 3]> {
+        let mut rng = Rng::new(seed);
+        let mut out = Vec::new();
+        // No slope is steeper than 0.86 times height over width.
+        let most = 1.0 + (1.0 + LEAN) * 0.86 * self.height / self.width;
+        while out.len() < n {
+            let [x, y] = [0; 2].map(|_| 2.0 * rng.uniform() - 1.0);
+            if most * rng.uniform() < self.normal(x, y).norm() {
+                let z = self.rise(x, y);
+                out.push([x + LEAN * z, y, z].map(|t| t + 0.004 * rng.normal()));
+            }
+        }
+        out
+    }
+}
+
+#[test]
+fn a_hill_that_leans_over_is_not_torn_where_it_faces_down() {
+    for (height, width, seed) in [0, 1, 2, 3].into_iter().flat_map(|s| [(0.4, 0.2, s), (0.6, 0.3, s)]) {
+        let hill = Hill { height, width };
+        let out = run(&hill.scan(6000, seed)).unwrap();
+        let t = topology(&out.surface);
+        let wrong = turned(&out, |p| hill.normal(p[0] - LEAN * p[2], p[1]));
+        assert!(wrong.min(1.0 - wrong) < 0.01, "{height} {seed}: {wrong}");
+        assert_eq!((t.parts, t.boundary_loops), (1, 1), "{height} {seed}: {t:?}");
     }
 }

@@ -53,9 +53,6 @@ pub(crate) struct OrientConstants {
     /// whose charts contradict each other over whole overlaps. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub min_conflict: f64,
-    /// Agreement between two sets of a sheet's charts, in standard deviations of what it would be if each
-    /// relation were right or wrong by chance: less says nothing. Source: derived, 1 in 44 by chance.
-    pub by_chance: f64,
     /// Share of all agreement that must be contradicted before a surface counts as one-sided. A Moebius strip
     /// must be cut across its whole width, which takes one or two percent of its overlaps; stray charts
     /// contradict in far fewer. Source: chosen between the two.
@@ -65,7 +62,7 @@ pub(crate) struct OrientConstants {
     /// Halved: points 1.02 (plate 1.12), acc 1.07 (plate 1.47), com 1.15 (plate 2.36); doubled: no figure
     /// changes by 1 %.
     pub least_part: usize,
-    /// Sets of a sheet's charts that are tried the other way round, the largest. Source: chosen.
+    /// Sets of a part's charts that are tried the other way round, the largest. Source: chosen.
     pub turned_sets: usize,
     /// How often all sets of charts are tried the other way round, and how often signs follow from what the
     /// charts enclose with the signs before, at the most. Source: chosen; both end before where nothing changes.
@@ -176,7 +173,6 @@ pub(crate) const ORIENT: OrientConstants = OrientConstants {
     same_sheet: 2.0,
     unsure: 1.8,
     min_conflict: 1.0,
-    by_chance: 2.0,
     one_sided: 0.004,
     least_part: 8,
     turned_sets: 32,

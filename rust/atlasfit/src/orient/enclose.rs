@@ -327,34 +327,20 @@ impl Part {
         self.samples.iter().zip(&said.winding).map(|(&c, w)| (c, weight * w * signs[c as usize])).collect()
     }
 
-    /// Whether a sheet likelier has this set of its charts the other way round. A scan sees a sheet from one
-    /// side, so all of it faces about the same way; and what relations say of the set and the rest may be
-    /// chance, if they contradict each other as often as they agree: up to so many standard deviations of it.
-    pub(super) fn faces_wrongly(&self, set: &[u32], signs: &[f64], by_chance: f64) -> bool {
-        let within = |c: u32| set.binary_search(&c).is_ok();
+    /// Whether a set of its charts faces against the rest: a scan sees a sheet from one side, so that all of
+    /// it faces about the same way.
+    pub(super) fn faces_back(&self, set: &[u32], signs: &[f64]) -> bool {
         let sum = |of_set: bool| -> Vec3 {
-            let some = self.charts.iter().zip(&self.moments).filter(|(c, _)| within(**c) == of_set);
+            let some = self.charts.iter().zip(&self.moments);
+            let some = some.filter(|(c, _)| set.binary_search(c).is_ok() == of_set);
             some.map(|(&c, &moment)| moment * signs[c as usize]).fold(Vec3::ZERO, |a, b| a + b)
         };
-        if sum(true).dot(sum(false)) >= 0.0 {
-            return false;
-        }
-        let across = self.relations.iter().filter(|r| within(r.a) != within(r.b));
-        let (mut agree, mut squares) = (0.0, 0.0);
-        for r in across {
-            agree += r.agreement * signs[r.a as usize] * signs[r.b as usize];
-            squares += r.agreement * r.agreement;
-        }
-        agree < by_chance * squares.sqrt()
+        sum(true).dot(sum(false)) < 0.0
     }
 
-    /// Turns a set of its charts that by itself encloses a body, such as what stands on the ground, if more
-    /// is won by what viewers see than lost by relations; or the rest, which may be what faces wrongly.
-    /// Returns whether it did.
-    pub(super) fn turn_to_viewers(&self, set: &[u32], views: &Views, signs: &mut [f64]) -> bool {
-        if !self.is_body(set, signs) {
-            return false;
-        }
+    /// Turns a set of its charts if more is won by what viewers see than lost by relations; or the rest,
+    /// which may be what faces wrongly. Returns whether it did.
+    pub(super) fn turn_if_seen(&self, set: &[u32], views: &Views, signs: &mut [f64]) -> bool {
         let before = self.signs(signs);
         let was = self.seen_either_way(views, signs) + self.related(signs);
         set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
@@ -367,7 +353,7 @@ impl Part {
 
     /// Whether a set of its charts by itself encloses a body: about most of its places it winds nearer to
     /// half a time, one way or the other, than to none.
-    fn is_body(&self, set: &[u32], signs: &[f64]) -> bool {
+    pub(super) fn is_body(&self, set: &[u32], signs: &[f64]) -> bool {
         let inside: Vec<usize> =
             (0..self.samples.len()).filter(|&i| set.binary_search(&self.samples[i]).is_ok()).collect();
         let winds = |&i: &usize| -> f64 {
@@ -400,15 +386,8 @@ impl Part {
         -self.independent_relations * self.entropy(against)
     }
 
-    /// How far chance goes, in standard deviations of relations that all tell something of their own: those
-    /// that repeat each other are right or wrong together.
-    pub(super) fn by_chance(&self) -> f64 {
-        let repeated = self.relations.len() as f64 / self.independent_relations.max(1.0);
-        ORIENT.by_chance * repeated.max(1.0).sqrt()
-    }
-
     /// The connected sets of its charts that face against the part as a whole, each ascending; the largest
-    /// first, no more than are tried. They need not be among the sets that were joined.
+    /// first, no more than are tried.
     pub(super) fn facing_back(&self, signs: &[f64]) -> Vec<Vec<u32>> {
         let faces = |k: usize| self.moments[k] * signs[self.charts[k] as usize];
         let all = (0..self.charts.len()).map(faces).fold(Vec3::ZERO, |a, b| a + b);

@@ -5,7 +5,7 @@
 
 use super::connected::connected;
 use super::constants::ORIENT;
-use super::enclose::{self, Part, Sheets};
+use super::enclose::{self, Part, Said, Sheets, Surface};
 use crate::atlas::{Chart, Pair, Relation, Vote};
 use crate::error::Result;
 use crate::run::Context;
@@ -92,11 +92,8 @@ pub(crate) fn orient(
 /// Signs that explain both how charts face each other and what they enclose, part by part. First the sets
 /// that were joined are turned, each if that is likelier, from the largest to single charts: relations err
 /// together at an acute edge, where charts of both sides share points. Then from signs follow votes, from
-/// votes signs, as long as these are likelier. A part that is likelier a sheet, which encloses nothing, keeps
-/// the signs that it came with, but for sets that face against the rest where relations say no more than
-/// chance of it. Last, in parts that enclose nothing, sets that by themselves enclose a body, such as what
-/// stands on the ground, are turned if viewers saw them so. Parts are what `touching` relations join. Returns
-/// the charts of what encloses a body.
+/// votes signs, as long as these are likelier. Last come viewers ([`turn_to_viewers`]). Parts are what
+/// `touching` relations join. Returns the charts of what encloses a body.
 fn enclose(
     found: &mut Contracted,
     touching: &[Relation],
@@ -110,7 +107,7 @@ fn enclose(
     let mut parts = Vec::new();
     for (part, sets) in found_parts.into_iter().zip(sets) {
         let mut said = part.said(signs);
-        let sheet = (part.likelihood_of_sheet(&said), part.signs(signs));
+        let (sheet, before) = (part.likelihood_of_sheet(&said), part.signs(signs));
         for _ in 0..ORIENT.turn_rounds {
             let before = part.likelihood(&said);
             for set in &sets {
@@ -123,14 +120,13 @@ fn enclose(
         }
         // Sums of many turns, anew.
         said = part.said(signs);
-        parts.push((part, said, sheet, sets));
+        parts.push(Known { part, said, sheet, before, sets });
     }
     for _ in 0..ORIENT.turn_rounds {
-        let votes: Vec<(u32, f64)> =
-            parts.iter().flat_map(|(part, said, ..)| part.votes(said, signs)).collect();
+        let votes: Vec<(u32, f64)> = parts.iter().flat_map(|k| k.part.votes(&k.said, signs)).collect();
         let mut next = contract(signs.len(), all, &votes, ctx)?.signs;
         let mut settled = true;
-        for (part, said, ..) in &mut parts {
+        for Known { part, said, .. } in &mut parts {
             ctx.check()?;
             let then = part.said(&mut next);
             if part.likelihood(&then) > part.likelihood(said) {
@@ -143,36 +139,64 @@ fn enclose(
             break;
         }
     }
-    for (part, said, (sheet, before), sets) in &mut parts {
-        if part.likelihood(said) < *sheet {
-            part.put(before, signs);
-            let large = sets.iter().filter(|set| set.len() >= ORIENT.least_part);
-            for set in large.take(ORIENT.turned_sets) {
-                ctx.check()?;
-                if part.faces_wrongly(set, signs, ORIENT.by_chance) {
-                    set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
-                }
-            }
-            // Of the many sets that were joined one may seem wrong by chance. Those that face back are few.
-            for set in part.facing_back(signs) {
-                ctx.check()?;
-                if part.faces_wrongly(&set, signs, part.by_chance()) {
-                    set.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
-                }
-            }
-            *said = part.said(signs);
+    turn_to_viewers(parts, &surface, signs, ctx)
+}
+
+/// A part, and what is known of it.
+struct Known {
+    part: Part,
+    said: Said,
+    /// The likelihood of the signs that it came with, if it is a sheet.
+    sheet: f64,
+    /// The signs that it came with.
+    before: Vec<f64>,
+    /// The sets that were joined, the largest first.
+    sets: Vec<Vec<u32>>,
+}
+
+/// Turns what viewers likelier saw the other way round. A part that is likelier a sheet, which encloses
+/// nothing, takes the signs that it came with, but for sets that face against the rest; they need not be
+/// among those that were joined. In what encloses nothing sets that by themselves enclose a body, such as
+/// what stands on the ground, are tried too. Returns the charts of what encloses a body.
+fn turn_to_viewers(
+    parts: Vec<Known>,
+    surface: &Surface,
+    signs: &mut [f64],
+    ctx: &Context<'_>,
+) -> Result<Vec<u32>> {
+    let mut two_sided = Vec::new();
+    let mut views = None;
+    for Known { part, mut said, sheet, before, sets } in parts {
+        let is_sheet = part.likelihood(&said) < sheet;
+        if !is_sheet && part.encloses(&said) {
+            two_sided.extend(part.charts());
+            continue;
         }
-    }
-    let (bodies, open): (Vec<_>, Vec<_>) = parts.iter().partition(|(part, said, ..)| part.encloses(said));
-    let mut two_sided: Vec<u32> = bodies.iter().flat_map(|(part, ..)| part.charts()).copied().collect();
-    if open.is_empty() {
-        return Ok(two_sided);
-    }
-    let views = surface.views(ctx)?;
-    for (part, _, _, sets) in open {
-        for set in sets.iter().filter(|set| set.len() >= ORIENT.least_part).take(ORIENT.turned_sets) {
+        let views = match &mut views {
+            Some(views) => views,
+            none => none.insert(surface.views(ctx)?),
+        };
+        let large = sets.iter().filter(|set| set.len() >= ORIENT.least_part).take(ORIENT.turned_sets);
+        if is_sheet {
+            part.put(&before, signs);
+            let turn = |set: &[u32], signs: &mut [f64]| {
+                ctx.check()?;
+                if part.faces_back(set, signs) {
+                    part.turn_if_seen(set, views, signs);
+                }
+                Ok(())
+            };
+            large.clone().try_for_each(|set| turn(set, signs))?;
+            part.facing_back(signs).iter().try_for_each(|set| turn(set, signs))?;
+            said = part.said(signs);
+        }
+        if part.encloses(&said) {
+            two_sided.extend(part.charts());
+            continue;
+        }
+        for set in large {
             ctx.check()?;
-            if part.turn_to_viewers(set, &views, signs) {
+            if part.is_body(set, signs) && part.turn_if_seen(set, views, signs) {
                 two_sided.extend(set);
             }
         }
