@@ -41,11 +41,14 @@ pub(crate) struct ContourConstants {
     /// Halved or doubled: same bytes.
     pub winding_spread: f64,
     /// Triangles that viewers look at, at the most. Source: chosen, 60 MB.
+    /// Halved or doubled: same bytes.
     pub seen_triangles: usize,
     /// Parts that are turned as viewers see them, each by itself, at the most; the others turn with all.
     /// Source: chosen, for speed.
+    /// Halved or doubled: same bytes.
     pub seen_parts: usize,
     /// Rounds of that, at the most. Source: chosen; it ends before.
+    /// Halved or doubled: same bytes.
     pub seen_rounds: usize,
     /// Places along a part's boundary, at the most. Source: chosen, for speed.
     /// Halved or doubled: same bytes.

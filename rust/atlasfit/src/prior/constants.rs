@@ -20,11 +20,13 @@ pub(crate) struct PriorConstants {
     /// them. How far a patch reaches is chosen by how much the surface bends there, so many patches bend more
     /// than the spectrum of their ripples tells. In (0, 1). Source: measured, errors at points left out of
     /// patches (docs/gp.md).
+    /// Halved: points 1.01 (plate 1.08), facing 1.10 (spiral 2.79); doubled: acc 0.99 (plate 0.64), com 0.99
+    /// (plate 0.67), facing 1.11 (spiral 1.99).
     pub bends: f64,
     /// Step of the search for the smoothness, natural logarithm: a factor 8, below which the likelihood of a
     /// hundred points hardly tells two values apart; a parabola finds the peak between. Source: derived.
-    /// Halved: points 1.01 (plate 1.07), acc 1.02 (plate 1.10); doubled: points 1.06 (plate 1.37), acc 1.09
-    /// (plate 1.30), com 1.13 (plate 1.93).
+    /// Halved: acc 0.98 (plate 0.83), com 0.99 (plate 0.86), facing 1.18 (spiral 4.89); doubled: acc 0.99
+    /// (facade3 0.96), com 0.99 (spiral 0.79), facing 1.06 (spiral 1.72).
     pub step: f64,
     /// The range in which smoothness is chosen, natural logarithm of kappa: from interpolation to a plane.
     /// Source: chosen.
