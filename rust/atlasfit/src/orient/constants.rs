@@ -65,7 +65,8 @@ pub(crate) struct OrientConstants {
     /// Sets of a part's charts that are tried the other way round, the largest. Source: chosen.
     pub turned_sets: usize,
     /// How often all sets of charts are tried the other way round, and how often signs follow from what the
-    /// charts enclose with the signs before, at the most. Source: chosen; both end before where nothing changes.
+    /// charts enclose with the signs before, at the most. Source: chosen; both end before, where nothing
+    /// changes.
     pub turn_rounds: usize,
     /// Places of a part where its winding is looked at, at the most. Source: chosen, for speed.
     /// Halved or doubled: same bytes.

@@ -21,12 +21,21 @@ const BELOW_ROUNDING: f64 = 0.1;
 /// More triangles for a point than this show the voxels, not the points: at the usual voxels they are 4 to 5.
 const MANY_FACES: usize = 10;
 
-/// What to tell where the uncertainty could not be checked by the scan's residuals.
+/// What to tell where the scan's residuals do not bear out the uncertainty.
 pub(super) fn not_calibrated(sure: Option<&PointUncertainty>) -> Option<String> {
-    (sure?.factor.is_none()).then(|| {
-        "the uncertainty could not be checked by the scan's own residuals: there are too few points, or \
-         their noise is not independent (filtered depth, for one). It is what the charts say alone and may \
-         be too small"
+    let sure = sure?;
+    if sure.factor.is_none() {
+        return Some(
+            "the uncertainty could not be checked by the scan's own residuals: there are too few points, or \
+             their noise is not independent (filtered depth, for one). It is what the charts say alone and \
+             may be too small"
+                .into(),
+        );
+    }
+    sure.small.then(|| {
+        "points beside each other err alike by less than their uncertainty says: it is too large where the \
+         surface is very smooth, and too small where views do not fit each other. If the scan is of several \
+         views, name them (sweeps), so that they are moved together"
             .into()
     })
 }

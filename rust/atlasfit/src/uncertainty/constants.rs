@@ -15,8 +15,8 @@ pub(crate) struct UncertaintyConstants {
     /// Standard error of the calibration's factor (of the variance) above which it is not believed. Source:
     /// chosen: the standard deviation is then wrong by a quarter.
     pub doubtful: f64,
-    /// A factor that is below zero by this many standard errors says that the noise of points beside each
-    /// other is not independent. Source: chosen.
+    /// Standard errors by which a factor is below a bound and not by chance: below zero the noise of points
+    /// beside each other is not independent, below one it may not be. Source: chosen.
     pub dependent: f64,
     /// Points about a vertex that tell its uncertainty. Source: chosen, as for colours.
     pub about_vertex: usize,

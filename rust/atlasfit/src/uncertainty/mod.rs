@@ -37,6 +37,8 @@ pub(crate) struct PointUncertainty {
     pub curvature: f64,
     /// The factor of the posteriors' standard deviations, 1 or more; none where the residuals do not tell it.
     pub factor: Option<f64>,
+    /// Whether the residuals of points beside each other ask for less than the posteriors say.
+    pub small: bool,
 }
 
 /// How sure the points of a scan are, `projected` as the charts put them.
@@ -56,7 +58,8 @@ pub(crate) fn of_points(
         .map(|((p, on), s)| (*p - on.position).dot(on.normal) - s.outward)
         .collect();
     let factor = calibrate::factor(&said, &residual, &beside, ctx)?.filter(Factor::is_known);
-    // A posterior is never too wide by much: what residuals say below it is chance.
+    let small = factor.is_some_and(|f| f.is_small());
+    // No posterior is made narrower.
     let factor = factor.map(|f| f.factor.max(1.0));
     let widen = factor.unwrap_or(1.0);
     let on = |i: usize| projected[i].chart != u32::MAX;
@@ -72,6 +75,7 @@ pub(crate) fn of_points(
         stray: strays::probabilities(&scaled).into_iter().map(|p| p as f32).collect(),
         curvature: curvature(fitted),
         factor: factor.map(f64::sqrt),
+        small,
     })
 }
 
