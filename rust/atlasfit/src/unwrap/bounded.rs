@@ -64,7 +64,7 @@ fn held(
 ) -> Result<Vec<Chart>> {
     let mut asked = bound;
     let mut least: Option<(f64, Vec<Chart>)> = None;
-    for _ in 0..=UNWRAP.tightenings {
+    for tried in 0..=UNWRAP.tightenings {
         let mut charts = charts_within(asked)?;
         ctx.check()?;
         let mut reached = judge(s, &mut charts, bound, ctx)?;
@@ -78,7 +78,9 @@ fn held(
         if reached <= bound {
             break;
         }
-        asked = 1.0 + (asked - 1.0) * UNWRAP.tightened * (bound - 1.0) / (reached - 1.0);
+        // What hardly helped is done more of.
+        let less = UNWRAP.tightened * (bound - 1.0) / (reached - 1.0);
+        asked = 1.0 + (asked - 1.0) * less.powi(tried + 1);
     }
     Ok(least.map_or_else(Vec::new, |l| l.1))
 }

@@ -34,9 +34,11 @@ pub(crate) struct UnwrapConstants {
     /// fourfold excess stretch.
     pub patience: usize,
     /// Times that charts are made anew because all together they stretch beyond the bound at one density,
-    /// which none of them knows. Source: chosen; one was enough on 39 meshes at four bounds.
-    pub tightenings: usize,
-    /// Factor on the excess stretch that is left to them then, beside what they had too much. Below 1.
+    /// which none of them knows. Source: chosen; one was enough on 39 meshes at four bounds, an ellipsoid in
+    /// one chart at a bound of 4 takes four.
+    pub tightenings: i32,
+    /// Factor on the excess stretch that is left to them then, beside what they had too much; its square and
+    /// so on where that was not enough. Below 1.
     /// Source: chosen.
     pub tightened: f64,
     /// Excess stretch that is tried first to keep a bound on the energy: mean energies of 4.1 have bounds
@@ -92,7 +94,7 @@ pub(crate) const UNWRAP: UnwrapConstants = UnwrapConstants {
     loosen: 1.6,
     beyond: 0.05,
     patience: 3,
-    tightenings: 3,
+    tightenings: 4,
     tightened: 0.97,
     energetic: 0.5,
     less_energetic: 0.85,
