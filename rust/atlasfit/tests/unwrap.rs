@@ -358,6 +358,44 @@ fn more_stretch_than_helps_is_not_spent_on_fewer_charts() {
     assert!(one.charts <= 7 && one.stretch_bound < 3.0, "{} {}", one.charts, one.stretch_bound);
 }
 
+/// A cone of so many sectors and rings, open below, the radius of its rim 1.
+fn cone(sectors: u32, rings: u32, height: f64) -> TriMesh {
+    let mut positions = vec![[0.0, 0.0, height]];
+    for r in 1..=rings {
+        let out = f64::from(r) / f64::from(rings);
+        positions.extend((0..sectors).map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(sectors)).sin_cos();
+            [out * cos, out * sin, height * (1.0 - out)]
+        }));
+    }
+    let at = |r: u32, i: u32| 1 + (r - 1) * sectors + i % sectors;
+    let mut triangles = Vec::new();
+    for i in 0..sectors {
+        triangles.push([0, at(1, i), at(1, i + 1)]);
+        for r in 1..rings {
+            triangles.push([at(r, i), at(r + 1, i), at(r + 1, i + 1)]);
+            triangles.push([at(r, i), at(r + 1, i + 1), at(r, i + 1)]);
+        }
+    }
+    TriMesh::new(positions, triangles)
+}
+
+#[test]
+fn a_cone_is_one_chart_cut_open_once_to_its_tip() {
+    let height = 0.3;
+    let mesh = cone(48, 8, height);
+    let uv = run(&mesh, &UnwrapOptions::default().with_max_stretch(1.01), 0).unwrap();
+    check(&mesh, &uv);
+    let mut laid = mesh.clone();
+    laid.corner_uv = Some(uv.corner_uv);
+    let quality = Run::default().execute(|ctx| measure::uv(&laid, ctx)).unwrap();
+    let slant = f64::hypot(1.0, height);
+    let least = slant / (std::f64::consts::PI * slant).sqrt();
+    assert_eq!(uv.charts, 1);
+    assert!((0.99..1.2).contains(&(quality.seam / least)), "{} for {least}", quality.seam);
+    assert!(quality.stretch_p95 < 1.01, "{}", quality.stretch_p95);
+}
+
 #[test]
 fn a_bound_holds_at_the_density_of_the_whole_layout() {
     for (name, mesh) in [("ellipsoid", ellipsoid(16, 0.7, 0.4)), ("torus", torus(24)), ("cube", cube())] {

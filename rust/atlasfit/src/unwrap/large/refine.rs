@@ -49,19 +49,25 @@ fn plan(patches: &Patches, coarse: &Coarse, charts: &Charts) -> Plan {
             inside[c.faces[i as usize] as usize][k as usize] = false;
         }
     }
-    let mut glued = vec![false; patches.paths];
-    let mut sets = Sets::new(patches.count);
+    // A dart that ends within a path opens all of it.
+    let mut glued = vec![true; patches.paths];
+    let mut seen = vec![None; patches.paths];
     for f in 0..surface.faces() {
         for k in 0..3 {
             let (e, h) = (path[f][k], surface.twin[f][k]);
-            if e == NONE || h == NONE || !inside[f][k] {
+            if e == NONE || h == NONE {
                 continue;
             }
             let (p, q) = (label[f], label[h as usize / 3]);
-            if !torn[p as usize] && !torn[q as usize] {
-                glued[e as usize] = true;
-                sets.join(p, q);
-            }
+            glued[e as usize] &= inside[f][k] && !torn[p as usize] && !torn[q as usize];
+            seen[e as usize] = Some((p, q));
+        }
+    }
+    let mut sets = Sets::new(patches.count);
+    for (glued, seen) in glued.iter_mut().zip(seen) {
+        match seen {
+            Some((p, q)) if *glued => sets.join(p, q),
+            _ => *glued = false,
         }
     }
     Plan { root: (0..patches.count as u32).map(|p| sets.find(p)).collect(), glued }

@@ -31,6 +31,9 @@ pub(crate) struct MergeConstants {
     /// would have succeeded; the command is not on record.
     /// Halved: charts 1.06 (knot 1.20), seam 1.02 (knot 1.08); doubled: charts 1.01 (fertility 1.05).
     pub mismatch: f64,
+    /// A part of a path along which charts are joined is so many parts of it less one, or less two, and so on.
+    /// At least 2. Source: TODO
+    pub dart_parts: u32,
     /// Charts that meet along several paths are joined along all of them where the gaps that rigid motion
     /// leaves are, as a root mean square, below this share of the square root of the smaller one's area.
     /// Source: chosen.
@@ -117,6 +120,7 @@ pub(crate) const MERGE: MergeConstants = MergeConstants {
     passes: 2,
     floor: 0.2,
     mismatch: 1.44,
+    dart_parts: 16,
     closed: 0.05,
     reach: 1.5,
     reach_of_seam: 0.2,
@@ -125,7 +129,7 @@ pub(crate) const MERGE: MergeConstants = MergeConstants {
     first_hope: 5.0,
     hope: 2.0,
     progress: 0.9,
-    waste: 36.0,
+    waste: 18.0,
     usual: 1.1,
     hard_faces: 20_000,
     over_spent: 0.6,

@@ -3,8 +3,10 @@
 use super::align::{Shared, align, paths};
 use super::charts::Charts;
 use super::constants::MERGE;
+use super::dart::Path;
 use super::glue::{glue, price_of_waste};
 use super::limits::MergeLimits;
+use super::overlap::overlaps;
 use super::patch::{Pair, Worth};
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
@@ -37,7 +39,7 @@ pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
     let &Pair { a, b, limits, .. } = pair;
     let shared = shared_edges(pair);
     let paths = paths(&shared);
-    if paths.len() > 1 {
+    if limits.whole && paths.len() > 1 {
         let (motion, rms) = align(a, b, &shared);
         if rms < MERGE.closed * a.area.min(b.area).sqrt()
             && let Some(c) = glue(pair, &shared, motion, ctx)
@@ -49,13 +51,37 @@ pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
         let cost = |p: &[Shared]| p.iter().map(|e| e.cost).sum::<f64>();
         cost(x).total_cmp(&cost(y))
     })?;
-    let (motion, rms) = align(a, b, &best);
-    let length: f64 = best.iter().map(|e| e.length).sum();
-    // The gap that rigid motion leaves, against the size of what must stretch to close it.
-    if rms * rms > MERGE.mismatch * (limits.bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt() {
+    let (motion, gap) = align(a, b, &best);
+    if limits.whole
+        && misfit(pair, &best, gap) <= MERGE.mismatch
+        && let Some(c) = glue(pair, &best, motion, ctx)
+    {
+        return Some(c);
+    }
+    if !limits.darts {
         return None;
     }
-    glue(pair, &best, motion, ctx)
+    let path = Path::new(a, b, best);
+    for of in (1..MERGE.dart_parts).rev() {
+        ctx.check().ok()?;
+        let Some(range) = path.best_part(f64::from(of) / f64::from(MERGE.dart_parts)) else { continue };
+        let part = &path.edges[range.clone()];
+        let (motion, gap) = align(a, b, part);
+        if misfit(pair, part, gap) > MERGE.mismatch || overlaps([a, b], &path, &range, motion, ctx).ok()? {
+            continue;
+        }
+        if let Some(c) = glue(pair, part, motion, ctx) {
+            return Some(c);
+        }
+    }
+    None
+}
+
+/// The squared gap that rigid motion leaves, against the size of what must stretch to close it.
+fn misfit(pair: &Pair<'_>, path: &[Shared], gap: f64) -> f64 {
+    let &Pair { a, b, limits, .. } = pair;
+    let length: f64 = path.iter().map(|e| e.length).sum();
+    gap * gap / ((limits.bound - 1.0).powi(2) * length * a.area.min(b.area).sqrt())
 }
 
 /// The edges that the pair shares, in the order of the first chart's border.

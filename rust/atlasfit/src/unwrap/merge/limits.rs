@@ -9,4 +9,8 @@ pub(super) struct MergeLimits {
     pub over: f64,
     /// Whether to flatten without flips what as-rigid-as-possible steps do not manage.
     pub hard: bool,
+    /// Whether to try all of a border; what was refused as it is would be refused again.
+    pub whole: bool,
+    /// Whether charts may be joined along a part of their border.
+    pub darts: bool,
 }

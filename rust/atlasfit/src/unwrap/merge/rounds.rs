@@ -13,6 +13,7 @@ use crate::unwrap::chart::Chart;
 use crate::unwrap::constants::UNWRAP;
 use crate::unwrap::surface::Surface;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// A merge that may be tried.
 struct Candidate {
@@ -35,6 +36,8 @@ pub(super) fn merge_again(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Co
 fn merge_in(passes: usize, s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<'_>) -> Result<()> {
     // Partners that each chart was refused with.
     let mut refused: Vec<Vec<u32>> = vec![Vec::new(); charts.list.len()];
+    // Pairs that were refused as they are.
+    let mut tried: FxHashSet<(u32, u32)> = FxHashSet::default();
     let mut left = passes - 1;
     loop {
         ctx.check()?;
@@ -52,15 +55,23 @@ fn merge_in(passes: usize, s: &Surface, charts: &mut Charts, bound: f64, ctx: &C
             continue;
         }
         let chosen = matching(candidates, charts.list.len());
-        // Whether to try hard: once nothing else fits, and where stretch is allowed.
-        let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: left == 0 && bound > MERGE.loose };
+        // Once nothing else fits, darts may stay open; where stretch is allowed, all is tried hard.
+        let last = left == 0;
+        let hard = last && bound > MERGE.loose;
+        let limits = |pair| MergeLimits {
+            bound,
+            over: UNWRAP.beyond,
+            hard,
+            whole: hard || !tried.contains(&pair),
+            darts: last,
+        };
         let results: Vec<Option<Chart>> = chosen
             .par_iter()
             .map(|&(a, b)| {
                 if ctx.check().is_err() {
                     return None;
                 }
-                join(s, charts, (a, b), limits, ctx)
+                join(s, charts, (a, b), limits((a, b)), ctx)
             })
             .collect();
         ctx.check()?;
@@ -74,6 +85,7 @@ fn merge_in(passes: usize, s: &Surface, charts: &mut Charts, bound: f64, ctx: &C
                 None => {
                     refused[a as usize].push(b);
                     refused[b as usize].push(a);
+                    tried.insert((a, b));
                 }
             }
         }

@@ -64,7 +64,7 @@ fn trade(
     settled: &mut Settled,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: false };
+    let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: false, whole: true, darts: false };
     loop {
         ctx.check()?;
         let borders = Borders::find(s, charts);
