@@ -30,6 +30,7 @@ pub mod error;
 pub mod eval;
 pub mod loss;
 pub mod model;
+mod nearest;
 pub mod ops;
 pub mod params;
 pub mod recipe;

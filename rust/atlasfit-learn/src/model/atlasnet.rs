@@ -2,7 +2,7 @@
 //! Source: AtlasNet (Groueix et al. 2018). Its first layer sees code and place side by side; here it is the
 //! sum of a product of each: the same function, without a copy of the code at every place.
 
-use crate::ops::{outer_add, shared_product};
+use crate::ops::{bias_tanh, outer_add, shared_product};
 use crate::params::{Mode, Norm, Params};
 use candle_core::{Device, Result, Tensor};
 
@@ -44,7 +44,7 @@ impl AtlasNet {
         for (norm, weight) in self.norms.iter().zip(&self.weights) {
             x = norm.forward(&x, mode)?.matmul(weight)?;
         }
-        x.broadcast_add(&self.bias)?.tanh()?.reshape((self.charts, shapes, n, 3))
+        bias_tanh(&x, &self.bias)?.reshape((self.charts, shapes, n, 3))
     }
 }
 

@@ -3,7 +3,7 @@
 //! A ("ConvAtlas"). It does not say how the code enters; here one linear layer, shared by all charts, makes a
 //! picture of 4 x 4 from it.
 
-use crate::ops::{Window, conv, shared_product, unfold, upsample};
+use crate::ops::{Window, bias_tanh, conv, shared_product, unfold, upsample};
 use crate::params::{Mode, Norm, Params};
 use candle_core::{Result, Tensor};
 
@@ -72,7 +72,7 @@ impl ConvAtlas {
             };
             let side = START << (block + 1);
             let Some(norm) = self.norms.get(block) else {
-                return y.broadcast_add(&self.bias)?.tanh()?.reshape((self.charts, shapes, side * side, 3));
+                return bias_tanh(&y, &self.bias)?.reshape((self.charts, shapes, side * side, 3));
             };
             x = norm.forward(&y, mode)?.reshape((self.charts * shapes, side, side, ()))?;
         }

@@ -1,7 +1,7 @@
 //! From a picture to a code: a residual network of 18 layers (He et al. 2016). In place of the maximum after
 //! the first layer the first stage has a stride of 2; everything else is ResNet-18, of any width.
 
-use crate::ops::{Window, conv};
+use crate::ops::{Window, add_relu, conv};
 use crate::params::{Mode, Norm, Params};
 use candle_core::{Result, Tensor};
 
@@ -101,7 +101,7 @@ impl ResNet {
                 Some(conv) => conv.forward(&x, mode)?,
                 None => x,
             };
-            x = (y + own)?.relu()?;
+            x = add_relu(&y, &own)?;
         }
         let x = x.mean(2)?.mean(1)?.unsqueeze(0)?;
         let (weight, norm) = &self.code;

@@ -1,11 +1,12 @@
-//! Convolutions as one matrix product of the windows, with a gradient that keeps the windows' own in no sum.
+//! Convolutions: on a GPU one matrix product of the windows, with a gradient that keeps the windows' own in no
+//! sum; on a CPU those of `direct`.
 
+use super::direct::Direct;
 use super::unfold::Unfold;
-use super::{Window, has_fused, unfold};
+use super::{Window, has_fused, made, slice, unfold, with_slice};
+use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Tensor};
 #[cfg(feature = "cuda")]
-use candle_core::CudaStorage;
-use candle_core::backend::BackendStorage;
-use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Storage, Tensor, bail};
+use candle_core::{CudaStorage, backend::BackendStorage, bail};
 
 /// Convolutions of pictures (groups count, rows, columns, channels), each group with weights of its own
 /// (groups, side side channels, outputs): (groups, count rows' columns', outputs).
@@ -18,10 +19,13 @@ pub fn conv(x: &Tensor, weights: &Tensor, window: Window) -> Result<Tensor> {
         return unfold(x, window)?.reshape((groups, (), inputs))?.matmul(weights);
     }
     let (count, rows, columns, channels) = x.dims4()?;
-    let seen = unfold(&x.detach(), window)?.reshape((groups, (), inputs))?;
-    let unfold = Unfold { size: [count, rows, columns, channels], window };
-    let size = [groups, seen.dim(1)?, inputs, outputs];
-    x.apply_op2(&weights.contiguous()?, Conv { seen, unfold, size, wanted: x.track_op() })
+    let seen = match x.device().is_cpu() {
+        true => None,
+        false => Some(unfold(&x.detach(), window)?.reshape((groups, (), inputs))?),
+    };
+    let direct =
+        Direct { groups, unfold: Unfold { size: [count, rows, columns, channels], window }, outputs };
+    x.contiguous()?.apply_op2(&weights.contiguous()?, Conv { seen, direct, wanted: x.track_op() })
 }
 
 /// Calls `f`, whose products an NVIDIA GPU makes of factors of 10 bits (TF32): several times as fast, and
@@ -36,26 +40,35 @@ fn rounded<T>(f: impl FnOnce() -> Result<T>) -> Result<T> {
 }
 
 struct Conv {
-    /// The windows, (groups, rows, inputs).
-    seen: Tensor,
-    unfold: Unfold,
-    /// Groups, rows, inputs, outputs.
-    size: [usize; 4],
+    /// On a GPU the windows, (groups, rows, inputs).
+    seen: Option<Tensor>,
+    direct: Direct,
     /// Whether the pictures' gradient is.
     wanted: bool,
 }
 
 impl Conv {
-    fn product<B: BackendStorage>(
+    /// Of the result: groups, rows, outputs.
+    fn shape(&self) -> Shape {
+        let [count, high, wide, _] = self.direct.unfold.out();
+        (self.direct.groups, count * high * wide / self.direct.groups, self.direct.outputs).into()
+    }
+
+    /// The gradients on a CPU.
+    fn on_cpu(
         &self,
-        seen: &B,
-        at: &Layout,
-        weights: &B,
-        l: &Layout,
-    ) -> Result<(B, Shape)> {
-        let [groups, rows, inputs, outputs] = self.size;
-        let product = seen.matmul(weights, (groups, rows, outputs, inputs), at, l)?;
-        Ok((product, (groups, rows, outputs).into()))
+        x: &Tensor,
+        weights: &Tensor,
+        gradient: &Tensor,
+    ) -> Result<(Option<Tensor>, Option<Tensor>)> {
+        with_slice(gradient, |d| {
+            let of_weights = with_slice(x, |x| made(self.direct.of_weights(x, d), weights.shape()))?;
+            let of_pictures = match self.wanted {
+                true => Some(with_slice(weights, |w| made(self.direct.of_pictures(d, w), x.shape()))?),
+                false => None,
+            };
+            Ok((of_pictures, Some(of_weights)))
+        })
     }
 }
 
@@ -66,16 +79,12 @@ impl CustomOp2 for Conv {
 
     fn cpu_fwd(
         &self,
-        _x: &CpuStorage,
-        _lx: &Layout,
+        x: &CpuStorage,
+        lx: &Layout,
         weights: &CpuStorage,
         l: &Layout,
     ) -> Result<(CpuStorage, Shape)> {
-        let (seen, at) = self.seen.storage_and_layout();
-        match &*seen {
-            Storage::Cpu(seen) => self.product(seen, at, weights, l),
-            _ => bail!("windows on another device than the weights"),
-        }
+        Ok((CpuStorage::F32(self.direct.forward(slice(x, lx)?, slice(weights, l)?)), self.shape()))
     }
 
     #[cfg(feature = "cuda")]
@@ -86,24 +95,27 @@ impl CustomOp2 for Conv {
         weights: &CudaStorage,
         l: &Layout,
     ) -> Result<(CudaStorage, Shape)> {
-        let (seen, at) = self.seen.storage_and_layout();
-        match &*seen {
-            Storage::Cuda(seen) => rounded(|| self.product(seen, at, weights, l)),
-            _ => bail!("windows on another device than the weights"),
-        }
+        let Some(seen) = &self.seen else { bail!("no windows on the GPU") };
+        let (shape, inputs) = (self.shape(), seen.dim(2)?);
+        let (groups, rows, outputs) = shape.dims3()?;
+        super::gpu::with(seen, |(seen, at)| {
+            rounded(|| seen.matmul(weights, (groups, rows, outputs, inputs), at, l))
+        })
+        .map(|product| (product, shape))
     }
 
     fn bwd(
         &self,
-        _x: &Tensor,
+        x: &Tensor,
         weights: &Tensor,
         _y: &Tensor,
         gradient: &Tensor,
     ) -> Result<(Option<Tensor>, Option<Tensor>)> {
+        let Some(seen) = &self.seen else { return self.on_cpu(x, weights, gradient) };
         let d = gradient.contiguous()?;
-        let of_weights = rounded(|| self.seen.t()?.matmul(&d))?;
+        let of_weights = rounded(|| seen.t()?.matmul(&d))?;
         let of_pictures = match self.wanted {
-            true => Some(self.unfold.fold(&rounded(|| d.matmul(&weights.t()?))?)?),
+            true => Some(self.direct.unfold.fold(&rounded(|| d.matmul(&weights.t()?))?)?),
             false => None,
         };
         Ok((of_pictures, Some(of_weights)))

@@ -7,18 +7,24 @@
 //! Pictures are stored as (pictures, rows, columns, channels), so that a convolution is one matrix product.
 
 mod conv;
+mod direct;
 #[cfg(feature = "cuda")]
 pub(crate) mod gpu;
+mod join;
 mod norm;
 mod outer;
 mod product;
+mod rows;
+mod tanh;
 mod unfold;
 mod upsample;
 
 pub use conv::conv;
+pub use join::add_relu;
 pub use norm::{identity_moments, norm_activate};
 pub use outer::outer_add;
 pub use product::shared_product;
+pub use tanh::bias_tanh;
 pub use unfold::{Window, unfold};
 pub use upsample::upsample;
 

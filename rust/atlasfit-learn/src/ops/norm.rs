@@ -9,7 +9,9 @@ use super::{has_fused, made, slice, with_slice};
 #[cfg(feature = "cuda")]
 use candle_core::CudaStorage;
 use candle_core::{CpuStorage, CustomOp1, CustomOp3, DType, Device, Layout, Result, Shape, Tensor};
+use pulp::Arch;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Added to the variance: PyTorch's default (the paper names no value).
 const EPS: f64 = 1e-5;
@@ -101,10 +103,10 @@ struct Norm {
     packed: Option<Tensor>,
 }
 
-/// For each unit of each group two sums over its rows, which `add` takes from one row's units.
+/// For each unit of each group two sums over its rows, to which `add` adds a group's rows of a range.
 fn sums(
     [groups, rows, units]: [usize; 3],
-    add: impl Fn(usize, usize, &mut [f32], &mut [f32]) + Sync,
+    add: impl Fn(usize, Range<usize>, &mut [f32], &mut [f32]) + Sync,
 ) -> [Vec<f64>; 2] {
     let blocks = rows.div_ceil(BLOCK);
     let partial: Vec<Vec<f32>> = (0..groups * blocks)
@@ -113,9 +115,8 @@ fn sums(
             let (group, block) = (task / blocks, task % blocks);
             let mut both = vec![0.0; 2 * units];
             let (a, b) = both.split_at_mut(units);
-            for row in block * BLOCK..((block + 1) * BLOCK).min(rows) {
-                add(group, group * rows + row, a, b);
-            }
+            let of = group * rows + block * BLOCK..group * rows + ((block + 1) * BLOCK).min(rows);
+            Arch::new().dispatch(|| add(group, of, a, b));
             both
         })
         .collect();
@@ -140,12 +141,14 @@ impl CustomOp1 for Take {
     fn cpu_fwd(&self, x: &CpuStorage, layout: &Layout) -> Result<(CpuStorage, Shape)> {
         let x = slice(x, layout)?;
         let [groups, rows, units] = self.size;
-        let [sum, square] = sums(self.size, |group, row, a, b| {
+        let [sum, square] = sums(self.size, |group, of, a, b| {
             let first = &x[group * rows * units..][..units];
-            for (((a, b), x), f) in a.iter_mut().zip(b).zip(&x[row * units..][..units]).zip(first) {
-                let d = x - f;
-                *a += d;
-                *b += d * d;
+            for x in part(x, of, units).chunks_exact(units) {
+                for (((a, b), x), f) in a.iter_mut().zip(&mut *b).zip(x).zip(first) {
+                    let d = x - f;
+                    *a += d;
+                    *b += d * d;
+                }
             }
         });
         let n = rows as f64;
@@ -163,15 +166,18 @@ impl CustomOp1 for Take {
 }
 
 impl Norm {
-    /// Rows of `out` made by several threads.
-    fn rows(&self, out: &mut [f32], make: impl Fn(usize, usize, &mut [f32]) + Sync) {
-        let [_, rows, units] = self.size;
-        out.par_chunks_mut(BLOCK * units).enumerate().for_each(|(block, out)| {
-            for (i, out) in out.chunks_exact_mut(units).enumerate() {
-                let row = block * BLOCK + i;
-                make(row / rows, row, out);
-            }
+    /// Rows made by several threads: `make` makes a group's rows of a range.
+    fn rows(&self, make: impl Fn(usize, Range<usize>, &mut [f32]) + Sync) -> Vec<f32> {
+        let [groups, rows, units] = self.size;
+        let mut out = vec![0.0; groups * rows * units];
+        out.par_chunks_mut((rows * units).max(1)).enumerate().for_each(|(group, out)| {
+            out.par_chunks_mut(BLOCK * units).enumerate().for_each(|(block, out)| {
+                let first = group * rows + block * BLOCK;
+                let of = first..first + out.len() / units;
+                Arch::new().dispatch(|| make(group, of, out));
+            });
         });
+        out
     }
 
     /// Means, and one over the standard deviations.
@@ -181,15 +187,23 @@ impl Norm {
         Ok((mean, variance.iter().map(|v| (1.0 / (f64::from(*v) + EPS).sqrt()) as f32).collect()))
     }
 
+    /// The result before the slope is `scale` times a value plus `offset`.
+    fn scales(&self, gain: &[f32], shift: &[f32]) -> Result<[Vec<f32>; 2]> {
+        let (mean, inverse) = self.means()?;
+        let scale: Vec<f32> = gain.iter().zip(&inverse).map(|(g, i)| g * i).collect();
+        let offset = shift.iter().zip(&scale).zip(&mean).map(|((s, a), m)| s - a * m).collect();
+        Ok([scale, offset])
+    }
+
     #[cfg(feature = "cuda")]
     const fn on_gpu(&self) -> atlasfit_cuda::NormSize {
         atlasfit_cuda::NormSize { size: self.size, slope: self.slope, eps: EPS as f32 }
     }
 }
 
-/// Row `i` of row-major values.
-fn part(values: &[f32], i: usize, units: usize) -> &[f32] {
-    &values[i * units..][..units]
+/// Some rows of row-major values.
+fn part(values: &[f32], rows: Range<usize>, units: usize) -> &[f32] {
+    &values[rows.start * units..rows.end * units]
 }
 
 impl CustomOp3 for Norm {
@@ -208,16 +222,14 @@ impl CustomOp3 for Norm {
     ) -> Result<(CpuStorage, Shape)> {
         let (x, gain, shift) = (slice(x, lx)?, slice(gain, lg)?, slice(shift, ls)?);
         let [groups, rows, units] = self.size;
-        let (mean, inverse) = self.means()?;
-        let scale: Vec<f32> = gain.iter().zip(&inverse).map(|(g, i)| g * i).collect();
-        let offset: Vec<f32> = shift.iter().zip(&scale).zip(&mean).map(|((s, a), m)| s - a * m).collect();
-        let mut out = vec![0.0; groups * rows * units];
-        self.rows(&mut out, |group, row, out| {
-            let (scale, offset) = (&scale[group * units..][..units], &offset[group * units..][..units]);
-            let x = &x[row * units..][..units];
-            for (((y, x), a), b) in out.iter_mut().zip(x).zip(scale).zip(offset) {
-                let z = a * x + b;
-                *y = if z > 0.0 { z } else { self.slope * z };
+        let [scale, offset] = self.scales(gain, shift)?;
+        let out = self.rows(|group, of, out| {
+            let [scale, offset] = [&scale, &offset].map(|v| part(v, group..group + 1, units));
+            for (y, x) in out.chunks_exact_mut(units).zip(part(x, of, units).chunks_exact(units)) {
+                for (((y, x), a), b) in y.iter_mut().zip(x).zip(scale).zip(offset) {
+                    let z = a * x + b;
+                    *y = if z > 0.0 { z } else { self.slope * z };
+                }
             }
         });
         Ok((CpuStorage::F32(out), (groups, rows, units).into()))
@@ -243,8 +255,8 @@ impl CustomOp3 for Norm {
         &self,
         x: &Tensor,
         gain: &Tensor,
-        _shift: &Tensor,
-        y: &Tensor,
+        shift: &Tensor,
+        _y: &Tensor,
         gradient: &Tensor,
     ) -> Result<(Option<Tensor>, Option<Tensor>, Option<Tensor>)> {
         let [groups, rows, units] = self.size;
@@ -254,47 +266,47 @@ impl CustomOp3 for Norm {
             return Ok((Some(dx), Some(sums.get(1)?), Some(sums.get(0)?)));
         }
         let (mean, inverse) = self.means()?;
+        let [gains, shifts] = [gain, shift].map(|t| t.flatten_all()?.to_vec1::<f32>());
+        let (gains, shifts) = (gains?, shifts?);
+        let [scale, offset] = self.scales(&gains, &shifts)?;
         with_slice(x, |x| {
-            with_slice(y, |y| {
-                with_slice(gradient, |d| {
-                    let [shift_sum, gain_sum] = sums(self.size, |group, row, a, b| {
-                        let (mean, inverse) = (part(&mean, group, units), part(&inverse, group, units));
-                        let (x, y, d) = (part(x, row, units), part(y, row, units), part(d, row, units));
-                        let (a, b) = (&mut a[..units], &mut b[..units]);
+            with_slice(gradient, |d| {
+                // Which results are negative is found again: to read them would take longer.
+                let [shift_sum, gain_sum] = sums(self.size, |group, of, a, b| {
+                    let [mean, inverse] = [&mean, &inverse].map(|v| part(v, group..group + 1, units));
+                    let [scale, offset] = [&scale, &offset].map(|v| part(v, group..group + 1, units));
+                    let (a, b) = (&mut a[..units], &mut b[..units]);
+                    let [x, d] = [x, d].map(|v| part(v, of.clone(), units).chunks_exact(units));
+                    for (x, d) in x.zip(d) {
                         for j in 0..units {
-                            let d = if y[j] > 0.0 { d[j] } else { self.slope * d[j] };
+                            let d = if scale[j] * x[j] + offset[j] > 0.0 { d[j] } else { self.slope * d[j] };
                             a[j] += d;
                             b[j] += d * (x[j] - mean[j]) * inverse[j];
                         }
-                    });
-                    let gains = gain.flatten_all()?.to_vec1::<f32>()?;
-                    let n = if self.fixed { f64::INFINITY } else { rows as f64 };
-                    // dx = a (d - sum d / n - (x - m) inverse sum(d normalised) / n), as a d + p x + q.
-                    let a: Vec<f32> = gains.iter().zip(&inverse).map(|(g, i)| g * i).collect();
-                    let p: Vec<f32> = (0..groups * units)
-                        .map(|i| (-f64::from(a[i] * inverse[i]) * gain_sum[i] / n) as f32)
-                        .collect();
-                    let q: Vec<f32> = (0..groups * units)
-                        .map(|i| (-f64::from(a[i]) * shift_sum[i] / n - f64::from(p[i] * mean[i])) as f32)
-                        .collect();
-                    let mut dx = vec![0.0; x.len()];
-                    self.rows(&mut dx, |group, row, out| {
-                        let (x, y, d) = (part(x, row, units), part(y, row, units), part(d, row, units));
-                        let [a, p, q] = [&a, &p, &q].map(|v| part(v, group, units));
-                        let out = &mut out[..units];
+                    }
+                });
+                let n = if self.fixed { f64::INFINITY } else { rows as f64 };
+                // dx = a (d - sum d / n - (x - m) inverse sum(d normalised) / n), as a d + p x + q.
+                let p: Vec<f32> = (0..groups * units)
+                    .map(|i| (-f64::from(scale[i] * inverse[i]) * gain_sum[i] / n) as f32)
+                    .collect();
+                let q: Vec<f32> = (0..groups * units)
+                    .map(|i| (-f64::from(scale[i]) * shift_sum[i] / n - f64::from(p[i] * mean[i])) as f32)
+                    .collect();
+                let dx = self.rows(|group, of, out| {
+                    let [scale, offset] = [&scale, &offset].map(|v| part(v, group..group + 1, units));
+                    let [p, q] = [&p, &q].map(|v| part(v, group..group + 1, units));
+                    let [x, d] = [x, d].map(|v| part(v, of.clone(), units).chunks_exact(units));
+                    for ((x, d), out) in x.zip(d).zip(out.chunks_exact_mut(units)) {
                         for j in 0..units {
-                            let d = if y[j] > 0.0 { d[j] } else { self.slope * d[j] };
-                            out[j] = a[j] * d + p[j] * x[j] + q[j];
+                            let d = if scale[j] * x[j] + offset[j] > 0.0 { d[j] } else { self.slope * d[j] };
+                            out[j] = scale[j] * d + p[j] * x[j] + q[j];
                         }
-                    });
-                    let small =
-                        |sum: Vec<f64>| made(sum.into_iter().map(|x| x as f32).collect(), (groups, units));
-                    Ok((
-                        Some(made(dx, (groups, rows, units))?),
-                        Some(small(gain_sum)?),
-                        Some(small(shift_sum)?),
-                    ))
-                })
+                    }
+                });
+                let small =
+                    |sum: Vec<f64>| made(sum.into_iter().map(|x| x as f32).collect(), (groups, units));
+                Ok((Some(made(dx, (groups, rows, units))?), Some(small(gain_sum)?), Some(small(shift_sum)?)))
             })
         })
     }

@@ -36,6 +36,60 @@ fn same(vars: &[&Var], one: &Tensor, other: &Tensor, what: &str) {
     }
 }
 
+/// Compares the gradients of a function with its changes along random directions.
+fn differences(vars: &[&Var], f: impl Fn() -> Tensor, what: &str) {
+    let pull = random(f().dims(), 98);
+    // Summed in f64, so that rounding spoils only what the operation itself rounds.
+    let value =
+        || -> f64 { plain(&f()).iter().zip(plain(&pull)).map(|(y, p)| f64::from(*y) * f64::from(p)).sum() };
+    let gradients = (f() * pull.as_tensor()).unwrap().sum_all().unwrap().backward().unwrap();
+    for (i, var) in vars.iter().enumerate() {
+        let (before, along) = (var.as_tensor().copy().unwrap(), random(var.dims(), 97));
+        let size = plain(&along).iter().map(|x| x * x).sum::<f32>().sqrt();
+        let h = 1e-2 / f64::from(size);
+        let at = |h: f64| {
+            var.set(&(&before + (along.as_tensor() * h).unwrap()).unwrap()).unwrap();
+            value()
+        };
+        let change = (at(h) - at(-h)) / (2.0 * h);
+        var.set(&before).unwrap();
+        let slope: f64 = plain(gradients.get(var).unwrap())
+            .iter()
+            .zip(plain(&along))
+            .map(|(g, x)| f64::from(*g) * f64::from(x))
+            .sum();
+        let scale = plain(gradients.get(var).unwrap()).iter().map(|g| g * g).sum::<f32>().sqrt() * size;
+        assert!((change - slope).abs() < 2e-3 * f64::from(scale), "{what}, variable {i}: {change}, {slope}");
+    }
+}
+
+#[test]
+fn gradients_of_fused_operations_are_those_of_finite_differences() {
+    let (x, bias) = (random(&[2, 600, 3], 1), random(&[2, 1, 3], 2));
+    differences(&[&x, &bias], || bias_tanh(&x, &bias).unwrap(), "bias and tangent");
+    let (x, y) = (random(&[3, 5], 1), random(&[3, 5], 2));
+    differences(&[&x, &y], || add_relu(&x, &y).unwrap(), "ReLU of a sum");
+    // Several blocks of pictures, two groups, outputs that fill no panel.
+    for (window, channels, outputs) in [
+        (Window { side: 3, stride: 1 }, 4, 5),
+        (Window { side: 3, stride: 2 }, 16, 18),
+        (Window { side: 1, stride: 2 }, 3, 20),
+    ] {
+        let x = random(&[6, 11, 12, channels], 1);
+        let w = random(&[2, window.side * window.side * channels, outputs], 2);
+        differences(&[&x, &w], || conv(&x, &w, window).unwrap(), &format!("{window:?}"));
+    }
+}
+
+#[test]
+fn convolutions_of_groups_are_products_of_their_windows() {
+    for (window, side) in [(Window { side: 3, stride: 1 }, 40), (Window { side: 3, stride: 2 }, 9)] {
+        let (x, w) = (random(&[6, side, side + 3, 3], 1), random(&[2, 27, 19], 2));
+        let seen = unfold::composed(&x, window).unwrap().reshape((2, (), 27)).unwrap();
+        same(&[&x, &w], &conv(&x, &w, window).unwrap(), &seen.matmul(&w).unwrap(), &format!("{window:?}"));
+    }
+}
+
 #[test]
 fn a_convolution_by_unfolding_is_candles() {
     for window in
@@ -89,6 +143,12 @@ fn fused_operations_are_those_composed_of_candles() {
     let (a, b) = (random(&[2, 3, 4], 1), random(&[2, 5, 4], 2));
     let composed = a.unsqueeze(2).unwrap().broadcast_add(&b.unsqueeze(1).unwrap()).unwrap();
     same(&[&a, &b], &outer_add(&a, &b).unwrap(), &composed, "the outer sum");
+    let (x, bias) = (random(&[2, 600, 3], 1), random(&[2, 1, 3], 2));
+    let composed = x.broadcast_add(&bias).unwrap().tanh().unwrap();
+    same(&[&x, &bias], &bias_tanh(&x, &bias).unwrap(), &composed, "bias and tangent");
+    let (x, y) = (random(&[3, 5], 1), random(&[3, 5], 2));
+    let composed = (x.as_tensor() + y.as_tensor()).unwrap().relu().unwrap();
+    same(&[&x, &y], &add_relu(&x, &y).unwrap(), &composed, "ReLU of a sum");
     let x = random(&[2, 4, 4, 3], 1);
     same(&[&x], &upsample(&x).unwrap(), &upsample::composed(&x).unwrap(), "upsampling");
     for window in [Window { side: 3, stride: 1 }, Window { side: 3, stride: 2 }] {

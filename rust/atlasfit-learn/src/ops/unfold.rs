@@ -6,6 +6,7 @@ use super::{has_fused, made, slice, with_slice};
 use candle_core::CudaStorage;
 use candle_core::{CpuStorage, CustomOp1, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A convolution's window: `side` x `side` pixels, moved by `stride`, with `pad` zeros around the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +19,7 @@ pub struct Window {
 
 impl Window {
     /// Zeros around the picture, so that a stride of 1 keeps its size.
-    const fn pad(self) -> usize {
+    pub(super) const fn pad(self) -> usize {
         self.side / 2
     }
 
@@ -79,20 +80,23 @@ impl Unfold {
         [count, w.along(rows), w.along(columns), w.side * w.side * channels]
     }
 
-    /// Calls `at(pixel, place)` for each tap of each window of a picture: offsets of the picture's pixel and
-    /// of the tap, in numbers.
-    fn taps(&self, mut at: impl FnMut(usize, usize)) {
+    /// Calls `at(pixel, place)` for each tap of each window on some lines of a picture's windows: offsets of
+    /// the picture's pixel and of the tap, from the first of these lines on, in numbers.
+    fn taps(&self, lines: Range<usize>, mut at: impl FnMut(usize, usize)) {
         let [_, rows, columns, channels] = self.size;
-        let [_, high, wide, row] = self.out();
+        let [_, _, wide, row] = self.out();
         let Window { side, stride } = self.window;
         let pad = self.window.pad();
-        for y in 0..high {
+        for y in lines.clone() {
             for x in 0..wide {
                 for tap in 0..side * side {
                     let i = (y * stride + tap / side).wrapping_sub(pad);
                     let j = (x * stride + tap % side).wrapping_sub(pad);
                     if i < rows && j < columns {
-                        at((i * columns + j) * channels, (y * wide + x) * row + tap * channels);
+                        at(
+                            (i * columns + j) * channels,
+                            ((y - lines.start) * wide + x) * row + tap * channels,
+                        );
                     }
                 }
             }
@@ -112,7 +116,7 @@ impl CustomOp1 for Unfold {
         let mut out = vec![0.0; count * high * wide * row];
         let pictures = out.par_chunks_mut(high * wide * row).zip(x.par_chunks(rows * columns * channels));
         pictures.for_each(|(out, x)| {
-            self.taps(|pixel, place| {
+            self.taps(0..high, |pixel, place| {
                 out[place..place + channels].copy_from_slice(&x[pixel..pixel + channels]);
             });
         });
@@ -149,14 +153,19 @@ impl Unfold {
         with_slice(gradient, |d| {
             let mut dx = vec![0.0; count * rows * columns * channels];
             let pictures = dx.par_chunks_mut(rows * columns * channels).zip(d.par_chunks(high * wide * row));
-            pictures.for_each(|(dx, d)| {
-                self.taps(|pixel, place| {
-                    for (x, d) in dx[pixel..pixel + channels].iter_mut().zip(&d[place..place + channels]) {
-                        *x += d;
-                    }
-                });
-            });
+            pictures.for_each(|(dx, d)| self.fold_lines(0..high, d, dx));
             made(dx, (count, rows, columns, channels))
         })
+    }
+
+    /// Adds the windows on some lines of a picture's windows to the picture.
+    pub(super) fn fold_lines(&self, lines: Range<usize>, windows: &[f32], picture: &mut [f32]) {
+        let channels = self.size[3];
+        self.taps(lines, |pixel, place| {
+            let pixels = &mut picture[pixel..pixel + channels];
+            for (x, d) in pixels.iter_mut().zip(&windows[place..place + channels]) {
+                *x += d;
+            }
+        });
     }
 }

@@ -30,6 +30,18 @@ impl Packed {
         packed.set(matrix, columns);
         packed
     }
+    /// Takes a row-major matrix of any number of columns; zeros fill its last panel.
+    pub fn set_padded(&mut self, matrix: &[f32], columns: usize) {
+        self.resize(matrix.len() / columns, columns.next_multiple_of(PANEL));
+        let rows = self.rows;
+        for (r, row) in matrix.chunks_exact(columns).enumerate() {
+            for (p, part) in row.chunks(PANEL).enumerate() {
+                let to = &mut self.data[(p * rows + r) * PANEL..][..PANEL];
+                to[..part.len()].copy_from_slice(part);
+                to[part.len()..].fill(0.0);
+            }
+        }
+    }
     /// Takes a row-major matrix of `columns` columns, a multiple of [`PANEL`].
     pub fn set(&mut self, matrix: &[f32], columns: usize) {
         debug_assert!(columns.is_multiple_of(PANEL) && matrix.len().is_multiple_of(columns));
@@ -58,6 +70,10 @@ impl Packed {
     /// Number of panels.
     pub fn panels(&self) -> usize {
         self.columns / PANEL
+    }
+    /// The panels, each row by row.
+    pub fn each(&self) -> impl Iterator<Item = &[f32]> {
+        self.data.chunks_exact((self.rows * PANEL).max(1))
     }
     fn resize(&mut self, rows: usize, columns: usize) {
         (self.rows, self.columns) = (rows, columns);

@@ -4,7 +4,7 @@
 pub(crate) mod adam;
 pub mod conv;
 pub(crate) mod dense;
-pub(crate) mod gemm;
+pub mod gemm;
 pub(crate) mod hinge;
 mod ridge;
 
