@@ -116,7 +116,7 @@ fn sums(
             let mut both = vec![0.0; 2 * units];
             let (a, b) = both.split_at_mut(units);
             let of = group * rows + block * BLOCK..group * rows + ((block + 1) * BLOCK).min(rows);
-            Arch::new().dispatch(|| add(group, of, a, b));
+            add(group, of, a, b);
             both
         })
         .collect();
@@ -142,14 +142,8 @@ impl CustomOp1 for Take {
         let x = slice(x, layout)?;
         let [groups, rows, units] = self.size;
         let [sum, square] = sums(self.size, |group, of, a, b| {
-            let first = &x[group * rows * units..][..units];
-            for x in part(x, of, units).chunks_exact(units) {
-                for (((a, b), x), f) in a.iter_mut().zip(&mut *b).zip(x).zip(first) {
-                    let d = x - f;
-                    *a += d;
-                    *b += d * d;
-                }
-            }
+            let first = part(x, group * rows..group * rows + 1, units);
+            Arch::new().dispatch(|| add_about(first, part(x, of, units), a, b));
         });
         let n = rows as f64;
         let first = |i: usize| f64::from(x[i / units * rows * units + i % units]);
@@ -174,7 +168,7 @@ impl Norm {
             out.par_chunks_mut(BLOCK * units).enumerate().for_each(|(block, out)| {
                 let first = group * rows + block * BLOCK;
                 let of = first..first + out.len() / units;
-                Arch::new().dispatch(|| make(group, of, out));
+                make(group, of, out);
             });
         });
         out
@@ -206,6 +200,62 @@ fn part(values: &[f32], rows: Range<usize>, units: usize) -> &[f32] {
     &values[rows.start * units..rows.end * units]
 }
 
+/// Adds rows less the first one, and their squares.
+#[inline(always)]
+fn add_about(first: &[f32], x: &[f32], a: &mut [f32], b: &mut [f32]) {
+    let units = first.len();
+    let (a, b) = (&mut a[..units], &mut b[..units]);
+    for x in x.chunks_exact(units) {
+        for j in 0..units {
+            let d = x[j] - first[j];
+            a[j] += d;
+            b[j] += d * d;
+        }
+    }
+}
+
+/// Rows scaled, shifted, negative ones times the slope.
+#[inline(always)]
+fn activate(x: &[f32], [scale, offset]: [&[f32]; 2], slope: f32, out: &mut [f32]) {
+    let units = scale.len();
+    let offset = &offset[..units];
+    for (y, x) in out.chunks_exact_mut(units).zip(x.chunks_exact(units)) {
+        for j in 0..units {
+            let z = scale[j] * x[j] + offset[j];
+            y[j] = if z > 0.0 { z } else { slope * z };
+        }
+    }
+}
+
+/// Adds the gradients before the slope, and their products with the normalised values.
+#[inline(always)]
+fn add_pulls([x, d]: [&[f32]; 2], of: [&[f32]; 4], slope: f32, a: &mut [f32], b: &mut [f32]) {
+    let units = of[0].len();
+    let [scale, offset, mean, inverse] = of.map(|v| &v[..units]);
+    let (a, b) = (&mut a[..units], &mut b[..units]);
+    for (x, d) in x.chunks_exact(units).zip(d.chunks_exact(units)) {
+        for j in 0..units {
+            let d = if scale[j] * x[j] + offset[j] > 0.0 { d[j] } else { slope * d[j] };
+            a[j] += d;
+            b[j] += d * (x[j] - mean[j]) * inverse[j];
+        }
+    }
+}
+
+/// The gradient of the values, as scale d + p x + q.
+#[inline(always)]
+fn pull([x, d]: [&[f32]; 2], of: [&[f32]; 4], slope: f32, out: &mut [f32]) {
+    let units = of[0].len();
+    let [scale, offset, p, q] = of.map(|v| &v[..units]);
+    let rows = x.chunks_exact(units).zip(d.chunks_exact(units));
+    for ((x, d), out) in rows.zip(out.chunks_exact_mut(units)) {
+        for j in 0..units {
+            let d = if scale[j] * x[j] + offset[j] > 0.0 { d[j] } else { slope * d[j] };
+            out[j] = scale[j] * d + p[j] * x[j] + q[j];
+        }
+    }
+}
+
 impl CustomOp3 for Norm {
     fn name(&self) -> &'static str {
         "norm-activate"
@@ -224,13 +274,8 @@ impl CustomOp3 for Norm {
         let [groups, rows, units] = self.size;
         let [scale, offset] = self.scales(gain, shift)?;
         let out = self.rows(|group, of, out| {
-            let [scale, offset] = [&scale, &offset].map(|v| part(v, group..group + 1, units));
-            for (y, x) in out.chunks_exact_mut(units).zip(part(x, of, units).chunks_exact(units)) {
-                for (((y, x), a), b) in y.iter_mut().zip(x).zip(scale).zip(offset) {
-                    let z = a * x + b;
-                    *y = if z > 0.0 { z } else { self.slope * z };
-                }
-            }
+            let scales = [&scale, &offset].map(|v| part(v, group..group + 1, units));
+            Arch::new().dispatch(|| activate(part(x, of, units), scales, self.slope, out));
         });
         Ok((CpuStorage::F32(out), (groups, rows, units).into()))
     }
@@ -273,17 +318,10 @@ impl CustomOp3 for Norm {
             with_slice(gradient, |d| {
                 // Which results are negative is found again: to read them would take longer.
                 let [shift_sum, gain_sum] = sums(self.size, |group, of, a, b| {
-                    let [mean, inverse] = [&mean, &inverse].map(|v| part(v, group..group + 1, units));
-                    let [scale, offset] = [&scale, &offset].map(|v| part(v, group..group + 1, units));
-                    let (a, b) = (&mut a[..units], &mut b[..units]);
-                    let [x, d] = [x, d].map(|v| part(v, of.clone(), units).chunks_exact(units));
-                    for (x, d) in x.zip(d) {
-                        for j in 0..units {
-                            let d = if scale[j] * x[j] + offset[j] > 0.0 { d[j] } else { self.slope * d[j] };
-                            a[j] += d;
-                            b[j] += d * (x[j] - mean[j]) * inverse[j];
-                        }
-                    }
+                    let of_group =
+                        [&scale, &offset, &mean, &inverse].map(|v| part(v, group..group + 1, units));
+                    let both = [x, d].map(|v| part(v, of.clone(), units));
+                    Arch::new().dispatch(|| add_pulls(both, of_group, self.slope, a, b));
                 });
                 let n = if self.fixed { f64::INFINITY } else { rows as f64 };
                 // dx = a (d - sum d / n - (x - m) inverse sum(d normalised) / n), as a d + p x + q.
@@ -294,15 +332,9 @@ impl CustomOp3 for Norm {
                     .map(|i| (-f64::from(scale[i]) * shift_sum[i] / n - f64::from(p[i] * mean[i])) as f32)
                     .collect();
                 let dx = self.rows(|group, of, out| {
-                    let [scale, offset] = [&scale, &offset].map(|v| part(v, group..group + 1, units));
-                    let [p, q] = [&p, &q].map(|v| part(v, group..group + 1, units));
-                    let [x, d] = [x, d].map(|v| part(v, of.clone(), units).chunks_exact(units));
-                    for ((x, d), out) in x.zip(d).zip(out.chunks_exact_mut(units)) {
-                        for j in 0..units {
-                            let d = if scale[j] * x[j] + offset[j] > 0.0 { d[j] } else { self.slope * d[j] };
-                            out[j] = scale[j] * d + p[j] * x[j] + q[j];
-                        }
-                    }
+                    let of_group = [&scale, &offset, &p, &q].map(|v| part(v, group..group + 1, units));
+                    let both = [x, d].map(|v| part(v, of.clone(), units));
+                    Arch::new().dispatch(|| pull(both, of_group, self.slope, out));
                 });
                 let small =
                     |sum: Vec<f64>| made(sum.into_iter().map(|x| x as f32).collect(), (groups, units));
