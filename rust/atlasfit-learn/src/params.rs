@@ -1,7 +1,7 @@
 //! The numbers of a model: variables that are trained, and the running moments of batch norm, by name and in
 //! the order in which they were made.
 
-use crate::ops::{identity_moments, norm_activate};
+use crate::ops::{identity_moments, norm_activate, outer_norm};
 use atlasfit::numeric::rng::Rng;
 use candle_core::{Device, Result, Shape, Tensor, Var};
 use std::sync::{Arc, Mutex};
@@ -85,14 +85,31 @@ pub(crate) struct Norm {
 impl Norm {
     /// From (groups, rows, units) the same shape.
     pub(crate) fn forward(&self, x: &Tensor, mode: Mode) -> Result<Tensor> {
+        self.run(x.dim(1)?, mode, |given| norm_activate(x, &self.gain, &self.shift, self.slope, given))
+    }
+
+    /// From (groups, a, units) and (groups, b, units) the same of the sums of all pairs of rows, (groups, a b,
+    /// units).
+    pub(crate) fn forward_outer(&self, x: &Tensor, y: &Tensor, mode: Mode) -> Result<Tensor> {
+        let run = |given: Option<&Tensor>| outer_norm([x, y], &self.gain, &self.shift, self.slope, given);
+        self.run(x.dim(1)? * y.dim(1)?, mode, run)
+    }
+
+    /// Calls `norm` with the moments to take, and adds those of a batch to the running ones.
+    fn run(
+        &self,
+        rows: usize,
+        mode: Mode,
+        norm: impl FnOnce(Option<&Tensor>) -> Result<(Tensor, Tensor)>,
+    ) -> Result<Tensor> {
         let mut running = self.moments.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if mode == Mode::Use {
-            return Ok(norm_activate(x, &self.gain, &self.shift, self.slope, Some(&running))?.0);
+            return Ok(norm(Some(&running))?.0);
         }
-        let (y, of_batch) = norm_activate(x, &self.gain, &self.shift, self.slope, None)?;
+        let (y, of_batch) = norm(None)?;
         // As in PyTorch, the running variance is that of the population.
-        let rows = x.dim(1)? as f64;
-        let unbiased = Tensor::new(&[1.0, (rows / (rows - 1.0).max(1.0)) as f32], x.device())?;
+        let rows = rows as f64;
+        let unbiased = Tensor::new(&[1.0, (rows / (rows - 1.0).max(1.0)) as f32], y.device())?;
         let new = of_batch.broadcast_mul(&unbiased.reshape((2, 1, 1))?)?;
         *running = ((&*running * (1.0 - MOMENTUM))? + (new * MOMENTUM)?)?;
         Ok(y)

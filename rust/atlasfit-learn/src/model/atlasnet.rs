@@ -2,9 +2,9 @@
 //! Source: AtlasNet (Groueix et al. 2018). Its first layer sees code and place side by side; here it is the
 //! sum of a product of each: the same function, without a copy of the code at every place.
 
-use crate::ops::{bias_tanh, outer_add, shared_product};
+use crate::ops::{bias_tanh, shared_product};
 use crate::params::{Mode, Norm, Params};
-use candle_core::{Device, Result, Tensor};
+use candle_core::{Device, Result, Tensor, bail};
 
 pub(super) struct AtlasNet {
     charts: usize,
@@ -40,8 +40,10 @@ impl AtlasNet {
         let (shapes, n) = (codes.dim(0)?, side * side);
         let a = shared_product(codes, &self.of_code)?;
         let b = shared_product(&places(side, codes.device())?, &self.of_place)?;
-        let mut x = outer_add(&a, &b)?.reshape((self.charts, shapes * n, ()))?;
-        for (norm, weight) in self.norms.iter().zip(&self.weights) {
+        let mut layers = self.norms.iter().zip(&self.weights);
+        let Some((norm, weight)) = layers.next() else { bail!("a network without layers") };
+        let mut x = norm.forward_outer(&a, &b, mode)?.matmul(weight)?;
+        for (norm, weight) in layers {
             x = norm.forward(&x, mode)?.matmul(weight)?;
         }
         bias_tanh(&x, &self.bias)?.reshape((self.charts, shapes, n, 3))

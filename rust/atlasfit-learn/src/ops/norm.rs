@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Added to the variance: PyTorch's default (the paper names no value).
-const EPS: f64 = 1e-5;
+pub(super) const EPS: f64 = 1e-5;
 /// Rows whose sums are taken by one task: the order of sums follows from it, never from the threads.
 const BLOCK: usize = 512;
 

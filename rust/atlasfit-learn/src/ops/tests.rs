@@ -67,6 +67,10 @@ fn differences(vars: &[&Var], f: impl Fn() -> Tensor, what: &str) {
 fn gradients_of_fused_operations_are_those_of_finite_differences() {
     let (x, bias) = (random(&[2, 600, 3], 1), random(&[2, 1, 3], 2));
     differences(&[&x, &bias], || bias_tanh(&x, &bias).unwrap(), "bias and tangent");
+    let (gain, shift) = (random(&[2, 4], 3), random(&[2, 4], 4));
+    let (a, b) = (random(&[2, 3, 4], 1), random(&[2, 5, 4], 2));
+    let all = || outer_norm([&a, &b], &gain, &shift, 1.0, None).unwrap().0;
+    differences(&[&a, &b, &gain, &shift], all, "norm of outer sums");
     let (x, y) = (random(&[3, 5], 1), random(&[3, 5], 2));
     differences(&[&x, &y], || add_relu(&x, &y).unwrap(), "ReLU of a sum");
     // Several blocks of pictures, two groups, outputs that fill no panel.
@@ -143,6 +147,15 @@ fn fused_operations_are_those_composed_of_candles() {
     let (a, b) = (random(&[2, 3, 4], 1), random(&[2, 5, 4], 2));
     let composed = a.unsqueeze(2).unwrap().broadcast_add(&b.unsqueeze(1).unwrap()).unwrap();
     same(&[&a, &b], &outer_add(&a, &b).unwrap(), &composed, "the outer sum");
+    let (gain, shift) = (random(&[2, 4], 3), random(&[2, 4], 4));
+    let sums = composed.reshape((2, 15, 4)).unwrap();
+    let given = Tensor::stack(&[gain.as_tensor(), &gain.sqr().unwrap()], 0).unwrap();
+    for (slope, given) in [(0.0, None), (0.2, Some(&given))] {
+        let (ours, m) = outer_norm([&a, &b], &gain, &shift, slope, given).unwrap();
+        let (theirs, n) = norm::composed(&sums, &gain, &shift, slope, given).unwrap();
+        same(&[&a, &b, &gain, &shift], &ours, &theirs, &format!("norm of outer sums, slope {slope}"));
+        near(&m, &n, "moments of outer sums");
+    }
     let (x, bias) = (random(&[2, 600, 3], 1), random(&[2, 1, 3], 2));
     let composed = x.broadcast_add(&bias).unwrap().tanh().unwrap();
     same(&[&x, &bias], &bias_tanh(&x, &bias).unwrap(), &composed, "bias and tangent");
