@@ -149,7 +149,7 @@ fn fused_operations_are_those_composed_of_candles() {
     same(&[&a, &b], &outer_add(&a, &b).unwrap(), &composed, "the outer sum");
     let (gain, shift) = (random(&[2, 4], 3), random(&[2, 4], 4));
     let sums = composed.reshape((2, 15, 4)).unwrap();
-    let given = Tensor::stack(&[gain.as_tensor(), &gain.sqr().unwrap()], 0).unwrap();
+    let given = Tensor::stack(&[gain.as_tensor(), &gain.sqr().unwrap()], 0).unwrap().detach();
     for (slope, given) in [(0.0, None), (0.2, Some(&given))] {
         let (ours, m) = outer_norm([&a, &b], &gain, &shift, slope, given).unwrap();
         let (theirs, n) = norm::composed(&sums, &gain, &shift, slope, given).unwrap();
