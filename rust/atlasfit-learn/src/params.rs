@@ -88,8 +88,8 @@ impl Norm {
         self.run(x.dim(1)?, mode, |given| norm_activate(x, &self.gain, &self.shift, self.slope, given))
     }
 
-    /// From (groups, a, units) and (groups, b, units) the same of the sums of all pairs of rows, (groups, a b,
-    /// units).
+    /// From (groups, a, units) and (groups, b, units) the same of the sums of all pairs of rows, (groups,
+    /// a b, units).
     pub(crate) fn forward_outer(&self, x: &Tensor, y: &Tensor, mode: Mode) -> Result<Tensor> {
         let run = |given: Option<&Tensor>| outer_norm([x, y], &self.gain, &self.shift, self.slope, given);
         self.run(x.dim(1)? * y.dim(1)?, mode, run)

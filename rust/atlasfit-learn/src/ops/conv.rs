@@ -1,5 +1,5 @@
-//! Convolutions: on a GPU one matrix product of the windows, with a gradient that keeps the windows' own in no
-//! sum; on a CPU those of `direct`.
+//! Convolutions: on a GPU one matrix product of the windows, with a gradient that keeps the windows' own in
+//! no sum; on a CPU those of `direct`.
 
 use super::direct::Direct;
 use super::unfold::Unfold;

@@ -1,13 +1,13 @@
 //! Convolutions on a CPU: products of windows that are read from padded pictures, block by block, so that no
 //! array of all windows is ever made.
 //!
-//! In: pictures (groups count, rows, columns, channels), weights (groups, side side channels, outputs), and for
-//! the gradients those of the result, (groups, count rows' columns', outputs). Blocks follow from the sizes, so
-//! that sums do not depend on the number of threads.
+//! In: pictures (groups count, rows, columns, channels), weights (groups, side side channels, outputs), and
+//! for the gradients those of the result, (groups, count rows' columns', outputs). Blocks follow from the
+//! sizes, so that sums do not depend on the number of threads.
 
 use super::rows::{Rows, add_outer, multiply};
 use super::unfold::Unfold;
-use atlasfit_net::net::gemm::Packed;
+use atlasfit_net::net::gemm::{PANEL, Packed, TILE};
 use rayon::prelude::*;
 
 /// Windows of a block at least, where the pictures have so many: packed weights are read once for each.
@@ -111,8 +111,8 @@ impl Direct {
         // Where the weights are many and the windows few, parts of one sum, else sums over some pictures.
         let sums = (of_group * windows / SUMMED).clamp(1, SUMS).min(of_group);
         let in_sum = of_group.div_ceil(sums);
-        let part = inputs.div_ceil(SUMS.div_ceil(sums * self.groups)).next_multiple_of(6);
-        let (at, width) = (self.starts(per), outputs.next_multiple_of(16));
+        let part = inputs.div_ceil(SUMS.div_ceil(sums * self.groups)).next_multiple_of(TILE);
+        let (at, width) = (self.starts(per), outputs.next_multiple_of(PANEL));
         let mut out = vec![0.0; self.groups * inputs * outputs];
         let groups = out.par_chunks_mut(inputs * outputs).zip(x.par_chunks(of_group * numbers));
         groups.zip(d.par_chunks(of_group * windows * outputs)).for_each(|((out, x), d)| {

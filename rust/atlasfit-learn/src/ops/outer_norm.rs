@@ -1,17 +1,17 @@
-//! Batch norm of the sums of every row of one matrix with every row of another, and what follows it: the first
-//! layer of a chart's network, without an array of the sums.
+//! Batch norm of the sums of every row of one matrix with every row of another, and what follows it: the
+//! first layer of a chart's network, without an array of the sums.
 //!
-//! Over all pairs the mean of the sums is the sum of the means, and the variance that of the variances; so the
-//! rows of each matrix are scaled by themselves, and only the result is as large as all pairs. The gradient is
-//! that of `norm`, summed over the pairs of a row.
+//! Over all pairs the mean of the sums is the sum of the means, and the variance that of the variances; so
+//! the rows of each matrix are scaled by themselves, and only the result is as large as all pairs. The
+//! gradient is that of `norm`, summed over the pairs of a row.
 
 use super::{made, norm_activate, outer_add, slice, with_slice};
 use candle_core::{CpuStorage, CustomOp3, Layout, Result, Shape, Tensor};
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// From x (groups, a, units) and y (groups, b, units) what [`norm_activate`] gives of their sums, (groups, a b,
-/// units).
+/// From x (groups, a, units) and y (groups, b, units) what [`norm_activate`] gives of their sums, (groups,
+/// a b, units).
 ///
 /// # Errors
 /// Shapes that do not fit.
