@@ -11,6 +11,7 @@ use super::patch::{Pair, Worth};
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::surface::{NONE, Surface};
+use std::ops::Range;
 
 /// Tries to make one chart of two; `None` if it would stretch or overlap too much.
 pub(super) fn join(
@@ -62,9 +63,14 @@ pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
         return None;
     }
     let path = Path::new(a, b, best);
-    for of in (1..MERGE.dart_parts).rev() {
+    let mut parts: Vec<Range<usize>> = (1..MERGE.dart_parts)
+        .rev()
+        .filter_map(|of| path.best_part(f64::from(of) / f64::from(MERGE.dart_parts)))
+        .collect();
+    // Paths of few edges have few parts.
+    parts.dedup();
+    for range in parts {
         ctx.check().ok()?;
-        let Some(range) = path.best_part(f64::from(of) / f64::from(MERGE.dart_parts)) else { continue };
         let part = &path.edges[range.clone()];
         let (motion, gap) = align(a, b, part);
         if misfit(pair, part, gap) > MERGE.mismatch || overlaps([a, b], &path, &range, motion, ctx).ok()? {
