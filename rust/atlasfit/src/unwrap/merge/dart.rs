@@ -1,8 +1,8 @@
 //! A part of a border along which charts are joined: what does not close without too much stretch stays open,
 //! as a dart does in a coat.
 //!
-//! In: two charts and a path of edges that they share. Out: the part of the path, of a given share of its
-//! length, along which the two match best.
+//! In: two charts and a path of edges that they share. Out: the part of the path, of a given share of what it
+//! costs as a seam, along which the two match best.
 
 use super::align::Shared;
 use crate::unwrap::chart::Chart;
@@ -31,19 +31,19 @@ impl Path {
         Self { edges, sums }
     }
 
-    /// The part whose two sides match best, of those that first reach this share of the whole length from
+    /// The part whose two sides match best, of those that first reach this share of what all of it costs from
     /// where they start. `None` where only all of it does.
     pub(super) fn best_part(&self, share: f64) -> Option<Range<usize>> {
         let n = self.edges.len();
-        let wanted = share * self.sums[n].weight;
+        let wanted = share * self.sums[n].cost;
         let mut best = (f64::INFINITY, None);
         let mut end = 0;
         for start in 0..n {
-            while end < n && self.sums[end].weight - self.sums[start].weight < wanted {
+            while end < n && self.sums[end].cost - self.sums[start].cost < wanted {
                 end += 1;
             }
             let part = self.sums[end].with(&self.sums[start], -1.0);
-            if part.weight < wanted {
+            if part.cost < wanted {
                 break;
             }
             if end - start < n && part.misfit() < best.0 {
@@ -74,6 +74,8 @@ fn in_order(path: Vec<Shared>) -> Vec<Shared> {
 #[derive(Clone, Copy, Default)]
 struct Moments {
     weight: f64,
+    /// What the edges cost as a seam.
+    cost: f64,
     /// Of either side's points.
     points: [[f64; 2]; 2],
     /// Of the squares of both.
@@ -85,7 +87,7 @@ struct Moments {
 impl Moments {
     /// Those of an edge, with either side's points as seen from its origin.
     fn of(a: &Chart, b: &Chart, origin: [[f64; 2]; 2], e: &Shared) -> Self {
-        let mut out = Self::default();
+        let mut out = Self { cost: e.cost, ..Self::default() };
         let w = e.length.max(1e-12);
         for k in 0..2 {
             let (p, q) = (a.uv[e.a[k] as usize], b.uv[e.b[k] as usize]);
@@ -93,6 +95,7 @@ impl Moments {
             let [inner, outer] = products(p, q);
             let point = Self {
                 weight: w,
+                cost: 0.0,
                 points: [p, q].map(|p| p.map(|x| w * x)),
                 squares: w * (products(p, p)[0] + products(q, q)[0]),
                 products: [w * inner, w * outer],
@@ -107,6 +110,7 @@ impl Moments {
         let add = |x: [f64; 2], y: [f64; 2]| [x[0] + sign * y[0], x[1] + sign * y[1]];
         Self {
             weight: self.weight + sign * other.weight,
+            cost: self.cost + sign * other.cost,
             points: [0, 1].map(|k| add(self.points[k], other.points[k])),
             squares: self.squares + sign * other.squares,
             products: add(self.products, other.products),
