@@ -1,6 +1,7 @@
 //! Adam (Kingma and Ba 2014) with moments that can be written and read, so that training goes on with the
 //! same bytes. Moments and variables change in place, on their device.
 
+use crate::ops::NUMBERS;
 use crate::params::Params;
 #[cfg(feature = "cuda")]
 use candle_core::CudaStorage;
@@ -11,8 +12,6 @@ use rayon::prelude::*;
 /// Decay of the moments, and what keeps the division finite: the authors' values, PyTorch's defaults.
 const BETA: [f32; 2] = [0.9, 0.999];
 const EPS: f32 = 1e-8;
-/// Numbers that one task works through.
-const BLOCK: usize = 1 << 15;
 
 /// The state of Adam.
 pub struct Adam {
@@ -76,8 +75,8 @@ impl InplaceOp2 for Decay {
     fn cpu_fwd(&self, m: &mut CpuStorage, lm: &Layout, g: &CpuStorage, lg: &Layout) -> Result<()> {
         let (moments, gradient) = parts(m, lm, g, lg)?;
         let (first, second) = moments.split_at_mut(gradient.len());
-        let blocks = first.par_chunks_mut(BLOCK).zip(second.par_chunks_mut(BLOCK));
-        blocks.zip(gradient.par_chunks(BLOCK)).for_each(|((first, second), gradient)| {
+        let blocks = first.par_chunks_mut(NUMBERS).zip(second.par_chunks_mut(NUMBERS));
+        blocks.zip(gradient.par_chunks(NUMBERS)).for_each(|((first, second), gradient)| {
             for ((m, v), g) in first.iter_mut().zip(second).zip(gradient) {
                 *m = BETA[0] * *m + (1.0 - BETA[0]) * g;
                 *v = BETA[1] * *v + (1.0 - BETA[1]) * g * g;
@@ -108,8 +107,8 @@ impl InplaceOp2 for Move {
     fn cpu_fwd(&self, x: &mut CpuStorage, lx: &Layout, m: &CpuStorage, lm: &Layout) -> Result<()> {
         let (values, moments) = parts(x, lx, m, lm)?;
         let (first, second) = moments.split_at(values.len());
-        let blocks = values.par_chunks_mut(BLOCK).zip(first.par_chunks(BLOCK));
-        blocks.zip(second.par_chunks(BLOCK)).for_each(|((values, first), second)| {
+        let blocks = values.par_chunks_mut(NUMBERS).zip(first.par_chunks(NUMBERS));
+        blocks.zip(second.par_chunks(NUMBERS)).for_each(|((values, first), second)| {
             for ((x, m), v) in values.iter_mut().zip(first).zip(second) {
                 *x -= self.size * m / (v.sqrt() * self.root + EPS);
             }

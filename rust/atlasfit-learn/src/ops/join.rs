@@ -1,11 +1,8 @@
 //! Where two ways through a residual network meet: ReLU of their sum, in one pass over the values.
 
-use super::{made, slice, with_slice};
+use super::{NUMBERS, made, slice, with_slice};
 use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
-
-/// Numbers that one task works through.
-const BLOCK: usize = 1 << 15;
 
 /// ReLU of the sum of two tensors of one shape.
 ///
@@ -34,7 +31,7 @@ impl CustomOp2 for AddRelu {
     ) -> Result<(CpuStorage, Shape)> {
         let (x, y) = (slice(x, lx)?, slice(y, ly)?);
         let mut out = vec![0.0; x.len()];
-        let blocks = out.par_chunks_mut(BLOCK).zip(x.par_chunks(BLOCK)).zip(y.par_chunks(BLOCK));
+        let blocks = out.par_chunks_mut(NUMBERS).zip(x.par_chunks(NUMBERS)).zip(y.par_chunks(NUMBERS));
         blocks.for_each(|((out, x), y)| {
             for ((o, x), y) in out.iter_mut().zip(x).zip(y) {
                 *o = (x + y).max(0.0);
@@ -53,8 +50,8 @@ impl CustomOp2 for AddRelu {
         with_slice(out, |out| {
             with_slice(gradient, |d| {
                 let mut of_both = vec![0.0; d.len()];
-                let blocks = of_both.par_chunks_mut(BLOCK).zip(out.par_chunks(BLOCK));
-                blocks.zip(d.par_chunks(BLOCK)).for_each(|((to, out), d)| {
+                let blocks = of_both.par_chunks_mut(NUMBERS).zip(out.par_chunks(NUMBERS));
+                blocks.zip(d.par_chunks(NUMBERS)).for_each(|((to, out), d)| {
                     for ((t, o), d) in to.iter_mut().zip(out).zip(d) {
                         *t = if *o > 0.0 { *d } else { 0.0 };
                     }

@@ -32,6 +32,10 @@ pub use upsample::upsample;
 
 use candle_core::{CpuStorage, Device, Layout, Result, Shape, Storage, Tensor, bail};
 
+/// Numbers that one task works through where none depends on another. Source: chosen, 128 kB: a task takes
+/// far longer than to hand it out.
+pub(crate) const NUMBERS: usize = 1 << 15;
+
 /// Calls `f` with the numbers of a contiguous tensor on the CPU.
 fn with_slice<T>(x: &Tensor, f: impl FnOnce(&[f32]) -> Result<T>) -> Result<T> {
     let x = x.contiguous()?;

@@ -16,7 +16,7 @@ use std::ops::Range;
 /// Added to the variance: PyTorch's default (the paper names no value).
 pub(super) const EPS: f64 = 1e-5;
 /// Rows whose sums are taken by one task: the order of sums follows from it, never from the threads.
-const BLOCK: usize = 512;
+pub(super) const BLOCK: usize = 512;
 
 /// Mean 0, variance 1.
 ///

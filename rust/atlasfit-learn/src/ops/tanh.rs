@@ -1,11 +1,9 @@
 //! What ends a decoder: a bias and the hyperbolic tangent, in one pass over the values.
 
+use super::norm::BLOCK;
 use super::{made, slice, with_slice};
 use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
-
-/// Rows that one task works through: the order of sums follows from it, never from the threads.
-const BLOCK: usize = 512;
 
 /// From (groups, rows, units) and a bias (groups, 1, units) the tangents of their sums.
 ///

@@ -31,8 +31,8 @@ pub(crate) struct MergeConstants {
     /// would have succeeded; the command is not on record.
     /// Halved: charts 1.06 (knot 1.20), seam 1.02 (knot 1.08); doubled: charts 1.01 (fertility 1.05).
     pub mismatch: f64,
-    /// Where two charts do not become one along all of a path, parts of so many less one, so many less two and
-    /// so on of what it costs as a seam are tried. At least 2. Source: chosen.
+    /// Where two charts do not become one along all of a path, parts of it are tried: of so many shares of
+    /// what it costs as a seam all but one, all but two and so on. At least 2. Source: chosen.
     /// Halved: charts 1.01 (cow 1.14), coverage 0.98 (elephant 0.93); doubled: charts 0.98 (elephant 0.83),
     /// time 1.34.
     pub dart_parts: u32,
