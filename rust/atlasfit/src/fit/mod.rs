@@ -25,7 +25,7 @@ use constants::FIT;
 use rayon::prelude::*;
 pub(crate) use refit::refit;
 pub(crate) use sheet::Tools;
-use sheet::{DomainPoint, FootPoints, Sheet, residuals, solve};
+use sheet::{DomainPoint, Sheet, residuals, solve};
 use two_sheets::two_sheets;
 
 /// Fits every patch, a step of the running stage each. A patch that turns out to hold two sheets gives two
@@ -35,15 +35,12 @@ use two_sheets::two_sheets;
 /// Cancelled or out of time.
 pub(crate) fn fit(points: &[Vec3], patches: &[Patch], ctx: &Context<'_>) -> Result<Vec<FittedChart>> {
     let fitted = patches
-        .par_chunks(8)
-        .map(|chunk| {
-            let mut tools = Tools::default();
+        .par_iter()
+        .map_init(Tools::default, |tools, patch| {
+            ctx.check()?;
             let mut out = Vec::new();
-            for p in chunk {
-                ctx.check()?;
-                fit_patch(points, p, &mut tools, &mut out);
-            }
-            ctx.advance(chunk.len());
+            fit_patch(points, patch, tools, &mut out);
+            ctx.advance(1);
             Ok(out)
         })
         .collect::<Result<Vec<_>>>()?;
@@ -84,7 +81,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
             let limit = TUKEY * sheet.sigma;
             weights = residuals(&sheet.map, data).map(|e| tukey(e, limit)).collect();
         }
-        if solve(&mut sheet, data, &weights, FootPoints::of_round(round), sigma, tools).is_none() {
+        if solve(&mut sheet, data, &weights, (round, FIT.rounds), sigma, tools).is_none() {
             return;
         }
     }

@@ -39,7 +39,8 @@ pub fn cholesky(a: &mut [f64], n: usize) -> bool {
     true
 }
 
-/// Pivots that [`eliminate`] takes at a time: what fits into the registers of any 64-bit processor.
+/// Rows that [`eliminate`] finishes at a time: with three vectors of each they fill the registers of any
+/// 64-bit processor.
 const ROWS: usize = 4;
 /// Numbers in the widest vector that the kernels here and of the fits are run with; rows and columns are
 /// filled up to a multiple of it.
@@ -49,9 +50,9 @@ pub const LANES: usize = 4;
 /// multiple of [`LANES`]) from those below: they become rows of the factor U, and the rest what they leave of
 /// it (the Schur complement). False if a pivot is not positive.
 ///
-/// Right-looking by rows, `ROWS` pivots at a time: every inner loop runs along a row and has no carried
-/// sum, and an entry is loaded and stored once for several pivots. Vectors are chosen at run time and whole:
-/// the entries of a row just left of its diagonal change too.
+/// Left-looking, `ROWS` rows at a time: what all rows above take from a few vectors of them is summed up in
+/// registers, so that an entry is loaded and stored once. Vectors are chosen at run time and whole: the
+/// entries of a row just left of its diagonal change too.
 ///
 /// ```
 /// use atlasfit::numeric::dense::{LANES, eliminate};
@@ -103,63 +104,73 @@ impl WithSimd for Eliminate<'_> {
             return self.with_simd(Scalar::new());
         }
         let Self { a, width: n, pivots } = self;
-        let mut k = 0;
-        while k < pivots {
-            let end = (k + ROWS).min(pivots);
-            let (upper, lower) = a.split_at_mut(end * n);
-            for p in k..end {
-                let (above, row) = upper.split_at_mut(p * n);
-                let from = p / S::F64_LANES;
-                let vectors = &mut S::as_mut_simd_f64s(&mut row[..n]).0[from..];
-                for done in above[k * n..].chunks_exact(n) {
-                    let f = simd.splat_f64s(done[p]);
-                    for (t, r) in vectors.iter_mut().zip(&S::as_simd_f64s(done).0[from..]) {
-                        *t = simd.negate_mul_add_e_f64s(f, *r, *t);
-                    }
-                }
+        for first in (0..n).step_by(ROWS) {
+            let (above, rows) = a.split_at_mut(first * n);
+            let above = &above[..first.min(pivots) * n];
+            let rows = &mut rows[..ROWS * n];
+            let mut from = first / S::F64_LANES;
+            while from < n / S::F64_LANES {
+                from += match n / S::F64_LANES - from {
+                    1 => take_above::<S, 1>(simd, above, rows, n, [first, from]),
+                    2 => take_above::<S, 2>(simd, above, rows, n, [first, from]),
+                    _ => take_above::<S, 3>(simd, above, rows, n, [first, from]),
+                };
+            }
+            for p in first..(first + ROWS).min(pivots) {
+                let (done, below) = rows.split_at_mut((p - first + 1) * n);
+                let row = &mut done[(p - first) * n..];
                 let pivot = row[p];
                 if !(pivot > 0.0 && pivot.is_finite()) {
                     return false;
                 }
+                let from = first / S::F64_LANES;
                 let inverse = simd.splat_f64s(1.0 / pivot.sqrt());
-                for x in &mut S::as_mut_simd_f64s(&mut row[..n]).0[from..] {
+                for x in &mut S::as_mut_simd_f64s(row).0[from..] {
                     *x = simd.mul_f64s(*x, inverse);
                 }
-            }
-            let done = &upper[k * n..];
-            let mut rows = done.chunks_exact(n);
-            if let [Some(p), Some(q), Some(r), Some(s)] = [0; ROWS].map(|_| rows.next()) {
-                for (i, row) in (end..n).zip(lower.chunks_exact_mut(n)) {
-                    let from = i / S::F64_LANES * S::F64_LANES;
-                    let row = S::as_mut_simd_f64s(&mut row[from..]).0;
-                    // No closures here: they would not be compiled for the wider vectors.
-                    let (fp, fq) = (simd.splat_f64s(p[i]), simd.splat_f64s(q[i]));
-                    let (fr, fs) = (simd.splat_f64s(r[i]), simd.splat_f64s(s[i]));
-                    let (p, q) = (S::as_simd_f64s(&p[from..]).0, S::as_simd_f64s(&q[from..]).0);
-                    let (r, s) = (S::as_simd_f64s(&r[from..]).0, S::as_simd_f64s(&s[from..]).0);
-                    for (t, ((p, q), (r, s))) in row.iter_mut().zip(p.iter().zip(q).zip(r.iter().zip(s))) {
-                        *t = simd.negate_mul_add_e_f64s(fp, *p, *t);
-                        *t = simd.negate_mul_add_e_f64s(fq, *q, *t);
-                        *t = simd.negate_mul_add_e_f64s(fr, *r, *t);
-                        *t = simd.negate_mul_add_e_f64s(fs, *s, *t);
-                    }
-                }
-            } else {
-                for (i, row) in (end..n).zip(lower.chunks_exact_mut(n)) {
-                    let from = i / S::F64_LANES;
-                    let row = &mut S::as_mut_simd_f64s(row).0[from..];
-                    for done in done.chunks_exact(n) {
-                        let f = simd.splat_f64s(done[i]);
-                        for (t, r) in row.iter_mut().zip(&S::as_simd_f64s(done).0[from..]) {
-                            *t = simd.negate_mul_add_e_f64s(f, *r, *t);
-                        }
+                for (i, below) in (p + 1..).zip(below.chunks_exact_mut(n)) {
+                    let f = simd.splat_f64s(row[i]);
+                    let row = &S::as_simd_f64s(row).0[from..];
+                    for (t, r) in S::as_mut_simd_f64s(below).0[from..].iter_mut().zip(row) {
+                        *t = simd.negate_mul_add_e_f64s(f, *r, *t);
                     }
                 }
             }
-            k = end;
         }
         true
     }
+}
+
+/// Takes from `V` vectors of each of the rows from row `first`, from vector `from` on, what the finished rows
+/// above eliminate of them. Returns `V`.
+#[inline(always)]
+fn take_above<S: Simd, const V: usize>(
+    simd: S,
+    above: &[f64],
+    rows: &mut [f64],
+    n: usize,
+    [first, from]: [usize; 2],
+) -> usize {
+    let vectors = n / S::F64_LANES;
+    let rows = S::as_mut_simd_f64s(rows).0;
+    // Loops, not closures: those would not be compiled for the wider vectors.
+    let mut sums = [[simd.splat_f64s(0.0); V]; ROWS];
+    for r in 0..ROWS {
+        sums[r].copy_from_slice(&rows[r * vectors + from..][..V]);
+    }
+    for (done, factors) in S::as_simd_f64s(above).0.chunks_exact(vectors).zip(above.chunks_exact(n)) {
+        let (done, factors) = (&done[from..from + V], &factors[first..first + ROWS]);
+        for r in 0..ROWS {
+            let f = simd.splat_f64s(factors[r]);
+            for v in 0..V {
+                sums[r][v] = simd.negate_mul_add_e_f64s(f, done[v], sums[r][v]);
+            }
+        }
+    }
+    for r in 0..ROWS {
+        rows[r * vectors + from..][..V].copy_from_slice(&sums[r]);
+    }
+    V
 }
 
 /// Solves Uᵀ U x = b in place for a factor made by [`cholesky`].

@@ -27,13 +27,16 @@ pub(crate) struct Piece {
 /// of the other.
 pub(crate) struct Views(Vec<Vec<[f32; 2]>>);
 
-/// The places that lie farthest along a direction, and farthest against it, over the squares of a plane.
+/// The places as they are seen along a direction: the squares of a plane across it, and in each the places
+/// that lie farthest along it and farthest against it.
 struct Depth<'a> {
     places: &'a [Vec3],
-    across: [Vec3; 2],
-    low: [f64; 2],
+    /// How far along the direction each place lies.
+    along: Vec<f64>,
+    /// The square of each place.
+    square: Vec<u32>,
+    /// Side of a square.
     side: f64,
-    width: usize,
     /// Numbers of the two places of each square, `u32::MAX` where there is none.
     ends: Vec<[u32; 2]>,
 }
@@ -109,22 +112,24 @@ fn along(
     axis: Vec3,
     ctx: &Context<'_>,
 ) -> Result<Vec<[[f32; 2]; 2]>> {
+    let mut first = 0;
     pieces
         .iter()
         .enumerate()
         .map(|(i, chart)| {
             ctx.check_at(i)?;
             let mut seen = [[0.0f32; 2]; 2];
-            for p in *chart {
+            for (place, p) in (first..).zip(*chart) {
                 let cosine = p.normal.dot(axis);
                 if cosine.abs() < ORIENT.view_cosine {
                     continue;
                 }
                 let shown = usize::from(cosine < 0.0);
-                let [near, far] = depth.open(p, axis);
+                let [near, far] = depth.open(place, p.normal, axis);
                 seen[0][shown] += f32::from(u8::from(near));
                 seen[1][1 - shown] += f32::from(u8::from(far));
             }
+            first += chart.len();
             let all = chart.len().max(1) as f32;
             Ok(seen.map(|of| of.map(|n| n / all)))
         })
@@ -134,50 +139,50 @@ fn along(
 impl<'a> Depth<'a> {
     fn of(axis: Vec3, places: &'a [Vec3], side: f64, ctx: &Context<'_>) -> Result<Self> {
         let (x, y) = axis.tangents();
-        let across = [x, y];
+        let across: Vec<[f64; 2]> = places.iter().map(|p| [p.dot(x), p.dot(y)]).collect();
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for p in places {
+        for at in &across {
             for k in 0..2 {
-                let at = p.dot(across[k]);
-                (low[k], high[k]) = (low[k].min(at), high[k].max(at));
+                (low[k], high[k]) = (low[k].min(at[k]), high[k].max(at[k]));
             }
         }
+        ctx.check()?;
         let extent = (high[0] - low[0]).max(high[1] - low[1]).max(0.0);
         let side = side.max(extent / ORIENT.view_cells as f64);
         let width = (extent / side) as usize + 1;
-        let ends = vec![[u32::MAX; 2]; width * width];
-        let mut out = Self { places, across, low, side, width, ends };
-        for (i, p) in places.iter().enumerate() {
+        let square = |at: &[f64; 2]| {
+            let [x, y] = [0, 1].map(|k| (((at[k] - low[k]) / side).max(0.0) as usize).min(width - 1));
+            (x + width * y) as u32
+        };
+        let square: Vec<u32> = across.iter().map(square).collect();
+        let along: Vec<f64> = places.iter().map(|p| p.dot(axis)).collect();
+        let mut ends = vec![[u32::MAX; 2]; width * width];
+        for (i, (&square, &at)) in square.iter().zip(&along).enumerate() {
             ctx.check_at(i)?;
-            let (cell, at) = (out.cell(*p), p.dot(axis));
-            let beyond = |end: u32, side: f64| {
-                places.get(end as usize).is_none_or(|q| side * (at - q.dot(axis)) > 0.0)
-            };
-            let [near, far] = out.ends[cell];
-            out.ends[cell] = [
-                if beyond(near, 1.0) { i as u32 } else { near },
-                if beyond(far, -1.0) { i as u32 } else { far },
-            ];
+            let [near, far] = &mut ends[square as usize];
+            if along.get(*near as usize).is_none_or(|&other| at > other) {
+                *near = i as u32;
+            }
+            if along.get(*far as usize).is_none_or(|&other| at < other) {
+                *far = i as u32;
+            }
         }
-        Ok(out)
+        Ok(Self { places, along, square, side, ends })
     }
 
-    fn cell(&self, p: Vec3) -> usize {
-        let [x, y] = [0, 1].map(|k| ((p.dot(self.across[k]) - self.low[k]) / self.side).max(0.0) as usize);
-        x.min(self.width - 1) + self.width * y.min(self.width - 1)
-    }
-
-    /// Whether nothing lies before a piece along the axis, and against it: nothing but what its own surface
-    /// rises to within a square, which stays near the piece's plane.
-    fn open(&self, p: &Piece, axis: Vec3) -> [bool; 2] {
-        let ends = self.ends[self.cell(p.position)];
+    /// Whether nothing lies before a place along the axis, and against it: nothing but what its own surface
+    /// rises to within a square, which stays near the place's plane.
+    fn open(&self, place: usize, normal: Vec3, axis: Vec3) -> [bool; 2] {
+        let ends = self.ends[self.square[place] as usize];
         [(ends[0], 1.0), (ends[1], -1.0)].map(|(end, side)| {
-            let Some(&q) = self.places.get(end as usize) else { return true };
-            let to = q - p.position;
-            let off = to.dot(p.normal);
-            // How far from the piece the line of sight through that place meets the piece's plane.
-            let along = (to - axis * (off / p.normal.dot(axis))).norm();
-            side * to.dot(axis) <= 0.0 || off.abs() < ORIENT.view_bend * (along + self.side)
+            if side * (self.along[end as usize] - self.along[place]) <= 0.0 {
+                return true;
+            }
+            let to = self.places[end as usize] - self.places[place];
+            let off = to.dot(normal);
+            // How far from the place the line of sight through the other meets the place's plane.
+            let along = (to - axis * (off / normal.dot(axis))).norm();
+            off.abs() < ORIENT.view_bend * (along + self.side)
         })
     }
 }

@@ -68,7 +68,7 @@ fn trade(
     loop {
         ctx.check()?;
         let borders = Borders::find(s, charts);
-        let mut busy = vec![false; charts.list.len()];
+        let mut busy = vec![0; charts.list.len()];
         let apart = |c: u32| charts.kept_apart[c as usize];
         let mut open: Vec<Border> = (borders.edges.chunk_by(|x, y| x.charts == y.charts))
             .map(|edges| Border {
@@ -80,10 +80,9 @@ fn trade(
             .collect();
         open.sort_by(|x, y| y.cost.total_cmp(&x.cost).then(x.charts.cmp(&y.charts)));
         open.retain(|&Border { charts: (a, b), .. }| {
-            let free = !busy[a as usize] && !busy[b as usize];
-            if free {
-                (busy[a as usize], busy[b as usize]) = (true, true);
-            }
+            let free = busy[a as usize].max(busy[b as usize]) < MERGE.trades_at_once;
+            busy[a as usize] += u32::from(free);
+            busy[b as usize] += u32::from(free);
             free
         });
         if open.is_empty() {
@@ -100,7 +99,12 @@ fn trade(
             })
             .collect();
         ctx.check()?;
+        let mut changed = vec![false; charts.list.len()];
         for (&Border { charts: (a, b), .. }, result) in open.iter().zip(results) {
+            // What was found for charts as they were says nothing of them as they are.
+            if changed[a as usize] || changed[b as usize] {
+                continue;
+            }
             let Some(Traded { charts: [of_a, of_b], faces }) = result else {
                 settled.insert((a, b));
                 continue;
@@ -112,6 +116,7 @@ fn trade(
                 continue;
             }
             left -= more;
+            (changed[a as usize], changed[b as usize]) = (true, true);
             charts.put(a, of_a);
             charts.put(b, of_b);
             // The borders with others have changed where faces beside these have changed hands.

@@ -206,6 +206,9 @@ pub(crate) struct TightenConstants {
     /// Most passes over all constraints per round. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub passes: usize,
+    /// One of so many passes is over all constraints, the others over those that it found broken. Source:
+    /// chosen, for speed.
+    pub look_at_all: usize,
     /// More charts than this leave little to gain. Source: chosen, for speed.
     /// Halved or doubled: same bytes.
     pub most_charts: usize,
@@ -227,7 +230,7 @@ pub(crate) const TIGHTEN: TightenConstants = TightenConstants {
     least_gap: 0.25,
     tolerance: 0.01,
     step: 3.0,
-    halvings: 2,
+    halvings: 3,
     tries: 80,
     slow: 0.7,
     apart: 0.45,
@@ -236,6 +239,7 @@ pub(crate) const TIGHTEN: TightenConstants = TightenConstants {
     patience: 3,
     progress: 0.9,
     passes: 60,
+    look_at_all: 8,
     most_charts: 1000,
     most_edges: 100_000,
     reach: 2.5,

@@ -12,14 +12,18 @@ use rustc_hash::FxHashMap;
 pub(super) struct Shape {
     /// Border edges; their first ends are all border vertices.
     pub edges: Vec<[[f64; 2]; 2]>,
-    /// Its box.
-    pub lo: [f64; 2],
-    pub hi: [f64; 2],
+    /// The middle of its box, which it turns about.
+    pub middle: [f64; 2],
+    /// The greatest distance of a border vertex from the middle.
+    pub radius: f64,
+    /// How readily it turns: one over its border's mean squared distance from the middle; 0 for a chart that
+    /// must not turn.
+    pub turns: f64,
 }
 
 impl Shape {
     /// A chart with an outline as placed; `unit` of the surface are one here.
-    pub(super) fn new(outline: &[[f64; 2]], place: &Placement, unit: f64) -> Self {
+    pub(super) fn new(outline: &[[f64; 2]], turns: bool, place: &Placement, unit: f64) -> Self {
         let [c, s] = place.rotation;
         let at = |p: &[f64; 2]| {
             let turned = [c * p[0] - s * p[1], s * p[0] + c * p[1]];
@@ -27,8 +31,46 @@ impl Shape {
         };
         let points: Vec<[f64; 2]> = outline.iter().map(at).collect();
         let (lo, hi) = bounds(&points);
-        Self { edges: points.chunks_exact(2).map(|e| [e[0], e[1]]).collect(), lo, hi }
+        let middle = [0, 1].map(|k| 0.5 * (lo[k] + hi[k]));
+        let far2 = |p: &[f64; 2]| (p[0] - middle[0]).powi(2) + (p[1] - middle[1]).powi(2);
+        let mean2 = points.iter().map(far2).sum::<f64>() / points.len().max(1) as f64;
+        Self {
+            edges: points.chunks_exact(2).map(|e| [e[0], e[1]]).collect(),
+            middle,
+            radius: points.iter().map(far2).fold(0.0, f64::max).sqrt(),
+            turns: if turns && mean2 > 0.0 { 1.0 / mean2 } else { 0.0 },
+        }
     }
+
+    /// The chart after a motion.
+    pub(super) fn moved(&self, motion: &Motion) -> Moved {
+        let middle = plus(self.middle, motion.shift);
+        let (s, c) = motion.angle.sin_cos();
+        let at = |p: [f64; 2]| {
+            let [x, y] = [p[0] - self.middle[0], p[1] - self.middle[1]];
+            plus(middle, [c * x - s * y, s * x + c * y])
+        };
+        let edges: Vec<[[f64; 2]; 2]> = self.edges.iter().map(|e| e.map(at)).collect();
+        let (lo, hi) = bounds(edges.as_flattened());
+        Moved { edges, middle, lo, hi }
+    }
+}
+
+/// How a chart has moved since it was placed: turned about its middle by an angle in radians, and shifted.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Motion {
+    pub shift: [f64; 2],
+    pub angle: f64,
+}
+
+/// A chart where it is now.
+pub(super) struct Moved {
+    edges: Vec<[[f64; 2]; 2]>,
+    /// What it turns about.
+    pub middle: [f64; 2],
+    /// Its box.
+    pub lo: [f64; 2],
+    pub hi: [f64; 2],
 }
 
 /// A page, in the units of the shapes.
@@ -39,36 +81,42 @@ pub(super) struct Page {
     pub gap: f64,
 }
 
-/// The distance of two charts at one place, and the direction from the second to the first.
+/// The distance of a chart from another, or from a side of the page, at one place.
 #[derive(Clone, Copy)]
 pub(super) struct Contact {
     pub a: u32,
+    /// [`WALL`] for a side of the page.
     pub b: u32,
     pub gap: f64,
+    /// The direction to `a`.
     pub normal: [f64; 2],
+    /// How far `a` comes along the normal if it turns by one, and `b`.
+    pub arms: [f64; 2],
 }
+
+/// A side of the page, in place of a chart.
+pub(super) const WALL: u32 = u32::MAX;
 
 /// Vertices and edges of different charts that are near each other, or may come near.
 pub(super) struct Near {
     /// For each chart: its border vertex (the first end of this edge), another chart, and that one's edge.
     pairs: Vec<Vec<[u32; 3]>>,
-    /// The charts' shifts and the page's width when this was found.
-    shifts: Vec<[f64; 2]>,
+    /// The charts' motions and the page's width when this was found.
+    motions: Vec<Motion>,
     width: f64,
 }
 
 impl Near {
     /// Looks for them through a grid of cells.
-    pub(super) fn find(shapes: &[Shape], shifts: &[[f64; 2]], page: Page, ctx: &Context<'_>) -> Result<Self> {
+    pub(super) fn find(moved: &[Moved], motions: &[Motion], page: Page, ctx: &Context<'_>) -> Result<Self> {
         let reach = page.gap + TIGHTEN.reach + TIGHTEN.margin;
         let cells = page.size.map(|s| (s / reach) as usize + 3);
         let cell = |p: [f64; 2]| [0, 1].map(|k| ((p[k] / reach).max(0.0) as usize + 1).min(cells[k] - 2));
         // Every edge, cut into pieces no longer than a cell, in all cells of its pieces' boxes.
         let mut entries: Vec<(u32, u32, u32)> = Vec::new();
-        for (i, shape) in shapes.iter().enumerate() {
+        for (i, chart) in moved.iter().enumerate() {
             ctx.check()?;
-            for (e, edge) in shape.edges.iter().enumerate() {
-                let [a, b] = edge.map(|p| plus(p, shifts[i]));
+            for (e, &[a, b]) in chart.edges.iter().enumerate() {
                 let pieces = ((b[0] - a[0]).hypot(b[1] - a[1]) / reach).ceil().max(1.0);
                 for n in 0..pieces as usize {
                     let at = |t: f64| [0, 1].map(|k| a[k] + (b[k] - a[k]) * t / pieces);
@@ -90,24 +138,21 @@ impl Near {
             sorted[next[c as usize] as usize] = (i, e);
             next[c as usize] += 1;
         }
-        let pairs = (0..shapes.len())
+        let pairs = (0..moved.len())
             .into_par_iter()
             .map(|i| {
                 let mut pairs = Vec::new();
-                for (n, edge) in shapes[i].edges.iter().enumerate() {
+                for (n, &[p, _]) in moved[i].edges.iter().enumerate() {
                     ctx.check_at(n)?;
-                    let p = plus(edge[0], shifts[i]);
                     let [x, y] = cell(p);
                     let first = pairs.len();
                     for row in y - 1..=y + 1 {
                         let from = start[row * cells[0] + x - 1] as usize;
                         let to = start[row * cells[0] + x + 2] as usize;
                         for &(j, e) in sorted[from..to].iter().filter(|s| s.0 as usize != i) {
-                            let other =
-                                shapes[j as usize].edges[e as usize].map(|q| plus(q, shifts[j as usize]));
                             // Long edges lie in several cells.
                             let pair = [n as u32, j, e];
-                            let away = away(p, other);
+                            let away = away(p, moved[j as usize].edges[e as usize]);
                             if dot(away, away) < reach * reach && !pairs[first..].contains(&pair) {
                                 pairs.push(pair);
                             }
@@ -117,63 +162,80 @@ impl Near {
                 Ok(pairs)
             })
             .collect::<Result<_>>()?;
-        Ok(Self { pairs, shifts: shifts.to_vec(), width: page.size[0] })
+        Ok(Self { pairs, motions: motions.to_vec(), width: page.size[0] })
     }
 
     /// Whether no two places that were out of reach can have come near since.
-    pub(super) fn holds(&self, shapes: &[Shape], shifts: &[[f64; 2]], page: Page) -> bool {
+    pub(super) fn holds(&self, shapes: &[Shape], motions: &[Motion], page: Page) -> bool {
         let pull = 1.0 - page.size[0] / self.width;
         let moved = |i: usize| {
-            let s = &shapes[i];
-            let rest = [0, 1].map(|k| {
-                let middle = 0.5 * (s.lo[k] + s.hi[k]) + self.shifts[i][k];
-                shifts[i][k] - self.shifts[i][k] + pull * middle
-            });
-            dot(rest, rest).sqrt() + 0.5 * pull * (s.hi[0] - s.lo[0]).hypot(s.hi[1] - s.lo[1])
+            let (s, old, new) = (&shapes[i], &self.motions[i], &motions[i]);
+            let rest = [0, 1].map(|k| new.shift[k] - old.shift[k] + pull * (s.middle[k] + old.shift[k]));
+            dot(rest, rest).sqrt() + s.radius * (pull + (new.angle - old.angle).abs())
         };
         (0..shapes.len()).all(|i| 2.0 * moved(i) < TIGHTEN.margin)
     }
 
-    /// The nearest places of charts that are near each other, one for every direction between two of them.
-    pub(super) fn contacts(
-        &self,
-        shapes: &[Shape],
-        shifts: &[[f64; 2]],
-        page: Page,
-        ctx: &Context<'_>,
-    ) -> Result<Vec<Contact>> {
+    /// The nearest places of charts that are near each other or a side of the page: one for every direction
+    /// between two of them, and for either side of where each would turn.
+    pub(super) fn contacts(&self, moved: &[Moved], page: Page, ctx: &Context<'_>) -> Result<Vec<Contact>> {
         let reach = page.gap + TIGHTEN.reach;
         let of = |i: usize| {
+            let a = &moved[i];
             let mut nearest: FxHashMap<(u32, u8), Contact> = FxHashMap::default();
+            let mut meet = |contact: Contact| {
+                let sides = contact
+                    .arms
+                    .iter()
+                    .fold(direction(contact.normal), |d, &arm| 2 * d + u8::from(arm > 0.0));
+                let known = nearest.entry((contact.b, sides)).or_insert(contact);
+                if contact.gap < known.gap {
+                    *known = contact;
+                }
+            };
             for (at, &[n, j, e]) in self.pairs[i].iter().enumerate() {
                 ctx.check_at(at)?;
-                let p = plus(shapes[i].edges[n as usize][0], shifts[i]);
-                let other = shapes[j as usize].edges[e as usize].map(|q| plus(q, shifts[j as usize]));
-                let d = away(p, other);
+                let (p, b) = (a.edges[n as usize][0], &moved[j as usize]);
+                let d = away(p, b.edges[e as usize]);
                 let gap = dot(d, d);
-                if gap >= reach * reach {
-                    continue;
+                if gap < reach * reach {
+                    let gap = gap.sqrt();
+                    let normal = if gap > 0.0 { d.map(|x| x / gap) } else { [1.0, 0.0] };
+                    let arms = [arm(p, a.middle, normal), arm([p[0] - d[0], p[1] - d[1]], b.middle, normal)];
+                    meet(Contact { a: i as u32, b: j, gap, normal, arms });
                 }
-                let gap = gap.sqrt();
-                let normal = if gap > 0.0 { [d[0] / gap, d[1] / gap] } else { [1.0, 0.0] };
-                let contact = Contact { a: i as u32, b: j, gap, normal };
-                let known = nearest.entry((j, direction(normal))).or_insert(contact);
-                if gap < known.gap {
-                    *known = contact;
+            }
+            for k in 0..2 {
+                for normal in [1.0, -1.0] {
+                    let inside = |x: f64| if normal > 0.0 { x } else { page.size[k] - x };
+                    if inside(a.lo[k]).min(inside(a.hi[k])) >= reach {
+                        continue;
+                    }
+                    let mut to = [0.0; 2];
+                    to[k] = normal;
+                    for &[p, _] in &a.edges {
+                        let arms = [arm(p, a.middle, to), 0.0];
+                        meet(Contact { a: i as u32, b: WALL, gap: inside(p[k]), normal: to, arms });
+                    }
                 }
             }
             let mut found: Vec<_> = nearest.into_iter().collect();
             found.sort_unstable_by_key(|f| f.0);
             Ok(found)
         };
-        let found: Vec<Vec<_>> = (0..shapes.len()).into_par_iter().map(of).collect::<Result<_>>()?;
+        let found: Vec<Vec<_>> = (0..moved.len()).into_par_iter().map(of).collect::<Result<_>>()?;
         Ok(found.into_iter().flatten().map(|f| f.1).collect())
     }
 }
 
 /// The least distance of two charts, as far as it is looked for.
 pub(super) fn least_gap(contacts: &[Contact], page: Page) -> f64 {
-    contacts.iter().map(|c| c.gap).fold(page.gap + TIGHTEN.reach, f64::min)
+    contacts.iter().filter(|c| c.b != WALL).map(|c| c.gap).fold(page.gap + TIGHTEN.reach, f64::min)
+}
+
+/// How far a point comes along a normal if it turns by one about a middle.
+fn arm(p: [f64; 2], middle: [f64; 2], normal: [f64; 2]) -> f64 {
+    (p[0] - middle[0]) * normal[1] - (p[1] - middle[1]) * normal[0]
 }
 
 /// The dot product.
@@ -187,7 +249,7 @@ fn plus(p: [f64; 2], d: [f64; 2]) -> [f64; 2] {
 }
 
 /// From the nearest point of an edge to `p`.
-fn away(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> [f64; 2] {
+pub(super) fn away(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> [f64; 2] {
     let d = [b[0] - a[0], b[1] - a[1]];
     let along = [p[0] - a[0], p[1] - a[1]];
     let t = (dot(along, d) / dot(d, d).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);

@@ -3,13 +3,13 @@
 //!
 //! In: placements on one page. Out: placements that are closer together, with exactly the padding asked for.
 //! Charts made of cells lie a cell or more farther apart than they must. Here they are drawn towards the
-//! page's corner in proportion, then shifted as little as keeps their outlines apart: each nearest vertex and
-//! edge of two charts must keep the padding along the line between them, as in the compaction of Li and
-//! Milenkovic (1995), whose linear program is replaced by projecting one such constraint after the other
-//! (Müller et al. 2007).
+//! page's corner in proportion, then shifted and turned as little as keeps their outlines apart: each nearest
+//! vertex and edge of two charts must keep the padding along the line between them, as in the compaction of
+//! Li and Milenkovic (1995), whose linear program is replaced by projecting one such constraint after the
+//! other, for shifts and turns alike (Müller et al. 2007). Straight charts do not turn.
 
 use super::constants::TIGHTEN;
-use super::contacts::{Contact, Near, Page, Shape, dot, least_gap};
+use super::contacts::{Contact, Motion, Moved, Near, Page, Shape, WALL, dot, least_gap};
 use super::placement::{PackJob, Packed, Placement};
 use crate::error::Result;
 use crate::run::Context;
@@ -31,30 +31,35 @@ pub(crate) fn tighten(
     }
     let longer = f64::from(job.page[0].max(job.page[1]));
     let unit = longer / density / TIGHTEN.units;
-    let shapes: Vec<Shape> =
-        charts.par_iter().zip(placements).map(|(c, p)| Shape::new(&c.outline(), p, unit)).collect();
+    let shapes: Vec<Shape> = (charts.par_iter().zip(placements))
+        .map(|(c, p)| Shape::new(&c.outline(), !c.straight, p, unit))
+        .collect();
     ctx.check()?;
     let shape = job.page.map(|p| f64::from(p) / longer);
     let share = f64::from(job.padding) / longer;
     let page = |side: f64| Page { size: shape.map(|s| s * side), gap: (share * side).max(TIGHTEN.least_gap) };
     let mut side = TIGHTEN.units;
-    let mut shifts = vec![[0.0; 2]; shapes.len()];
-    let mut near = Near::find(&shapes, &shifts, page(side), ctx)?;
+    let mut motions = vec![Motion::default(); shapes.len()];
+    let mut moved = all_moved(&shapes, &motions);
+    let mut near = Near::find(&moved, &motions, page(side), ctx)?;
     let (mut step, mut halvings) = (TIGHTEN.step, 0);
     // No step may bring charts through each other. Two charts come nearer by at most the step's share of the
     // distance of their middles, and that distance is at most the page's diagonal.
     let slow = TIGHTEN.slow / shape[0].hypot(shape[1]);
-    let mut least = least_gap(&near.contacts(&shapes, &shifts, page(side), ctx)?, page(side));
+    let mut least = least_gap(&near.contacts(&moved, page(side), ctx)?, page(side));
     for _ in 0..TIGHTEN.tries {
         step = step.min(slow * least);
         let target = side - step;
         // Towards the corner: what lies between two charts shrinks in proportion to how far apart they are.
         let pull = step / side;
-        let mut next: Vec<[f64; 2]> = (shapes.iter().zip(&shifts))
-            .map(|(s, d)| [0, 1].map(|k| d[k] - pull * (0.5 * (s.lo[k] + s.hi[k]) + d[k])))
+        let mut next: Vec<Motion> = (moved.iter().zip(&motions))
+            .map(|(m, &Motion { shift, angle })| Motion {
+                shift: [0, 1].map(|k| shift[k] - pull * m.middle[k]),
+                angle,
+            })
             .collect();
-        if let Some(gap) = separate(&shapes, &mut next, page(target), &mut near, ctx)? {
-            (shifts, side, least) = (next, target, gap);
+        if let Some((gap, at)) = separate(&shapes, &mut next, page(target), &mut near, ctx)? {
+            (motions, moved, side, least) = (next, at, target, gap);
         } else if halvings == TIGHTEN.halvings {
             break;
         } else {
@@ -64,40 +69,45 @@ pub(crate) fn tighten(
     if side == TIGHTEN.units {
         return Ok(None);
     }
-    let moved = (placements.iter().zip(&shifts))
-        .map(|(p, d)| Placement { shift: [0, 1].map(|k| p.shift[k] + d[k] * unit), ..*p })
+    let placed = (placements.iter().zip(&shapes).zip(&motions))
+        .map(|((p, shape), m)| {
+            let (s, c) = m.angle.sin_cos();
+            let turned = |v: [f64; 2]| [c * v[0] - s * v[1], s * v[0] + c * v[1]];
+            let middle = shape.middle.map(|x| x * unit);
+            let off = turned([p.shift[0] - middle[0], p.shift[1] - middle[1]]);
+            let shift = [0, 1].map(|k| middle[k] + off[k] + m.shift[k] * unit);
+            Placement { rotation: turned(p.rotation), shift, ..*p }
+        })
         .collect();
-    Ok(Some(Packed { placements: moved, density: density * TIGHTEN.units / side, padding: *padding }))
+    Ok(Some(Packed { placements: placed, density: density * TIGHTEN.units / side, padding: *padding }))
 }
 
-/// Shifts charts until all are apart and on the page. Gives their least distance; `None` where that was not
-/// possible.
+/// All charts where they are now.
+fn all_moved(shapes: &[Shape], motions: &[Motion]) -> Vec<Moved> {
+    shapes.par_iter().zip(motions).map(|(s, m)| s.moved(m)).collect()
+}
+
+/// Shifts and turns charts until all are apart and on the page. Gives their least distance and where they
+/// are; `None` where that was not possible.
 fn separate(
     shapes: &[Shape],
-    shifts: &mut [[f64; 2]],
+    motions: &mut [Motion],
     page: Page,
     near: &mut Near,
     ctx: &Context<'_>,
-) -> Result<Option<f64>> {
-    let too_large = |s: &Shape| (0..2).any(|k| s.hi[k] - s.lo[k] + 2.0 * page.gap > page.size[k]);
-    if shapes.iter().any(too_large) {
-        return Ok(None);
-    }
+) -> Result<Option<(f64, Vec<Moved>)>> {
     let mut last = f64::INFINITY;
     for round in 0..TIGHTEN.rounds {
         ctx.check()?;
-        if !near.holds(shapes, shifts, page) {
-            *near = Near::find(shapes, shifts, page, ctx)?;
+        let moved = all_moved(shapes, motions);
+        if !near.holds(shapes, motions, page) {
+            *near = Near::find(&moved, motions, page, ctx)?;
         }
-        let contacts = near.contacts(shapes, shifts, page, ctx)?;
+        let contacts = near.contacts(&moved, page, ctx)?;
         let least = least_gap(&contacts, page);
-        let off_page = |(s, d): (&Shape, &[f64; 2])| {
-            let beyond = |k: usize| (-s.lo[k] - d[k]).max(s.hi[k] + d[k] - page.size[k]);
-            page.gap + beyond(0).max(beyond(1))
-        };
-        let lack = (shapes.iter().zip(shifts.iter())).map(off_page).fold(page.gap - least, f64::max);
+        let lack = page.gap - contacts.iter().map(|c| c.gap).fold(page.gap, f64::min);
         if lack <= TIGHTEN.tolerance {
-            return Ok(Some(least));
+            return Ok(Some((least, moved)));
         }
         if round + 1 == TIGHTEN.rounds
             || least < TIGHTEN.touching * page.gap
@@ -107,47 +117,50 @@ fn separate(
         }
         last = lack;
 
-        let more = project(&contacts, shapes, shifts, page);
+        let more = project(&contacts, shapes, page);
         let most = TIGHTEN.apart * least;
-        for (d, m) in shifts.iter_mut().zip(&more) {
-            let part = (most / dot(*m, *m).sqrt()).min(1.0);
-            *d = [d[0] + part * m[0], d[1] + part * m[1]];
+        for ((motion, m), shape) in motions.iter_mut().zip(&more).zip(shapes) {
+            let way = dot(m.shift, m.shift).sqrt() + m.angle.abs() * shape.radius;
+            let part = (most / way).min(1.0);
+            motion.shift = [0, 1].map(|k| motion.shift[k] + part * m.shift[k]);
+            motion.angle += part * m.angle;
         }
     }
     Ok(None)
 }
 
-/// Shifts that satisfy the contacts and keep to the page, as far as some passes go.
-fn project(contacts: &[Contact], shapes: &[Shape], shifts: &[[f64; 2]], page: Page) -> Vec<[f64; 2]> {
-    let mut more = vec![[0.0; 2]; shapes.len()];
-    for _ in 0..TIGHTEN.passes {
+/// Motions that satisfy the contacts, as far as some passes go.
+fn project(contacts: &[Contact], shapes: &[Shape], page: Page) -> Vec<Motion> {
+    let mut more = vec![Motion::default(); shapes.len()];
+    // Most contacts hold all along: these are looked at once in a while.
+    let mut tight: Vec<&Contact> = Vec::new();
+    for pass in 0..TIGHTEN.passes {
+        let all = pass % TIGHTEN.look_at_all == 0;
         let mut worst: f64 = 0.0;
-        for c in contacts {
-            let (a, b) = (c.a as usize, c.b as usize);
-            let apart = dot(c.normal, [more[a][0] - more[b][0], more[a][1] - more[b][1]]);
+        if all {
+            tight = contacts.iter().collect();
+        }
+        tight.retain(|c| {
+            // The side of a page does not move.
+            let ends = [(c.a, 1.0, c.arms[0]), (c.b, -1.0, c.arms[1])];
+            let ends = ends.iter().filter(|e| e.0 != WALL).map(|&(i, sign, arm)| (i as usize, sign, arm));
+            let (mut apart, mut ease) = (0.0, 0.0);
+            for (i, sign, arm) in ends.clone() {
+                apart += sign * (dot(c.normal, more[i].shift) + arm * more[i].angle);
+                ease += 1.0 + shapes[i].turns * arm * arm;
+            }
             let lack = page.gap + TIGHTEN.tolerance - c.gap - apart;
             if lack > 0.0 {
                 worst = worst.max(lack);
-                for k in 0..2 {
-                    more[a][k] += 0.5 * lack * c.normal[k];
-                    more[b][k] -= 0.5 * lack * c.normal[k];
+                for (i, sign, arm) in ends {
+                    let by = sign * lack / ease;
+                    more[i].shift = [0, 1].map(|k| more[i].shift[k] + by * c.normal[k]);
+                    more[i].angle += by * shapes[i].turns * arm;
                 }
             }
-        }
-        for (i, s) in shapes.iter().enumerate() {
-            for k in 0..2 {
-                let at = shifts[i][k] + more[i][k];
-                let low = page.gap - (s.lo[k] + at);
-                let high = s.hi[k] + at - (page.size[k] - page.gap);
-                if low > 0.0 {
-                    more[i][k] += low;
-                } else if high > 0.0 {
-                    more[i][k] -= high;
-                }
-                worst = worst.max(low).max(high);
-            }
-        }
-        if worst < 0.5 * TIGHTEN.tolerance {
+            !all || lack > 0.0
+        });
+        if all && worst < 0.5 * TIGHTEN.tolerance {
             break;
         }
     }
@@ -156,30 +169,41 @@ fn project(contacts: &[Contact], shapes: &[Shape], shifts: &[[f64; 2]], page: Pa
 
 #[cfg(test)]
 mod tests {
+    use super::super::contacts::away;
     use super::*;
     use crate::run::Run;
     use crate::unwrap::Packer;
     use crate::unwrap::pack::Packing;
+    use crate::unwrap::planar::rotated;
     use proptest::prelude::*;
 
     const PADDING: u32 = 4;
 
-    fn rectangle([w, h]: [f64; 2]) -> Chart {
+    /// A rectangle that may turn unless it is `straight`.
+    fn rectangle([w, h]: [f64; 2], straight: bool) -> Chart {
         Chart {
             faces: vec![0, 1],
             tris: vec![[0, 1, 2], [0, 2, 3]],
             uv: vec![[0.0, 0.0], [w, 0.0], [w, h], [0.0, h]],
             border: vec![(0, 0), (0, 1), (1, 1), (1, 2)],
             area: w * h,
+            straight,
             ..Chart::default()
         }
     }
 
-    /// Rectangles at corners on a page of some side; the corners afterwards, and the side.
-    fn tightened(boxes: &[([f64; 2], [f64; 2])], side: f64) -> Option<(Vec<[f64; 2]>, f64)> {
-        let charts: Vec<Chart> = boxes.iter().map(|b| rectangle(b.1)).collect();
-        let placements: Vec<Placement> =
-            boxes.iter().map(|b| Placement { shift: b.0, ..Placement::default() }).collect();
+    /// Rectangles with their corners and angles on a page of some side; the outlines afterwards, and the side.
+    fn tightened(
+        charts: &[Chart],
+        places: &[([f64; 2], f64)],
+        side: f64,
+    ) -> Option<(Vec<Vec<[f64; 2]>>, f64)> {
+        let place = |&(shift, angle): &([f64; 2], f64)| Placement {
+            shift,
+            rotation: [angle.cos(), angle.sin()],
+            ..Placement::default()
+        };
+        let placements: Vec<Placement> = places.iter().map(place).collect();
         let job = PackJob {
             page: [1024; 2],
             padding: PADDING,
@@ -190,51 +214,78 @@ mod tests {
             seed: 0,
         };
         let packed = Packed { placements, density: 1024.0 / side, padding: PADDING };
-        let run = |ctx: &Context<'_>| tighten(&charts, &packed, &job, ctx);
+        let run = |ctx: &Context<'_>| tighten(charts, &packed, &job, ctx);
         let Packed { placements, density, .. } = Run::default().execute(run).expect("nothing cancels")?;
-        Some((placements.iter().map(|p| p.shift).collect(), 1024.0 / density))
+        let outline = |(c, p): (&Chart, &Placement)| {
+            rotated(&c.uv, p.rotation).iter().map(|q| [0, 1].map(|k| q[k] + p.shift[k])).collect()
+        };
+        Some((charts.iter().zip(&placements).map(outline).collect(), 1024.0 / density))
+    }
+
+    /// The distance of two convex polygons that do not meet, from the corners of either.
+    fn distance(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+        let one = |a: &[[f64; 2]], b: &[[f64; 2]]| {
+            let edges = (0..b.len()).map(|i| [b[i], b[(i + 1) % b.len()]]);
+            let all = edges.flat_map(|e| a.iter().map(move |&p| away(p, e)));
+            all.map(|d| dot(d, d).sqrt()).fold(f64::INFINITY, f64::min)
+        };
+        one(a, b).min(one(b, a))
     }
 
     #[test]
     fn three_squares_in_a_row_end_with_the_padding_between_them() {
-        let boxes = [0.05, 1.12, 2.2].map(|x| ([x, 0.1], [1.0; 2]));
-        let (at, side) = tightened(&boxes, 3.3).expect("there is room");
+        let squares = [(); 3].map(|()| rectangle([1.0; 2], true));
+        let places = [0.05, 1.12, 2.2].map(|x| ([x, 0.1], 0.0));
+        let (at, side) = tightened(&squares, &places, 3.3).expect("there is room");
         let least = 3.0 / (1.0 - 4.0 * f64::from(PADDING) / 1024.0);
         assert!((least - 1e-3..1.005 * least).contains(&side), "{side} for {least}");
         let gap = f64::from(PADDING) / 1024.0 * side;
         for pair in at.windows(2) {
-            assert!(pair[1][0] - pair[0][0] - 1.0 > 0.98 * gap, "{at:?}");
+            assert!(distance(&pair[0], &pair[1]) > 0.98 * gap, "{at:?}");
         }
     }
 
     #[test]
     fn a_page_without_room_stays_as_it_is() {
         let gap = f64::from(PADDING) / 1024.0;
-        assert_eq!(tightened(&[([gap; 2], [1.0 - 2.0 * gap; 2])], 1.0), None);
+        let full = [rectangle([1.0 - 2.0 * gap; 2], false)];
+        assert_eq!(tightened(&full, &[([gap; 2], 0.0)], 1.0), None);
+    }
+
+    #[test]
+    fn a_rectangle_that_lies_askew_turns_until_it_fills_its_page_unless_it_is_straight() {
+        let askew = |straight| {
+            let place = ([0.08, 0.02], 0.05);
+            tightened(&[rectangle([1.0; 2], straight)], &[place], 1.12).map_or(1.12, |t| t.1)
+        };
+        let least = 1.0 / (1.0 - 2.0 * f64::from(PADDING) / 1024.0);
+        assert!(askew(false) < 1.005 * least, "{}", askew(false));
+        assert!(askew(true) > 1.04 * least, "{}", askew(true));
     }
 
     proptest! {
         #[test]
         fn charts_keep_their_padding_and_stay_on_the_page(
-            sizes in prop::collection::vec((0.05..0.2f64, 0.05..0.2f64, 0.0..1.0f64, 0.0..1.0f64), 16)
+            sizes in prop::collection::vec((0.05..0.2f64, 0.05..0.2f64, 0.0..1.0f64, any::<bool>()), 16)
         ) {
-            let boxes: Vec<_> = (sizes.iter().enumerate())
-                .map(|(i, &(w, h, x, y))| {
-                    let room = |size: f64| 0.25 - 0.02 - size;
-                    let at = |k: usize, part: f64, size: f64| 0.25 * k as f64 + 0.01 + part * room(size);
-                    ([at(i % 4, x, w), at(i / 4, y, h)], [w, h])
+            let charts: Vec<Chart> = sizes.iter().map(|&(w, h, _, straight)| rectangle([w, h], straight)).collect();
+            let places: Vec<_> = (sizes.iter().enumerate())
+                .map(|(i, &(w, h, angle, straight))| {
+                    // Each has a sixteenth of the page, and is turned as far as it has room to.
+                    let angle = if straight { 0.0 } else { 0.2 * angle };
+                    let (s, c) = angle.sin_cos();
+                    let size = [c * w + s * h, s * w + c * h];
+                    let at = |k: usize, n: usize| 0.25 * n as f64 + 0.5 * (0.25 - size[k]);
+                    ([at(0, i % 4) + s * h, at(1, i / 4)], angle)
                 })
                 .collect();
-            if let Some((at, side)) = tightened(&boxes, 1.0) {
+            if let Some((at, side)) = tightened(&charts, &places, 1.0) {
                 prop_assert!(side < 1.0);
                 let least = 0.98 * f64::from(PADDING) / 1024.0 * side;
-                for (i, (p, b)) in at.iter().zip(&boxes).enumerate() {
-                    for k in 0..2 {
-                        prop_assert!(p[k] > least && p[k] + b.1[k] < side - least);
-                    }
-                    for (q, c) in at[..i].iter().zip(&boxes) {
-                        let apart = [0, 1].map(|k| (q[k] - p[k] - b.1[k]).max(p[k] - q[k] - c.1[k]).max(0.0));
-                        prop_assert!(apart[0].hypot(apart[1]) > least, "{apart:?}");
+                for (i, p) in at.iter().enumerate() {
+                    prop_assert!(p.iter().flatten().all(|x| (least..side - least).contains(x)), "{p:?}");
+                    for q in &at[..i] {
+                        prop_assert!(distance(p, q) > least, "{p:?} {q:?}");
                     }
                 }
             }
