@@ -25,7 +25,7 @@ use constants::FIT;
 use rayon::prelude::*;
 pub(crate) use refit::refit;
 pub(crate) use sheet::Tools;
-use sheet::{DomainPoint, Sheet, residuals, solve};
+use sheet::{DomainPoint, FootPoints, Sheet, residuals, solve};
 use two_sheets::two_sheets;
 
 /// Fits every patch, a step of the running stage each. A patch that turns out to hold two sheets gives two
@@ -81,7 +81,7 @@ fn fit_patch(points: &[Vec3], patch: &Patch, tools: &mut Tools, out: &mut Vec<Fi
             let limit = TUKEY * sheet.sigma;
             weights = residuals(&sheet.map, data).map(|e| tukey(e, limit)).collect();
         }
-        if solve(&mut sheet, data, &weights, (round, FIT.rounds), sigma, tools).is_none() {
+        if solve(&mut sheet, data, &weights, FootPoints::of_round(round), sigma, tools).is_none() {
             return;
         }
     }

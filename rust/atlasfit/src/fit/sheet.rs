@@ -66,7 +66,7 @@ impl Sheet {
 
 /// Which foot points a solve takes.
 #[derive(Clone, Copy, PartialEq)]
-enum FootPoints {
+pub(super) enum FootPoints {
     /// The points' own domain coordinates.
     Below,
     /// The nearest points of the sheet as it is.
@@ -75,28 +75,23 @@ enum FootPoints {
 
 impl FootPoints {
     /// Those of a round of solves: before the first one there is no sheet to be near.
-    fn of_round(round: usize) -> Self {
+    pub(super) fn of_round(round: usize) -> Self {
         if round == 0 { Self::Below } else { Self::Nearest }
     }
 }
 
-/// The solve `round` of `rounds` for the sheet's coefficients, with given weights. Sets its noise and support
-/// too, and in the first and the last round its smoothness: between these only feet and weights settle.
+/// One solve for the sheet's coefficients with given weights. Sets its noise, support and smoothness too.
 /// `sigma` is the noise expected beforehand.
 pub(super) fn solve(
     sheet: &mut Sheet,
     points: &[DomainPoint],
     weights: &[f64],
-    (round, rounds): (usize, usize),
+    feet: FootPoints,
     sigma: f64,
     tools: &mut Tools,
 ) -> Option<()> {
-    let expected = observe(sheet, points, weights, FootPoints::of_round(round), sigma, tools);
-    let Tools { equations, work, .. } = tools;
-    let fit = match sheet.smoothness {
-        Some(smoothness) if round + 1 < rounds => gp::fit_at(&BASIS, equations, expected, smoothness, work),
-        near => gp::fit(&BASIS, equations, expected, near, work),
-    }?;
+    let expected = observe(sheet, points, weights, feet, sigma, tools);
+    let fit = gp::fit(&BASIS, &tools.equations, expected, sheet.smoothness, &mut tools.work)?;
     sheet.smoothness = Some(fit.smoothness);
     *sheet.map.coeffs = basis::spline_coefficients(&BASIS, &fit.weights);
     sheet.sigma = (fit.sigma / FIT.truncated).max(sheet.floor());

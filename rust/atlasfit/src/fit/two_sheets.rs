@@ -3,7 +3,7 @@
 //! In: one fitted chart and its points. Out: two sheets, where the points ask for them.
 
 use super::constants::FIT;
-use super::sheet::{DomainPoint, Sheet, Tools, residuals, solve};
+use super::sheet::{DomainPoint, FootPoints, Sheet, Tools, residuals, solve};
 use crate::atlas::{Monge, Patch};
 use crate::numeric::robust::{TUKEY, tukey};
 
@@ -23,13 +23,12 @@ pub(super) fn two_sheets(
     let second = mixture.second;
     let first = second.iter().map(|r| 1.0 - r).collect();
     let mut pair = [(Sheet::empty(patch, noise), first), (Sheet::empty(patch, noise), second)];
-    let rounds = FIT.rounds + 1;
-    for round in 0..rounds {
+    for round in 0..FIT.rounds + 1 {
         if round > 0 {
             share(&mut pair, points);
         }
         for (sheet, weights) in &mut pair {
-            solve(sheet, points, weights, (round, rounds), noise, tools)?;
+            solve(sheet, points, weights, FootPoints::of_round(round), noise, tools)?;
         }
     }
     let least = FIT.support * e.len() as f64;
