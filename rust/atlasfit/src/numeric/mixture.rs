@@ -3,8 +3,11 @@
 //! In: for each point the ratio of its densities as one of the known and as a stray. Out: the share of
 //! strays, and how likely each is one.
 
-/// Rounds of expectation and maximisation (Dempster, Laird and Rubin 1977). Source: chosen.
+/// Rounds of expectation and maximisation (Dempster, Laird and Rubin 1977), at the most. Source: chosen.
 const ROUNDS: usize = 20;
+/// They end where the share changes by less than this part of itself. Source: derived, the likelihood of a
+/// thousand points is then within a thousandth of a nat of its peak.
+const SETTLED: f64 = 1e-3;
 /// The least share, so that none is ruled out. Source: chosen, one in more points than a chart sees.
 const LEAST: f64 = 1e-6;
 
@@ -13,7 +16,10 @@ pub(crate) fn share_of_strays(ratios: &[f64]) -> f64 {
     let mut share = 0.5;
     for _ in 0..ROUNDS {
         let sum: f64 = ratios.iter().map(|&r| stray(share, r)).sum();
-        share = (sum / ratios.len().max(1) as f64).clamp(LEAST, 1.0);
+        let last = std::mem::replace(&mut share, (sum / ratios.len().max(1) as f64).clamp(LEAST, 1.0));
+        if (share - last).abs() < SETTLED * last {
+            break;
+        }
     }
     share
 }
