@@ -17,7 +17,7 @@ pub(super) struct Shape {
     /// The greatest distance of a border vertex from the middle.
     pub radius: f64,
     /// How readily it turns: one over its border's mean squared distance from the middle; 0 for a chart that
-    /// must not turn.
+    /// must not turn, or whose border lies along the page's sides for the most part.
     pub turns: f64,
 }
 
@@ -34,8 +34,10 @@ impl Shape {
         let middle = [0, 1].map(|k| 0.5 * (lo[k] + hi[k]));
         let far2 = |p: &[f64; 2]| (p[0] - middle[0]).powi(2) + (p[1] - middle[1]).powi(2);
         let mean2 = points.iter().map(far2).sum::<f64>() / points.len().max(1) as f64;
+        let edges: Vec<[[f64; 2]; 2]> = points.chunks_exact(2).map(|e| [e[0], e[1]]).collect();
+        let turns = turns && !lies_along_page(&edges);
         Self {
-            edges: points.chunks_exact(2).map(|e| [e[0], e[1]]).collect(),
+            edges,
             middle,
             radius: points.iter().map(far2).fold(0.0, f64::max).sqrt(),
             turns: if turns && mean2 > 0.0 { 1.0 / mean2 } else { 0.0 },
@@ -79,6 +81,18 @@ pub(super) struct Page {
     pub size: [f64; 2],
     /// Least distance between charts, and from the border.
     pub gap: f64,
+}
+
+/// Whether most of a border runs along the sides of the page: texels then fit its edges.
+fn lies_along_page(edges: &[[[f64; 2]; 2]]) -> bool {
+    let (mut all, mut along) = (0.0, 0.0);
+    for &[a, b] in edges {
+        let [x, y] = [0, 1].map(|k| (b[k] - a[k]).abs());
+        let length = x.hypot(y);
+        all += length;
+        along += if x.min(y) <= TIGHTEN.askew * length { length } else { 0.0 };
+    }
+    along > 0.5 * all
 }
 
 /// The distance of a chart from another, or from a side of the page, at one place.

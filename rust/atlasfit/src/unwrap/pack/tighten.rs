@@ -6,7 +6,8 @@
 //! page's corner in proportion, then shifted and turned as little as keeps their outlines apart: each nearest
 //! vertex and edge of two charts must keep the padding along the line between them, as in the compaction of
 //! Li and Milenkovic (1995), whose linear program is replaced by projecting one such constraint after the
-//! other, for shifts and turns alike (Müller et al. 2007). Straight charts do not turn.
+//! other, for shifts and turns alike (Müller et al. 2007). Straight charts do not turn, nor do
+//! those whose border lies along the page's sides for the most part.
 
 use super::constants::TIGHTEN;
 use super::contacts::{Contact, Motion, Moved, Near, Page, Shape, WALL, dot, least_gap};
@@ -250,6 +251,16 @@ mod tests {
         let gap = f64::from(PADDING) / 1024.0;
         let full = [rectangle([1.0 - 2.0 * gap; 2], false)];
         assert_eq!(tightened(&full, &[([gap; 2], 0.0)], 1.0), None);
+    }
+
+    #[test]
+    fn what_lies_along_the_page_stays_so_though_another_pushes_it() {
+        // The second lies askew, with a corner against the first, above its middle.
+        let charts = [[0.5, 1.0], [0.8, 0.2]].map(|size| rectangle(size, false));
+        let places = [([0.02, 0.02], 0.0), ([0.56, 0.6], 0.4)];
+        let (at, side) = tightened(&charts, &places, 1.5).expect("there is room");
+        let slopes = [0, 1].map(|k| (at[k][1][1] - at[k][0][1]).abs());
+        assert!(side < 1.4 && slopes[0] < 1e-12 && slopes[1] > 0.0, "{side} {slopes:?}");
     }
 
     #[test]
