@@ -5,8 +5,8 @@
 
 /// Rounds of expectation and maximisation (Dempster, Laird and Rubin 1977), at the most. Source: chosen.
 const ROUNDS: usize = 20;
-/// They end where the share changes by less than this part of itself. Source: derived, the likelihood of a
-/// thousand points is then within a thousandth of a nat of its peak.
+/// They end where the share changes by less than this part of itself. Source: derived, about its peak such a
+/// change is worth less than a thousandth of a nat to a thousand points.
 const SETTLED: f64 = 1e-3;
 /// The least share, so that none is ruled out. Source: chosen, one in more points than a chart sees.
 const LEAST: f64 = 1e-6;
