@@ -68,7 +68,7 @@ pub(crate) fn wrong(tris: &[[u32; 3]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Re
 }
 
 /// Per vertex, whether it is wound round more than once.
-fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<Vec<bool>> {
+pub(crate) fn overwound(tris: &[[u32; 3]], uv: &[[f64; 2]], ctx: &Context<'_>) -> Result<Vec<bool>> {
     let mut angle = vec![0f64; uv.len()];
     // Next minus previous neighbour, summed: zero exactly where the triangles close round a vertex.
     let mut open = vec![0i64; uv.len()];
