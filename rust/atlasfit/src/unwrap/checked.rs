@@ -71,8 +71,8 @@ pub(crate) fn pack_checked(
     Err(Error::internal("the charts are still cut after the last round of repairs"))
 }
 
-/// The faces of a chart to be cut out of it because rounding flipped them, or closed a slit beside them; where
-/// its border touches itself, half of it. `None` if all is well.
+/// The faces of a chart to be cut out of it because rounding flipped them, or closed a slit beside them;
+/// where its border touches itself, half of it. `None` if all is well.
 fn spoiled(
     s: &Surface,
     c: &Chart,

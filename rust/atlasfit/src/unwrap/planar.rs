@@ -15,9 +15,14 @@ pub(crate) fn bounds(p: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
     (lo, hi)
 }
 
+/// A point turned by (c, s).
+pub(crate) fn turned([x, y]: [f64; 2], [c, s]: [f64; 2]) -> [f64; 2] {
+    [c * x - s * y, s * x + c * y]
+}
+
 /// Points turned by (c, s).
 pub(crate) fn rotated(uv: &[[f64; 2]], r: [f64; 2]) -> Vec<[f64; 2]> {
-    uv.iter().map(|p| [r[0] * p[0] - r[1] * p[1], r[1] * p[0] + r[0] * p[1]]).collect()
+    uv.iter().map(|&p| turned(p, r)).collect()
 }
 
 /// A hull with its corners thinned out evenly where there are very many: for what compares all pairs of them.

@@ -171,7 +171,8 @@ pub(crate) struct TightenConstants {
     /// Least distance of charts where no padding is asked for, in units. Source: chosen.
     /// Halved or doubled: same bytes.
     pub least_gap: f64,
-    /// Slope of an edge against a side of the page up to which it runs along it. Source: chosen, half a degree.
+    /// Slope of an edge against a side of the page up to which it runs along it. Source: chosen, half a
+    /// degree.
     pub askew: f64,
     /// Charts may be this much too near each other, in units; they are moved apart until they are this much
     /// too far. Source: chosen.

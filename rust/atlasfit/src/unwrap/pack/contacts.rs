@@ -4,7 +4,7 @@ use super::constants::TIGHTEN;
 use super::placement::Placement;
 use crate::error::Result;
 use crate::run::Context;
-use crate::unwrap::planar::bounds;
+use crate::unwrap::planar::{bounds, turned};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -24,11 +24,7 @@ pub(super) struct Shape {
 impl Shape {
     /// A chart with an outline as placed; `unit` of the surface are one here.
     pub(super) fn new(outline: &[[f64; 2]], turns: bool, place: &Placement, unit: f64) -> Self {
-        let [c, s] = place.rotation;
-        let at = |p: &[f64; 2]| {
-            let turned = [c * p[0] - s * p[1], s * p[0] + c * p[1]];
-            [0, 1].map(|k| (turned[k] + place.shift[k]) / unit)
-        };
+        let at = |p: &[f64; 2]| plus(turned(*p, place.rotation), place.shift).map(|x| x / unit);
         let points: Vec<[f64; 2]> = outline.iter().map(at).collect();
         let (lo, hi) = bounds(&points);
         let middle = [0, 1].map(|k| 0.5 * (lo[k] + hi[k]));
@@ -47,11 +43,8 @@ impl Shape {
     /// The chart after a motion.
     pub(super) fn moved(&self, motion: &Motion) -> Moved {
         let middle = plus(self.middle, motion.shift);
-        let (s, c) = motion.angle.sin_cos();
-        let at = |p: [f64; 2]| {
-            let [x, y] = [p[0] - self.middle[0], p[1] - self.middle[1]];
-            plus(middle, [c * x - s * y, s * x + c * y])
-        };
+        let rotation = motion.rotation();
+        let at = |p: [f64; 2]| plus(middle, turned([p[0] - self.middle[0], p[1] - self.middle[1]], rotation));
         let edges: Vec<[[f64; 2]; 2]> = self.edges.iter().map(|e| e.map(at)).collect();
         let (lo, hi) = bounds(edges.as_flattened());
         Moved { edges, middle, lo, hi }
@@ -65,14 +58,21 @@ pub(super) struct Motion {
     pub angle: f64,
 }
 
+impl Motion {
+    /// The cosine and sine of its angle.
+    pub(super) fn rotation(&self) -> [f64; 2] {
+        [self.angle.cos(), self.angle.sin()]
+    }
+}
+
 /// A chart where it is now.
 pub(super) struct Moved {
     edges: Vec<[[f64; 2]; 2]>,
     /// What it turns about.
     pub middle: [f64; 2],
     /// Its box.
-    pub lo: [f64; 2],
-    pub hi: [f64; 2],
+    lo: [f64; 2],
+    hi: [f64; 2],
 }
 
 /// A page, in the units of the shapes.
@@ -258,7 +258,7 @@ pub(super) fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// The sum.
-fn plus(p: [f64; 2], d: [f64; 2]) -> [f64; 2] {
+pub(super) fn plus(p: [f64; 2], d: [f64; 2]) -> [f64; 2] {
     [p[0] + d[0], p[1] + d[1]]
 }
 

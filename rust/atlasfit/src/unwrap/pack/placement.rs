@@ -4,6 +4,7 @@ use super::constants::PACK;
 use super::packer::PagePacker;
 use crate::unwrap::chart::Chart;
 use crate::unwrap::options::Packer;
+use crate::unwrap::planar::turned;
 
 /// What to pack for. Lengths on the surface are in its frame.
 #[derive(Clone, Copy)]
@@ -75,10 +76,9 @@ impl Default for Placement {
 impl Placement {
     /// A chart's vertices on the page.
     pub(crate) fn positions(&self, uv: &[[f64; 2]]) -> Vec<[f32; 2]> {
-        let [c, s] = self.rotation;
         uv.iter()
-            .map(|q| {
-                let p = [c * q[0] - s * q[1], s * q[0] + c * q[1]];
+            .map(|&q| {
+                let p = turned(q, self.rotation);
                 [0, 1].map(|k| ((p[k] + self.shift[k]) * self.scale[k]).clamp(0.0, 1.0) as f32)
             })
             .collect()

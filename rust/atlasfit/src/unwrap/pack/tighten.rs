@@ -10,11 +10,12 @@
 //! those whose border lies along the page's sides for the most part.
 
 use super::constants::TIGHTEN;
-use super::contacts::{Contact, Motion, Moved, Near, Page, Shape, WALL, dot, least_gap};
+use super::contacts::{Contact, Motion, Moved, Near, Page, Shape, WALL, dot, least_gap, plus};
 use super::placement::{PackJob, Packed, Placement};
 use crate::error::Result;
 use crate::run::Context;
 use crate::unwrap::chart::Chart;
+use crate::unwrap::planar::turned;
 use rayon::prelude::*;
 
 /// Pushes the charts together; `None` where that gains nothing.
@@ -72,12 +73,10 @@ pub(crate) fn tighten(
     }
     let placed = (placements.iter().zip(&shapes).zip(&motions))
         .map(|((p, shape), m)| {
-            let (s, c) = m.angle.sin_cos();
-            let turned = |v: [f64; 2]| [c * v[0] - s * v[1], s * v[0] + c * v[1]];
             let middle = shape.middle.map(|x| x * unit);
-            let off = turned([p.shift[0] - middle[0], p.shift[1] - middle[1]]);
-            let shift = [0, 1].map(|k| middle[k] + off[k] + m.shift[k] * unit);
-            Placement { rotation: turned(p.rotation), shift, ..*p }
+            let off = turned([p.shift[0] - middle[0], p.shift[1] - middle[1]], m.rotation());
+            let shift = plus(plus(middle, off), m.shift.map(|x| x * unit));
+            Placement { rotation: turned(p.rotation, m.rotation()), shift, ..*p }
         })
         .collect();
     Ok(Some(Packed { placements: placed, density: density * TIGHTEN.units / side, padding: *padding }))
@@ -193,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Rectangles with their corners and angles on a page of some side; the outlines afterwards, and the side.
+    /// Rectangles with their corners and angles on a page of some side; then their outlines, and the side.
     fn tightened(
         charts: &[Chart],
         places: &[([f64; 2], f64)],
@@ -279,7 +278,8 @@ mod tests {
         fn charts_keep_their_padding_and_stay_on_the_page(
             sizes in prop::collection::vec((0.05..0.2f64, 0.05..0.2f64, 0.0..1.0f64, any::<bool>()), 16)
         ) {
-            let charts: Vec<Chart> = sizes.iter().map(|&(w, h, _, straight)| rectangle([w, h], straight)).collect();
+            let charts: Vec<Chart> =
+                sizes.iter().map(|&(w, h, _, straight)| rectangle([w, h], straight)).collect();
             let places: Vec<_> = (sizes.iter().enumerate())
                 .map(|(i, &(w, h, angle, straight))| {
                     // Each has a sixteenth of the page, and is turned as far as it has room to.
