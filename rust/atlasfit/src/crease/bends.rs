@@ -6,26 +6,28 @@ use super::constants::CREASE;
 use super::window::Windows;
 use crate::contour::surface::Surface;
 use crate::error::Result;
+use crate::numeric::sort::sort;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
-use crate::spatial::edges::Edges;
+use crate::spatial::edges::{Edges, HalfEdge};
 use crate::spatial::triangle::area_vector;
 
 /// The vertices, ascending.
 pub(super) fn find(s: &Surface, edges: &Edges, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let normal = |f: usize| area_vector(s.triangles[f].map(|v| s.positions[v as usize])).normalized();
-    let mut bent = ctx.filled(false, s.positions.len())?;
-    for (i, edge) in edges.iter().enumerate() {
-        ctx.check_at(i)?;
+    let bends = |edge: &[HalfEdge], bent: &mut Vec<u32>| {
         if let [a, b] = edge
             && !a.runs_as(*b, &s.triangles)
             && normal(a.face()).dot(normal(b.face())) < CREASE.bend
         {
-            edge[0].ends().iter().for_each(|&v| bent[v as usize] = true);
+            bent.extend(a.ends());
         }
-    }
-    Ok((0..s.positions.len() as u32).filter(|&v| bent[v as usize]).collect())
+    };
+    let mut bent = edges.gather(bends, ctx)?;
+    sort(&mut bent, ctx)?;
+    bent.dedup();
+    Ok(bent)
 }
 
 /// Some of the vertices, no two nearer than the spacing of the points.

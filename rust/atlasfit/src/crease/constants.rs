@@ -81,11 +81,10 @@ pub(crate) struct CreaseConstants {
     pub unfoldings: usize,
     /// A vertex this near to the crease goes onto it, as a share of its edge that crosses. Source: chosen.
     pub snap: f64,
-    /// Shares of the seeds for each thread: each needs an array for all vertices. Source: chosen, so that no
-    /// thread waits long for the last.
-    pub shares: usize,
-    /// Places or seeds between two looks at the run.
+    /// Places or seeds that one thread looks at in one go.
     pub check: usize,
+    /// Triangles that one thread looks at in one go.
+    pub triangles_at_once: usize,
 }
 
 /// Their values.
@@ -124,6 +123,6 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     folded: 0.3,
     unfoldings: 8,
     snap: 0.2,
-    shares: 4,
     check: 64,
+    triangles_at_once: 4096,
 };

@@ -10,17 +10,24 @@ use super::window::{Scratch, Window, Windows};
 use crate::error::Result;
 use crate::run::Context;
 use rayon::prelude::*;
+use std::sync::Mutex;
 
 /// The pieces that are found about the seeds, in their order.
 pub(super) fn pieces(windows: &Windows<'_>, seeds: &[u32], ctx: &Context<'_>) -> Result<Vec<Piece>> {
+    // Scratch is an array for all vertices: each thread takes one that another has left, if there is one.
+    let left: Mutex<Vec<Scratch>> = Mutex::default();
     let found: Vec<Vec<Piece>> = seeds
-        .par_chunks(seeds.len().div_ceil(CREASE.shares * ctx.threads()).max(1))
+        .par_chunks(CREASE.check)
         .map(|seeds| {
-            let mut scratch = windows.scratch(ctx)?;
+            let taken = left.lock().ok().and_then(|mut left| left.pop());
+            let mut scratch = taken.map_or_else(|| windows.scratch(ctx), Ok)?;
             let mut found = Vec::new();
             for &v in seeds {
                 ctx.check()?;
                 found.extend(about(v, windows, &mut scratch));
+            }
+            if let Ok(mut left) = left.lock() {
+                left.push(scratch);
             }
             Ok(found)
         })

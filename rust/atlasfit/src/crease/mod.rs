@@ -28,6 +28,7 @@ use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::edges::Edges;
+use crate::spatial::lists::Lists;
 use chains::Creases;
 
 /// The creases of a surface, to ask again when its triangles are others.
@@ -63,13 +64,16 @@ pub(crate) fn sharpen(
     if bent.is_empty() {
         return Ok(None);
     }
-    let Some(windows) = window::Windows::new(s, projected, known, ctx)? else { return Ok(None) };
+    let neighbours = Lists::of_neighbours(s.positions.len(), &edges, ctx)?;
+    let Some(windows) = window::Windows::new(s, &neighbours, projected, known, ctx)? else {
+        return Ok(None);
+    };
     let seeds = bends::spread(&bent, s, &windows, ctx)?;
     let pieces = evidence::pieces(&windows, &seeds, ctx)?;
     let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(None) };
     let corners = corner::find(&creases, &windows, ctx)?;
     drop(windows);
-    sharpen::surface(s, &creases, &edges, ctx)?;
+    sharpen::surface(s, &creases, &edges, &neighbours, ctx)?;
     cap::surface(s, &corners, ctx)?;
     cap::surface(s, &mend::places(s, &creases, ctx)?, ctx)?;
     sharpen::points(projected, &creases, ctx)?;

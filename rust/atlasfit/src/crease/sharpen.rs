@@ -6,7 +6,7 @@
 use super::chains::Creases;
 use super::constants::CREASE;
 use super::pull::{Pull, Pulls, pull};
-use super::unfold::{is_folded, unfold};
+use super::unfold::{Rings, is_folded, unfold};
 use crate::atlas::ProjectedPoint;
 use crate::contour::surface::Surface;
 use crate::error::Result;
@@ -30,10 +30,16 @@ pub(super) fn points(projected: &mut [ProjectedPoint], creases: &Creases, ctx: &
 }
 
 /// Cuts the surface along creases and moves its vertices onto the sides.
-pub(super) fn surface(s: &mut Surface, creases: &Creases, edges: &Edges, ctx: &Context<'_>) -> Result<()> {
+pub(super) fn surface(
+    s: &mut Surface,
+    creases: &Creases,
+    edges: &Edges,
+    neighbours: &Lists,
+    ctx: &Context<'_>,
+) -> Result<()> {
     let places = s.positions.par_iter().zip(&s.normals).map(|(p, n)| (*p, *n));
     let mut pulls = Pulls::new(creases, places, ctx)?;
-    unfold(s, creases, &mut pulls, edges, ctx)?;
+    unfold(s, creases, &mut pulls, &Rings { edges, neighbours }, ctx)?;
     snap(s, &mut pulls, edges, ctx)?;
     for (i, (v, pull)) in pulls.iter().enumerate() {
         ctx.check_at(i)?;
@@ -173,7 +179,8 @@ mod tests {
             let sharpened = Run::default().execute(|ctx| {
                 let edges = Edges::new(&s.triangles, ctx)?;
                 let before = edges.iter().filter(|e| e.len() == 1).count();
-                surface(&mut s, &ridge, &edges, ctx)?;
+                let neighbours = Lists::of_neighbours(s.positions.len(), &edges, ctx)?;
+                surface(&mut s, &ridge, &edges, &neighbours, ctx)?;
                 let after = Edges::new(&s.triangles, ctx)?;
                 Ok((before, after.iter().filter(|e| e.len() == 1).count(), after.iter().all(|e| e.len() < 3)))
             });

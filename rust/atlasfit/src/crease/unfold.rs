@@ -9,59 +9,69 @@ use super::constants::CREASE;
 use super::pull::{Pulls, pull};
 use crate::contour::surface::Surface;
 use crate::error::Result;
+use crate::numeric::sort::sort;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::edges::Edges;
+use crate::spatial::edges::{Edges, HalfEdge};
+use crate::spatial::lists::Lists;
 use crate::spatial::triangle::area_vector;
+use rayon::prelude::*;
 
-/// Moves the vertices of folded triangles to the middle of their neighbours, a few times.
+/// What lies about vertices.
+pub(super) struct Rings<'a> {
+    /// All edges.
+    pub edges: &'a Edges,
+    /// The neighbours of each vertex.
+    pub neighbours: &'a Lists,
+}
+
+/// Moves the vertices of folded triangles to the middle of their neighbours, a few times. Those of the
+/// boundary stay.
 pub(super) fn unfold(
     s: &mut Surface,
     creases: &Creases,
     pulls: &mut Pulls,
-    edges: &Edges,
+    rings: &Rings<'_>,
     ctx: &Context<'_>,
 ) -> Result<()> {
+    let mut on_boundary = ctx.filled(false, s.positions.len())?;
+    let rim = |edge: &[HalfEdge], rim: &mut Vec<u32>| {
+        if let [only] = edge {
+            rim.extend(only.ends());
+        }
+    };
+    rings.edges.gather(rim, ctx)?.into_iter().for_each(|v| on_boundary[v as usize] = true);
     for _ in 0..CREASE.unfoldings {
-        let mut folded = folded(s, pulls, ctx)?;
-        if !folded.contains(&true) {
+        let folded = folded(s, pulls, ctx)?;
+        if folded.is_empty() {
             break;
         }
-        // Positions of the neighbours, and the normals of the sides that they lie on.
-        let mut sum = ctx.filled((Vec3::ZERO, Vec3::ZERO, 0.0), s.positions.len())?;
-        for (i, edge) in edges.iter().enumerate() {
-            ctx.check_at(i)?;
-            let [a, b] = edge[0].ends().map(|v| v as usize);
-            if let [_] = edge {
-                (folded[a], folded[b]) = (false, false);
-            }
-            for (v, w) in [(a, b), (b, a)].into_iter().filter(|x| folded[x.0]) {
-                sum[v].0 += s.positions[w];
-                sum[v].1 += pulls.of(w as u32).map_or(Vec3::ZERO, |p| p.normal);
-                sum[v].2 += 1.0;
-            }
-        }
-        for (v, (sum, normal, count)) in sum.into_iter().enumerate() {
-            ctx.check_at(v)?;
-            if count == 0.0 || !folded[v] {
-                continue;
-            }
-            s.positions[v] = sum * (1.0 / count);
-            pulls.set(v as u32, pull(creases, s.positions[v], normal.normalized(), None));
+        let moved = folded.par_iter().filter(|v| !on_boundary[**v as usize]).map(|&v| {
+            ctx.check()?;
+            let own = rings.neighbours.of(v);
+            let sum = own.iter().fold(Vec3::ZERO, |sum, &w| sum + s.positions[w as usize]);
+            let normals = own.iter().map(|&w| pulls.of(w).map_or(Vec3::ZERO, |p| p.normal));
+            let normal = normals.fold(Vec3::ZERO, |sum, n| sum + n);
+            let to = sum * (1.0 / own.len() as f64);
+            Ok((v, to, pull(creases, to, normal.normalized(), None)))
+        });
+        for (v, to, pull) in moved.collect::<Result<Vec<_>>>()? {
+            s.positions[v as usize] = to;
+            pulls.set(v, pull);
         }
     }
     Ok(())
 }
 
-/// Which vertices belong to triangles that face away from the sides that they lie on.
-fn folded(s: &Surface, pulls: &Pulls, ctx: &Context<'_>) -> Result<Vec<bool>> {
-    let mut folded = ctx.filled(false, s.positions.len())?;
-    for (i, t) in s.triangles.iter().enumerate() {
-        ctx.check_at(i)?;
-        if is_folded(s, pulls, t) {
-            t.iter().for_each(|&v| folded[v as usize] = true);
-        }
-    }
+/// The vertices of triangles that face away from the sides that they lie on, ascending.
+fn folded(s: &Surface, pulls: &Pulls, ctx: &Context<'_>) -> Result<Vec<u32>> {
+    let found = s.triangles.par_chunks(CREASE.triangles_at_once).map(|chunk| {
+        ctx.check()?;
+        Ok(chunk.iter().filter(|t| is_folded(s, pulls, t)).flatten().copied().collect::<Vec<_>>())
+    });
+    let mut folded = found.collect::<Result<Vec<_>>>()?.concat();
+    sort(&mut folded, ctx)?;
+    folded.dedup();
     Ok(folded)
 }
 

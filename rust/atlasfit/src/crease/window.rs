@@ -27,8 +27,8 @@ pub(super) struct Windows<'a> {
     on_charts: Vec<u32>,
     /// The vertex of the surface that is nearest to each.
     vertex: Vec<u32>,
-    /// The triangles about each vertex.
-    around: Lists,
+    /// The neighbours of each vertex.
+    neighbours: &'a Lists,
 }
 
 /// The points of one sheet about a place.
@@ -79,6 +79,7 @@ impl<'a> Windows<'a> {
     /// Prepares to cut windows; none where no point lies on a chart.
     pub fn new(
         surface: &'a Surface,
+        neighbours: &'a Lists,
         projected: &'a [ProjectedPoint],
         known: &'a KnownScan<'a>,
         ctx: &Context<'_>,
@@ -92,8 +93,7 @@ impl<'a> Windows<'a> {
         let tree = Neighbours::build(&places, ctx)?;
         let vertices = Neighbours::build(&surface.positions, ctx)?;
         let vertex = nearest(&vertices, &places, ctx)?;
-        let around = Lists::new(surface.positions.len(), &surface.triangles, ctx)?;
-        Ok(Some(Self { surface, projected, known, tree, on_charts, vertex, around }))
+        Ok(Some(Self { surface, projected, known, tree, on_charts, vertex, neighbours }))
     }
     /// What finding points reuses.
     pub fn scratch(&self, ctx: &Context<'_>) -> Result<Scratch> {
@@ -182,14 +182,14 @@ impl<'a> Windows<'a> {
     /// Finds the points of the sheet about a vertex: those next to vertices that hang together with it.
     fn own(&self, vertex: u32, radius: f64, scratch: &mut Scratch) {
         let Scratch { near, queue, sheet, name, own } = scratch;
-        let Surface { positions, triangles, .. } = self.surface;
+        let positions = &self.surface.positions;
         let at = positions[vertex as usize];
         *name += 1;
         sheet[vertex as usize] = *name;
         queue.clear();
         queue.push(vertex);
         while let Some(v) = queue.pop() {
-            for &w in self.around.of(v).iter().flat_map(|&f| &triangles[f as usize]) {
+            for &w in self.neighbours.of(v) {
                 let seen = &mut sheet[w as usize];
                 if *seen != *name && positions[w as usize].dist2(at) < radius * radius {
                     *seen = *name;

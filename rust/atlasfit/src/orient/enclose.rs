@@ -367,13 +367,12 @@ impl Part {
     /// Logarithm of the likelihood of what viewers see, in nats, of these signs or all of the opposite ones:
     /// of those that it returns with.
     fn seen_either_way(&self, views: &Views, signs: &mut [f64]) -> f64 {
-        let turn =
-            |signs: &mut [f64]| self.charts.iter().for_each(|&c| signs[c as usize] = -signs[c as usize]);
-        let one = views.likelihood(&self.charts, signs);
-        turn(signs);
-        let other = views.likelihood(&self.charts, signs);
-        if one >= other {
-            turn(signs);
+        let mut turned = signs.to_vec();
+        self.charts.iter().for_each(|&c| turned[c as usize] = -signs[c as usize]);
+        let of = |signs: &[f64]| views.likelihood(&self.charts, signs);
+        let (one, other) = rayon::join(|| of(signs), || of(&turned));
+        if one < other {
+            self.take(&turned, signs);
         }
         // A chart's points were seen one by one, and do not repeat its neighbours'.
         one.max(other) * self.charts.len() as f64

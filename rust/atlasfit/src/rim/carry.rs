@@ -10,7 +10,6 @@ use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::edges::Edges;
 use crate::spatial::lists::Lists;
 use crate::spatial::triangle::area_vector;
 use rayon::prelude::*;
@@ -28,7 +27,6 @@ pub(super) fn follow(
     charts: &[Chart],
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let edges = Edges::new(&s.triangles, ctx)?;
     let mut step = ctx.filled(Vec3::ZERO, s.positions.len())?;
     let mut ring = ctx.filled(FAR, s.positions.len())?;
     for &(v, to) in targets {
@@ -38,39 +36,46 @@ pub(super) fn follow(
         step[v] = way - s.normals[v] * s.normals[v].dot(way);
         ring[v] = 0;
     }
-    spread(&edges, &mut ring, &mut step, ctx)?;
-    let moved: Vec<u32> = (0..).zip(&ring).filter(|(_, r)| **r != FAR).map(|(v, _)| v).collect();
-    let before: Vec<(Vec3, Vec3)> =
-        moved.iter().map(|&v| (s.positions[v as usize], s.normals[v as usize])).collect();
-    let mut share = ctx.filled(1.0, s.positions.len())?;
     let around = Lists::new(s.positions.len(), &s.triangles, ctx)?;
-    let areas: Vec<Vec3> = s.triangles.iter().map(|t| area(s, t)).collect();
+    spread(s, &around, &mut ring, &mut step, ctx)?;
+    let moves = |v: u32| ring[v as usize] != FAR;
+    let areas: Vec<Vec3> = s.triangles.par_iter().map(|t| area(s, t)).collect();
+    let mut changed: Vec<u32> = (0..s.positions.len() as u32).filter(|v| moves(*v)).collect();
+    let before: Vec<(Vec3, Vec3)> =
+        changed.iter().map(|&v| (s.positions[v as usize], s.normals[v as usize])).collect();
+    let mut slot = ctx.filled(u32::MAX, s.positions.len())?;
+    changed.iter().zip(0..).for_each(|(&v, k)| slot[v as usize] = k);
+    let mut share = ctx.filled(1.0, s.positions.len())?;
     // Where a triangle would turn over, its corners go half as far, until none does.
     loop {
         ctx.check()?;
-        let placed: Vec<(Vec3, Vec3)> = (moved.par_iter().zip(&before))
-            .map(|(&v, &at)| {
-                let chart = charts.get(s.chart[v as usize] as usize);
-                along(chart, at, step[v as usize] * share[v as usize])
+        let placed: Vec<(Vec3, Vec3)> = changed
+            .par_iter()
+            .map(|&v| {
+                let v = v as usize;
+                along(charts.get(s.chart[v] as usize), before[slot[v] as usize], step[v] * share[v])
             })
             .collect();
-        for (&v, (p, n)) in moved.iter().zip(placed) {
+        for (&v, (p, n)) in changed.iter().zip(placed) {
             (s.positions[v as usize], s.normals[v as usize]) = (p, n);
         }
-        let mut turned: Vec<u32> = (moved.iter().filter(|&&v| share[v as usize] > 0.0))
-            .flat_map(|&v| around.of(v))
-            .filter(|&&f| turns(s, f, &areas))
-            .flat_map(|&f| s.triangles[f as usize])
+        let goes = |v: u32| moves(v) && share[v as usize] > 0.0;
+        let mut turned: Vec<u32> = (changed.par_iter())
+            .flat_map_iter(|&v| around.of(v))
+            .filter(|&&f| s.triangles[f as usize].iter().any(|&v| goes(v)) && turns(s, f, &areas))
+            .flat_map_iter(|&f| s.triangles[f as usize])
             .collect();
         if turned.is_empty() {
             return Ok(());
         }
         turned.sort_unstable();
         turned.dedup();
-        for v in turned {
+        for &v in &turned {
             let share = &mut share[v as usize];
             *share = if *share > RIM.least_share { 0.5 * *share } else { 0.0 };
         }
+        turned.retain(|v| moves(*v));
+        changed = turned;
     }
 }
 
@@ -85,40 +90,39 @@ fn turns(s: &Surface, f: u32, areas: &[Vec3]) -> bool {
 
 /// Spreads the steps of the boundary over the rings of vertices about it: each step is the mean of its
 /// neighbours', none beyond the last ring.
-fn spread(edges: &Edges, ring: &mut [u8], step: &mut [Vec3], ctx: &Context<'_>) -> Result<()> {
+fn spread(s: &Surface, around: &Lists, ring: &mut [u8], step: &mut [Vec3], ctx: &Context<'_>) -> Result<()> {
+    let neighbours = |v: u32| around.of(v).iter().flat_map(|&f| s.triangles[f as usize]);
+    let mut last: Vec<u32> = (0..).zip(&*ring).filter(|(_, r)| **r == 0).map(|(v, _)| v).collect();
+    let mut follow: Vec<u32> = Vec::new();
     for k in 1..=RIM.rings {
-        for (i, edge) in edges.iter().enumerate() {
+        let mut next = Vec::new();
+        for (i, &v) in last.iter().enumerate() {
             ctx.check_at(i)?;
-            let [a, b] = edge[0].ends().map(|v| v as usize);
-            for (from, to) in [(a, b), (b, a)] {
-                if usize::from(ring[from]) == k - 1 && ring[to] == FAR {
-                    ring[to] = k as u8;
+            for w in neighbours(v) {
+                if ring[w as usize] == FAR {
+                    ring[w as usize] = k as u8;
+                    next.push(w);
                 }
             }
         }
+        follow.extend(&next);
+        last = next;
     }
-    let mut links: Vec<[u32; 2]> = Vec::new();
-    for (i, edge) in edges.iter().enumerate() {
-        ctx.check_at(i)?;
-        let [a, b] = edge[0].ends();
-        let follows = |v: u32| (1..FAR).contains(&ring[v as usize]);
-        links.extend([[a, b], [b, a]].into_iter().filter(|l| follows(l[0])));
-    }
-    let mut sum = ctx.filled((Vec3::ZERO, 0.0), ring.len())?;
+    let of_each = follow.par_iter().map(|&v| {
+        let mut own: Vec<u32> = neighbours(v).filter(|&w| w != v).collect();
+        own.sort_unstable();
+        own.dedup();
+        own
+    });
+    let of_each: Vec<Vec<u32>> = of_each.collect();
     for _ in 0..RIM.sweeps {
-        for (i, &[v, from]) in links.iter().enumerate() {
-            ctx.check_at(i)?;
-            let (total, count) = &mut sum[v as usize];
-            *total += step[from as usize];
-            *count += 1.0;
-        }
-        for (i, &[v, _]) in links.iter().enumerate() {
-            ctx.check_at(i)?;
-            let (total, count) = std::mem::take(&mut sum[v as usize]);
-            if count > 0.0 {
-                step[v as usize] = total * (1.0 / count);
-            }
-        }
+        ctx.check()?;
+        let mean = |own: &Vec<u32>| {
+            let sum = own.iter().fold(Vec3::ZERO, |sum, &w| sum + step[w as usize]);
+            sum * (1.0 / own.len() as f64)
+        };
+        let means: Vec<Vec3> = of_each.par_iter().map(mean).collect();
+        follow.iter().zip(means).for_each(|(&v, mean)| step[v as usize] = mean);
     }
     Ok(())
 }

@@ -60,6 +60,8 @@ pub(crate) struct RimConstants {
     pub stray: f64,
     /// Steps of a fit, and of halving one. Source: chosen; a handful is usual.
     pub steps: usize,
+    /// Nodes of a boundary that one thread looks at.
+    pub nodes_at_once: usize,
     /// A fit ends where the logarithm of the likelihood gains less, in nats. Source: chosen.
     pub settled: f64,
     /// Most that the boundary moves, in spacings. Source: chosen, the mask's resolution.
@@ -103,6 +105,7 @@ pub(crate) const RIM: RimConstants = RimConstants {
     slack: 2.0,
     stray: 0.001,
     steps: 30,
+    nodes_at_once: 256,
     settled: 1e-3,
     farthest: 2.0,
     wall: 1e3,

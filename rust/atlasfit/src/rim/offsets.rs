@@ -16,6 +16,7 @@ use crate::error::Result;
 use crate::numeric::pentadiagonal::{Factor, Pentadiagonal};
 use crate::numeric::special::{normal_density, normal_distribution};
 use crate::run::Context;
+use rayon::prelude::*;
 
 /// Finds where the data end.
 ///
@@ -156,7 +157,8 @@ impl Chain<'_> {
     }
     /// What the points say at offsets.
     fn said(&self, model: Model, offsets: &[f64]) -> Vec<Likelihood> {
-        offsets.iter().enumerate().map(|(i, x)| self.likelihood(i, *x, model.blur)).collect()
+        let nodes = offsets.par_iter().with_min_len(RIM.nodes_at_once).enumerate();
+        nodes.map(|(i, x)| self.likelihood(i, *x, model.blur)).collect()
     }
     /// The logarithm of the prior, and its slopes.
     fn held(&self, model: Model, offsets: &[f64]) -> (f64, Vec<f64>) {

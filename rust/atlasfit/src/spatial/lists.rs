@@ -5,6 +5,7 @@
 
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::edges::Edges;
 
 /// Lists one after another.
 #[derive(Debug, Clone)]
@@ -37,6 +38,23 @@ impl Lists {
             }
         }
         Ok(Self { start, items })
+    }
+    /// Lists for each vertex of a mesh with these edges the vertices that it shares one with.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub(crate) fn of_neighbours(count: usize, edges: &Edges, ctx: &Context<'_>) -> Result<Self> {
+        let ends = edges.gather(|edge, ends| ends.push(edge[0].ends()), ctx)?;
+        let mut lists = Self::new(count, &ends, ctx)?;
+        let Self { start, items } = &mut lists;
+        for (v, own) in start.windows(2).enumerate() {
+            ctx.check_at(v)?;
+            for item in &mut items[own[0] as usize..own[1] as usize] {
+                let [a, b] = ends[*item as usize];
+                *item = if a as usize == v { b } else { a };
+            }
+        }
+        Ok(lists)
     }
     /// For each owner where its list starts and ends among the items, and all items.
     pub(crate) fn into_spans(self) -> (Vec<[u32; 2]>, Vec<u32>) {
