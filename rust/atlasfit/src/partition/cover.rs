@@ -30,7 +30,8 @@ pub(crate) fn sample(cut: &Cut<'_>, done: &[bool], ctx: &Context<'_>) -> Result<
 }
 
 /// Cuts the scan, as far as it is not `done` by other charts. Where an `earlier` fit has projected the
-/// points, no patch takes points of an opposing sheet.
+/// points, no patch takes points of an opposing sheet. `thin_walls` says whether two sheets are looked for
+/// where one leaves more than the noise.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -38,6 +39,7 @@ pub(crate) fn partition(
     cut: &Cut<'_>,
     done: &[bool],
     earlier: Option<&[ProjectedPoint]>,
+    thin_walls: bool,
     ctx: &Context<'_>,
 ) -> Result<Vec<Patch>> {
     let order = by_name(cut.rows, ctx.seed, ctx)?;
@@ -51,9 +53,10 @@ pub(crate) fn partition(
         }
         ctx.stage(Stage::Partition, seeds.len());
         let mut grown = cut.grow(&seeds, cut.sigma, earlier, ctx)?;
-        let slabs = match earlier {
-            None => cut.grow_slabs(&seeds, &grown, ctx)?,
-            Some(_) => seeds.iter().map(|_| None).collect(),
+        let slabs = if thin_walls {
+            cut.grow_slabs(&seeds, &grown, ctx)?
+        } else {
+            seeds.iter().map(|_| None).collect()
         };
         if noisy.is_none() {
             let at: Vec<Vec3> = seeds.iter().map(|&i| cut.points[i]).collect();

@@ -9,6 +9,7 @@
 //! each point, with half a logarithm of the points for each coefficient (Schwarz 1978).
 
 use super::constants::PARTITION;
+use super::grow;
 use super::moments::quad;
 use crate::atlas::{Monge, Patch};
 use crate::numeric::dense::{cholesky, cholesky_solve, principal};
@@ -57,7 +58,10 @@ pub(super) fn sides(
 ) -> Option<[Vec<u32>; 2]> {
     let astray = PARTITION.astray / (2.0 * radius);
     let cloud = -(2.0 * radius).ln();
-    let rival = patch.map_or(cloud, |p| of_patch(points, found, p, sigma, astray).max(cloud));
+    // A patch that leaves more than the noise is no explanation, however few points it is about.
+    let explains = |p: &&Patch| grow::explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
+    let rival =
+        patch.filter(explains).map_or(cloud, |p| of_patch(points, found, p, sigma, astray).max(cloud));
     let mut best: Option<(f64, [Vec<u32>; 2], Around)> = None;
     let mut reach = radius;
     for _ in 0..PARTITION.slab_sizes {

@@ -118,5 +118,5 @@ impl Steps {
 /// The first cut of a scan.
 fn patches(scan: &Scan, ctx: &Context<'_>) -> Result<Vec<Patch>> {
     let done = vec![false; scan.points.len()];
-    partition::partition(&cut(scan, PatchSize::default()), &done, None, ctx)
+    partition::partition(&cut(scan, PatchSize::default()), &done, None, true, ctx)
 }

@@ -47,11 +47,13 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
     let tubes = find_tubes(scan, size, ctx)?;
     learn_noise(scan, size, &tubes, ctx)?;
     let cut = cut(scan, size);
-    let patches = partition::partition(&cut, &tubes.covered, None, ctx)?;
+    let patches = partition::partition(&cut, &tubes.covered, None, true, ctx)?;
     ctx.stage(Stage::Fit, patches.len());
     let mut fitted = fit::fit(&scan.points, &patches, ctx)?;
     fitted.extend(tubes.fitted);
+    let on_walls = of_two_sheets(&fitted, scan.points.len());
     drop_strays(&cut, &mut fitted, ctx)?;
+    cover_again(&cut, on_walls, &mut fitted, ctx)?;
     if fitted.is_empty() {
         return Err(Error::degenerate(
             "no part of the points looks like a surface",
@@ -59,6 +61,33 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         ));
     }
     Ok(FirstAtlas { fitted, on_tubes: tubes.covered, size })
+}
+
+/// Which points lie on charts of two sheets.
+fn of_two_sheets(fitted: &[FittedChart], points: usize) -> Vec<bool> {
+    let mut on = vec![false; points];
+    let members = fitted.iter().filter(|f| f.of_two).flat_map(|f| &f.members);
+    members.for_each(|&(m, _)| on[m as usize] = true);
+    on
+}
+
+/// Covers with single sheets what lay on the sides of thin walls (`on_walls`) and on no chart now: where they
+/// did not stand they were no walls, but something that is narrow, a horn for example.
+fn cover_again(
+    cut: &Cut<'_>,
+    on_walls: Vec<bool>,
+    fitted: &mut Vec<FittedChart>,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let mut done: Vec<bool> = on_walls.into_iter().map(|on| !on).collect();
+    fitted.iter().flat_map(|f| &f.members).for_each(|&(m, _)| done[m as usize] = true);
+    if done.iter().all(|d| *d) {
+        return Ok(());
+    }
+    let patches = partition::partition(cut, &done, None, false, ctx)?;
+    ctx.stage(Stage::Fit, patches.len());
+    fitted.extend(fit::fit(cut.points, &patches, ctx)?);
+    drop_strays(cut, fitted, ctx)
 }
 
 /// Finds the tubes. Where they hold most of the scan they know its noise.

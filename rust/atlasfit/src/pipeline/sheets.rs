@@ -47,7 +47,7 @@ pub(super) fn separate(
     for _ in 0..PIPELINE.sheet_rounds {
         let known = &atlas.projected;
         let Some(refit) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
-        let patches = partition::partition(&cut, &refit.covered, Some(known), ctx)?;
+        let patches = partition::partition(&cut, &refit.covered, Some(known), false, ctx)?;
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
