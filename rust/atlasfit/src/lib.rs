@@ -42,6 +42,8 @@ pub(crate) mod contour;
 
 pub(crate) mod rim;
 
+pub(crate) mod handles;
+
 pub(crate) mod crease;
 
 pub mod simplify;

@@ -6,10 +6,11 @@
 
 use super::chains::Creases;
 use super::constants::CREASE;
-use super::model;
+
 use super::piece::Piece;
 use super::window::{Scratch, Windows};
 use crate::error::Result;
+use crate::numeric::robust;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
@@ -211,7 +212,7 @@ fn corner(ends: [&End; 3]) -> Option<Corner> {
 fn is_likelier(corner: &Corner, windows: &Windows<'_>, scratch: &mut Scratch) -> bool {
     let radius = corner.radius + CREASE.strip * corner.unit;
     let ball = windows.ball(corner.at, radius, scratch);
-    let cost = |p: Vec3| model::cost(corner.signed(p) / ball.sigma);
+    let cost = |p: Vec3| robust::cost(corner.signed(p) / ball.sigma);
     let gain: f64 = ball.points.iter().map(|&(p, claimed)| claimed - cost(p)).sum();
     // Three creases that end together would be a corner by themselves.
     gain > -CREASE.margin

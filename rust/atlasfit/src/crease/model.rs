@@ -6,7 +6,7 @@
 
 use super::constants::CREASE;
 use crate::numeric::dense::{cholesky, cholesky_solve};
-use crate::numeric::robust::{TUKEY, tukey};
+use crate::numeric::robust::{TUKEY, cost, tukey};
 
 /// Numbers that enter linearly.
 const LINEAR: usize = 7;
@@ -145,11 +145,6 @@ impl Equations {
 /// How much a point counts in a fit.
 fn trust(off: f64) -> f64 {
     tukey(off, TUKEY).max(CREASE.least_weight)
-}
-
-/// What a point costs, in nats, at so many standard deviations: no more than a stray.
-pub(super) fn cost(off: f64) -> f64 {
-    0.5 * (off * off).min(TUKEY * TUKEY)
 }
 
 /// The likeliest model with a crease, and the points' misfit. The line is tried at a few places first.

@@ -3,13 +3,12 @@
 //! In: the surface, the scan, a vertex. Out: the points of that sheet about it.
 
 use super::constants::CREASE;
-use super::model;
 use super::piece::Piece;
 use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::dense::{eigen3, second_moments};
-use crate::numeric::robust::TUKEY;
+use crate::numeric::robust::{self, TUKEY};
 use crate::numeric::vec3::{Frame, Vec3};
 use crate::run::Context;
 use crate::spatial::Neighbours;
@@ -155,7 +154,7 @@ impl<'a> Windows<'a> {
             meant += found * found;
         }
         let farther = if followed > 0.0 { (meant / followed).sqrt().max(1.0) } else { 1.0 };
-        own.iter().map(|&i| model::cost(farther * off(i).0 / sigma)).collect()
+        own.iter().map(|&i| robust::cost(farther * off(i).0 / sigma)).collect()
     }
     /// The points of the sheet about a vertex that lie beside a piece's crease, up to so far along it.
     pub fn strip(&self, vertex: u32, piece: &Piece, longest: f64, scratch: &mut Scratch) -> Strip {

@@ -4,6 +4,17 @@
 /// efficiency for Gaussian noise, less would tell near sheets apart better but waste data).
 pub const TUKEY: f64 = 4.0;
 
+/// What a point costs, in nats, at so many standard deviations: no more than a stray.
+///
+/// ```
+/// use atlasfit::numeric::robust::cost;
+/// assert_eq!([1.0, -2.0, 4.0, 9.0].map(cost), [0.5, 2.0, 8.0, 8.0]);
+/// ```
+#[must_use]
+pub fn cost(off: f64) -> f64 {
+    0.5 * (off * off).min(TUKEY * TUKEY)
+}
+
 /// Tukey's biweight of a residual.
 ///
 /// ```

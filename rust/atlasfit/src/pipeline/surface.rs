@@ -16,6 +16,7 @@ use crate::contour::holes::{self, Filled};
 use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
+use crate::handles;
 use crate::noise::NoiseModel;
 use crate::numeric::vec3::Vec3;
 use crate::orient;
@@ -108,6 +109,9 @@ pub(super) fn build(
     // Without what holds no data, what held together by it is apart.
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
     not_empty(&surface)?;
+    if told.is_none() {
+        handles::cut(&mut surface, &projected, &known.scan, ctx)?;
+    }
     let creases = crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
     let mut goal = None;
     if told.is_some() {

@@ -1,0 +1,123 @@
+//! A piece of a surface about a place.
+//!
+//! In: a surface, a vertex, a radius. Out: the triangles about what lies within, with vertices of its own
+//! names, its edges, its boundary rings and its handles.
+
+use crate::contour::surface::Surface;
+use crate::numeric::vec3::Vec3;
+use crate::spatial::lists::Lists;
+use rustc_hash::FxHashSet;
+
+/// An edge of a piece.
+pub(super) struct Edge {
+    /// Its vertices.
+    pub ends: [u32; 2],
+    /// The triangles beside it; a ring is one more, after all triangles.
+    pub beside: [u32; 2],
+}
+
+/// A connected piece of an oriented surface.
+pub(super) struct Piece {
+    /// Its vertices by their names in the surface, ascending.
+    pub vertices: Vec<u32>,
+    /// Their places.
+    pub positions: Vec<Vec3>,
+    /// Its triangles by their names in the surface, ascending.
+    pub faces: Vec<u32>,
+    /// Their corners, by their places in `vertices`.
+    pub corners: Vec<[u32; 3]>,
+    /// Its edges.
+    pub edges: Vec<Edge>,
+    /// Whether each vertex lies on a boundary.
+    pub on_ring: Vec<bool>,
+    /// Number of boundaries.
+    pub rings: usize,
+    /// Number of handles.
+    pub handles: usize,
+}
+
+/// The vertices within a radius about one that hang together with it.
+pub(super) fn ball(s: &Surface, neighbours: &Lists, v: u32, radius: f64) -> Vec<u32> {
+    let at = s.positions[v as usize];
+    let mut seen = FxHashSet::from_iter([v]);
+    let mut inside = vec![v];
+    let mut next = 0;
+    while let Some(&v) = inside.get(next) {
+        next += 1;
+        for &w in neighbours.of(v) {
+            if s.positions[w as usize].dist2(at) < radius * radius && seen.insert(w) {
+                inside.push(w);
+            }
+        }
+    }
+    inside
+}
+
+impl Piece {
+    /// The triangles about some vertices that hang together. None where a boundary comes to a vertex twice,
+    /// or neighbours face opposite ways.
+    pub fn about(s: &Surface, around: &Lists, inside: &[u32]) -> Option<Self> {
+        let mut faces: Vec<u32> = inside.iter().flat_map(|&v| around.of(v)).copied().collect();
+        faces.sort_unstable();
+        faces.dedup();
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|&f| s.triangles[f as usize]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let name = |v: u32| vertices.partition_point(|&w| w < v) as u32;
+        let corners: Vec<[u32; 3]> = faces.iter().map(|&f| s.triangles[f as usize].map(name)).collect();
+        let mut half: Vec<(u32, u32, u32)> =
+            corners.iter().zip(0..).flat_map(|(&[a, b, c], f)| [(a, b, f), (b, c, f), (c, a, f)]).collect();
+        half.sort_unstable();
+        if half.windows(2).any(|h| (h[0].0, h[0].1) == (h[1].0, h[1].1)) {
+            return None;
+        }
+        let beyond = |a: u32, b: u32| {
+            let i = half.partition_point(|h| (h.0, h.1) < (b, a));
+            half.get(i).filter(|h| (h.0, h.1) == (b, a)).map(|h| h.2)
+        };
+        let mut after = vec![u32::MAX; vertices.len()];
+        for &(a, b, _) in half.iter().filter(|h| beyond(h.0, h.1).is_none()) {
+            if after[a as usize] != u32::MAX {
+                return None;
+            }
+            after[a as usize] = b;
+        }
+        let (ring, rings) = rings(&after)?;
+        let edge = |&(a, b, f): &(u32, u32, u32)| {
+            let other = beyond(a, b).unwrap_or_else(|| faces.len() as u32 + ring[a as usize]);
+            // An edge inside is met twice.
+            (a < b || other >= faces.len() as u32).then_some(Edge { ends: [a, b], beside: [f, other] })
+        };
+        let edges: Vec<Edge> = half.iter().filter_map(edge).collect();
+        // Were each boundary closed by a disk, the Euler characteristic would be two, less two a handle.
+        let handles = (2 + edges.len()).checked_sub(vertices.len() + faces.len() + rings)? / 2;
+        let positions = vertices.iter().map(|&v| s.positions[v as usize]).collect();
+        let on_ring = after.iter().map(|&w| w != u32::MAX).collect();
+        Some(Self { vertices, positions, faces, corners, edges, on_ring, rings, handles })
+    }
+}
+
+/// The ring of each vertex, and how many there are, from the vertex that comes after each on its ring. None
+/// where they do not close.
+fn rings(after: &[u32]) -> Option<(Vec<u32>, usize)> {
+    let mut ring = vec![u32::MAX; after.len()];
+    let mut count = 0;
+    for start in 0..after.len() as u32 {
+        if after[start as usize] == u32::MAX || ring[start as usize] != u32::MAX {
+            continue;
+        }
+        let mut v = start;
+        loop {
+            ring[v as usize] = count;
+            v = after[v as usize];
+            if v == start {
+                break;
+            }
+            if v == u32::MAX || ring[v as usize] != u32::MAX {
+                return None;
+            }
+        }
+        count += 1;
+    }
+    Some((ring, count as usize))
+}
