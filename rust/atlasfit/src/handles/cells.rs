@@ -4,9 +4,9 @@
 //! no sphere: their Euler characteristic is too low. The surface is dealt out to cells, so that each part of
 //! it is counted once.
 
-use super::Mesh;
 use super::constants::HANDLES;
-use super::judge::Units;
+use super::region::Mesh;
+use super::units::Units;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::sort::sort;

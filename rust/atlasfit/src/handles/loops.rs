@@ -7,7 +7,7 @@
 
 use super::constants::HANDLES;
 use super::open;
-use super::piece::Piece;
+use super::piece::{Edge, Piece};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::paths::{self, Step};
@@ -51,7 +51,7 @@ impl<'a> Ways<'a> {
         let length: Vec<f64> = piece.edges.iter().map(|e| far(e.ends[0], e.ends[1])).collect();
         // No way within the piece is as long: boundaries are come to last.
         let all: f64 = length.iter().sum();
-        let dear = |(&length, edge): (&f64, &super::piece::Edge)| {
+        let dear = |(&length, edge): (&f64, &Edge)| {
             if edge.ends.iter().any(|&v| piece.on_ring[v as usize]) { length + all } else { length }
         };
         let length = length.iter().zip(&piece.edges).map(dear).collect();
