@@ -2,7 +2,7 @@
 //!
 //! In: charts. Out: each with its centre, and relations looked for among those near by.
 
-use crate::atlas::{FittedChart, Foot, Map, Monge, Relation};
+use crate::atlas::{FittedChart, Foot, Map, Monge};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::{Neighbour, Neighbours};
@@ -48,15 +48,15 @@ impl<'a> Centers<'a> {
         Ok(Self { list, tree })
     }
 
-    /// The relations that `look` finds from each centre.
+    /// What `look` finds from each centre.
     ///
     /// # Errors
     /// Cancelled or out of time.
-    pub(super) fn relations(
+    pub(super) fn gather<T: Clone + Send>(
         &self,
-        look: impl Fn(&Center<'_>, &mut About<'_>, &mut Vec<Relation>) + Sync,
+        look: impl Fn(&Center<'_>, &mut About<'_>, &mut Vec<T>) + Sync,
         ctx: &Context<'_>,
-    ) -> Result<Vec<Relation>> {
+    ) -> Result<Vec<T>> {
         let Some(tree) = &self.tree else { return Ok(Vec::new()) };
         let chunks = self
             .list
