@@ -130,7 +130,10 @@ fn sweep(positions: &mut [Vec3], links: &[Link], step: f64, ctx: &Context<'_>) -
 
 /// The normals of free vertices, from charts and triangles alike; from the triangles alone where the surface
 /// has left its charts.
-fn mend_normals(s: &mut Surface, free: &[bool], ctx: &Context<'_>) -> Result<()> {
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn mend_normals(s: &mut Surface, free: &[bool], ctx: &Context<'_>) -> Result<()> {
     let mut sum = vec![Vec3::ZERO; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;

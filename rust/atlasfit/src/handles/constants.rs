@@ -20,8 +20,8 @@ pub(crate) struct HandleConstants {
     pub seen: f64,
     /// Steps in which the ends of a cut are drawn in, each half of the way to the neighbours. Source: chosen.
     pub steps: usize,
-    /// Rings of triangles about what is looked at that are taken along. Source: chosen, so that few loops come
-    /// to their end.
+    /// Rings of triangles about what is looked at that are taken along. Source: chosen, so that few loops
+    /// come to their end.
     pub rings: usize,
     /// Times that the surface is looked through: of pieces that overlap one is cut at a time. Source: chosen.
     pub rounds: usize,

@@ -55,7 +55,7 @@ impl<'a> Points<'a> {
             let p = self.known.points[i as usize];
             let far =
                 corners.iter().map(|t| closest_on_triangle(p, t).dist2(p)).fold(f64::INFINITY, f64::min);
-            cost(far.sqrt() / self.known.noise_at(i))
+            cost(far.sqrt() / self.known.noise_at(i).max(f64::MIN_POSITIVE))
         };
         own.iter().map(off).sum()
     }
@@ -81,7 +81,8 @@ impl<'a> Points<'a> {
             let mut free = vec![false; opened.positions.len()];
             around.iter().for_each(|&v| free[v as usize] = true);
             free[piece.positions.len()..].fill(true);
-            let drawn_in = drawn_in(&opened, &free);
+            let mut drawn_in = drawn_in(&opened, &free);
+            smooth::mend_normals(&mut drawn_in, &free, ctx)?;
             let mut smoothed = opened;
             smooth::smooth(&mut smoothed, self.known.charts, free, ctx)?;
             for mut after in [smoothed, drawn_in] {

@@ -61,7 +61,8 @@ impl<'a> Ways<'a> {
     fn is_inside(&self, found: &[u32]) -> bool {
         found.len() > 2 && found.iter().all(|&v| !self.piece.on_ring[v as usize])
     }
-    /// The shortest loop at a vertex that does not cut the piece in two, without the way to it, and its length.
+    /// The shortest loop at a vertex that does not cut the piece in two, without the way to it; its length
+    /// first.
     fn loop_at(&self, base: u32, ctx: &Context<'_>) -> Result<Option<(f64, Vec<u32>)>> {
         let Piece { edges, faces, rings, vertices, .. } = self.piece;
         let steps = |v: u32| {
