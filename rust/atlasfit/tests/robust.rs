@@ -5,7 +5,7 @@
 mod shapes;
 
 use atlasfit::numeric::rng::Rng;
-use atlasfit::{DenoiseOptions, Denoised, Error, Result, Run, denoise};
+use atlasfit::{DenoiseOptions, Denoised, Error, Progress, Result, Run, Stage, denoise};
 use proptest::prelude::*;
 use shapes::{cloud, norm, off_sphere, plain, rms, run, sphere, sub, topology};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -124,9 +124,12 @@ fn duplicates_by_the_thousand_change_nothing() {
 #[test]
 fn a_panic_in_the_callback_stops_the_run_and_comes_out() {
     let stopped = AtomicBool::new(false);
-    let mut run = Run { progress: Some(Box::new(|_| panic!("told"))), ..Run::default() };
+    // Not before the job has begun: a run that is stopped before that has none to stop.
+    let progress = |p: Progress| if p.stage == Stage::Fit { panic!("told") } else { true };
+    let mut run = Run { progress: Some(Box::new(progress)), ..Run::default() };
     let job = std::panic::AssertUnwindSafe(|| {
         run.execute(|c| {
+            c.stage(Stage::Fit, 1);
             // Ends in any case, so that a run that is not stopped fails the test instead of hanging it.
             for _ in 0..5000 {
                 if c.check().is_err() {
