@@ -35,7 +35,7 @@ pub(crate) fn beside(centers: &Centers<'_>, ctx: &Context<'_>) -> Result<Vec<Rel
             agreement: ORIENT.beside * goes_on(n, b.foot.normal, (b.foot.position - p).normalized()),
         }));
     };
-    centers.gather(look, ctx)
+    centers.relations(look, ctx)
 }
 
 #[cfg(test)]

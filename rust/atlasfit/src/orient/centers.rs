@@ -2,7 +2,7 @@
 //!
 //! In: charts. Out: each with its centre, and relations looked for among those near by.
 
-use crate::atlas::{FittedChart, Foot, Map, Monge};
+use crate::atlas::{FittedChart, Foot, Map, Monge, Relation};
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::{Neighbour, Neighbours};
@@ -48,15 +48,15 @@ impl<'a> Centers<'a> {
         Ok(Self { list, tree })
     }
 
-    /// What `look` finds from each centre.
+    /// The relations that `look` finds from each centre.
     ///
     /// # Errors
     /// Cancelled or out of time.
-    pub(super) fn gather<T: Clone + Send>(
+    pub(super) fn relations(
         &self,
-        look: impl Fn(&Center<'_>, &mut About<'_>, &mut Vec<T>) + Sync,
+        look: impl Fn(&Center<'_>, &mut About<'_>, &mut Vec<Relation>) + Sync,
         ctx: &Context<'_>,
-    ) -> Result<Vec<T>> {
+    ) -> Result<Vec<Relation>> {
         let Some(tree) = &self.tree else { return Ok(Vec::new()) };
         let chunks = self
             .list

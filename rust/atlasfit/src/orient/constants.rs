@@ -19,8 +19,6 @@ pub(crate) struct OrientConstants {
     /// Halved: points 1.11 (plate 1.81), acc 1.13 (plate 2.00), com 1.20 (plate 2.94); doubled: points 0.97
     /// (plate 0.87), acc 0.99 (plate 0.90), com 0.97 (plate 0.86).
     pub counts: f64,
-    /// Sheets up to this many times as far away are as near as another. Source: chosen: walls may be wedges.
-    pub as_near: f64,
     /// What one chart beside another counts, in shared points. Source: measured: of the 24 facades of
     /// tests/sides.rs none faces two ways with 0.01 to 0.1, two with none; with 0.1 the two sides of a thin
     /// wedge (fandisk, simulated scan) face alike.
@@ -181,7 +179,6 @@ pub(crate) struct OrientConstants {
 pub(crate) const ORIENT: OrientConstants = OrientConstants {
     apart: 1.5,
     counts: 0.3,
-    as_near: 2.0,
     beside: 0.02,
     beside_charts: 12,
     points_there: 12.0,

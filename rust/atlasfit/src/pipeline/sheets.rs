@@ -69,7 +69,7 @@ fn oriented(
     let members = membership::of_points(&scan.rows, &fitted, ctx)?;
     let relations = orient::relations(points, &fitted, &members, spacing, ctx)?;
     let centers = orient::Centers::of(&fitted, ctx)?;
-    let opposing = orient::opposing_sheets(points, &fitted, &relations, spacing, &centers, ctx)?;
+    let opposing = orient::opposing_sheets(points, &fitted, spacing, &centers, ctx)?;
     let beside = orient::beside(&centers, ctx)?;
     let mut votes = match toward {
         Some(toward) => orient::votes(points, &fitted, &members, toward, ctx)?,
