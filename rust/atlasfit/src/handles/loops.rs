@@ -12,7 +12,6 @@ use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::paths::{self, Step};
 use crate::spatial::sets::Sets;
-use std::collections::BTreeMap;
 
 /// The loops of a piece; none where they come to its boundary.
 pub(super) fn shortest(piece: &Piece, ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
@@ -47,8 +46,7 @@ impl<'a> Ways<'a> {
         for (edge, i) in piece.edges.iter().zip(0..) {
             edge.ends.iter().for_each(|&v| at[v as usize].push(i));
         }
-        let far = |a: u32, b: u32| piece.positions[a as usize].dist2(piece.positions[b as usize]).sqrt();
-        let length: Vec<f64> = piece.edges.iter().map(|e| far(e.ends[0], e.ends[1])).collect();
+        let length: Vec<f64> = piece.edges.iter().map(|e| piece.distance(e.ends[0], e.ends[1])).collect();
         // No way within the piece is as long: boundaries are come to last.
         let all: f64 = length.iter().sum();
         let dear = |(&length, edge): (&f64, &Edge)| {
@@ -103,9 +101,8 @@ impl<'a> Ways<'a> {
         }
         back.pop();
         there.extend(back.into_iter().rev());
-        let far =
-            |a: u32, b: u32| self.piece.positions[a as usize].dist2(self.piece.positions[b as usize]).sqrt();
-        let length = (0..there.len()).map(|i| far(there[i], there[(i + 1) % there.len()])).sum();
+        let next = there.iter().cycle().skip(1);
+        let length = there.iter().zip(next).map(|(&a, &b)| self.piece.distance(a, b)).sum();
         Ok(self.is_inside(&there).then_some((length, there)))
     }
     /// The shortest loop that crosses one once.
@@ -116,24 +113,21 @@ impl<'a> Ways<'a> {
         let mut corners = self.piece.corners.clone();
         open.iter().for_each(|c| corners[c.face as usize][c.corner] = n as u32 + c.place);
         let original = |v: u32| if v < n as u32 { v } else { first[v as usize - n] };
+        let all: f64 = self.length.iter().sum();
         let far = |a: u32, b: u32| {
             let [a, b] = [a, b].map(original);
             let dear: f64 = [a, b].iter().filter(|&&v| self.piece.on_ring[v as usize]).count() as f64;
-            let near = self.piece.positions[a as usize].dist2(self.piece.positions[b as usize]).sqrt();
-            near + dear * self.length.iter().sum::<f64>()
+            self.piece.distance(a, b) + dear * all
         };
-        let mut beside: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        let mut beside: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n + first.len()];
         for &[a, b, c] in &corners {
             for [a, b] in [[a, b], [b, c], [c, a]] {
                 let far = far(a, b);
-                beside.entry(a).or_default().push((b, far));
-                beside.entry(b).or_default().push((a, far));
+                beside[a as usize].push((b, far));
+                beside[b as usize].push((a, far));
             }
         }
-        let steps = |v: u32| {
-            let own = beside.get(&v).into_iter().flatten();
-            own.map(move |&(to, length)| Step { to, length, by: v })
-        };
+        let steps = |v: u32| beside[v as usize].iter().map(move |&(to, length)| Step { to, length, by: v });
         let mut best: Option<(f64, Vec<u32>)> = None;
         for (place, &v) in first.iter().enumerate() {
             let copy = (n + place) as u32;

@@ -95,6 +95,10 @@ impl Piece {
         let on_ring = after.iter().map(|&w| w != u32::MAX).collect();
         Some(Self { vertices, positions, faces, corners, edges, on_ring, rings, handles })
     }
+    /// Distance of two of its vertices.
+    pub fn distance(&self, a: u32, b: u32) -> f64 {
+        self.positions[a as usize].dist2(self.positions[b as usize]).sqrt()
+    }
 }
 
 /// The ring of each vertex, and how many there are, from the vertex that comes after each on its ring. None
