@@ -8,7 +8,7 @@ use anyhow::Result;
 use atlasfit::measure::uv::seams_seen;
 use atlasfit::measure::{
     DistanceOptions, Distances, PointDistance, RimDistance, SurfaceDistance, Topology, UvQuality, points,
-    rims, surface, topology, uv,
+    rims, self_intersecting, surface, topology, uv,
 };
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -90,11 +90,9 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         };
         text += &topology_text(&t);
         json["topology"] = topology_json(&t);
-        if let Some(cgal) = atlasfit_native::cgal() {
-            let met = run.execute(|ctx| cgal.self_intersections(&mesh, ctx))?.len();
-            let _ = writeln!(text, "intersections  {}", counted(met, "pair"));
-            json["self_intersections"] = json!(met);
-        }
+        let met = run.execute(|ctx| self_intersecting(&mesh, ctx))?;
+        let _ = writeln!(text, "meeting        {} elsewhere than at what they share", counted(met, "face"));
+        json["topology"]["self_intersecting_faces"] = json!(met);
         if mesh.corner_uv.is_some() {
             let q = run.execute(|ctx| uv(&mesh, ctx))?;
             let seen = run.execute(|ctx| seams_seen(&mesh, args.up, ctx))?;

@@ -14,6 +14,7 @@ pub(crate) mod clean;
 pub(crate) mod compact;
 pub(crate) mod components;
 pub(crate) mod constants;
+mod crossing;
 mod facing;
 pub(crate) mod holes;
 pub(crate) mod loops;
@@ -25,6 +26,7 @@ mod slits;
 pub(crate) mod smooth;
 pub(crate) mod surface;
 mod triangulate;
+pub(crate) mod untangle;
 mod viewers;
 
 pub(crate) use facing::Facing;

@@ -32,9 +32,9 @@ pub(crate) fn smooth(
 }
 
 /// A vertex that moves, and a neighbour that it moves towards.
-struct Link {
-    from: u32,
-    to: u32,
+pub(super) struct Link {
+    pub(super) from: u32,
+    pub(super) to: u32,
 }
 
 /// Adds spikes and the rings about free vertices to `free`, and gives the links that those move along.
@@ -112,7 +112,7 @@ fn face_normals(s: &Surface, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
 }
 
 /// Moves every vertex with more than one link by a share of the way to the mean of those it is linked to.
-fn sweep(positions: &mut [Vec3], links: &[Link], step: f64, ctx: &Context<'_>) -> Result<()> {
+pub(super) fn sweep(positions: &mut [Vec3], links: &[Link], step: f64, ctx: &Context<'_>) -> Result<()> {
     let mut sum = vec![(Vec3::ZERO, 0.0); positions.len()];
     for (i, link) in links.iter().enumerate() {
         ctx.check_at(i)?;

@@ -13,6 +13,8 @@ const BYTES_PER_FACE: u64 = 100;
 const BYTES_PER_VERTEX: u64 = 40;
 /// Bytes for one face that distances are measured to: the tree over the faces.
 const BYTES_PER_SEARCHED_FACE: u64 = 130;
+/// Bytes for one face while those that meet are found: its corners, its box, the tree over them.
+const BYTES_PER_MEETING_FACE: u64 = 180;
 /// Bytes for one sample of a surface, or one measured point: samples, feet, trees of the Chamfer distance.
 const BYTES_PER_SAMPLE: u64 = 110;
 /// Bytes for the picture that coverage and overlap are counted on.
@@ -42,6 +44,13 @@ pub(super) struct Counts {
 
 fn work(vertices: usize, faces: usize, threads: usize) -> u64 {
     let work = total_bytes(&[(vertices, BYTES_PER_VERTEX), (faces, BYTES_PER_FACE), (1, RASTER_BYTES)]);
+    with_threads(work, threads)
+}
+
+/// Bytes of work while faces that meet are found.
+pub(super) fn meeting_work(vertices: usize, faces: usize, threads: usize) -> u64 {
+    let work =
+        total_bytes(&[(vertices, BYTES_PER_VERTEX), (faces, BYTES_PER_MEETING_FACE), (1, RASTER_BYTES)]);
     with_threads(work, threads)
 }
 

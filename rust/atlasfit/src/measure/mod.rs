@@ -7,6 +7,7 @@ mod chamfer;
 pub mod compare;
 pub mod distance;
 pub mod locate;
+mod meeting;
 mod memory;
 pub mod rims;
 pub mod sample;
@@ -22,6 +23,7 @@ pub use distance::{
     DistanceOptions, PointDistance, SurfaceDistance, distance_memory_needed, points, points_each, surface,
 };
 pub use locate::{Foot, Locator};
+pub use meeting::self_intersecting;
 pub use memory::memory_needed;
 pub use rims::{RimDistance, rims};
 pub use statistics::Distances;

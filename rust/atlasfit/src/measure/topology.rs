@@ -136,7 +136,7 @@ pub fn topology(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Topology> {
 }
 
 /// The mesh's faces with vertices at one place joined; without those that name a place twice.
-fn welded(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
+pub(super) fn welded(mesh: &TriMesh, ctx: &Context<'_>) -> Result<Vec<[u32; 3]>> {
     let mut finite = Aabb::EMPTY;
     for (i, p) in mesh.positions.iter().enumerate() {
         ctx.check_at(i)?;

@@ -4,11 +4,11 @@
 //! charts come from the surface where a vertex lies on it, and from its own triangles where it was invented.
 
 use super::contour::Contour;
-use super::mesh::Faces;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::faces::Faces;
 use crate::spatial::sets::Sets;
 use crate::spatial::triangle::{area_vector, weights};
 

@@ -60,15 +60,6 @@ pub(crate) struct SolidConstants {
     /// Vertices of the lattice that are computed between two checks. Changes no result. Source: chosen.
     /// Halved or doubled: same bytes.
     pub check: usize,
-    /// Times that the vertices of triangles that meet are moved. Source: chosen.
-    /// Halved or doubled: same bytes.
-    pub untangle: usize,
-    /// Steps of each time, halfway to the means of neighbours. Source: chosen.
-    /// Halved or doubled: same bytes.
-    pub relaxed: usize,
-    /// Only where at most this share of the triangles meet. Source: chosen.
-    /// Halved or doubled: same bytes.
-    pub tangled: f64,
     /// The lattice's numbers are below this. Source: derived, three of them make a key of 63 bits.
     /// Halved: no figure changes by 1 %; doubled: acc 45.68 (mobius 95710.22), com 4.05 (mobius 70.86).
     pub range: i32,
@@ -86,10 +77,7 @@ pub(crate) const SOLID: SolidConstants = SolidConstants {
     thickness: 0.01,
     least_thickness: 4.0,
     check: 256,
-    untangle: 4,
-    relaxed: 4,
     told: 0.1,
     told_share: 0.01,
-    tangled: 0.01,
     range: 1 << 20,
 };

@@ -7,11 +7,12 @@
 use super::constants::SOLID;
 use super::field::Sample;
 use super::grow::Grown;
-use super::mesh::{Exit, Faces};
+use super::mesh::Exit;
 use crate::error::Result;
 use crate::numeric::sort::sort;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::faces::Faces;
 use rayon::prelude::*;
 
 /// A vertex of the solid.

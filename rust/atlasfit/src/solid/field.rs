@@ -8,11 +8,11 @@
 
 use super::constants::SOLID;
 use super::lattice::{Site, jittered};
-use super::mesh::Faces;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::bvh::{Aabb, Bvh};
+use crate::spatial::faces::Faces;
 use crate::spatial::triangle::{closest_on_segment, closest_on_triangle, weights};
 use crate::spatial::winding::Winding;
 use rayon::prelude::*;

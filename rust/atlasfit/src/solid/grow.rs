@@ -7,11 +7,11 @@
 use super::constants::SOLID;
 use super::field::{Field, Sample};
 use super::lattice::{Lattice, Site, cube_at, key, plus, site};
-use super::mesh::Faces;
 use crate::error::Result;
 use crate::numeric::sort::sort;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::faces::Faces;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 

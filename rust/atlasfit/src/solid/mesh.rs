@@ -1,26 +1,16 @@
-//! The surface that a solid is made of, prepared: corners, boxes, seams.
+//! What a solid is asked about the triangles of its surface.
 //!
-//! In: a surface. Out: a tree of its triangles, and what is asked about them: whether they are a solid as
-//! they are, and where a segment leaves through them.
+//! In: triangles in a tree. Out: where the surface turns its other side, and where a segment leaves through
+//! it.
 
-use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::bvh::{Aabb, Bvh};
+use crate::spatial::bvh::Aabb;
 use crate::spatial::edges::Edges;
-use crate::spatial::triangle::area_vector;
+use crate::spatial::faces::Faces;
 use crate::spatial::triangle::crossing;
 use std::ops::ControlFlow;
-
-/// A surface's triangles in a tree.
-pub(super) struct Faces<'a> {
-    pub(super) positions: &'a [Vec3],
-    pub(super) triangles: &'a [[u32; 3]],
-    /// The corners of each triangle.
-    pub(super) corners: Vec<[Vec3; 3]>,
-    pub(super) tree: Bvh,
-}
 
 /// Where a segment leaves through the surface.
 #[derive(Debug, Clone, Copy)]
@@ -30,26 +20,7 @@ pub(super) struct Exit {
     pub(super) share: f64,
 }
 
-impl<'a> Faces<'a> {
-    /// # Errors
-    /// Cancelled or out of time.
-    pub(super) fn new(s: &'a Surface, ctx: &Context<'_>) -> Result<Self> {
-        let mut corners = Vec::with_capacity(s.triangles.len());
-        let mut boxes = Vec::with_capacity(s.triangles.len());
-        for (i, t) in s.triangles.iter().enumerate() {
-            ctx.check_at(i)?;
-            let at = t.map(|v| s.positions[v as usize]);
-            corners.push(at);
-            boxes.push(Aabb::of(&at));
-        }
-        Ok(Self { positions: &s.positions, triangles: &s.triangles, corners, tree: Bvh::build(&boxes, ctx)? })
-    }
-
-    /// Along a triangle's normal.
-    pub(super) fn normal(&self, triangle: u32) -> Vec3 {
-        area_vector(self.corners[triangle as usize]).normalized()
-    }
-
+impl Faces<'_> {
     /// The edges at which the two triangles face opposite ways.
     pub(super) fn seams(&self, ctx: &Context<'_>) -> Result<Vec<[Vec3; 2]>> {
         let mut seams = Vec::new();

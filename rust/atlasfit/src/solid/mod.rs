@@ -17,12 +17,13 @@ pub(crate) mod sound;
 mod tests;
 
 use crate::contour::surface::Surface;
+use crate::contour::untangle::untangle;
 use crate::error::Result;
 use crate::run::Context;
+use crate::spatial::faces::Faces;
 use crate::spatial::winding::Winding;
 use constants::SOLID;
 use field::Field;
-use mesh::Faces;
 
 /// The surface of a solid.
 pub(crate) struct Solid {
@@ -41,14 +42,14 @@ pub(crate) struct Solid {
 /// # Errors
 /// Cancelled or out of time; too little memory.
 pub(crate) fn close(surface: Surface, voxel: f64, ctx: &Context<'_>) -> Result<Solid> {
-    let faces = Faces::new(&surface, ctx)?;
+    let faces = Faces::new(&surface.positions, &surface.triangles, ctx)?;
     let winding = Winding::new(&faces.tree, &faces.corners, ctx)?;
-    if sound::encloses(&faces, &winding, ctx)?
-        && let Some(positions) = sound::untangle(&surface, ctx)?
-    {
-        let extrapolated = vec![false; positions.len()];
-        let surface = Surface { positions, ..surface };
-        return Ok(Solid { surface, extrapolated, thickness: 0.0, plates: false });
+    if sound::encloses(&faces, &winding, ctx)? {
+        let mut surface = surface.clone();
+        if untangle(&mut surface, ctx)? == 0 {
+            let extrapolated = vec![false; surface.positions.len()];
+            return Ok(Solid { surface, extrapolated, thickness: 0.0, plates: false });
+        }
     }
     let reach = surface.positions.iter().flat_map(|p| p.0).fold(0.0, |m: f64, x| m.max(x.abs()));
     let side = (SOLID.step * voxel).max(4.0 * reach / f64::from(SOLID.range));

@@ -1,10 +1,10 @@
 //! What every solid must be, on small shapes with holes.
 
-use super::mesh::Faces;
 use super::*;
 use crate::Run;
 use crate::numeric::vec3::Vec3;
 use crate::spatial::edges::Edges;
+use crate::spatial::faces::Faces;
 use std::f64::consts::PI;
 
 /// A grid of `m` by `n` cells, each side wrapped or not, in triangles.
@@ -159,7 +159,9 @@ fn check(name: &str, s: &Surface) {
     assert_eq!(fans(s), s.positions.len(), "{name}: one fan about every vertex");
     assert!(volume(s) > 0.0, "{name}: {}", volume(s));
     let all: Vec<u32> = (0..s.triangles.len() as u32).collect();
-    let met = Run::default().execute(|ctx| sound::meeting(&Faces::new(s, ctx)?, &all, ctx)).unwrap();
+    let met = Run::default()
+        .execute(|ctx| Faces::new(&s.positions, &s.triangles, ctx)?.meeting(&all, ctx))
+        .unwrap();
     assert!(met.is_empty(), "{name}: {} triangles meet", met.len());
 }
 

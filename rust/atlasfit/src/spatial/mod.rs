@@ -4,6 +4,7 @@
 pub mod bvh;
 pub(crate) mod constants;
 pub mod edges;
+pub(crate) mod faces;
 pub(crate) mod inject;
 pub(crate) mod lists;
 pub(crate) mod min_cut;
