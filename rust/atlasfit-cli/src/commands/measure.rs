@@ -91,7 +91,7 @@ pub fn run(args: &Args, console: &Console) -> Result<()> {
         text += &topology_text(&t);
         json["topology"] = topology_json(&t);
         let met = run.execute(|ctx| self_intersecting(&mesh, ctx))?;
-        let _ = writeln!(text, "meeting        {} elsewhere than at what they share", counted(met, "face"));
+        let _ = writeln!(text, "intersections  {} that meet others", counted(met, "face"));
         json["topology"]["self_intersecting_faces"] = json!(met);
         if mesh.corner_uv.is_some() {
             let q = run.execute(|ctx| uv(&mesh, ctx))?;

@@ -84,9 +84,6 @@ pub(crate) struct ContourConstants {
     /// speed.
     /// Halved: no figure changes by 1 %; doubled: same bytes.
     pub max_edges: usize,
-    /// Fillings of a hole that are tried, each without the triangles of those before that met others. Source:
-    /// chosen, for speed.
-    pub fillings: usize,
     /// Steps by which the vertices of triangles that meet are moved, at the most. Source: chosen.
     pub untangle: usize,
     /// After so many of them a ring of vertices more moves along. Source: chosen.
@@ -168,7 +165,6 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     ribbon: 0.2,
     chunk: 64,
     max_edges: 400,
-    fillings: 8,
     untangle: 24,
     widen: 8,
     behind: 2.0,

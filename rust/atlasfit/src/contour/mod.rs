@@ -14,7 +14,6 @@ pub(crate) mod clean;
 pub(crate) mod compact;
 pub(crate) mod components;
 pub(crate) mod constants;
-mod crossing;
 mod facing;
 pub(crate) mod holes;
 pub(crate) mod loops;

@@ -38,19 +38,6 @@ impl TakenEdges {
     }
 }
 
-/// What else a filling must not use.
-pub(super) struct Barred<'a> {
-    /// Edges between two vertices.
-    pub(super) edge: &'a dyn Fn(u32, u32) -> bool,
-    /// Triangles.
-    pub(super) triangle: &'a dyn Fn([u32; 3]) -> bool,
-}
-
-impl Barred<'_> {
-    /// Nothing.
-    pub(super) const NONE: Self = Self { edge: &|_, _| false, triangle: &|_| false };
-}
-
 /// A filling.
 pub(super) struct Patch {
     /// Triangles.
@@ -65,7 +52,7 @@ pub(super) fn area(corners: [Vec3; 3]) -> f64 {
 }
 
 /// The triangulation of a closed polygon with the least area, by edges at most `longest` long that are not
-/// taken, without what is `barred`; `None` where there is none.
+/// taken; `None` where there is none.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -74,16 +61,13 @@ pub(super) fn of_least_area(
     ring: &[u32],
     longest: f64,
     taken: &TakenEdges,
-    barred: &Barred<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<Patch>> {
     let n = ring.len();
     let at = |i: usize| positions[ring[i] as usize];
     let free = |i: usize, j: usize| {
         let neighbours = j == i + 1 || (i == 0 && j == n - 1);
-        let (a, b) = (ring[i], ring[j]);
-        let short = at(i).dist2(at(j)) <= longest * longest;
-        neighbours || (short && !taken.contains(a, b) && !(barred.edge)(a, b))
+        neighbours || (at(i).dist2(at(j)) <= longest * longest && !taken.contains(ring[i], ring[j]))
     };
     let mut cost = vec![f64::INFINITY; n * n];
     let mut split = vec![0u32; n * n];
@@ -107,8 +91,7 @@ pub(super) fn of_least_area(
                     continue;
                 }
                 let c = below + area([at(i), at(k), at(j)]);
-                let triangle = [ring[i], ring[k], ring[j]];
-                if c < cost[i * n + j] && !(barred.triangle)(triangle) {
+                if c < cost[i * n + j] {
                     cost[i * n + j] = c;
                     split[i * n + j] = k as u32;
                 }

@@ -140,9 +140,9 @@ mod tests {
     use super::*;
     use crate::Run;
 
-    /// A flat sheet of so many squares of side 1 along both ways, at a height.
-    fn sheet(n: u32, height: f64) -> Surface {
-        let at = |i: u32| Vec3([f64::from(i % (n + 1)), f64::from(i / (n + 1)), height]);
+    /// A flat sheet of so many squares of side 1 along both ways.
+    fn sheet(n: u32) -> Surface {
+        let at = |i: u32| Vec3([f64::from(i % (n + 1)), f64::from(i / (n + 1)), 0.0]);
         let positions: Vec<Vec3> = (0..(n + 1) * (n + 1)).map(at).collect();
         let square = |i: u32| {
             let a = i / n * (n + 1) + i % n;
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn what_does_not_meet_stays() {
-        let mut s = sheet(6, 0.0);
+        let mut s = sheet(6);
         let before = s.positions.clone();
         assert_eq!(untangled(&mut s), 0);
         assert_eq!(s.positions, before);
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn a_fold_is_moved_apart_and_what_is_far_from_it_stays() {
         let n = 20;
-        let mut s = sheet(n, 0.0);
+        let mut s = sheet(n);
         let flat = s.positions.clone();
         // A vertex drawn below the sheet, over its neighbours and up again.
         let pulled = (n / 2 * (n + 1) + n / 2) as usize;
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn sheets_that_cross_stay_where_they_are() {
-        let (mut s, other) = (sheet(8, 0.0), sheet(8, 0.0));
+        let (mut s, other) = (sheet(8), sheet(8));
         let n = s.positions.len() as u32;
         let turned = other.positions.iter().map(|p| Vec3([p[0] + 0.3, 4.1, p[1] - 3.7]));
         s.positions.extend(turned);

@@ -60,36 +60,18 @@ impl<'a> Faces<'a> {
             .par_chunks(CHECK)
             .map(|chunk| {
                 ctx.check()?;
-                let met = |&t: &u32| self.meets(self.triangles[t as usize], Some(t));
-                Ok(chunk.iter().copied().filter(met).collect::<Vec<_>>())
+                Ok(chunk.iter().copied().filter(|&t| self.meets(t)).collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(found.concat())
     }
 
-    /// Whether the edge between two of the vertices meets a triangle that has neither.
-    pub(crate) fn meets_edge(&self, a: u32, b: u32) -> bool {
-        let [p, q] = [a, b].map(|v| self.positions[v as usize]);
-        let own = Aabb::of(&[p, q]);
-        let end = self.tree.meeting(&own, |u| {
+    /// Whether a triangle meets another elsewhere than at what they share.
+    fn meets(&self, t: u32) -> bool {
+        let (triangle, at) = (self.triangles[t as usize], &self.corners[t as usize]);
+        let end = self.tree.meeting(&Aabb::of(at), |u| {
             let (other, corners) = (self.triangles[u as usize], &self.corners[u as usize]);
-            let apart = other.contains(&a) || other.contains(&b) || !own.meets(&Aabb::of(corners));
-            if !apart && segment_meets(p, q, corners) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        });
-        end.is_break()
-    }
-
-    /// Whether a triangle between the same vertices, which is the one of this number or none of them, meets
-    /// another elsewhere than at what they share.
-    pub(crate) fn meets(&self, triangle: [u32; 3], number: Option<u32>) -> bool {
-        let at = triangle.map(|v| self.positions[v as usize]);
-        let end = self.tree.meeting(&Aabb::of(&at), |u| {
-            let (other, corners) = (self.triangles[u as usize], &self.corners[u as usize]);
-            if number != Some(u) && meet((triangle, &at), (other, corners)) {
+            if u != t && meet((triangle, at), (other, corners)) {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
@@ -132,7 +114,7 @@ pub(crate) fn near(
 
 /// Whether two triangles, each given by its vertices and where they are, meet elsewhere than at what they
 /// share.
-pub(crate) fn meet((a, p): ([u32; 3], &[Vec3; 3]), (b, q): ([u32; 3], &[Vec3; 3])) -> bool {
+fn meet((a, p): ([u32; 3], &[Vec3; 3]), (b, q): ([u32; 3], &[Vec3; 3])) -> bool {
     if !Aabb::of(p).meets(&Aabb::of(q)) {
         return false;
     }
