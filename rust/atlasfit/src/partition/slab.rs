@@ -5,8 +5,8 @@
 //!
 //! Two sheets are a quadric and a distance to either side of it, each point on one of them; the mixture is
 //! fitted by expectation maximisation (Dempster et al. 1977). Its rivals are the patch, if it leaves no more
-//! than the noise, one sheet that bends more, and points without any sheet. Explanations of different size are
-//! compared by their evidence for each point, with half a logarithm of the points for each coefficient
+//! than the noise, one sheet that bends more, and points without any sheet. Explanations of different size
+//! are compared by their evidence for each point, with half a logarithm of the points for each coefficient
 //! (Schwarz 1978).
 
 use super::constants::PARTITION;

@@ -1,13 +1,15 @@
 //! The surface with fewer triangles.
 //!
 //! In: the surface, the scan's points on the charts, how dense they are. Out: the same surface with triangles
-//! about as many as the points: where it is flat within its own uncertainty, they are larger.
+//! about as many as the points: where it is flat within its own uncertainty, they are larger. Those that meet
+//! elsewhere than at shared vertices and edges are moved apart.
 
 use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::warnings;
 use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
+use crate::contour::untangle::untangle;
 use crate::error::Result;
 use crate::run::Context;
 use crate::simplify::{Dense, Goal, bound, simplify};
@@ -24,7 +26,7 @@ pub(super) struct Known<'a> {
     pub(super) scale: f64,
 }
 
-/// Simplifies the surface as the options say; returns what to tell the user.
+/// Simplifies the surface as the options say, and moves faces that meet apart; returns what to tell the user.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -35,18 +37,18 @@ pub(super) fn lighten(
     known: &Known<'_>,
     ctx: &Context<'_>,
 ) -> Result<Option<String>> {
-    // A solid keeps its triangles: with fewer they could meet.
+    // A solid keeps its triangles: with fewer they could meet. Those that do are moved apart as it is made.
     if options.watertight {
         return Ok(None);
     }
-    if options.max_error == Some(0.0) {
-        return Ok(warnings::faces_left(options.faces, s.triangles.len()));
+    if options.max_error != Some(0.0) {
+        let goal = goal(s, projected, options, known, ctx)?;
+        let (positions, normals, triangles) = (&s.positions, &s.normals, &s.triangles);
+        let light = simplify(&Dense { positions, normals, triangles, seams: None }, &goal, ctx)?;
+        s.chart = light.from.iter().map(|&v| s.chart[v as usize]).collect();
+        (s.positions, s.normals, s.triangles) = (light.positions, light.normals, light.triangles);
     }
-    let goal = goal(s, projected, options, known, ctx)?;
-    let dense = Dense { positions: &s.positions, normals: &s.normals, triangles: &s.triangles, seams: None };
-    let light = simplify(&dense, &goal, ctx)?;
-    s.chart = light.from.iter().map(|&v| s.chart[v as usize]).collect();
-    (s.positions, s.normals, s.triangles) = (light.positions, light.normals, light.triangles);
+    untangle(s, ctx)?;
     Ok(warnings::faces_left(options.faces, s.triangles.len()))
 }
 

@@ -13,7 +13,7 @@ use super::warnings;
 use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled};
-use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface, untangle};
+use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
 use crate::handles;
@@ -118,9 +118,6 @@ pub(super) fn build(
         goal = Some(lighten::goal(&surface, &projected, options, &known, ctx)?);
     } else {
         input.warnings.extend(lighten::lighten(&mut surface, &projected, options, &known, ctx)?);
-        if !options.watertight {
-            untangle::untangle(&mut surface, ctx)?;
-        }
     }
     input.warnings.extend(warnings::many_faces(surface.triangles.len(), points.len()));
     let one_sided = !conflicts.is_empty();
