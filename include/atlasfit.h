@@ -896,7 +896,8 @@ typedef struct {
   double detail;
   /**
    * Holes whose boundary is shorter than this are filled, in the points' unit; 0 = only gaps of the
-   * sampling are. Default 0.
+   * sampling are, and places about which the points thin out, as they do where a surface turns away from
+   * every scanner. Default 0.
    */
   double fill_holes;
   /**

@@ -271,7 +271,8 @@ def denoise(
     noise         standard deviation along the normal; 0 = estimate it, for each chart anew (default)
     detail        fineness of the surface, 0.1 to 10: 1 = what the data supports (default), 0.5 = voxels twice
                   as large
-    fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling (default)
+    fill_holes    holes with a boundary shorter than this are filled; 0 = only gaps of the sampling and places
+                  about which the points thin out (default)
     charts        number of charts to aim for; 0 = as many as the shape needs (default)
     outliers      points on no surface: "keep" where they were, of a mesh between their neighbours (default),
                   or "drop", also those of parts that are left out, which else are denoised and kept

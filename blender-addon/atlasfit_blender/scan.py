@@ -197,7 +197,7 @@ class OBJECT_OT_atlasfit_reconstruct(fit.Fit, bpy.types.Operator):
         name="Fill Holes",
         description=(
             "Holes with a boundary shorter than this are filled, as scaled in the scene. 0 fills only gaps of"
-            " the sampling"
+            " the sampling and places about which the points thin out"
         ),
         default=0.0,
         min=0.0,

@@ -73,7 +73,7 @@ std::vector<Parameter> denoise_parameters(bool surface)
 			"Fineness of the surface, 0.1 to 10: 1 = what the data supports, 0.5 = half as fine.", {},
 			false});
 		list.push_back({Parameter::LENGTH, "fillHoles", o.fill_holes, "Fill holes",
-			"Holes with a boundary shorter than this are filled. 0 = only gaps of the sampling.",
+			"Holes with a boundary shorter than this are filled. 0 = only gaps of the sampling and places about which the points thin out.",
 			{}, false});
 		list.push_back({Parameter::FLOAT, "minPart", o.min_part, "Smallest part (share)",
 			"Connected parts of the surface that have less than this share of its area, 0 to 1, are left out. "

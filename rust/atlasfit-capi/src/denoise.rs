@@ -62,7 +62,8 @@ pub struct atlasfit_denoise_options {
     /// 1.
     pub detail: f64,
     /// Holes whose boundary is shorter than this are filled, in the points' unit; 0 = only gaps of the
-    /// sampling are. Default 0.
+    /// sampling are, and places about which the points thin out, as they do where a surface turns away from
+    /// every scanner. Default 0.
     pub fill_holes: f64,
     /// Number of charts to aim for; 0 = as many as the shape needs. Default 0.
     pub charts: u32,

@@ -88,6 +88,19 @@ pub(crate) struct ContourConstants {
     pub untangle: usize,
     /// After so many of them a ring of vertices more moves along. Source: chosen.
     pub widen: usize,
+    /// Edges of a filling are halved where they are longer than this many of its boundary's. Source: derived:
+    /// halves of longer ones are still not much shorter than those.
+    pub refined: f64,
+    /// Rounds of halving, at the most: each halves the longest edge. Source: derived, the longest ring has
+    /// `max_edges`.
+    pub refinements: usize,
+    /// Passes of flipping after each. Source: chosen, for speed; flips are few after the first.
+    pub flips: usize,
+    /// Fillings are smooth once what pulls at their vertices, squared, has fallen to this share. Source:
+    /// chosen, far below any noise.
+    pub relaxed: f64,
+    /// Or after so many steps. Source: derived, several times the diameter of the largest filling, in edges.
+    pub relaxations: usize,
     /// A cut leaves at least this many times its greatest length of boundary on either side: else it would
     /// cut a corner of the outline, not across a slit. At least 1. Source: chosen.
     /// Halved or doubled: same bytes.
@@ -167,6 +180,11 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     max_edges: 400,
     untangle: 24,
     widen: 8,
+    refined: 1.5,
+    refinements: 16,
+    flips: 8,
+    relaxed: 1e-12,
+    relaxations: 1000,
     behind: 2.0,
     sweeps: 6,
     taubin: [0.5, -0.43],

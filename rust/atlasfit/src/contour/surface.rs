@@ -42,7 +42,7 @@ pub(crate) struct Surface {
 
 /// The positions of a triangle's corners.
 #[inline]
-pub(super) fn corners(positions: &[Vec3], triangle: &[u32; 3]) -> [Vec3; 3] {
+pub(crate) fn corners(positions: &[Vec3], triangle: &[u32; 3]) -> [Vec3; 3] {
     triangle.map(|v| positions[v as usize])
 }
 

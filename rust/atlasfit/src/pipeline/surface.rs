@@ -12,7 +12,7 @@ use super::sheets::OrientedAtlas;
 use super::warnings;
 use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
-use crate::contour::holes::{self, Filled};
+use crate::contour::holes::{self, Filled, Limits};
 use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
@@ -20,7 +20,7 @@ use crate::handles;
 use crate::noise::NoiseModel;
 use crate::numeric::vec3::Vec3;
 use crate::orient;
-use crate::rim;
+use crate::rim::{self, unseen::Scale};
 use crate::run::{Context, Stage};
 use crate::simplify::Goal;
 use crate::solid::{self, Solid};
@@ -94,9 +94,13 @@ pub(super) fn build(
     let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
     let mut surface = clean::clean(contour, &charts, &facing, speck(median, voxel), ctx)?;
     let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
-    let longest = (PIPELINE.gap * median).max(options.fill_holes / frame.scale);
-    let Filled { holes: filled_holes, touched, left } =
-        holes::fill(&mut surface, longest, PIPELINE.slit * median, ctx)?;
+    let gap = PIPELINE.gap * median;
+    let limits = Limits {
+        longest: gap.max(options.fill_holes / frame.scale),
+        plain: gap,
+        slit: PIPELINE.slit * median,
+    };
+    let Filled { holes: mut filled_holes, touched, left } = holes::fill(&mut surface, limits, ctx)?;
     smooth::smooth(&mut surface, &charts, touched, ctx)?;
     if votes.is_empty() {
         cavities::turn_closed(&mut surface, ctx)?;
@@ -110,6 +114,8 @@ pub(super) fn build(
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
     not_empty(&surface)?;
     if told.is_none() {
+        let scale = Scale { gap: PIPELINE.gap, unit: median.max(voxel) };
+        filled_holes += rim::unseen::fill(&mut surface, &projected, scale, ctx)?;
         handles::cut(&mut surface, &projected, &known.scan, ctx)?;
     }
     let creases = crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;

@@ -78,6 +78,21 @@ pub(crate) struct RimConstants {
     pub sweeps: usize,
     /// A vertex that goes less than this share of its way stays where it is. Source: chosen.
     pub least_share: f64,
+    /// Strips along a hole, from and to so far from it, in spacings or voxels: the points in the first are
+    /// held against those in the second. Source: chosen; a turn away from the scanner shows over that length.
+    pub strips: [[f64; 2]; 2],
+    /// How far densities at the end of a surface and farther in differ otherwise, in natural logarithms.
+    /// Source: chosen, what scans of open surfaces have.
+    pub uneven: f64,
+    /// Values of their ratio from 0 to 1 that are summed over. Changes no result where it is large.
+    pub ratios: u32,
+    /// Holes that nobody looked into are filled where their boundary is at most this many times as long as
+    /// chance leaves open. Source: chosen; wider ones are the user's to fill.
+    pub unseen: f64,
+    /// Least mean cosine between the surface's normals along a hole and that of the plane across it: else the
+    /// surface goes on elsewhere than across, as into a bore. Source: chosen, as on a sphere about a hole of
+    /// 120 degrees.
+    pub goes_on: f64,
 }
 
 /// Their values.
@@ -113,4 +128,9 @@ pub(crate) const RIM: RimConstants = RimConstants {
     rings: 6,
     sweeps: 30,
     least_share: 0.1,
+    strips: [[0.0, 2.0], [6.0, 12.0]],
+    uneven: 0.2,
+    ratios: 64,
+    unseen: 4.0,
+    goes_on: 0.5,
 };

@@ -7,6 +7,7 @@
 //! Where the data end is decided along a whole boundary at once ([`offsets`]): the points beside it are a
 //! Poisson process that ends on a curve, blurred by the noise; the curve is as smooth as their evidence says.
 //! Where the surface falls short the mesh follows ([`carry`]); what lies beyond is cut off ([`clip`]).
+//! Holes about which points thin out are filled ([`unseen`]).
 
 mod carry;
 mod clip;
@@ -14,6 +15,7 @@ pub(crate) mod constants;
 mod curve;
 mod marks;
 mod offsets;
+pub(crate) mod unseen;
 
 use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
