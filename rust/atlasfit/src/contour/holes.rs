@@ -100,9 +100,6 @@ pub(crate) fn fill(s: &mut Surface, limits: Limits, ctx: &Context<'_>) -> Result
     Ok(Filled { holes, touched, left })
 }
 
-/// Edges of the longest ring that is triangulated.
-pub(crate) const MOST_EDGES: usize = CONTOUR.max_edges;
-
 /// Fills the holes with these boundaries where triangles fit, by small ones that go on from the surface as a
 /// thin plate would. Returns how many it fills.
 ///
@@ -117,6 +114,9 @@ pub(crate) fn close(s: &mut Surface, rings: &[Vec<u32>], ctx: &Context<'_>) -> R
         .par_iter()
         .map(|ring| {
             ctx.check()?;
+            if ring.len() > CONTOUR.max_edges {
+                return Ok(None);
+            }
             patch::of_least_area(&s.positions, ring, f64::INFINITY, &taken, ctx)
         })
         .collect::<Result<_>>()?;

@@ -92,7 +92,7 @@ pub(crate) struct RimConstants {
     /// Least mean cosine between the surface's normals along a hole and that of the plane across it: else the
     /// surface goes on elsewhere than across, as into a bore. Source: chosen, as on a sphere about a hole of
     /// 120 degrees.
-    pub goes_on: f64,
+    pub least_flatness: f64,
 }
 
 /// Their values.
@@ -132,5 +132,5 @@ pub(crate) const RIM: RimConstants = RimConstants {
     uneven: 0.2,
     ratios: 64,
     unseen: 4.0,
-    goes_on: 0.5,
+    least_flatness: 0.5,
 };

@@ -24,8 +24,8 @@ struct About {
     area: [f64; 2],
 }
 
-/// Fills holes about which the points thin out, and those that chance leaves open where points are few. Returns
-/// how many it fills.
+/// Fills holes about which the points thin out, and those that chance leaves open where points are few.
+/// Returns how many it fills.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -35,8 +35,7 @@ pub(crate) fn fill(
     scale: Scale,
     ctx: &Context<'_>,
 ) -> Result<usize> {
-    let mut rings = loops::of(s, ctx)?;
-    rings.retain(|ring| ring.len() <= holes::MOST_EDGES);
+    let rings = loops::of(s, ctx)?;
     if rings.is_empty() {
         return Ok(0);
     }
@@ -45,7 +44,7 @@ pub(crate) fn fill(
         let spacing = (about.area[0] / about.points[0].max(1.0)).sqrt();
         let longest = if thins_out(about) { RIM.unseen * scale.gap } else { scale.gap };
         let short = holes::length(&s.positions, &ring) <= longest * spacing;
-        (about.points[0] > 0.0 && short && across(s, &ring) >= RIM.goes_on).then_some(ring)
+        (about.points[0] > 0.0 && short && flatness(s, &ring) >= RIM.least_flatness).then_some(ring)
     });
     let wanted: Vec<Vec<u32>> = wanted.collect();
     holes::close(s, &wanted, ctx)
@@ -107,7 +106,7 @@ fn about(
 
 /// Mean cosine of the surface's normals along a ring with that of the plane across it: 1 for a hole in a
 /// plane, 0 for the end of a tube, -1 for the outline of a plate.
-fn across(s: &Surface, ring: &[u32]) -> f64 {
+fn flatness(s: &Surface, ring: &[u32]) -> f64 {
     let at = |i: usize| s.positions[ring[i % ring.len()] as usize];
     let (mut area, mut normals) = (Vec3::ZERO, Vec3::ZERO);
     for (i, &v) in ring.iter().enumerate() {
