@@ -139,6 +139,26 @@ fn a_hole_is_filled_on_request() {
 }
 
 #[test]
+fn a_hole_is_filled_where_the_points_about_it_thin_out_and_stays_where_they_do_not() {
+    // A sphere without its top. Where it turned away from its scanners they saw less and less of it.
+    for (thins_from, loops) in [(60.0, 0), (21.0, 1)] {
+        let seen = |(i, p): (usize, &Point)| {
+            let polar = p[2].clamp(-1.0, 1.0).acos().to_degrees();
+            let chance = (i as f64 * 0.618_033_988_749_894_9).fract();
+            chance < (polar - 20.0) / (thins_from - 20.0)
+        };
+        let points = sphere(8000, 3).noisy(0.2, 3);
+        let points: Vec<Point> = points.iter().enumerate().filter(|&x| seen(x)).map(|x| *x.1).collect();
+        let out = run(&points).unwrap();
+        let t = topology(&out.surface);
+        assert_eq!((t.parts, t.boundary_loops), (1, loops), "thinner from {thins_from} degrees: {t:?}");
+        // The filling goes on as the sphere does: a flat one would be 0.06 below it and more.
+        let off = out.surface.positions.iter().map(off_sphere).fold(0.0, f64::max);
+        assert!(off < 0.04, "thinner from {thins_from} degrees: {off}");
+    }
+}
+
+#[test]
 fn a_moebius_strip_has_one_boundary_and_is_called_one_sided() {
     for seed in 0..2 {
         let out = run(&moebius(4000, 0.35, seed).noisy(0.2, seed)).unwrap();

@@ -42,8 +42,7 @@ pub(crate) struct Left {
 pub(crate) struct Limits {
     /// Those whose boundary is at most so long.
     pub(crate) longest: f64,
-    /// Of those the ones with one at most so long by a few triangles from side to side, others as by
-    /// [`close`].
+    /// A boundary at most so long is triangulated from side to side; a longer one as by [`close`].
     pub(crate) plain: f64,
     /// And slits that are at most so wide in the mean.
     pub(crate) slit: f64,

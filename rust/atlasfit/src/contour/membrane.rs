@@ -52,6 +52,9 @@ impl Plate {
 /// Cancelled or out of time.
 pub(super) fn relax(s: &mut Surface, first: usize, ctx: &Context<'_>) -> Result<()> {
     let free = s.positions.len() - first;
+    if free == 0 {
+        return Ok(());
+    }
     let mut counts = vec![false; s.positions.len()];
     for (i, t) in s.triangles.iter().enumerate() {
         ctx.check_at(i)?;

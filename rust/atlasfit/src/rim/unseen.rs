@@ -79,16 +79,16 @@ fn about(
     };
     let points: Vec<Option<(usize, usize)>> = projected
         .par_iter()
-        .with_min_len(1024)
-        .map(|p| {
-            ctx.check()?;
+        .enumerate()
+        .map(|(i, p)| {
+            ctx.check_at(i)?;
             Ok(if p.chart == u32::MAX { None } else { place(p.position) })
         })
         .collect::<Result<_>>()?;
     let areas: Vec<Option<(usize, usize, f64)>> = (s.triangles.par_iter())
-        .with_min_len(1024)
-        .map(|t| {
-            ctx.check()?;
+        .enumerate()
+        .map(|(i, t)| {
+            ctx.check_at(i)?;
             let c = corners(&s.positions, t);
             let found = place((c[0] + c[1] + c[2]) * (1.0 / 3.0));
             Ok(found.map(|(ring, strip)| (ring, strip, 0.5 * area_vector(c).norm())))
