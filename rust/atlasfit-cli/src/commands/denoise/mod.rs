@@ -85,7 +85,8 @@ pub struct Args {
     #[cfg(feature = "learn")]
     #[arg(long, value_name = "MODEL", help_heading = "Fit")]
     init: Option<PathBuf>,
-    /// Fill holes whose boundary is shorter than this, in the scan's unit
+    /// Fill holes whose boundary is shorter than this, in the scan's unit; 0 fills gaps of the sampling and
+    /// places about which the points thin out
     #[arg(
         long,
         default_value_t = 0.0,
