@@ -3,8 +3,7 @@
 //!
 //! In: a surface whose boundary lies where the data end, the scan's points where the charts put them. Out:
 //! the same surface with such holes filled. Where a surface ends, its points are as dense at the boundary as
-//! farther in; two densities of a Poisson process are compared by their evidence. Small holes in parts
-//! of few points are filled too: chance leaves gaps as wide there.
+//! farther in; two densities of a Poisson process are compared by their evidence.
 
 use super::constants::RIM;
 use crate::atlas::ProjectedPoint;
@@ -24,8 +23,7 @@ struct About {
     area: [f64; 2],
 }
 
-/// Fills holes about which the points thin out, and those that chance leaves open where points are few.
-/// Returns how many it fills.
+/// Fills holes about which the points thin out. Returns how many it fills.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -41,10 +39,10 @@ pub(crate) fn fill(
     }
     let about = about(s, &rings, projected, scale.unit, ctx)?;
     let wanted = rings.into_iter().zip(&about).filter_map(|(ring, about)| {
-        let spacing = (about.area[0] / about.points[0].max(1.0)).sqrt();
-        let longest = if thins_out(about) { RIM.unseen * scale.gap } else { scale.gap };
-        let short = holes::length(&s.positions, &ring) <= longest * spacing;
-        (about.points[0] > 0.0 && short && flatness(s, &ring) >= RIM.least_flatness).then_some(ring)
+        let spacing = (about.area[0] / about.points[0]).sqrt();
+        let short = holes::length(&s.positions, &ring) <= RIM.unseen * scale.gap * spacing;
+        let seen_beside = about.points[0] > 0.0;
+        (seen_beside && short && thins_out(about) && flatness(s, &ring) >= RIM.least_flatness).then_some(ring)
     });
     let wanted: Vec<Vec<u32>> = wanted.collect();
     holes::close(s, &wanted, ctx)
