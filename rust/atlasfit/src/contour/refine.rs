@@ -1,21 +1,17 @@
 //! A filling's triangles made as small as those about it.
 //!
 //! In: triangles that fill a hole, all between vertices of its boundary. Out: the same place with triangles
-//! of about one size, by halving edges and flipping them to be Delaunay (after Liepa 2003). The boundary stays.
+//! of about one size, by halving edges and flipping them to be Delaunay (after Liepa 2003). The boundary
+//! stays.
 
 use super::constants::CONTOUR;
 use super::patch::TakenEdges;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::edges::{Edges, HalfEdge};
 use crate::spatial::triangle::area_vector;
 use std::collections::BTreeSet;
-
-/// An edge within the filling: its ends, and the two triangles with the places of their corners across it.
-struct Inner {
-    ends: [u32; 2],
-    sides: [(u32, u32); 2],
-}
 
 /// Halves edges until none within is longer than `longest`; no edge `taken` is made. New vertices go behind
 /// `positions`. Returns for each which older vertex it is made of.
@@ -31,27 +27,29 @@ pub(super) fn refine(
 ) -> Result<Vec<u32>> {
     let mut made_of = Vec::new();
     for _ in 0..CONTOUR.refinements {
-        let length2 = |e: &Inner| positions[e.ends[0] as usize].dist2(positions[e.ends[1] as usize]);
-        let mut long: Vec<(f64, Inner)> = inner(triangles).into_iter().map(|e| (length2(&e), e)).collect();
+        let length2 =
+            |[e, _]: &[HalfEdge; 2]| positions[e.low() as usize].dist2(positions[e.high() as usize]);
+        let mut long: Vec<(f64, [HalfEdge; 2])> =
+            inner(triangles, ctx)?.into_iter().map(|e| (length2(&e), e)).collect();
         long.retain(|(length2, _)| *length2 > longest * longest);
         if long.is_empty() {
             break;
         }
-        long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.ends.cmp(&b.1.ends)));
+        long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut changed = vec![false; triangles.len()];
         for (_, edge) in long {
             ctx.check()?;
-            if edge.sides.iter().any(|&(t, _)| changed[t as usize]) {
+            if edge.iter().any(|e| changed[e.face()]) {
                 continue;
             }
-            let [a, b] = edge.ends;
+            let [a, b] = edge[0].ends();
             let middle = positions.len() as u32;
             positions.push((positions[a as usize] + positions[b as usize]) * 0.5);
             made_of.push(a);
-            for (t, k) in edge.sides {
-                changed[t as usize] = true;
-                let [across, from, to] = turned(triangles[t as usize], k);
-                triangles[t as usize] = [across, from, middle];
+            for e in edge {
+                changed[e.face()] = true;
+                let [across, from, to] = from_across(e, triangles);
+                triangles[e.face()] = [across, from, middle];
                 triangles.push([across, middle, to]);
             }
         }
@@ -64,24 +62,15 @@ pub(super) fn refine(
     Ok(made_of)
 }
 
-/// A triangle with its corner `k` first.
-fn turned(t: [u32; 3], k: u32) -> [u32; 3] {
-    [0, 1, 2].map(|i| t[(k as usize + i) % 3])
+/// The corners of a half-edge's triangle, the one across the edge first.
+fn from_across(e: HalfEdge, triangles: &[[u32; 3]]) -> [u32; 3] {
+    [2, 0, 1].map(|i| triangles[e.face()][(e.side() + i) % 3])
 }
 
-/// All edges between two of the triangles, sorted by their ends.
-fn inner(triangles: &[[u32; 3]]) -> Vec<Inner> {
-    let mut sides: Vec<([u32; 2], (u32, u32))> = (triangles.iter().zip(0..))
-        .flat_map(|(&t, i)| {
-            (0..3).map(move |k| {
-                let [_, a, b] = turned(t, k);
-                ([a.min(b), a.max(b)], (i, k))
-            })
-        })
-        .collect();
-    sides.sort_unstable();
-    let pairs = sides.windows(2).filter(|w| w[0].0 == w[1].0);
-    pairs.map(|w| Inner { ends: w[0].0, sides: [w[0].1, w[1].1] }).collect()
+/// All edges between two of the triangles.
+fn inner(triangles: &[[u32; 3]], ctx: &Context<'_>) -> Result<Vec<[HalfEdge; 2]>> {
+    let edges = Edges::new(triangles, ctx)?;
+    Ok(edges.iter().filter_map(|e| <[HalfEdge; 2]>::try_from(e).ok()).collect())
 }
 
 /// Flips edges whose angles across are more than 180 degrees together. Returns whether it flipped any.
@@ -92,15 +81,15 @@ fn flip(
     ctx: &Context<'_>,
 ) -> Result<bool> {
     let at = |v: u32| positions[v as usize];
-    let edges = inner(triangles);
-    let mut there: BTreeSet<[u32; 2]> = edges.iter().map(|e| e.ends).collect();
+    let edges = inner(triangles, ctx)?;
+    let mut there: BTreeSet<[u32; 2]> = edges.iter().map(|e| e[0].ends()).collect();
     let mut changed = vec![false; triangles.len()];
-    for edge in &edges {
+    for &[e, f] in &edges {
         ctx.check()?;
-        let [(s, i), (t, j)] = edge.sides;
-        let ([c, a, b], [d, b2, a2]) = (turned(triangles[s as usize], i), turned(triangles[t as usize], j));
+        let (s, t) = (e.face(), f.face());
+        let ([c, a, b], [d, b2, a2]) = (from_across(e, triangles), from_across(f, triangles));
         let flipped = [c.min(d), c.max(d)];
-        let stays = changed[s as usize] || changed[t as usize] || [a, b] != [a2, b2];
+        let stays = changed[s] || changed[t] || [a, b] != [a2, b2];
         if stays || c == d || there.contains(&flipped) || taken.contains(c, d) {
             continue;
         }
@@ -113,12 +102,12 @@ fn flip(
         }
         let new = [[a, d, c], [d, b, c]];
         let normal = |t: [u32; 3]| area_vector(t.map(at));
-        let before = normal(triangles[s as usize]) + normal(triangles[t as usize]);
+        let before = normal(triangles[s]) + normal(triangles[t]);
         if new.iter().any(|&t| normal(t).dot(before) <= 0.0) {
             continue;
         }
-        [triangles[s as usize], triangles[t as usize]] = new;
-        (changed[s as usize], changed[t as usize]) = (true, true);
+        [triangles[s], triangles[t]] = new;
+        (changed[s], changed[t]) = (true, true);
         there.insert(flipped);
     }
     Ok(changed.contains(&true))
@@ -150,10 +139,13 @@ mod tests {
         let smallest =
             triangles.iter().map(|t| area_vector(t.map(|v| positions[v as usize]))[2]).fold(1.0, f64::min);
         assert!(smallest > 0.05 * side * side, "{smallest} for sides of {side}");
-        assert!(inner(&triangles).iter().all(|e| {
-            positions[e.ends[0] as usize].dist2(positions[e.ends[1] as usize]) <= (1.5 * side).powi(2)
-        }));
+        let edges = Run::default().execute(|ctx| inner(&triangles, ctx)).unwrap();
+        let length2 = |e: &[HalfEdge; 2]| {
+            let [a, b] = e[0].ends().map(|v| positions[v as usize]);
+            a.dist2(b)
+        };
+        assert!(edges.iter().all(|e| length2(e) <= (1.5 * side).powi(2)));
         // A disk: one vertex more than edges less triangles.
-        assert_eq!(positions.len() + triangles.len(), inner(&triangles).len() + n as usize + 1);
+        assert_eq!(positions.len() + triangles.len(), edges.len() + n as usize + 1);
     }
 }

@@ -34,8 +34,8 @@ pub struct DenoiseOptions {
     /// Number of charts to aim for; `None` = as many as the shape needs.
     pub charts: Option<usize>,
     /// Holes with a boundary shorter than this are filled, in the scan's unit; 0 fills only gaps of the
-    /// sampling and, but not in tiles, places about which the points thin out, as they do where a surface turns
-    /// away from every scanner.
+    /// sampling and, but not in tiles, places about which the points thin out, as they do where a surface
+    /// turns away from every scanner.
     pub fill_holes: f64,
     /// Connected parts of the surface that have less than this share of its area, 0 to 1, are left out; 0
     /// keeps all. What is left must be one part at least: else that is an error. Their points stay among

@@ -94,12 +94,7 @@ pub(super) fn build(
     let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
     let mut surface = clean::clean(contour, &charts, &facing, speck(median, voxel), ctx)?;
     let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
-    let gap = PIPELINE.gap * median;
-    let limits = Limits {
-        longest: gap.max(options.fill_holes / frame.scale),
-        plain: gap,
-        slit: PIPELINE.slit * median,
-    };
+    let limits = limits(median, options.fill_holes / frame.scale);
     let Filled { holes: mut filled_holes, touched, left } = holes::fill(&mut surface, limits, ctx)?;
     smooth::smooth(&mut surface, &charts, touched, ctx)?;
     if votes.is_empty() {
@@ -149,6 +144,12 @@ pub(super) fn build(
         frame,
         input,
     })
+}
+
+/// Which holes are filled: `asked` is the longest boundary that the user gives.
+fn limits(median: f64, asked: f64) -> Limits {
+    let gap = PIPELINE.gap * median;
+    Limits { longest: gap.max(asked), plain: gap, slit: PIPELINE.slit * median }
 }
 
 /// What is known of the surface's place.
