@@ -8,7 +8,7 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::sets::Sets;
-use crate::spatial::spacing::{Around, NAMED, around};
+use crate::spatial::spacing::{NAMED, around};
 
 /// Rounds of joining. The first joins up to 31 copies of a place, a second what that has brought to light.
 const ROUNDS: usize = 3;
@@ -21,7 +21,7 @@ pub(super) struct Places {
     pub tree: Neighbours,
     /// Spacing at each.
     pub spacing: Vec<f32>,
-    /// The nearest others of each, see [`Around`].
+    /// The nearest others of each, see [`around`].
     pub nearest: Vec<[u32; NAMED]>,
     /// For each given point its place among them.
     pub of_given: Vec<u32>,
@@ -50,10 +50,11 @@ pub(super) fn join(mut points: Vec<Vec3>, ctx: &Context<'_>) -> Result<Places> {
     let mut tree = Neighbours::build(&points, ctx)?;
     let mut near = around(&points, &tree, ctx)?;
     for _ in 0..ROUNDS {
-        if near.copies.is_empty() {
+        let copies = near.copies();
+        if copies.is_empty() {
             break;
         }
-        let place = first_of_each(&mut points, &near);
+        let place = first_of_each(&mut points, &copies);
         of_given.iter_mut().for_each(|p| *p = place[*p as usize]);
         tree = Neighbours::build(&points, ctx)?;
         near = around(&points, &tree, ctx)?;
@@ -62,10 +63,10 @@ pub(super) fn join(mut points: Vec<Vec3>, ctx: &Context<'_>) -> Result<Places> {
 }
 
 /// Leaves the first point of each set of copies; returns for each point before its place after.
-fn first_of_each(points: &mut Vec<Vec3>, near: &Around) -> Vec<u32> {
+fn first_of_each(points: &mut Vec<Vec3>, copies: &[[u32; 2]]) -> Vec<u32> {
     let n = points.len();
     let mut sets = Sets::new(n);
-    for [a, b] in &near.copies {
+    for [a, b] in copies {
         sets.join(*a, *b);
     }
     let mut place = vec![u32::MAX; n];

@@ -45,15 +45,44 @@ pub struct Around {
     pub spacing: Vec<f32>,
     /// The nearest others of each point, nearest first; `u32::MAX` where there are no more.
     pub nearest: Vec<[u32; NAMED]>,
-    /// Points that are copies of one place, in pairs: a point and another nearer than a thousandth of the
-    /// distance to the next. Up to 31 about each point.
-    pub copies: Vec<[u32; 2]>,
+    /// Pairs of points that may be copies of one place: up to 31 about each point.
+    pub pairs: Vec<Pair>,
+}
+
+/// A point and one of those about it that stand apart from all others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// The two.
+    pub points: [u32; 2],
+    /// How far they stand apart: squared ratio of the distance to the farthest of them to that of the next
+    /// point. In \[0, 1).
+    pub leap: f64,
 }
 
 impl Around {
     fn with_capacity(points: usize) -> Self {
         let (spacing, nearest) = (Vec::with_capacity(points), Vec::with_capacity(points));
-        Self { spacing, nearest, copies: Vec::new() }
+        Self { spacing, nearest, pairs: Vec::new() }
+    }
+
+    /// The pairs that are copies of one place.
+    ///
+    /// On a surface that is sampled at random, the squared ratio of the distances to the nearest two points
+    /// is uniform, and that of later ones is small less often: a share `x` of all points has a leap below `x`
+    /// by chance. The widest leap is taken at which far more points have one than that.
+    #[must_use]
+    pub fn copies(&self) -> Vec<[u32; 2]> {
+        let (least, mut widest) = (SPATIAL.copy.powi(2), SPATIAL.apart.powi(2));
+        let by_chance = |x: f64| x * self.nearest.len() as f64;
+        // The first pair of a point has its least leap.
+        let firsts: Vec<f64> =
+            self.pairs.chunk_by(|a, b| a.points[0] == b.points[0]).map(|of| of[0].leap).collect();
+        let found = |x: f64| firsts.iter().filter(|&&leap| leap < x).count() as f64;
+        while widest > least && by_chance(widest) > SPATIAL.chance * found(widest) {
+            widest *= 0.5;
+        }
+        let widest = widest.max(least);
+        self.pairs.iter().filter(|p| p.leap < widest).map(|p| p.points).collect()
     }
 }
 
@@ -66,7 +95,7 @@ impl Around {
 /// use atlasfit::{Run, Vec3, spatial::{Neighbours, spacing::around}};
 /// let grid: Vec<Vec3> = (0..400).map(|i| Vec3([f64::from(i % 20), f64::from(i / 20), 0.0])).collect();
 /// let found = Run::default().execute(|ctx| around(&grid, &Neighbours::build(&grid, ctx)?, ctx))?;
-/// assert!(found.copies.is_empty() && (0.5..1.5).contains(&found.spacing[210]));
+/// assert!(found.copies().is_empty() && (0.5..1.5).contains(&found.spacing[210]));
 /// # Ok::<(), atlasfit::Error>(())
 /// ```
 pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Around> {
@@ -90,7 +119,7 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
                 nearest.iter_mut().zip(found.iter().skip(1)).for_each(|(to, f)| *to = f.index);
                 out.nearest.push(nearest);
                 let own = (chunk_index * 1024 + k) as u32;
-                out.copies.extend(copies(&found).iter().map(|f| [own, f.index]).filter(|c| c[0] != c[1]));
+                pairs(own, &found, &mut out.pairs);
             }
             ctx.advance(chunk.len());
             Ok(out)
@@ -100,20 +129,25 @@ pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<A
     for part in parts {
         all.spacing.extend(part.spacing);
         all.nearest.extend(part.nearest);
-        all.copies.extend(part.copies);
+        all.pairs.extend(part.pairs);
     }
     Ok(all)
 }
 
-/// The copies of a point among its neighbours, nearest first: those before the last leap in distance.
-fn copies(found: &[Neighbour]) -> &[Neighbour] {
-    let leap = |k: usize| found[k].dist2 < SPATIAL.copy * SPATIAL.copy * found[k + 1].dist2;
+/// Pairs of a point with those of its neighbours, nearest first, that stand apart from the others.
+fn pairs(own: u32, found: &[Neighbour], pairs: &mut Vec<Pair>) {
+    let most = SPATIAL.apart * SPATIAL.apart;
     // The nearest is the point itself. Most points are done with the first look.
-    match found.last() {
-        Some(last) if found.len() > 2 && found[1].dist2 < SPATIAL.copy * SPATIAL.copy * last.dist2 => {
-            let end = (1..found.len() - 1).rev().find(|&k| leap(k)).map_or(0, |k| k + 1);
-            &found[..end]
-        }
-        _ => &[],
+    if !found.last().is_some_and(|last| found.len() > 2 && found[1].dist2 < most * last.dist2) {
+        return;
     }
+    let first = pairs.len();
+    let mut leap = f64::INFINITY;
+    for k in (1..found.len() - 1).rev() {
+        leap = leap.min(found[k].dist2 / found[k + 1].dist2);
+        if leap < most && found[k].index != own {
+            pairs.push(Pair { points: [own, found[k].index], leap });
+        }
+    }
+    pairs[first..].reverse();
 }

@@ -52,7 +52,7 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
     let most = share > TUBES.most && !known;
-    let sigma = if most { noise_of(&candidates, points) } else { cut.sigma };
+    let sigma = if most { noise_of(&candidates, points).min(cut.sigma) } else { cut.sigma };
     let mut fits = fit_all(&candidates, points, tree, sigma, ctx)?;
     let mut tubes = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
     if most {
@@ -60,7 +60,7 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         let mut clear: Vec<f64> =
             fits.iter().flatten().filter(|f| f.ratio < TUBES.circle).map(|f| f.fitted.chart.sigma).collect();
         if clear.len() * 2 > fits.len() {
-            let sigma = median(&mut clear);
+            let sigma = median(&mut clear).min(cut.sigma);
             tubes.sigma = Some(sigma);
             fits = fit_all(&candidates, points, tree, sigma, ctx)?;
         }
@@ -163,7 +163,10 @@ fn candidates(cut: &Cut<'_>, ctx: &Context<'_>) -> Result<Candidates> {
             if covered[i] || looked[i] {
                 continue;
             }
-            let Some(candidate) = candidate else {
+            // One that the point does not lie on is found again from those that do: strays about a tube would
+            // each find it anew.
+            let about = candidate.filter(|c| c.members.binary_search(&(i as u32)).is_ok());
+            let Some(candidate) = about else {
                 tree.within(points[i], 0.5 * TUBES.scales[0] * unit(i), &mut near);
                 near.iter().for_each(|f| looked[f.index as usize] = true);
                 continue;
