@@ -57,8 +57,8 @@ class Report:
     not_finite: int
     """Points given with a coordinate that is not finite. They are no part of the surface."""
     duplicates: int
-    """Points that repeat the position of an earlier one, or lie within a thousandth of the distance to the
-    next; they move with it.
+    """Points that repeat the position of an earlier one, or are copies of it, far nearer than the next; they
+    move with it.
     """
     outliers: int
     """Points that no chart claims: they belong to no surface."""

@@ -10,6 +10,9 @@ grazes it):
                  is of
   quantised      the same; depths are rounded to steps of four sigma
   uneven         the same; the density falls along x by a factor of 30
+  varied         the same; the noise grows along x by a factor of 20, from sigma / 4.5 to 4.5 sigma
+  merged         the same; each point is there twice, a hundredth of sigma apart, as where a scan is merged with
+                 a converted copy of itself
   lidar          one turning scanner in a room with furniture, line by line, with points in between where the
                  distance jumps
   sheetsK        two parallel plates K (3, 4, 5) sigma apart, each seen from its own side
@@ -176,6 +179,18 @@ def uneven(V, F, sigma, count, rng):
     return along(hits, sigma, rng), places, 0
 
 
+def varied(V, F, sigma, count, rng):
+    hits, places = views(V, F, count, rng)
+    x = (hits.at[:, 0] - V[:, 0].min()) / np.ptp(V[:, 0])
+    return along(hits, sigma * 20.0 ** (x - 0.5), rng), places, 0
+
+
+def merged(V, F, sigma, count, rng):
+    points, places, _ = plain(V, F, sigma, count // 2, rng)
+    copy = points + rng.normal(0, 0.01 * sigma, points.shape)
+    return rng.permutation(np.concatenate([points, copy])), places, 0
+
+
 def lidar(V, F, sigma, count, rng):
     place, (low, high) = np.array(PLACE), np.radians([LOWEST, HIGHEST])
     step = np.sqrt(TAU * (high - low) / count)
@@ -200,6 +215,8 @@ KINDS = {
     "misregistered": (misregistered, None),
     "quantised": (quantised, None),
     "uneven": (uneven, None),
+    "varied": (varied, None),
+    "merged": (merged, None),
     "lidar": (lidar, ("room", lambda sigma: shapes.room())),
     **{"sheets%d" % k: (plain, ("plates", lambda sigma, k=k: shapes.plates(k * sigma))) for k in (3, 4, 5)},
 }

@@ -57,8 +57,8 @@ pub struct atlasfit_report {
     pub points_given: usize,
     /// Points given with a coordinate that is not finite. They are no part of the surface.
     pub not_finite: usize,
-    /// Points that repeat the position of an earlier one, or are copies of it: nearer than a thousandth of
-    /// the distance to the next. They move with it.
+    /// Points that repeat the position of an earlier one, or are copies of it, far nearer than the next. They
+    /// move with it.
     pub duplicates: usize,
     /// Points that no chart claims: they belong to no surface.
     pub outliers: usize,

@@ -111,6 +111,30 @@ fn a_part_with_three_times_the_noise_comes_out_smooth() {
 }
 
 #[test]
+fn noise_that_grows_twelvefold_over_the_scan_costs_no_part_of_it() {
+    let truth = torus(12000, 0.4, 33);
+    let mut rng = atlasfit::numeric::rng::Rng::new(33);
+    let noise = |p: &[f64; 3]| 0.05 * truth.spacing * 12f64.powf((p[0] + 1.4) / 2.8);
+    let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
+        .map(|(p, n)| {
+            let d = noise(p) * rng.normal();
+            [0, 1, 2].map(|k| p[k] + d * n[k])
+        })
+        .collect();
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 0), "{t:?}");
+    assert!(out.report.outliers < points.len() / 500, "{} outliers", out.report.outliers);
+    // Both ends are as clean as their own noise lets them be.
+    for there in [|p: &[f64; 3]| p[0] < -0.8, |p: &[f64; 3]| p[0] > 0.8] {
+        let near = || out.points.positions.iter().zip(&truth.points).filter(|(_, p)| there(p));
+        let left = rms(near().map(|(q, _)| off_torus(q, 0.4)));
+        let was = rms(near().map(|(_, p)| noise(p)));
+        assert!(left < 0.45 * was, "{left} of {was} is left");
+    }
+}
+
+#[test]
 fn the_noise_estimate_is_within_a_quarter() {
     let shapes =
         [("plane", square(3000, 0.0, 0.0, 4)), ("sphere", sphere(3000, 4)), ("torus", torus(4000, 0.4, 4))];

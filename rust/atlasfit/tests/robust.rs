@@ -172,6 +172,21 @@ fn points_that_are_there_twice_almost_give_the_noise_and_the_surface_of_one_of_e
 }
 
 #[test]
+fn a_scan_merged_with_a_jittered_copy_of_itself_has_the_noise_of_one() {
+    let points = sphere(3000, 5).noisy(0.4, 5);
+    let clean = run(&points).unwrap();
+    assert_eq!(clean.report.duplicates, 0);
+    // Far more than a thousandth of the spacing apart, but so are nearly all points of the scan.
+    let mut rng = Rng::new(7);
+    let moved = points.iter().map(|p| p.map(|x| x + 0.01 * clean.report.spacing * rng.normal()));
+    let merged: Vec<Vec3> = points.iter().copied().chain(moved).collect();
+    let report = run(&merged).unwrap().report;
+    assert!(report.duplicates > 2700, "{} duplicates", report.duplicates);
+    let ratio = report.noise / clean.report.noise;
+    assert!((0.9..1.1).contains(&ratio), "the noise is {ratio} of the scan's");
+}
+
+#[test]
 fn results_that_cannot_be_right_are_warned_of() {
     let warned = |out: &atlasfit::Denoised, word: &str| out.report.warnings.iter().any(|w| w.contains(word));
     let good = run(&sphere(2000, 6).noisy(0.3, 6)).unwrap();

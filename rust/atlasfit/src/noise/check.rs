@@ -25,6 +25,7 @@ pub fn by_patches(
     tree: &Neighbours,
     sampling: &Sampling,
     estimate: f64,
+    relative: &[f32],
     ctx: &Context<'_>,
 ) -> Result<NoiseModel> {
     let model = |sigma, source| NoiseModel::new(sigma, source, sampling.median);
@@ -33,6 +34,7 @@ pub fn by_patches(
     let share = |sigma: f64| -> Result<f64> {
         let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
         let params = |i: usize| {
+            let sigma = sigma * relative.get(i).map_or(1.0, |&r| f64::from(r));
             let spacing = f64::from(sampling.spacing[i]);
             GrowParams {
                 sigma,
@@ -42,10 +44,12 @@ pub fn by_patches(
                 only: None,
             }
         };
-        let explained = |p: &Patch| p.accepted && explains(p.residual, p.radii[0].min(p.radii[1]), sigma);
+        let explained = |i: usize, p: &Patch| {
+            p.accepted && explains(p.residual, p.radii[0].min(p.radii[1]), params(i).sigma)
+        };
         let grown = grow_all(points, tree, &seeds, params, |_| (), ctx)?;
-        let (yes, all) =
-            grown.iter().flatten().fold((0u32, 0u32), |(y, a), p| (y + u32::from(explained(p)), a + 1));
+        let grown = seeds.iter().zip(&grown).filter_map(|(&i, p)| Some((i, p.as_ref()?)));
+        let (yes, all) = grown.fold((0u32, 0u32), |(y, a), (i, p)| (y + u32::from(explained(i, p)), a + 1));
         Ok(if all == 0 { 0.0 } else { f64::from(yes) / f64::from(all) })
     };
     // Patches follow a tenth of the spacing whatever the noise: below that the test says nothing.

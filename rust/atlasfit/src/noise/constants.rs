@@ -52,6 +52,19 @@ pub(crate) struct NoiseConstants {
     /// Points at which that is done. Source: derived, residuals of hundreds of points each have an error of a
     /// few percent already.
     pub samples_wider: usize,
+    /// Samples that say together how noisy a place is. Source: derived, the median of this many residuals of
+    /// at least five degrees of freedom has an error of 1.25 / sqrt(2 * 5 * 64) = 5 %.
+    pub together: usize,
+    /// A place is noisier than usual where the residual grows with a lower power of the number of points.
+    /// Source: derived, halfway between noise (0) and a crease (a half).
+    pub grows: f64,
+    /// Places are as calm as usual down to this share of the usual noise. In (0, 1). Source: chosen; sweeps
+    /// that lie askew look as calm as that where only one is.
+    pub calm: f64,
+    /// And calmer where it grows with a lower power than this: faster grows nothing that a surface does, but
+    /// neighbourhoods along a scan line, which show no noise across it. Source: derived, the cube of their
+    /// width, which a quadric cannot follow.
+    pub follows: f64,
     /// A neighbourhood shows a surface when its thickness is below this share of its half width (ratio of the
     /// square roots of the two smaller principal variances). Source: chosen below the 0.7 to 0.8 that the
     /// ratio tends to on pure noise.
@@ -125,6 +138,10 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     widest: 1.0 / 16.0,
     largest: 8192,
     samples_wider: 250,
+    together: 64,
+    grows: 0.25,
+    calm: 0.5,
+    follows: 1.5,
     scales: [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)],
     flat: 0.6,
     exactly_flat: 1e-3,

@@ -32,7 +32,8 @@ pub struct LocalNoise {
 }
 
 /// What the neighbourhoods of one size say in the median.
-struct Reading {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
     flatness: f64,
     residual: f64,
 }
@@ -43,12 +44,37 @@ impl Reading {
     }
 }
 
+/// The least of the readings that show a surface. Too small a neighbourhood is a blob, too large a one bends
+/// or holds two sheets: both read too high once the blob's bias is taken out, so the least reading is the
+/// best.
+pub(super) fn least(readings: &[Reading]) -> Option<f64> {
+    let shown = readings.iter().filter(|r| r.shows_surface());
+    shown.map(|r| r.residual / flatness_bias(r.flatness)).reduce(f64::min)
+}
+
+/// The power of the number of points with which the least reading grows to the next size: none where it is
+/// noise, half where a crease bends the surface, three halves where a quadric cannot follow it.
+pub(super) fn growth(readings: &[Reading], sizes: &[(usize, f64)]) -> f64 {
+    let shown = readings.iter().zip(sizes).filter(|(r, _)| r.shows_surface());
+    let shown: Vec<[f64; 2]> =
+        shown.map(|(r, s)| [(s.0 as f64).ln(), (r.residual / flatness_bias(r.flatness)).ln()]).collect();
+    let least = (0..shown.len()).min_by(|&a, &b| shown[a][1].total_cmp(&shown[b][1]));
+    let next = least.and_then(|k| Some([shown[k], *shown.get(k + 1)?]));
+    next.map_or(0.0, |[here, next]| (next[1] - here[1]) / (next[0] - here[0]))
+}
+
 /// Noise along the normal: residual of local quadrics, at the smallest neighbourhood that shows a surface.
+/// `looked` are the neighbourhoods of the usual sizes.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<LocalNoise> {
-    let mut readings = read(points, tree, &NOISE.scales, NOISE.samples, ctx)?;
+pub fn noise(
+    points: &[Vec3],
+    tree: &Neighbours,
+    looked: &Looked<'_>,
+    ctx: &Context<'_>,
+) -> Result<LocalNoise> {
+    let mut readings = looked.readings(0..looked.at.len());
     let mut looked_at = NOISE.scales[readings.len().max(1) - 1].0;
     // Where noise is many times the spacing, small neighbourhoods are all noise. The first size that shows a
     // surface may see it askew: the next one is looked at too.
@@ -59,48 +85,73 @@ pub fn noise(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Lo
         if size > largest {
             break;
         }
-        readings.extend(read(points, tree, &[(size, 1.0)], NOISE.samples_wider, ctx)?);
+        let sizes = [(size, 1.0)];
+        let wider = look_at(points, tree, &sizes, NOISE.samples_wider, ctx)?;
+        readings.extend(wider.readings(0..wider.at.len()));
         looked_at = size;
     }
-    // Too small a neighbourhood is a blob, too large a one bends or holds two sheets: both read too high once
-    // the blob's bias is taken out, so the least reading is the best. Where no size shows a surface, the
-    // flattest is taken.
-    let shown = readings.iter().filter(|r| r.shows_surface());
-    let least = shown.map(|r| r.residual / flatness_bias(r.flatness)).reduce(f64::min);
+    // Where no size shows a surface, the flattest is taken.
+    let least = least(&readings);
     let flattest = readings.iter().min_by(|a, b| a.flatness.total_cmp(&b.flatness));
     let sigma = least.or(flattest.map(|r| r.residual)).unwrap_or(0.0);
     Ok(LocalNoise { sigma, shows_surface: least.is_some(), looked_at })
 }
 
-/// What neighbourhoods of these sizes say about so many of the points, as far as most of these have them.
-/// With each size comes the ratio of the median residual to the true noise.
-fn read(
+/// Neighbourhoods of some sizes about a sample of the points.
+#[derive(Debug)]
+pub struct Looked<'a> {
+    /// The sample.
+    pub(super) at: Vec<usize>,
+    /// Sizes, each with the ratio of the median residual to the true noise.
+    pub(super) sizes: &'a [(usize, f64)],
+    /// Flatness and residual of each size about each of the sample.
+    about: Vec<Vec<(f64, f64)>>,
+}
+
+impl Looked<'_> {
+    /// What the neighbourhoods about some of the sample say, as far as most of these have them.
+    pub(super) fn readings(&self, of: impl Iterator<Item = usize> + Clone) -> Vec<Reading> {
+        let median_of = |(scale, &(_, chi)): (usize, &(usize, f64))| {
+            let about = of.clone().map(|k| &self.about[k]);
+            let at: Vec<(f64, f64)> = about.filter_map(|a| a.get(scale).copied()).collect();
+            let flatness = median(&mut at.iter().map(|a| a.0).collect::<Vec<_>>());
+            let residual = median(&mut at.iter().map(|a| a.1).collect::<Vec<_>>()) / chi;
+            (!at.is_empty() && at.len() * 2 >= of.clone().count()).then_some(Reading { flatness, residual })
+        };
+        self.sizes.iter().enumerate().map_while(median_of).collect()
+    }
+}
+
+/// Looks at the neighbourhoods of the usual sizes.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub fn look(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Looked<'static>> {
+    look_at(points, tree, &NOISE.scales, NOISE.samples, ctx)
+}
+
+/// Looks at the neighbourhoods of these sizes about so many of the points.
+fn look_at<'a>(
     points: &[Vec3],
     tree: &Neighbours,
-    sizes: &[(usize, f64)],
+    sizes: &'a [(usize, f64)],
     samples: usize,
     ctx: &Context<'_>,
-) -> Result<Vec<Reading>> {
+) -> Result<Looked<'a>> {
     let step = points.len().div_ceil(samples).max(1);
-    let samples: Vec<usize> = (0..points.len()).step_by(step).collect();
+    let at: Vec<usize> = (0..points.len()).step_by(step).collect();
     let largest = sizes.iter().map(|s| s.0).max().unwrap_or(0);
-    let per_point: Vec<Vec<(f64, f64)>> = samples
+    let about: Vec<Vec<(f64, f64)>> = at
         .par_iter()
         .map(|&i| {
             ctx.check()?;
             let mut found = Vec::new();
             tree.nearest(points[i], largest, &mut found);
-            let at = |&(k, _): &(usize, f64)| found.get(..k).map(|near| quadric_residual(points, near));
-            Ok(sizes.iter().map_while(at).collect())
+            let residual = |&(k, _): &(usize, f64)| found.get(..k).map(|near| quadric_residual(points, near));
+            Ok(sizes.iter().map_while(residual).collect())
         })
         .collect::<Result<_>>()?;
-    let median_of = |(scale, &(_, chi)): (usize, &(usize, f64))| {
-        let at: Vec<(f64, f64)> = per_point.iter().filter_map(|p| p.get(scale).copied()).collect();
-        let flatness = median(&mut at.iter().map(|a| a.0).collect::<Vec<_>>());
-        let residual = median(&mut at.iter().map(|a| a.1).collect::<Vec<_>>()) / chi;
-        (!at.is_empty() && at.len() * 2 >= samples.len()).then_some(Reading { flatness, residual })
-    };
-    Ok(sizes.iter().enumerate().map_while(median_of).collect())
+    Ok(Looked { at, sizes, about })
 }
 
 /// Flatness and residual standard deviation of the quadric through a neighbourhood.

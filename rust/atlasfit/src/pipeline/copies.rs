@@ -41,16 +41,16 @@ pub(super) fn rename(names: &mut [u32], place: &[u32]) {
     }
 }
 
-/// Joins copies: of each set the first point stays.
+/// Joins copies: of each set the first point stays. `whole` says that the points are all of a scan.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn join(mut points: Vec<Vec3>, ctx: &Context<'_>) -> Result<Places> {
+pub(super) fn join(mut points: Vec<Vec3>, whole: bool, ctx: &Context<'_>) -> Result<Places> {
     let mut of_given: Vec<u32> = (0..points.len() as u32).collect();
     let mut tree = Neighbours::build(&points, ctx)?;
     let mut near = around(&points, &tree, ctx)?;
     for _ in 0..ROUNDS {
-        let copies = near.copies();
+        let copies = near.copies(whole);
         if copies.is_empty() {
             break;
         }

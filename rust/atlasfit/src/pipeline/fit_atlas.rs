@@ -7,7 +7,7 @@ use crate::atlas::FittedChart;
 use crate::blend::membership;
 use crate::error::{Error, Result};
 use crate::fit;
-use crate::noise::{NoiseModel, NoiseSource, learn};
+use crate::noise::{NoiseModel, NoiseSource, learn, places};
 use crate::partition::tubes::{self, Tubes};
 use crate::partition::{self, Cut, PatchSize};
 use crate::run::{Context, Stage};
@@ -44,8 +44,10 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         None => PatchSize::default(),
         Some(charts) => PatchSize::default().for_count(charts, scan.points.len()),
     };
+    let first = scan.noise.for_charts();
     let tubes = find_tubes(scan, size, ctx)?;
     learn_noise(scan, size, &tubes, ctx)?;
+    places::ease(&mut scan.relative_noise, scan.noise.for_charts() / first);
     let cut = cut(scan, size);
     let patches = partition::partition(&cut, &tubes.covered, None, true, ctx)?;
     ctx.stage(Stage::Fit, patches.len());

@@ -49,14 +49,16 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     let distinct = prepare::distinct(&moved, ctx)?;
     copies::rename(&mut input.of_input, &distinct.of_input);
     ctx.stage(Stage::Analyse, distinct.points.len());
-    let places = copies::join(distinct.points, ctx)?;
+    let places = copies::join(distinct.points, true, ctx)?;
     places.rename(&mut input.of_input);
     let Places { points, tree, spacing, .. } = places;
     prepare::check_surface(&points)?;
     let sampling = Sampling::new(spacing);
     // A given noise is the scan's; what the guide leaves is always estimated, but then not questioned either.
     let source = if noise.is_given() { NoiseSource::Given } else { NoiseSource::Quadrics };
-    let noise = NoiseModel::new(estimate::noise(&points, &tree, ctx)?.sigma, source, sampling.median);
+    let looked = estimate::look(&points, &tree, ctx)?;
+    let left = estimate::noise(&points, &tree, &looked, ctx)?.sigma;
+    let noise = NoiseModel::new(left, source, sampling.median);
     let (relative_noise, frame, whole) = (Vec::new(), scan.frame, points.len());
     let rows = (0..points.len() as u64).collect();
     Ok(Scan { points, tree, sampling, noise, relative_noise, input, frame, rows, whole, told: None })

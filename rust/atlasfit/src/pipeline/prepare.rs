@@ -10,7 +10,7 @@ use super::warnings;
 pub use super::whole::Frame;
 use super::whole::Survey;
 use crate::error::{Error, Result};
-use crate::noise::{NoiseModel, NoiseSource, check, estimate, quantised};
+use crate::noise::{NoiseModel, NoiseSource, check, estimate, places, quantised};
 use crate::numeric::dense::principal;
 use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
@@ -111,8 +111,7 @@ pub struct InputMap {
     pub of_input: Vec<u32>,
     /// Positions with a coordinate that is not finite.
     pub not_finite: usize,
-    /// Positions that repeat an earlier one, or are copies of it: nearer than a thousandth of the distance to
-    /// the next.
+    /// Positions that repeat an earlier one, or are copies of it: far nearer than the next.
     pub duplicates: usize,
     /// Distinct points that stand alone.
     pub stray: usize,
@@ -193,7 +192,7 @@ pub(super) fn sampled_in(
     let distinct = points.len();
     let order = along_curve(&points, ctx)?;
     reorder(&mut points, &mut of_input, &order);
-    let places = copies::join(points, ctx)?;
+    let places = copies::join(points, told.is_none(), ctx)?;
     places.rename(&mut of_input);
     let mut rows = rows(&order, &places);
     drop(order);
@@ -250,12 +249,16 @@ pub(super) fn with_noise(
         let scan = Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told };
         return Ok(scan);
     }
-    let local = estimate::noise(&points, &tree, ctx)?;
+    let looked = estimate::look(&points, &tree, ctx)?;
+    let local = estimate::noise(&points, &tree, &looked, ctx)?;
     input.warnings.extend(warnings::volume(&local));
     let mut relative_noise = Vec::new();
     let noise = match given_noise {
         None => match quantised::rounding(&points, &tree, ctx)? {
-            None => check::by_patches(&points, &tree, &sampling, local.sigma, ctx)?,
+            None => {
+                relative_noise = places::relative(&looked, &points, &local, sampling.median, ctx)?;
+                check::by_patches(&points, &tree, &sampling, local.sigma, &relative_noise, ctx)?
+            }
             Some(rounding) => {
                 let usual = median(&mut rounding.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
                 relative_noise = rounding.iter().map(|&s| s / usual as f32).collect();

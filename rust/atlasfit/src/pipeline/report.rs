@@ -15,7 +15,8 @@ pub struct Report {
     /// Points with a coordinate that is not finite; they are left out.
     pub not_finite: usize,
     /// Points that repeat the position of an earlier one, or are copies of it: nearer than a thousandth of
-    /// the distance to the next. They move with it.
+    /// the distance to the next; nearer than up to a tenth where far more of the scan's points have such
+    /// neighbours than chance gives. They move with it.
     pub duplicates: usize,
     /// Points set aside because no chart claims them.
     pub outliers: usize,

@@ -65,23 +65,24 @@ impl Around {
         Self { spacing, nearest, pairs: Vec::new() }
     }
 
-    /// The pairs that are copies of one place.
+    /// The pairs that are copies of one place. Of a part of a scan, not of the `whole`, only the nearest are:
+    /// parts would differ in what is far more than chance.
     ///
     /// On a surface that is sampled at random, the squared ratio of the distances to the nearest two points
     /// is uniform, and that of later ones is small less often: a share `x` of all points has a leap below `x`
     /// by chance. The widest leap is taken at which far more points have one than that.
     #[must_use]
-    pub fn copies(&self) -> Vec<[u32; 2]> {
+    pub fn copies(&self, whole: bool) -> Vec<[u32; 2]> {
         let (least, mut widest) = (SPATIAL.copy.powi(2), SPATIAL.apart.powi(2));
         let by_chance = |x: f64| x * self.nearest.len() as f64;
         // The first pair of a point has its least leap.
         let firsts: Vec<f64> =
             self.pairs.chunk_by(|a, b| a.points[0] == b.points[0]).map(|of| of[0].leap).collect();
         let found = |x: f64| firsts.iter().filter(|&&leap| leap < x).count() as f64;
-        while widest > least && by_chance(widest) > SPATIAL.chance * found(widest) {
+        while whole && widest > least && by_chance(widest) > SPATIAL.chance * found(widest) {
             widest *= 0.5;
         }
-        let widest = widest.max(least);
+        let widest = if whole { widest.max(least) } else { least };
         self.pairs.iter().filter(|p| p.leap < widest).map(|p| p.points).collect()
     }
 }
@@ -95,7 +96,7 @@ impl Around {
 /// use atlasfit::{Run, Vec3, spatial::{Neighbours, spacing::around}};
 /// let grid: Vec<Vec3> = (0..400).map(|i| Vec3([f64::from(i % 20), f64::from(i / 20), 0.0])).collect();
 /// let found = Run::default().execute(|ctx| around(&grid, &Neighbours::build(&grid, ctx)?, ctx))?;
-/// assert!(found.copies().is_empty() && (0.5..1.5).contains(&found.spacing[210]));
+/// assert!(found.copies(true).is_empty() && (0.5..1.5).contains(&found.spacing[210]));
 /// # Ok::<(), atlasfit::Error>(())
 /// ```
 pub fn around(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Around> {
