@@ -52,7 +52,9 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
     let most = share > TUBES.most && !known;
-    let sigma = if most { noise_of(&candidates, points).min(cut.sigma) } else { cut.sigma };
+    // Tubes that see far more noise than their neighbourhoods do hold strays.
+    let believed = |sigma: f64| if sigma > TUBES.noisy * cut.sigma { cut.sigma } else { sigma };
+    let sigma = if most { believed(noise_of(&candidates, points)) } else { cut.sigma };
     let mut fits = fit_all(&candidates, points, tree, sigma, ctx)?;
     let mut tubes = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
     if most {
@@ -60,7 +62,7 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         let mut clear: Vec<f64> =
             fits.iter().flatten().filter(|f| f.ratio < TUBES.circle).map(|f| f.fitted.chart.sigma).collect();
         if clear.len() * 2 > fits.len() {
-            let sigma = median(&mut clear).min(cut.sigma);
+            let sigma = believed(median(&mut clear));
             tubes.sigma = Some(sigma);
             fits = fit_all(&candidates, points, tree, sigma, ctx)?;
         }
