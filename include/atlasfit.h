@@ -1024,8 +1024,8 @@ typedef struct {
    */
   size_t not_finite;
   /**
-   * Points that repeat the position of an earlier one, or are copies of it: nearer than a thousandth of
-   * the distance to the next. They move with it.
+   * Points that repeat the position of an earlier one, or are copies of it, far nearer than the next. They
+   * move with it.
    */
   size_t duplicates;
   /**

@@ -173,7 +173,7 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
         ("sheets5", "plates"),
         ("outliers5", "knot"),
     ]
-    assert len(said()[1]) == 7 * 4 + 4
+    assert len(said()[1]) == 9 * 4 + 4
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
 

@@ -58,6 +58,10 @@ pub(crate) struct NoiseConstants {
     /// A place is noisier than usual where the residual grows with a lower power of the number of points.
     /// Source: derived, halfway between noise (0) and a crease (a half).
     pub grows: f64,
+    /// A place has this much noise at the most, in point spacings, or the usual: two sheets of a wall nearer
+    /// than the least neighbourhood is wide (2 * 1.9) would pass for one noisy one. Source: chosen; 0.6 leaves
+    /// noisier places in shreds, without a bound a wall of two spacings is lost.
+    pub most: f64,
     /// Places are as calm as usual down to this share of the usual noise. In (0, 1). Source: chosen; sweeps
     /// that lie askew look as calm as that where only one is.
     pub calm: f64,
@@ -140,6 +144,7 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     samples_wider: 250,
     together: 64,
     grows: 0.25,
+    most: 1.2,
     calm: 0.5,
     follows: 1.5,
     scales: [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)],

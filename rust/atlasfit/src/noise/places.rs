@@ -28,7 +28,7 @@ pub(crate) fn relative(
         return Ok(Vec::new());
     }
     let (usual, floor) = (usual.sigma, NOISE.floor * spacing);
-    let most = (PARTITION.most_noise * spacing).max(usual);
+    let most = (NOISE.most * spacing).max(usual);
     // Samples whose neighbourhoods share points say no more together than one.
     let step = points.len().div_ceil(looked.at.len().max(1));
     let together = NOISE.together.max(NOISE.together * NOISE.scales[0].0 / step);

@@ -52,8 +52,9 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
     let most = share > TUBES.most && !known;
-    // Tubes that see far more noise than their neighbourhoods do hold strays.
-    let believed = |sigma: f64| if sigma > TUBES.noisy * cut.sigma { cut.sigma } else { sigma };
+    // Tubes that see far more noise than their neighbourhoods do hold strays, unless these see it differ.
+    let limit = if cut.relative.is_empty() { TUBES.noisy * cut.sigma } else { f64::INFINITY };
+    let believed = |sigma: f64| if sigma > limit { cut.sigma } else { sigma };
     let sigma = if most { believed(noise_of(&candidates, points)) } else { cut.sigma };
     let mut fits = fit_all(&candidates, points, tree, sigma, ctx)?;
     let mut tubes = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
