@@ -59,8 +59,8 @@ pub(crate) struct NoiseConstants {
     /// Source: derived, halfway between noise (0) and a crease (a half).
     pub grows: f64,
     /// A place has this much noise at the most, in point spacings, or the usual: two sheets of a wall nearer
-    /// than the least neighbourhood is wide (2 * 1.9) would pass for one noisy one. Source: chosen; 0.6 leaves
-    /// noisier places in shreds, without a bound a wall of two spacings is lost.
+    /// than the least neighbourhood is wide (2 * 1.9) would pass for one noisy one. Source: chosen; 0.6
+    /// leaves noisier places in shreds, without a bound a wall of two spacings is lost.
     pub most: f64,
     /// Places are as calm as usual down to this share of the usual noise. In (0, 1). Source: chosen; sweeps
     /// that lie askew look as calm as that where only one is.

@@ -92,8 +92,8 @@ fn cover_again(
     drop_strays(cut, fitted, ctx)
 }
 
-/// Finds the tubes. Where they hold most of the scan they know its noise, better than neighbourhoods that hold
-/// both sides of a tube know where it differs.
+/// Finds the tubes. Where they hold most of the scan they know its noise, better than neighbourhoods, which
+/// hold both sides of a tube, know where it differs.
 pub(super) fn find_tubes(scan: &mut Scan, size: PatchSize, ctx: &Context<'_>) -> Result<Tubes> {
     let tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
     if let Some(sigma) = tubes.sigma {
