@@ -20,6 +20,11 @@ pub(crate) struct KnownScan<'a> {
 impl KnownScan<'_> {
     /// Standard deviation of a point's noise.
     pub(crate) fn noise_at(&self, point: u32) -> f64 {
-        self.noise * f64::from(self.relative_noise.get(point as usize).copied().unwrap_or(1.0))
+        self.noise * relative_noise(self.relative_noise, point as usize)
     }
+}
+
+/// The noise at a point, as a multiple of the usual: one where all are `relative` alike.
+pub(crate) fn relative_noise(relative: &[f32], point: usize) -> f64 {
+    relative.get(point).map_or(1.0, |&r| f64::from(r))
 }

@@ -4,7 +4,7 @@
 
 use super::constants::NOISE;
 use super::{NoiseModel, NoiseSource};
-use crate::atlas::Patch;
+use crate::atlas::{Patch, known};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::partition::constants::PARTITION;
@@ -34,7 +34,7 @@ pub fn by_patches(
     let share = |sigma: f64| -> Result<f64> {
         let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
         let params = |i: usize| {
-            let sigma = sigma * relative.get(i).map_or(1.0, |&r| f64::from(r));
+            let sigma = sigma * known::relative_noise(relative, i);
             let spacing = f64::from(sampling.spacing[i]);
             GrowParams {
                 sigma,

@@ -1,7 +1,7 @@
 //! Noise that differs from place to place: with range, angle and surface.
 //!
 //! In: neighbourhoods about a sample of the points. Out: the noise at each point, as a multiple of the usual,
-//! where some part of the scan is clearly noisier.
+//! where some part of the scan is clearly noisier or calmer.
 
 use super::constants::NOISE;
 use super::estimate::{LocalNoise, Looked, growth, least};

@@ -3,7 +3,7 @@
 use super::constants::PARTITION;
 use super::grow::{GrowParams, Scratch, grow};
 use super::slab;
-use crate::atlas::{Patch, ProjectedPoint};
+use crate::atlas::{Patch, ProjectedPoint, known};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -90,7 +90,7 @@ impl Cut<'_> {
     }
     /// The noise at a point, as a multiple of the usual.
     pub(crate) fn relative_noise(&self, point: usize) -> f64 {
-        self.relative.get(point).map_or(1.0, |&r| f64::from(r))
+        known::relative_noise(self.relative, point)
     }
     /// Grows a patch from each of the points `seeds`, a step of the running stage each. `earlier` is where an
     /// earlier fit put the points.

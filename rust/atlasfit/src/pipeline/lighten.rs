@@ -7,6 +7,7 @@
 use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::warnings;
+use crate::atlas::known::relative_noise;
 use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
 use crate::contour::untangle::untangle;
@@ -108,7 +109,7 @@ fn bounds(projected: &[ProjectedPoint], known: &Known<'_>) -> Vec<Bounds> {
         if let Some([count, spacing, noise]) = sum.get_mut(p.chart as usize) {
             *count += 1.0;
             *spacing += f64::from(known.scan.spacing[i]);
-            *noise += f64::from(known.scan.relative_noise.get(i).copied().unwrap_or(1.0));
+            *noise += relative_noise(known.scan.relative_noise, i);
         }
     }
     let of = |[n, spacing, noise]: [f64; 3]| match n {

@@ -73,16 +73,17 @@ impl Around {
     /// by chance. The widest leap is taken at which far more points have one than that.
     #[must_use]
     pub fn copies(&self, whole: bool) -> Vec<[u32; 2]> {
-        let (least, mut widest) = (SPATIAL.copy.powi(2), SPATIAL.apart.powi(2));
+        let least = SPATIAL.copy.powi(2);
+        let mut widest = if whole { SPATIAL.apart.powi(2) } else { least };
         let by_chance = |x: f64| x * self.nearest.len() as f64;
         // The first pair of a point has its least leap.
         let firsts: Vec<f64> =
             self.pairs.chunk_by(|a, b| a.points[0] == b.points[0]).map(|of| of[0].leap).collect();
         let found = |x: f64| firsts.iter().filter(|&&leap| leap < x).count() as f64;
-        while whole && widest > least && by_chance(widest) > SPATIAL.chance * found(widest) {
+        while widest > least && by_chance(widest) > SPATIAL.chance * found(widest) {
             widest *= 0.5;
         }
-        let widest = if whole { widest.max(least) } else { least };
+        let widest = widest.max(least);
         self.pairs.iter().filter(|p| p.leap < widest).map(|p| p.points).collect()
     }
 }
