@@ -29,10 +29,11 @@ pub fn from_charts(
             break;
         }
         let sample = partition::sample(&Cut { sigma, ..*cut }, done, ctx)?;
-        // In units of the usual noise.
-        let usual = |f: &FittedChart| cut.relative_noise(f.members.first().map_or(0, |m| m.0 as usize));
-        let mut sigmas: Vec<f64> =
-            fit(cut.points, &sample, ctx)?.iter().map(|f| f.chart.sigma / usual(f)).collect();
+        // In units of the usual noise. Where there is more of it, charts do not say what is usual.
+        let relative = |f: &FittedChart| cut.relative_noise(f.members.first().map_or(0, |m| m.0 as usize));
+        let fitted = fit(cut.points, &sample, ctx)?;
+        let usual = fitted.iter().filter(|f| relative(f) <= 1.0);
+        let mut sigmas: Vec<f64> = usual.map(|f| f.chart.sigma / relative(f)).collect();
         if sigmas.is_empty() {
             break;
         }
