@@ -93,12 +93,12 @@ fn cover_again(
 }
 
 /// Finds the tubes. Where they hold most of the scan they know its noise, better than neighbourhoods, which
-/// hold both sides of a tube, know where it differs.
+/// hold both sides of a tube, and where it differs.
 pub(super) fn find_tubes(scan: &mut Scan, size: PatchSize, ctx: &Context<'_>) -> Result<Tubes> {
-    let tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
+    let mut tubes = tubes::find(&cut(scan, size), scan.noise.is_settled(), ctx)?;
     if let Some(sigma) = tubes.sigma {
         scan.noise = NoiseModel { sigma, source: NoiseSource::Tubes, ..scan.noise };
-        scan.relative_noise = Vec::new();
+        scan.relative_noise = std::mem::take(&mut tubes.relative);
     }
     Ok(tubes)
 }

@@ -50,6 +50,9 @@ pub(crate) struct TubeConstants {
     /// A tube whose points scatter by this many times the noise is none. Above 1. Source: chosen.
     /// Halved: points 1.42 (ring 4.13), acc 1.31 (ring 2.67), com 1.84 (spiral 11.84); doubled: same bytes.
     pub noisy: f64,
+    /// Tubes that say together how noisy a place is: the nearest on either side, twice, and the one in the
+    /// middle. Source: chosen.
+    pub together: usize,
     /// Least share of its points that a sector of the circumference must have. In (0, 1). Source: chosen.
     /// Halved: same bytes; doubled: points 1.02 (spiral 1.16), acc 1.02 (spiral 1.15), com 1.11 (spiral
     /// 1.86).
@@ -148,6 +151,7 @@ pub(crate) const TUBES: TubeConstants = TubeConstants {
     at_once: 4,
     most: 0.5,
     noisy: 1.2,
+    together: 5,
     even: 0.6,
     lopsided: 0.1,
     within: 2.8,

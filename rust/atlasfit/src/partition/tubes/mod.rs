@@ -8,6 +8,7 @@
 pub(crate) mod constants;
 mod extent;
 mod grow;
+mod local;
 mod radius;
 mod rice;
 
@@ -24,8 +25,9 @@ use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use constants::{BINS, TUBES};
 use grow::{Candidate, Neighbourhood, grow};
-use radius::fit_all;
+use local::local_noise;
 pub(crate) use radius::whitened;
+use radius::{FittedTube, fit_all};
 use rayon::prelude::*;
 use rice::pooled_noise;
 
@@ -37,6 +39,8 @@ pub(crate) struct Tubes {
     pub covered: Vec<bool>,
     /// The noise, where the tubes hold most of the scan.
     pub sigma: Option<f64>,
+    /// The noise at each point, as a multiple of that; empty where it is the same for all, or not known.
+    pub relative: Vec<f32>,
 }
 
 /// Finds and fits tubes. `known` says that the noise was given and is not to be questioned.
@@ -48,7 +52,7 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     let n = points.len();
     let Candidates { found: candidates, covered } = candidates(cut, ctx)?;
     if candidates.is_empty() {
-        return Ok(Tubes { fitted: vec![], covered, sigma: None });
+        return Ok(Tubes { fitted: vec![], covered, sigma: None, relative: vec![] });
     }
     let share = covered.iter().filter(|c| **c).count() as f64 / n as f64;
     let most = share > TUBES.most && !known;
@@ -56,8 +60,9 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     let limit = if cut.relative.is_empty() { TUBES.noisy * cut.sigma } else { f64::INFINITY };
     let believed = |sigma: f64| if sigma > limit { cut.sigma } else { sigma };
     let sigma = if most { believed(noise_of(&candidates, points)) } else { cut.sigma };
-    let mut fits = fit_all(&candidates, points, tree, sigma, ctx)?;
-    let mut tubes = Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma) };
+    let mut fits = fit_all(&candidates, points, tree, |_| sigma, ctx)?;
+    let mut tubes =
+        Tubes { fitted: vec![], covered: vec![false; n], sigma: most.then_some(sigma), relative: vec![] };
     if most {
         // Where the radius stands well out of the noise the fits know it best.
         let mut clear: Vec<f64> =
@@ -65,11 +70,18 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
         if clear.len() * 2 > fits.len() {
             let sigma = believed(median(&mut clear));
             tubes.sigma = Some(sigma);
-            fits = fit_all(&candidates, points, tree, sigma, ctx)?;
+            fits = fit_all(&candidates, points, tree, |_| sigma, ctx)?;
         }
     }
     let noise = tubes.sigma.unwrap_or(cut.sigma);
-    for fit in fits.into_iter().flatten().filter(|f| f.fitted.chart.sigma <= TUBES.noisy * noise) {
+    let local = if most { local_noise(&fits, noise, ctx)? } else { None };
+    let noise_at = |place: Vec3| noise * local.as_ref().map_or(1.0, |l| l.relative(place));
+    if let Some(local) = &local {
+        fits = fit_all(&candidates, points, tree, |c| noise * local.relative(c.tube.center), ctx)?;
+        tubes.relative = points.iter().map(|&p| local.relative(p) as f32).collect();
+    }
+    let believed = |f: &FittedTube| f.fitted.chart.sigma <= TUBES.noisy * noise_at(f.center);
+    for fit in fits.into_iter().flatten().filter(believed) {
         for &i in &fit.covered {
             tubes.covered[i as usize] = true;
         }

@@ -29,21 +29,23 @@ pub(super) struct FittedTube {
     pub covered: Vec<u32>,
     /// Noise over radius.
     pub ratio: f64,
+    /// Middle of its axis.
+    pub center: Vec3,
 }
 
-/// Fits all radii; nothing where the points turn out to be no tube.
+/// Fits all radii, each with its noise; nothing where the points turn out to be no tube.
 pub(super) fn fit_all(
     candidates: &[Candidate],
     points: &[Vec3],
     tree: &Neighbours,
-    sigma: f64,
+    sigma: impl Fn(&Candidate) -> f64 + Sync,
     ctx: &Context<'_>,
 ) -> Result<Vec<Option<FittedTube>>> {
     candidates
         .par_iter()
         .map(|candidate| {
             ctx.check()?;
-            fit(candidate, points, tree, sigma, ctx)
+            fit(candidate, points, tree, sigma(candidate), ctx)
         })
         .collect()
 }
@@ -139,12 +141,13 @@ fn fit(
             members.push((f.index, w as f32));
         }
     }
-    let support = weights.iter().sum();
+    let (support, center) = (weights.iter().sum(), tube.center);
     let chart = Chart { map: Map::Tube(tube), sigma: own, sign: 1.0, support };
     Ok((!members.is_empty()).then_some(FittedTube {
         fitted: FittedChart { chart, members, expected: sigma, smoothness, of_two: false },
         covered,
         ratio,
+        center,
     }))
 }
 
