@@ -135,6 +135,30 @@ fn noise_that_grows_twelvefold_over_the_scan_costs_no_part_of_it() {
 }
 
 #[test]
+fn a_thin_ring_whose_noise_grows_twelvefold_stays_whole_and_keeps_its_thickness() {
+    let thin = 0.05;
+    let truth = torus(8000, thin, 35);
+    let mut rng = atlasfit::numeric::rng::Rng::new(35);
+    let noise = |p: &[f64; 3]| 0.03 * thin * 12f64.powf((p[0] + 1.0) / 2.0);
+    let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
+        .map(|(p, n)| {
+            let d = noise(p) * rng.normal();
+            [0, 1, 2].map(|k| p[k] + d * n[k])
+        })
+        .collect();
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 0), "{t:?}");
+    assert!(out.report.outliers < points.len() / 500, "{} outliers", out.report.outliers);
+    for there in [|p: &[f64; 3]| p[0] < -0.5, |p: &[f64; 3]| p[0] > 0.5] {
+        let near = || out.points.positions.iter().zip(&truth.points).filter(|(_, p)| there(p));
+        let left = rms(near().map(|(q, _)| off_torus(q, thin)));
+        let was = rms(near().map(|(_, p)| noise(p)));
+        assert!(left < 0.45 * was, "{left} of {was} is left");
+    }
+}
+
+#[test]
 fn the_noise_estimate_is_within_a_quarter() {
     let shapes =
         [("plane", square(3000, 0.0, 0.0, 4)), ("sphere", sphere(3000, 4)), ("torus", torus(4000, 0.4, 4))];
