@@ -161,6 +161,15 @@ pub(crate) struct ContourConstants {
     /// data. Below 0, where no mask is. Source: a mark, not a measure.
     /// Halved or doubled: same bytes.
     pub off_band: f32,
+    /// A part that lies within so many spacings of a larger one all over may be a fragment of a sweep that
+    /// does not fit. Source: derived, random points leave gaps about four spacings wide: sheets nearer than
+    /// that are hard to tell.
+    pub afloat: f64,
+    /// And is one where it does not clearly carry more than this share of the points that the surface below
+    /// it does, in proportion. In (0, 1). Source: derived, one of three sweeps to the other two.
+    pub sparser: f64,
+    /// Clearly is by so many standard deviations. Source: derived, by chance once in forty.
+    pub chance: f64,
 }
 
 /// Their values.
@@ -204,4 +213,7 @@ pub(crate) const CONTOUR: ContourConstants = ContourConstants {
     check: 1 << 15,
     end_of_data: 0.5,
     off_band: -1.0,
+    afloat: 4.0,
+    sparser: 0.5,
+    chance: 2.0,
 };

@@ -15,6 +15,7 @@ pub(crate) mod compact;
 pub(crate) mod components;
 pub(crate) mod constants;
 mod facing;
+pub(crate) mod fragments;
 pub(crate) mod holes;
 pub(crate) mod loops;
 mod membrane;

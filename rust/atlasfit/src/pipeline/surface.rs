@@ -13,7 +13,7 @@ use super::warnings;
 use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
 use crate::blend::{blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled, Limits};
-use crate::contour::{Facing, cavities, clean, components, quads, smooth, surface::Surface};
+use crate::contour::{Facing, cavities, clean, components, fragments, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
 use crate::handles;
@@ -109,6 +109,7 @@ pub(super) fn build(
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
     not_empty(&surface)?;
     if told.is_none() {
+        fragments::remove(&mut surface, &projected, median, ctx)?;
         let scale = Scale { gap: PIPELINE.gap, unit: median.max(voxel) };
         filled_holes += rim::unseen::fill(&mut surface, &projected, scale, ctx)?;
         handles::cut(&mut surface, &projected, &known.scan, ctx)?;
