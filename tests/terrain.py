@@ -88,10 +88,8 @@ def main():
         rate = count / seconds
         whole = whole or rate
         million = processor / count * 1e6
-        print(
-            f"| {name} | {count:,} | {seconds:,.0f} | {million:.0f} | {memory / 1e9:.2f} GB | {rate / whole:.2f} |",
-            flush=True,
-        )
+        peak = f"{memory / 1e9:.2f} GB"
+        print(f"| {name} | {count:,} | {seconds:,.0f} | {million:.0f} | {peak} | {rate / whole:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -50,8 +50,8 @@ pub(crate) struct TubeConstants {
     /// A tube whose points scatter by this many times the noise is none. Above 1. Source: chosen.
     /// Halved: points 1.42 (ring 4.13), acc 1.31 (ring 2.67), com 1.84 (spiral 11.84); doubled: same bytes.
     pub noisy: f64,
-    /// Tubes that say together how noisy a place is: the nearest on either side, twice, and the one in the
-    /// middle. Source: chosen.
+    /// Tubes that say together how noisy a place is: along a bar, one and two on either side of it. Source:
+    /// chosen.
     pub together: usize,
     /// Least share of its points that a sector of the circumference must have. In (0, 1). Source: chosen.
     /// Halved: same bytes; doubled: points 1.02 (spiral 1.16), acc 1.02 (spiral 1.15), com 1.11 (spiral

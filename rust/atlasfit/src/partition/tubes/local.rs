@@ -11,6 +11,7 @@ use crate::numeric::vec3::Vec3;
 use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::Neighbours;
+use rayon::prelude::*;
 
 /// The noise about each tube.
 pub(super) struct LocalNoise {
@@ -24,6 +25,18 @@ impl LocalNoise {
     /// The noise at a place, as a multiple of the usual.
     pub fn relative(&self, place: Vec3) -> f64 {
         self.relative[self.centers.nearest_one(place).index as usize]
+    }
+
+    /// The same at each of the points.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn at(&self, points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<f32>> {
+        let of = |chunk: &[Vec3]| {
+            ctx.check()?;
+            Ok(chunk.iter().map(|&p| self.relative(p) as f32).collect::<Vec<_>>())
+        };
+        Ok(points.par_chunks(1024).map(of).collect::<Result<Vec<_>>>()?.concat())
     }
 }
 
@@ -43,11 +56,12 @@ pub(super) fn local_noise(
     }
     let centers = Neighbours::build(&places, ctx)?;
     let mut near = Vec::new();
-    let about = |&place: &Vec3| {
+    let about = |(k, &place): (usize, &Vec3)| {
+        ctx.check_at(k)?;
         centers.nearest(place, TUBES.together, &mut near);
-        median(&mut near.iter().map(|f| sigmas[f.index as usize]).collect::<Vec<_>>()) / usual
+        Ok(median(&mut near.iter().map(|f| sigmas[f.index as usize]).collect::<Vec<_>>()) / usual)
     };
-    let relative: Vec<f64> = places.iter().map(about).collect();
+    let relative: Vec<f64> = places.iter().enumerate().map(about).collect::<Result<_>>()?;
     let explained = 1.0 / PARTITION.explained..=PARTITION.explained;
     let differs = !relative.iter().all(|r| explained.contains(r));
     Ok(differs.then_some(LocalNoise { centers, relative }))

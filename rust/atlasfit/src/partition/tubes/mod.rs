@@ -78,10 +78,10 @@ pub(crate) fn find(cut: &Cut<'_>, known: bool, ctx: &Context<'_>) -> Result<Tube
     let noise_at = |place: Vec3| noise * local.as_ref().map_or(1.0, |l| l.relative(place));
     if let Some(local) = &local {
         fits = fit_all(&candidates, points, tree, |c| noise * local.relative(c.tube.center), ctx)?;
-        tubes.relative = points.iter().map(|&p| local.relative(p) as f32).collect();
+        tubes.relative = local.at(points, ctx)?;
     }
-    let believed = |f: &FittedTube| f.fitted.chart.sigma <= TUBES.noisy * noise_at(f.center);
-    for fit in fits.into_iter().flatten().filter(believed) {
+    let stands = |f: &FittedTube| f.fitted.chart.sigma <= TUBES.noisy * noise_at(f.center);
+    for fit in fits.into_iter().flatten().filter(stands) {
         for &i in &fit.covered {
             tubes.covered[i as usize] = true;
         }
