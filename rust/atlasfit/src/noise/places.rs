@@ -62,12 +62,14 @@ fn usual_explains(ratio: f64) -> bool {
     (NOISE.calm..=PARTITION.explained).contains(&ratio)
 }
 
-/// Lets calm places keep their noise where the usual noise has turned out to be `share` of what it was
-/// thought to be.
-pub(crate) fn ease(relative: &mut [f32], share: f64) {
-    for ratio in relative.iter_mut().filter(|r| **r < 1.0) {
-        let eased = f64::from(*ratio) / share.min(1.0);
-        *ratio = if eased > 1.0 || usual_explains(eased) { 1.0 } else { eased as f32 };
+/// Lets places keep their noise where the usual noise has turned out to be `share` of what it was thought to
+/// be: calm ones what they were thought to have, noisier ones the share `noisier` of that.
+pub(crate) fn ease(relative: &mut [f32], share: f64, noisier: f64) {
+    let share = share.min(1.0);
+    for ratio in relative.iter_mut().filter(|r| **r != 1.0) {
+        let was = f64::from(*ratio);
+        let eased = if was < 1.0 { (was / share).min(1.0) } else { was * (noisier / share).max(1.0) };
+        *ratio = if usual_explains(eased) { 1.0 } else { eased as f32 };
     }
 }
 
@@ -123,9 +125,13 @@ mod tests {
     }
 
     #[test]
-    fn calm_places_keep_their_noise_when_the_usual_falls() {
-        let mut relative = vec![1.0, 3.0, 0.4, 0.2];
-        ease(&mut relative, 0.5);
-        assert_eq!(relative, [1.0, 3.0, 1.0, 0.4]);
+    fn places_keep_their_noise_when_the_usual_falls() {
+        let eased = |noisier: f64| {
+            let mut relative = vec![1.0, 3.0, 0.4, 0.2];
+            ease(&mut relative, 0.5, noisier);
+            relative
+        };
+        assert_eq!(eased(1.0), [1.0, 6.0, 1.0, 0.4]);
+        assert_eq!(eased(0.4), [1.0, 3.0, 1.0, 0.4]);
     }
 }

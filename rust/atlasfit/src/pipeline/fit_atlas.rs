@@ -7,7 +7,8 @@ use crate::atlas::FittedChart;
 use crate::blend::membership;
 use crate::error::{Error, Result};
 use crate::fit;
-use crate::noise::{NoiseModel, NoiseSource, learn, places};
+use crate::noise::learn::{self, Learned};
+use crate::noise::{NoiseModel, NoiseSource, places};
 use crate::partition::tubes::{self, Tubes};
 use crate::partition::{self, Cut, PatchSize};
 use crate::run::{Context, Stage};
@@ -44,10 +45,8 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
         None => PatchSize::default(),
         Some(charts) => PatchSize::default().for_count(charts, scan.points.len()),
     };
-    let first = scan.noise.for_charts();
     let tubes = find_tubes(scan, size, ctx)?;
     learn_noise(scan, size, &tubes, ctx)?;
-    places::ease(&mut scan.relative_noise, scan.noise.for_charts() / first);
     let cut = cut(scan, size);
     let patches = partition::partition(&cut, &tubes.covered, None, true, ctx)?;
     ctx.stage(Stage::Fit, patches.len());
@@ -108,7 +107,11 @@ pub(super) fn learn_noise(scan: &mut Scan, size: PatchSize, tubes: &Tubes, ctx: 
     if let Some(told) = &scan.told {
         scan.noise.sigma = told.noise;
     } else if !scan.noise.is_settled() {
-        scan.noise = learn::from_charts(&cut(scan, size), scan.noise, &tubes.covered, ctx)?;
+        let first = scan.noise.for_charts();
+        let Learned { noise, noisier } =
+            learn::from_charts(&cut(scan, size), scan.noise, &tubes.covered, ctx)?;
+        scan.noise = noise;
+        places::ease(&mut scan.relative_noise, noise.for_charts() / first, noisier);
     }
     Ok(())
 }
