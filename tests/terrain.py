@@ -89,7 +89,8 @@ def main():
         whole = whole or rate
         million = processor / count * 1e6
         peak = f"{memory / 1e9:.2f} GB"
-        print(f"| {name} | {count:,} | {seconds:,.0f} | {million:.0f} | {peak} | {rate / whole:.2f} |", flush=True)
+        cells = [name, f"{count:,}", f"{seconds:,.0f}", f"{million:.0f}", peak, f"{rate / whole:.2f}"]
+        print(f"| {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":
