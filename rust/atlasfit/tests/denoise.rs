@@ -94,14 +94,8 @@ fn a_plate_five_times_as_thick_as_the_noise_keeps_both_its_sides() {
 #[test]
 fn a_part_with_three_times_the_noise_comes_out_smooth() {
     let truth = torus(12000, 0.4, 31);
-    let mut rng = atlasfit::numeric::rng::Rng::new(31);
     let loud = |p: &[f64; 3]| p[0] > 0.6;
-    let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
-        .map(|(p, n)| {
-            let d = truth.spacing * if loud(p) { 0.42 } else { 0.14 } * rng.normal();
-            [0, 1, 2].map(|k| p[k] + d * n[k])
-        })
-        .collect();
+    let points = truth.noisy_by(Rng::new(31), |p| truth.spacing * if loud(p) { 0.42 } else { 0.14 });
     let out = run(&points).unwrap();
     let t = topology(&out.surface);
     assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 0), "{t:?}");
@@ -110,52 +104,36 @@ fn a_part_with_three_times_the_noise_comes_out_smooth() {
     assert!(left < 0.4, "{left} of the noise is left");
 }
 
-#[test]
-fn noise_that_grows_twelvefold_over_the_scan_costs_no_part_of_it() {
-    let truth = torus(12000, 0.4, 33);
-    let mut rng = atlasfit::numeric::rng::Rng::new(33);
-    let noise = |p: &[f64; 3]| 0.05 * truth.spacing * 12f64.powf((p[0] + 1.4) / 2.8);
-    let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
-        .map(|(p, n)| {
-            let d = noise(p) * rng.normal();
-            [0, 1, 2].map(|k| p[k] + d * n[k])
-        })
-        .collect();
+/// A torus of thickness `r` with noise that differs along x comes out whole, no point is set aside, and both
+/// ends, farther than `end` from the middle, are as clean as their own noise lets them be.
+fn stays_whole_and_clean(r: f64, truth: &Sampled, rng: Rng, end: f64, noise: impl Fn(&[f64; 3]) -> f64) {
+    let points = truth.noisy_by(rng, &noise);
     let out = run(&points).unwrap();
     let t = topology(&out.surface);
     assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 0), "{t:?}");
     assert!(out.report.outliers < points.len() / 500, "{} outliers", out.report.outliers);
-    // Both ends are as clean as their own noise lets them be.
-    for there in [|p: &[f64; 3]| p[0] < -0.8, |p: &[f64; 3]| p[0] > 0.8] {
+    for side in [-1.0, 1.0] {
+        let there = |p: &[f64; 3]| side * p[0] > end;
         let near = || out.points.positions.iter().zip(&truth.points).filter(|(_, p)| there(p));
-        let left = rms(near().map(|(q, _)| off_torus(q, 0.4)));
+        let left = rms(near().map(|(q, _)| off_torus(q, r)));
         let was = rms(near().map(|(_, p)| noise(p)));
         assert!(left < 0.45 * was, "{left} of {was} is left");
     }
 }
 
 #[test]
+fn noise_that_grows_twelvefold_over_the_scan_costs_no_part_of_it() {
+    let truth = torus(12000, 0.4, 33);
+    let noise = |p: &[f64; 3]| 0.05 * truth.spacing * 12f64.powf((p[0] + 1.4) / 2.8);
+    stays_whole_and_clean(0.4, &truth, Rng::new(33), 0.8, noise);
+}
+
+#[test]
 fn a_thin_ring_whose_noise_grows_twelvefold_stays_whole_and_keeps_its_thickness() {
     let thin = 0.05;
     let truth = torus(8000, thin, 35);
-    let mut rng = atlasfit::numeric::rng::Rng::new(35);
     let noise = |p: &[f64; 3]| 0.03 * thin * 12f64.powf((p[0] + 1.0) / 2.0);
-    let points: Vec<[f64; 3]> = (truth.points.iter().zip(&truth.normals))
-        .map(|(p, n)| {
-            let d = noise(p) * rng.normal();
-            [0, 1, 2].map(|k| p[k] + d * n[k])
-        })
-        .collect();
-    let out = run(&points).unwrap();
-    let t = topology(&out.surface);
-    assert_eq!((t.parts, t.boundary_edges, t.euler), (1, 0, 0), "{t:?}");
-    assert!(out.report.outliers < points.len() / 500, "{} outliers", out.report.outliers);
-    for there in [|p: &[f64; 3]| p[0] < -0.5, |p: &[f64; 3]| p[0] > 0.5] {
-        let near = || out.points.positions.iter().zip(&truth.points).filter(|(_, p)| there(p));
-        let left = rms(near().map(|(q, _)| off_torus(q, thin)));
-        let was = rms(near().map(|(_, p)| noise(p)));
-        assert!(left < 0.45 * was, "{left} of {was} is left");
-    }
+    stays_whole_and_clean(thin, &truth, Rng::new(35), 0.5, noise);
 }
 
 #[test]

@@ -6,9 +6,10 @@
 
 use super::compact::compact;
 use super::constants::CONTOUR;
-use super::surface::{Surface, corners, remove_marked};
+use super::surface::{Surface, corners};
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::sets::Sets;
@@ -23,8 +24,8 @@ struct Fragment {
     below: Vec<u32>,
 }
 
-/// Removes fragments that float within `CONTOUR.afloat` times `spacing`, the median of the points', of a
-/// larger part.
+/// Removes from a surface without unused vertices the fragments that float within `CONTOUR.afloat` times
+/// `spacing`, the median of the points', of a larger part.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -40,7 +41,8 @@ pub(crate) fn remove(
         return Ok(());
     }
     let mut area = vec![0.0; s.positions.len()];
-    for t in &s.triangles {
+    for (i, t) in s.triangles.iter().enumerate() {
+        ctx.check_at(i)?;
         let third = area_vector(corners(&s.positions, t)).norm() / 6.0;
         t.iter().for_each(|&v| area[v as usize] += third);
     }
@@ -51,7 +53,11 @@ pub(crate) fn remove(
     if found.is_empty() {
         return Ok(());
     }
-    let carried = carried(points, &tree, s.positions.len(), ctx)?;
+    // A vertex carries the points that it is nearest to.
+    let claimed = points.iter().filter(|p| p.chart != u32::MAX);
+    let claimed: Vec<Vec3> = claimed.map(|p| p.position).collect();
+    let mut carried = vec![0u32; s.positions.len()];
+    tree.nearest_of(&claimed, ctx)?.iter().for_each(|&v| carried[v as usize] += 1);
     let mut gone = vec![false; s.positions.len()];
     let mut on_part = vec![0u32; s.positions.len()];
     part.iter().zip(&carried).for_each(|(&p, n)| on_part[p as usize] += n);
@@ -64,8 +70,7 @@ pub(crate) fn remove(
         // The count of points has its root for a standard deviation.
         gone[*part as usize] = own - CONTOUR.chance * own.sqrt() < CONTOUR.sparser * expected;
     }
-    let gone_triangles: Vec<bool> = s.triangles.iter().map(|t| gone[part[t[0] as usize] as usize]).collect();
-    remove_marked(&mut s.triangles, &gone_triangles);
+    s.triangles.retain(|t| !gone[part[t[0] as usize] as usize]);
     compact(s, ctx)
 }
 
@@ -78,9 +83,8 @@ fn fragments(
     reach: f64,
     ctx: &Context<'_>,
 ) -> Result<Vec<Fragment>> {
-    let mut of: Vec<(u32, u32)> = s.triangles.iter().flatten().map(|&v| (part[v as usize], v)).collect();
+    let mut of: Vec<(u32, u32)> = part.iter().copied().zip(0..).collect();
     of.par_sort_unstable();
-    of.dedup();
     let float = |vertices: &[(u32, u32)]| -> Result<Option<Fragment>> {
         let own = vertices[0].0;
         let (mut near, mut below) = (Vec::new(), Vec::new());
@@ -106,28 +110,10 @@ fn fragments(
     Ok(found.into_iter().flatten().collect())
 }
 
-/// How many of the points each of so many vertices carries: those that it is nearest to.
-fn carried(
-    points: &[ProjectedPoint],
-    tree: &Neighbours,
-    vertices: usize,
-    ctx: &Context<'_>,
-) -> Result<Vec<u32>> {
-    let nearest = |(i, p): (usize, &ProjectedPoint)| -> Result<Option<u32>> {
-        ctx.check_at(i)?;
-        Ok((p.chart != u32::MAX).then(|| tree.nearest_one(p.position).index))
-    };
-    let nearest: Vec<Option<u32>> = points.par_iter().enumerate().map(nearest).collect::<Result<_>>()?;
-    let mut carried = vec![0; vertices];
-    nearest.into_iter().flatten().for_each(|v| carried[v as usize] += 1);
-    Ok(carried)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Run;
-    use crate::numeric::vec3::Vec3;
 
     /// A flat square of so many by so many squares of side 0.5 at a height, with its middle at 0.
     fn square(s: &mut Surface, side: u32, height: f64) {

@@ -14,7 +14,6 @@ use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::lists::Lists;
 use crate::spatial::neighbours::Neighbour;
-use rayon::prelude::*;
 
 /// What windows are cut from.
 pub(super) struct Windows<'a> {
@@ -91,7 +90,7 @@ impl<'a> Windows<'a> {
         let places: Vec<Vec3> = on_charts.iter().map(|&i| projected[i as usize].position).collect();
         let tree = Neighbours::build(&places, ctx)?;
         let vertices = Neighbours::build(&surface.positions, ctx)?;
-        let vertex = nearest(&vertices, &places, ctx)?;
+        let vertex = vertices.nearest_of(&places, ctx)?;
         Ok(Some(Self { surface, projected, known, tree, on_charts, vertex, neighbours }))
     }
     /// What finding points reuses.
@@ -201,18 +200,6 @@ impl<'a> Windows<'a> {
         own.clear();
         own.extend(near.iter().filter(on_sheet).map(|n| self.on_charts[n.index as usize]));
     }
-}
-
-/// What lies nearest to each place.
-fn nearest(tree: &Neighbours, places: &[Vec3], ctx: &Context<'_>) -> Result<Vec<u32>> {
-    let found = places
-        .par_chunks(CREASE.check)
-        .map(|chunk| {
-            ctx.check()?;
-            Ok(chunk.iter().map(|&p| tree.nearest_one(p).index).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(found.concat())
 }
 
 /// The frame of normals: across the direction in which they vary least, along it, and their mean.

@@ -46,15 +46,11 @@ pub(crate) fn relative(
     if ratios.iter().all(|&r| usual_explains(r)) {
         return Ok(Vec::new());
     }
-    let at = |p: &Vec3| {
-        let ratio = ratios[tree.nearest_one(*p).index as usize];
+    let of_place = |&place: &u32| {
+        let ratio = ratios[place as usize];
         if usual_explains(ratio) { 1.0 } else { ratio as f32 }
     };
-    let of = |chunk: &[Vec3]| {
-        ctx.check()?;
-        Ok(chunk.iter().map(at).collect::<Vec<f32>>())
-    };
-    Ok(points.par_chunks(1024).map(of).collect::<Result<Vec<_>>>()?.concat())
+    Ok(tree.nearest_of(points, ctx)?.iter().map(of_place).collect())
 }
 
 /// Whether the usual noise explains that of a place, `ratio` times as large.

@@ -109,10 +109,7 @@ pub(super) fn build(
     left_out.add(leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?);
     not_empty(&surface)?;
     if told.is_none() {
-        fragments::remove(&mut surface, &projected, median, ctx)?;
-        let scale = Scale { gap: PIPELINE.gap, unit: median.max(voxel) };
-        filled_holes += rim::unseen::fill(&mut surface, &projected, scale, ctx)?;
-        handles::cut(&mut surface, &projected, &known.scan, ctx)?;
+        filled_holes += mend_whole(&mut surface, &projected, &known, voxel, ctx)?;
     }
     let creases = crease::sharpen(&mut surface, &mut projected, &known.scan, ctx)?;
     let mut goal = None;
@@ -188,6 +185,23 @@ fn leave_out(
         conflicts.retain(|&(a, b)| on[a as usize] && on[b as usize]);
     }
     Ok(left_out)
+}
+
+/// Mends what only a whole scan tells, no tile: takes out fragments of sweeps, fills holes that nobody looked
+/// into, cuts handles. Returns how many holes were filled.
+fn mend_whole(
+    surface: &mut Surface,
+    projected: &[ProjectedPoint],
+    known: &Known<'_>,
+    voxel: f64,
+    ctx: &Context<'_>,
+) -> Result<usize> {
+    let median = known.median_spacing;
+    fragments::remove(surface, projected, median, ctx)?;
+    let scale = Scale { gap: PIPELINE.gap, unit: median.max(voxel) };
+    let filled = rim::unseen::fill(surface, projected, scale, ctx)?;
+    handles::cut(surface, projected, &known.scan, ctx)?;
+    Ok(filled)
 }
 
 /// Fails where there is no surface.

@@ -9,6 +9,7 @@ use crate::numeric::sort::partition;
 use crate::numeric::vec3::{self, Vec3};
 use crate::run::Context;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
 use std::num::NonZero;
 
 /// Stands for no block.
@@ -155,6 +156,18 @@ impl Neighbours {
             best.dist2
         });
         best
+    }
+
+    /// The nearest point to each of the places.
+    ///
+    /// # Errors
+    /// Cancelled or out of time.
+    pub fn nearest_of(&self, places: &[Vec3], ctx: &Context<'_>) -> Result<Vec<u32>> {
+        let of = |chunk: &[Vec3]| {
+            ctx.check()?;
+            Ok(chunk.iter().map(|&p| self.nearest_one(p).index).collect::<Vec<_>>())
+        };
+        Ok(places.par_chunks(1024).map(of).collect::<Result<Vec<_>>>()?.concat())
     }
 
     /// All points within `radius` of `query`, nearest first, written to `out`.

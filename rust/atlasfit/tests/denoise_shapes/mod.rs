@@ -24,16 +24,15 @@ impl Sampled {
     }
     /// The points with Gaussian noise along the normal, its deviation in spacings.
     pub fn noisy(&self, spacings: f64, seed: u64) -> Vec<Vec3> {
-        let mut rng = Rng::stream(seed, 99);
-        let sigma = spacings * self.spacing;
-        self.points
-            .iter()
-            .zip(&self.normals)
-            .map(|(p, n)| {
-                let d = sigma * rng.normal();
-                [0, 1, 2].map(|k| p[k] + d * n[k])
-            })
-            .collect()
+        self.noisy_by(Rng::stream(seed, 99), |_| spacings * self.spacing)
+    }
+    /// The points with Gaussian noise along the normal, its deviation by the place.
+    pub fn noisy_by(&self, mut rng: Rng, sigma: impl Fn(&Vec3) -> f64) -> Vec<Vec3> {
+        let moved = |(p, n): (&Vec3, &Vec3)| {
+            let d = sigma(p) * rng.normal();
+            [0, 1, 2].map(|k| p[k] + d * n[k])
+        };
+        self.points.iter().zip(&self.normals).map(moved).collect()
     }
 }
 

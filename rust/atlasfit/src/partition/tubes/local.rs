@@ -1,7 +1,7 @@
 //! Noise that differs from tube to tube.
 //!
-//! In: fitted tubes, the noise of all. Out: the noise about each place, as a multiple of that. Each tube knows
-//! its own noise well, and noise changes slowly: what a tube's neighbours do not see either is no noise.
+//! In: fitted tubes, the noise of all. Out: the noise about each place, as a multiple of that. Each tube
+//! knows its own noise well, and noise changes slowly: what a tube's neighbours do not see is no noise.
 
 use super::constants::TUBES;
 use super::radius::FittedTube;
@@ -11,7 +11,6 @@ use crate::numeric::vec3::Vec3;
 use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::Neighbours;
-use rayon::prelude::*;
 
 /// The noise about each tube.
 pub(super) struct LocalNoise {
@@ -32,11 +31,8 @@ impl LocalNoise {
     /// # Errors
     /// Cancelled or out of time.
     pub fn at(&self, points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<f32>> {
-        let of = |chunk: &[Vec3]| {
-            ctx.check()?;
-            Ok(chunk.iter().map(|&p| self.relative(p) as f32).collect::<Vec<_>>())
-        };
-        Ok(points.par_chunks(1024).map(of).collect::<Result<Vec<_>>>()?.concat())
+        let tubes = self.centers.nearest_of(points, ctx)?;
+        Ok(tubes.iter().map(|&t| self.relative[t as usize] as f32).collect())
     }
 }
 
