@@ -17,17 +17,34 @@ pub(crate) struct CreaseConstants {
     /// Least cosine between a side's normal and the direction that the heights are over. Source: chosen, 84
     /// degrees.
     pub steep: f64,
+    /// Standard deviation of the charts' normals where they round an edge off (cosine). Source: chosen, 30
+    /// degrees.
+    pub turned: f64,
+    /// Sides of a sheet that are told apart in a window. Source: chosen, as many as a step has between two
+    /// rims.
+    pub most_sides: usize,
+    /// A plane is fitted to no fewer points. Source: derived, one more than determine it.
+    pub least_on_side: usize,
+    /// Times that planes are fitted to the points that lie on them. Source: chosen.
+    pub settlings: usize,
+    /// Pairs of sides that are looked at in a window, those that meet nearest to its middle. Source: derived,
+    /// a corner has three edges.
+    pub most_pairs: usize,
+    /// Beside a crease, so far in spacings, no point may lie on a third side. Source: derived, half of the
+    /// narrowest rim that has three sides by its points, three spacings.
+    pub clear: f64,
+    /// Where a side has no points along the crease for longer than this, in spacings, it has ended. Source:
+    /// derived, twice the spacing.
+    pub gap: f64,
     /// And the share of the points that it holds for. Source: chosen.
     pub on_sides: f64,
     /// A bend wider than this, in spacings, is a rounding that the points show. Source: derived, points a
-    /// spacing apart show nothing narrower than two.
+    /// spacing apart show nothing narrower than two. Wider ones need not be tried: where an edge is likelier
+    /// than this one they are less likely still (the same bytes on nine scans without them).
     pub rounding: f64,
-    /// How much wider the next rounding is that is tried. Source: chosen.
-    pub wider: f64,
-    /// How many are tried. Source: chosen, up to about the widest window.
-    pub roundings: i32,
-    /// Evidence, in nats, that a crease must have beyond that of a smooth surface: one window in a hundred is
-    /// taken for one by chance. Source: derived, ln 100.
+    /// Evidence, in nats, that a crease must have beyond that of a smooth surface, if one window is looked at,
+    /// and the logarithm of their number if there are more: one place in a hundred is taken for a crease by
+    /// chance. Source: derived, ln 100.
     pub margin: f64,
     /// Least weight of a point in a fit. Source: chosen, so that no point is lost for good.
     pub least_weight: f64,
@@ -95,15 +112,20 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     least_points: 20,
     most_points: 300,
     steep: 0.1,
+    turned: 0.866,
+    most_sides: 5,
+    least_on_side: 4,
+    settlings: 3,
+    most_pairs: 3,
+    clear: 1.5,
+    gap: 2.0,
     on_sides: 0.95,
     rounding: 2.0,
-    wider: 2.0,
-    roundings: 3,
     margin: 4.6,
     least_weight: 0.05,
     ridge: 1e-9,
     starts: [-1.0, 0.0, 1.0],
-    steps: 6,
+    steps: 4,
     most_shift: 0.5,
     most_skew: 0.3,
     most_arc: 0.05,

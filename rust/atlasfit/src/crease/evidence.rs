@@ -4,7 +4,7 @@
 //! line than with a smooth surface, be it a polynomial, a rounded edge, or what the charts say.
 
 use super::constants::CREASE;
-use super::model::{self, UNKNOWNS};
+use super::model::{self, Model, UNKNOWNS};
 use super::piece::Piece;
 use super::window::{Scratch, Window, Windows};
 use crate::error::Result;
@@ -35,54 +35,86 @@ pub(super) fn pieces(windows: &Windows<'_>, seeds: &[u32], ctx: &Context<'_>) ->
     Ok(found.concat())
 }
 
-/// The piece about a vertex, in the widest window that asks for one.
-fn about(vertex: u32, windows: &Windows<'_>, scratch: &mut Scratch) -> Option<Piece> {
-    let mut radii = CREASE.radii.iter();
-    let piece = radii.find_map(|&radii| piece(&windows.about(vertex, radii, scratch)?, radii))?;
-    Some(extended(piece, windows, vertex, scratch))
+/// The pieces about a vertex, in the widest windows that ask for one.
+fn about(vertex: u32, windows: &Windows<'_>, scratch: &mut Scratch) -> Vec<Piece> {
+    let mut tried = 0;
+    for radii in CREASE.radii {
+        let found = windows.about(vertex, radii, scratch);
+        tried += found.len();
+        // The more windows are looked at, the more of them show a crease by chance.
+        let margin = CREASE.margin + (tried as f64).max(1.0).ln();
+        let pieces: Vec<Piece> = found.iter().filter_map(|w| piece(w, radii, margin)).collect();
+        if !pieces.is_empty() {
+            return pieces.into_iter().map(|p| extended(p, radii[1], windows, vertex, scratch)).collect();
+        }
+    }
+    Vec::new()
 }
 
-/// The piece of a crease in a window.
-fn piece(window: &Window, radius: [f64; 2]) -> Option<Piece> {
+/// The piece of a crease in a window with these radii, if the evidence for it is beyond a margin.
+fn piece(window: &Window, radii: [f64; 2], margin: f64) -> Option<Piece> {
     let Window { points, sigma, .. } = window;
-    let n = points.len() as f64;
-    let (sharp, misfit) = model::crease(points, *sigma)?;
+    let (sharp, misfit) = model::crease(points, *sigma, &window.starts)?;
+    let [across, along] = radii.map(|r| CREASE.reach * r);
+    let along = both_sides(points, &sharp, [across, along]);
+    // Where points of another side lie on the line, no two sides meet.
+    let on_line =
+        |[x, y, _]: [f64; 3]| (x - sharp.line(y)).abs() < CREASE.clear && y > -along[0] && y < along[1];
+    let others = window.others.iter().filter(|(p, _)| on_line(*p));
+    let lost: f64 = others.map(|(p, claimed)| sharp.misfit(&[*p], *sigma) - claimed).sum();
     // A model follows its points as closely as it has unknowns.
-    if window.misfit < misfit + 0.5 * UNKNOWNS as f64 {
-        return None;
-    }
-    let mut evidence = f64::INFINITY;
+    let mut evidence = window.misfit - misfit - 0.5 * UNKNOWNS as f64 - lost;
     // Half the logarithm of the number of points for each number that is fitted (Schwarz 1978).
-    let charge = |unknowns: usize| 0.5 * n.ln() * (unknowns as f64 - UNKNOWNS as f64);
+    let charge = |unknowns: usize| 0.5 * (points.len() as f64).ln() * (unknowns as f64 - UNKNOWNS as f64);
     for cubic in [false, true] {
-        if evidence < CREASE.margin {
+        if evidence < margin {
             return None;
         }
         let (smooth, unknowns) = model::polynomial(points, *sigma, cubic)?;
         evidence = evidence.min(smooth + charge(unknowns) - misfit);
     }
-    for k in 0..CREASE.roundings {
-        if evidence < CREASE.margin {
-            return None;
-        }
-        let width = CREASE.rounding * CREASE.wider.powi(k);
-        let (_, rounded) = model::fit(points, *sigma, sharp.with_width(width))?;
-        evidence = evidence.min(rounded - misfit);
+    if evidence < margin {
+        return None;
     }
+    let (_, rounded) = model::fit(points, *sigma, sharp.with_width(CREASE.rounding))?;
+    evidence = evidence.min(rounded - misfit);
     let Window { at, frame, unit, .. } = *window;
-    let reach = radius.map(|r| CREASE.reach * r);
-    let piece = Piece { at, frame, unit, across: reach[0], along: [reach[1]; 2], model: sharp };
-    let inside = sharp.line(0.0).abs() < reach[0];
+    let piece = Piece { at, frame, unit, across, along, model: sharp };
+    let inside = sharp.line(0.0).abs() < across;
     let rises = piece.sides(0.0).iter().all(|n| n.dot(frame[2]) >= CREASE.steep);
-    (inside && rises && evidence >= CREASE.margin).then_some(piece)
+    (inside && rises && evidence >= margin).then_some(piece)
 }
 
-/// The piece as far along the crease as it explains the points.
-fn extended(mut piece: Piece, windows: &Windows<'_>, vertex: u32, scratch: &mut Scratch) -> Piece {
-    let longest = piece.along[0] + CREASE.strips as f64 * CREASE.strip;
+/// How far both sides have points along a crease, backwards and forwards.
+fn both_sides(points: &[[f64; 3]], model: &Model, [across, along]: [f64; 2]) -> [f64; 2] {
+    let end = |sign: f64, right: bool| {
+        let beside = points.iter().filter(|[x, y, _]| {
+            let off = x - model.line(*y);
+            off.abs() <= across && (off > 0.0) == right && sign * y >= 0.0
+        });
+        let mut along: Vec<f64> = beside.map(|p| sign * p[1]).collect();
+        along.sort_by(f64::total_cmp);
+        along.into_iter().fold(0.0, |end, y| if y - end <= CREASE.gap { y } else { end })
+    };
+    [-1.0, 1.0].map(|sign| end(sign, false).min(end(sign, true)).clamp(CREASE.beside, along))
+}
+
+/// The piece as far along the crease as it explains the points, beyond a window of this radius.
+fn extended(
+    mut piece: Piece,
+    radius: f64,
+    windows: &Windows<'_>,
+    vertex: u32,
+    scratch: &mut Scratch,
+) -> Piece {
+    let longest = piece.along[0].max(piece.along[1]) + CREASE.strips as f64 * CREASE.strip;
     let strip = windows.strip(vertex, &piece, longest, scratch);
     for (end, sign) in [-1.0, 1.0].into_iter().enumerate() {
         let (mut behind, start) = (0.0, piece.along[end]);
+        // It ends within the window.
+        if start < CREASE.reach * radius {
+            continue;
+        }
         for k in 0..CREASE.strips {
             let from = start + k as f64 * CREASE.strip;
             let within = |p: &&([f64; 3], f64)| {
@@ -127,13 +159,14 @@ mod tests {
         }
         let misfit = misfit * 0.5 * points.len() as f64;
         let frame = [0, 1, 2].map(|k| Vec3::from_fn(|i| f64::from(u8::from(i == k))));
-        Window { at: Vec3::ZERO, frame, unit: 1.0, sigma: SIGMA, points, misfit }
+        let (others, starts) = (Vec::new(), CREASE.starts.to_vec());
+        Window { at: Vec3::ZERO, frame, unit: 1.0, sigma: SIGMA, points, misfit, others, starts }
     }
 
     #[test]
     fn edges_are_creases_and_smooth_surfaces_are_not() {
         let found = |height: &dyn Fn(f64, f64) -> f64| -> usize {
-            (0..20).filter(|&seed| piece(&window(height, 1.3, seed), RADII).is_some()).count()
+            (0..20).filter(|&seed| piece(&window(height, 1.3, seed), RADII, CREASE.margin).is_some()).count()
         };
         let edge = |x: f64, _: f64| -x.abs();
         let groove = |x: f64, y: f64| (x - 0.5 - 0.1 * y).abs() - 0.02 * y * y;
@@ -149,6 +182,25 @@ mod tests {
 
     #[test]
     fn where_the_charts_explain_the_points_better_there_is_no_crease() {
-        assert!(piece(&window(|x, _| -x.abs(), 0.7, 1), RADII).is_none());
+        assert!(piece(&window(|x, _| -x.abs(), 0.7, 1), RADII, CREASE.margin).is_none());
+    }
+
+    #[test]
+    fn where_another_side_lies_on_the_line_there_is_no_crease_and_beside_it_there_may_be() {
+        let mut edge = window(|x, _| -x.abs(), 1.3, 1);
+        let strip = |x: f64| (0..20).map(|k| ([x, 0.2 * f64::from(k) - 2.0, -2.0], 0.5)).collect();
+        edge.others = strip(3.0);
+        assert!(piece(&edge, RADII, CREASE.margin).is_some());
+        edge.others = strip(0.0);
+        assert!(piece(&edge, RADII, CREASE.margin).is_none());
+    }
+
+    #[test]
+    fn a_piece_ends_where_one_of_its_sides_does() {
+        let mut edge = window(|x, _| -x.abs(), 1.3, 1);
+        edge.points.retain(|&[x, y, _]| x < 0.0 || y < 1.5);
+        edge.misfit = 1.3 * 0.5 * edge.points.len() as f64;
+        let found = piece(&edge, RADII, CREASE.margin).expect("a crease");
+        assert!(found.along[0] > 2.5 && found.along[1] < 1.5 && found.along[1] > 0.5, "{:?}", found.along);
     }
 }

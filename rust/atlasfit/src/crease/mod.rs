@@ -4,9 +4,11 @@
 //! the mesh on each crease that the points ask for, and points and surface beside it on the two sides.
 //!
 //! About places where the surface bends, two explanations of the same points are compared by their evidence:
-//! one smooth piece, or two that meet along a line ([`evidence`]). Lines that go on from each other are a
-//! crease ([`chains`]), and the mesh is cut along it ([`sharpen`]). Cutting a mesh where its two sides meet
-//! is Attene, Falcidieno, Rossignac and Spagnuolo (2003); here the points say where and whether.
+//! one smooth piece, or two that meet along a line ([`evidence`]). Where more than two sides are near, as at
+//! the rim of a plate or in a corner, each two of them that meet are looked at alone ([`sides`]). Lines that
+//! go on from each other are a crease ([`chains`]), and the mesh is cut along it ([`sharpen`]). Cutting a mesh
+//! where its two sides meet is Attene, Falcidieno, Rossignac and Spagnuolo (2003); here the points say where
+//! and whether.
 
 mod bends;
 mod cap;
@@ -20,6 +22,7 @@ mod normals;
 mod piece;
 mod pull;
 mod sharpen;
+mod sides;
 mod unfold;
 mod window;
 

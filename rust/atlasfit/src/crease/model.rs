@@ -28,6 +28,16 @@ pub(super) struct Model {
     width: f64,
 }
 
+/// The surface of a model at a place.
+struct At {
+    height: f64,
+    slopes: [f64; 2],
+    /// The bend's height there, for a coefficient of 1.
+    bend: f64,
+    /// How the bend's part of the height grows across the line.
+    side: f64,
+}
+
 impl Model {
     /// A flat model whose line goes through `offset`.
     fn flat(offset: f64, width: f64) -> Self {
@@ -52,18 +62,23 @@ impl Model {
     }
     /// The height.
     pub fn height(&self, x: f64, y: f64) -> f64 {
-        let terms = [1.0, x, y, x * x, x * y, y * y, self.bend(x, y).1];
-        self.coefficients.iter().zip(terms).map(|(c, t)| c * t).sum()
+        self.at(x, y).height
     }
     /// How the height grows along both axes. On a crease, as halfway between the two sides.
     pub fn slopes(&self, x: f64, y: f64) -> [f64; 2] {
+        self.at(x, y).slopes
+    }
+    /// The surface at a place.
+    fn at(&self, x: f64, y: f64) -> At {
         let c = &self.coefficients;
-        let (q, b) = self.bend(x, y);
-        let side = if b > 0.0 { c[6] * q / b } else { 0.0 };
-        [
+        let (q, bend) = self.bend(x, y);
+        let side = if bend > 0.0 { c[6] * q / bend } else { 0.0 };
+        let slopes = [
             c[1] + 2.0 * c[3] * x + c[4] * y + side,
             c[2] + c[4] * x + 2.0 * c[5] * y - side * (self.skew + 2.0 * self.arc * y),
-        ]
+        ];
+        let terms = [1.0, x, y, x * x, x * y, y * y, bend];
+        At { height: c.iter().zip(terms).map(|(c, t)| c * t).sum(), slopes, bend, side }
     }
     /// The model of the frame turned half around its third axis.
     pub fn turned(mut self) -> Self {
@@ -75,8 +90,8 @@ impl Model {
     }
     /// Distance of a point from the surface, about.
     fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
-        let [hx, hy] = self.slopes(x, y);
-        (z - self.height(x, y)) / (1.0 + hx * hx + hy * hy).sqrt()
+        let At { height, slopes: [hx, hy], .. } = self.at(x, y);
+        (z - height) / (1.0 + hx * hx + hy * hy).sqrt()
     }
     /// How much less likely than on the surface itself the points are, in nats, with noise of this standard
     /// deviation.
@@ -88,12 +103,10 @@ impl Model {
     fn step(&mut self, points: &[[f64; 3]], sigma: f64, first: bool) -> Option<()> {
         let mut equations = Equations::default();
         for &[x, y, z] in points {
-            let (q, bend) = self.bend(x, y);
-            let side = if bend > 0.0 { self.coefficients[6] * q / bend } else { 0.0 };
+            let At { height, slopes: [hx, hy], bend, side } = self.at(x, y);
             let row = [1.0, x, y, x * x, x * y, y * y, bend, -side, -side * y, -side * y * y];
-            let [hx, hy] = self.slopes(x, y);
             let cos2 = 1.0 / (1.0 + hx * hx + hy * hy);
-            let off = z - self.height(x, y);
+            let off = z - height;
             let weight = if first { 1.0 } else { cos2 * trust(off * cos2.sqrt() / sigma) };
             equations.add(&row, weight, off);
         }
@@ -147,14 +160,14 @@ fn trust(off: f64) -> f64 {
     tukey(off, TUKEY).max(CREASE.least_weight)
 }
 
-/// The likeliest model with a crease, and the points' misfit. The line is tried at a few places first.
-pub(super) fn crease(points: &[[f64; 3]], sigma: f64) -> Option<(Model, f64)> {
-    let tried = CREASE.starts.map(|offset| {
+/// The likeliest model with a crease, and the points' misfit. The line is tried at these places first.
+pub(super) fn crease(points: &[[f64; 3]], sigma: f64, starts: &[f64]) -> Option<(Model, f64)> {
+    let tried = starts.iter().filter_map(|&offset| {
         let mut model = Model::flat(offset, 0.0);
         model.step(points, sigma, true)?;
         Some((model, model.misfit(points, sigma)))
     });
-    let best = tried.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let best = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
     fit(points, sigma, best.0)
 }
 
@@ -216,7 +229,7 @@ mod tests {
 
     #[test]
     fn two_planes_are_found_exactly() {
-        let (model, misfit) = crease(&ridge(), 0.05).expect("a fit");
+        let (model, misfit) = crease(&ridge(), 0.05, &CREASE.starts).expect("a fit");
         assert!(misfit < 1e-6, "{misfit}");
         assert!((model.line(0.0) - 0.3).abs() < 1e-4 && (model.line(2.0) - 0.5).abs() < 1e-4, "{model:?}");
     }

@@ -117,12 +117,16 @@ pub(super) fn pull(creases: &Creases, p: Vec3, normal: Vec3, asked: Option<u32>)
         ControlFlow::Continue(())
     });
     let likelier = |a: &Pull, b: &Pull| a.weight.total_cmp(&b.weight).then(b.chain.cmp(&a.chain));
-    let (total, best) = means.into_iter().max_by(|a, b| likelier(&a.1, &b.1))?;
+    let &(total, best) = means.iter().max_by(|a, b| likelier(&a.1, &b.1))?;
     let part = 1.0 / total;
+    // Other creases of the same side say where it is, too.
+    let side = best.normal.normalized();
+    let alike = means.iter().filter(|(_, m)| m.normal.normalized().dot(side) > CREASE.parallel);
+    let (believed, to) = alike.fold((0.0, Vec3::ZERO), |(w, to), (own, m)| (w + own, to + m.to));
     Some(Pull {
         chain: best.chain,
         weight: best.weight,
-        to: best.to * part,
+        to: to * (1.0 / believed),
         on_line: best.on_line * part,
         across: best.across * part,
         normal: best.normal.normalized(),

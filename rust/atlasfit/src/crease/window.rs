@@ -4,6 +4,7 @@
 
 use super::constants::CREASE;
 use super::piece::Piece;
+use super::sides;
 use crate::atlas::{KnownScan, ProjectedPoint};
 use crate::contour::surface::Surface;
 use crate::error::Result;
@@ -43,6 +44,30 @@ pub(super) struct Window {
     pub points: Vec<[f64; 3]>,
     /// What the charts leave of them unexplained, in nats.
     pub misfit: f64,
+    /// Points that lie on other sides which face the same way, and what the charts leave of each.
+    pub others: Vec<([f64; 3], f64)>,
+    /// Where across the bend a crease is tried first, in the unit.
+    pub starts: Vec<f64>,
+}
+
+/// Where windows are cut.
+struct Place {
+    at: Vec3,
+    /// The spacing of the points there.
+    unit: f64,
+    /// The standard deviation of their noise.
+    noise: f64,
+    /// Radii across and along the bend, in spacings.
+    radii: [f64; 2],
+}
+
+impl Place {
+    /// Whether a point is within the radii.
+    fn holds(&self, frame: &Frame, p: &ProjectedPoint) -> bool {
+        let d = (p.position - self.at) * (1.0 / self.unit);
+        let [across, along] = self.radii;
+        (frame[0].dot(d) / across).powi(2) + (frame[1].dot(d) / along).powi(2) <= 1.0
+    }
 }
 
 /// Points along a crease.
@@ -108,36 +133,81 @@ impl<'a> Windows<'a> {
         let found = self.tree.nearest_one(self.surface.positions[vertex as usize]);
         self.on_charts.get(found.index as usize).copied()
     }
-    /// The window about a vertex with radii across and along the bend, in spacings; none where the sheet is
-    /// no height over a plane there, or has too few points.
-    pub fn about(&self, vertex: u32, [across, along]: [f64; 2], scratch: &mut Scratch) -> Option<Window> {
+    /// The windows about a vertex with radii across and along the bend, in spacings: one of the whole sheet,
+    /// where that is a height over a plane, and one for each two of its sides that meet there.
+    pub fn about(&self, vertex: u32, radii: [f64; 2], scratch: &mut Scratch) -> Vec<Window> {
+        let Some(point) = self.nearest(vertex) else { return Vec::new() };
+        let unit = f64::from(self.known.spacing[point as usize]).max(f64::MIN_POSITIVE);
         let at = self.surface.positions[vertex as usize];
-        let point = self.nearest(vertex)?;
-        let unit = self.unit(vertex)?;
-        let sigma = self.known.noise_at(point) / unit;
-        self.own(vertex, along * unit, scratch);
-        let own = &mut scratch.own;
-        let places = |i: u32| self.projected[i as usize].position;
-        let normals = |i: u32| self.projected[i as usize].normal;
-        let inner = own.iter().copied().filter(|&i| places(i).dist2(at) <= (across * unit).powi(2));
-        let frame = frame(inner.map(normals))?;
-        own.retain(|&i| {
-            let d = (places(i) - at) * (1.0 / unit);
-            (frame[0].dot(d) / across).powi(2) + (frame[1].dot(d) / along).powi(2) <= 1.0
-        });
-        let steep = own.iter().filter(|&&i| normals(i).dot(frame[2]) < CREASE.steep).count();
+        let place = Place { at, unit, noise: self.known.noise_at(point), radii };
+        self.own(vertex, radii[1] * unit, scratch);
+        let whole = self.whole(&place, &scratch.own);
+        let sides = self.pairs(&place, &scratch.own, whole.is_some());
+        whole.into_iter().chain(sides).collect()
+    }
+    /// The window of all points of the sheet; none where they are no height over a plane.
+    fn whole(&self, place: &Place, own: &[u32]) -> Option<Window> {
+        let projected = |i: u32| &self.projected[i as usize];
+        let inner = (place.radii[0] * place.unit).powi(2);
+        let inner = own.iter().map(|&i| projected(i)).filter(|p| p.position.dist2(place.at) <= inner);
+        let frame = frame(inner.map(|p| p.normal))?;
+        let own: Vec<u32> = own.iter().copied().filter(|&i| place.holds(&frame, projected(i))).collect();
+        let steep = own.iter().filter(|&&i| projected(i).normal.dot(frame[2]) < CREASE.steep).count();
         let few = own.len() < CREASE.least_points;
         if few || steep as f64 > (1.0 - CREASE.on_sides) * own.len() as f64 {
             return None;
         }
-        let step = own.len().div_ceil(CREASE.most_points).max(1);
-        let own: Vec<u32> = own.iter().copied().step_by(step).collect();
-        let points = own.iter().map(|&i| {
-            let d = (self.known.points[i as usize] - at) * (1.0 / unit);
+        Some(self.window(place, frame, &thinned(&own), &[], &CREASE.starts))
+    }
+    /// The windows of two sides that meet about the place. Two sides alone are what the whole shows, if there
+    /// is one.
+    fn pairs(&self, place: &Place, own: &[u32], is_whole: bool) -> Vec<Window> {
+        let own = thinned(own);
+        let points: Vec<sides::Point> =
+            own.iter().map(|&i| (self.known.points[i as usize], self.projected[i as usize].normal)).collect();
+        let few = if is_whole { 2 } else { 1 };
+        let Some((sides, label)) = sides::split(&points, place.noise, few) else { return Vec::new() };
+        let pairs = (0..sides.len()).flat_map(|i| (i + 1..sides.len()).map(move |j| [i, j]));
+        let meeting = |[i, j]: [usize; 2]| {
+            let (frame, start) = sides::meeting([sides[i], sides[j]], place.at)?;
+            Some(([i, j], frame, start / place.unit))
+        };
+        let mut lines: Vec<_> = pairs.filter_map(meeting).collect();
+        lines.retain(|line| line.2.abs() <= CREASE.reach * place.radii[0]);
+        lines.sort_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
+        let window = |(pair, frame, start): ([usize; 2], Frame, f64)| {
+            let (mut on, mut others) = (Vec::new(), Vec::new());
+            for (&o, l) in own.iter().zip(&label) {
+                if !place.holds(&frame, &self.projected[o as usize]) {
+                    continue;
+                }
+                if pair.contains(l) {
+                    on.push(o);
+                } else if sides[*l].normal.dot(frame[2]) >= CREASE.steep {
+                    others.push(o);
+                }
+            }
+            (on.len() >= CREASE.least_points).then(|| self.window(place, frame, &on, &others, &[start]))
+        };
+        lines.into_iter().filter_map(window).take(CREASE.most_pairs).collect()
+    }
+    /// A window of these points.
+    fn window(&self, place: &Place, frame: Frame, on: &[u32], others: &[u32], starts: &[f64]) -> Window {
+        let &Place { at, unit, noise, .. } = place;
+        let local = |i: &u32| {
+            let d = (self.known.points[*i as usize] - at) * (1.0 / unit);
             frame.map(|axis| axis.dot(d))
-        });
-        let misfit = self.misfits(&own, sigma * unit).iter().sum();
-        Some(Window { at, frame, unit, sigma, points: points.collect(), misfit })
+        };
+        Window {
+            at,
+            frame,
+            unit,
+            sigma: noise / unit,
+            points: on.iter().map(local).collect(),
+            misfit: self.misfits(on, noise).iter().sum(),
+            others: others.iter().map(local).zip(self.misfits(others, noise)).collect(),
+            starts: starts.to_vec(),
+        }
     }
     /// What the charts leave of each point unexplained, in nats. A chart follows the points that it is fitted
     /// to: in the mean they are as far off as the noise that the charts found, which allows for that.
@@ -161,7 +231,8 @@ impl<'a> Windows<'a> {
         self.own(vertex, longest.hypot(piece.across) * piece.unit, scratch);
         let local = |i: u32| piece.local(self.known.points[i as usize]);
         let beside = |p: [f64; 3]| (p[0] - piece.model.line(p[1])).abs() <= piece.across;
-        scratch.own.retain(|&i| beside(local(i)));
+        let faces = |i: u32| self.projected[i as usize].normal.dot(piece.frame[2]) >= CREASE.steep;
+        scratch.own.retain(|&i| beside(local(i)) && faces(i));
         let misfits = self.misfits(&scratch.own, sigma * piece.unit);
         let points = scratch.own.iter().map(|&i| local(i)).zip(misfits);
         Strip { sigma, points: points.collect() }
@@ -200,6 +271,11 @@ impl<'a> Windows<'a> {
         own.clear();
         own.extend(near.iter().filter(on_sheet).map(|n| self.on_charts[n.index as usize]));
     }
+}
+
+/// Some of the points, where they are more than a window needs.
+fn thinned(own: &[u32]) -> Vec<u32> {
+    own.iter().copied().step_by(own.len().div_ceil(CREASE.most_points).max(1)).collect()
 }
 
 /// The frame of normals: across the direction in which they vary least, along it, and their mean.
