@@ -1,6 +1,6 @@
 """The benchmark's true surfaces and noisy samples. Needs numpy only.
 
-Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes are made here; any other name is a binary PLY mesh
+Shapes: ring, spiral, mobius, bumps, knot, room, box, rack, spikes are made here; any other is a binary PLY mesh
 NAME.ply in the data folder (../shared/data/denoise beside the repository, or --data). Every shape is
 centred and scaled to a bounding box whose longest side is 1. Samples are uniform by area, plus isotropic
 Gaussian noise. The random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are
@@ -140,6 +140,25 @@ def box(low, high, inward=False):
     return together(parts)
 
 
+def rack():
+    """A bar of 1 by 0.3 by 0.4 with eight teeth, 0.04 thick and 0.15 high: about three spacings of 16,000
+    points.
+    """
+    high, deep, bottom, top = 0.0, 0.4, -0.3, 0.15
+    teeth = [(-0.5 + 0.1 + 0.11 * k, -0.5 + 0.14 + 0.11 * k) for k in range(8)]
+    corners = [(-0.5, high)]
+    for low, right in teeth:
+        corners += [(low, high), (low, top), (right, top), (right, high)]
+    corners += [(0.5, high), (0.5, bottom), (-0.5, bottom)]
+    parts = []
+    for (x, y), (u, v) in zip(corners, corners[1:] + corners[:1]):
+        parts.append(panel((x, y, 0), (0, 0, deep), (u - x, v - y, 0)))
+    for low, right, under, over in [(-0.5, 0.5, bottom, high)] + [(a, b, high, top) for a, b in teeth]:
+        along, up = (right - low, 0, 0), (0, over - under, 0)
+        parts += [panel((low, under, deep), along, up), panel((low, under, 0), up, along)]
+    return together(parts)
+
+
 def room():
     """A room of 1 by 0.8 by 0.45, seen from inside, with a table, a cupboard and a bench: closed boxes a
     little above the floor.
@@ -233,6 +252,7 @@ def clean(name, data=DATA):
         "knot": knot,
         "room": room,
         "spikes": spikes,
+        "rack": rack,
         "box": lambda: box((-0.5, -0.3, -0.2), (0.5, 0.3, 0.2)),
     }
     if name in made:

@@ -32,7 +32,7 @@ pub struct CellArgs {
     /// merged, lidar, sheets; a number chooses one of several (outliers20, sheets3) [default: all]
     #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
     pub scanner: Option<Vec<String>>,
-    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, spikes, or names of PLY meshes in the data
+    /// Shapes: ring, spiral, mobius, bumps, knot, room, box, rack, spikes, or names of PLY meshes in the data
     /// folder [default: bunny,dragon,car,cup,mobius,chair,spiral,ring; with --scanner
     /// bumps,knot,ring,spiral and all meshes of the data folder]
     #[arg(long, value_delimiter = ',')]
