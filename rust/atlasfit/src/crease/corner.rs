@@ -6,10 +6,10 @@
 
 use super::chains::Creases;
 use super::constants::CREASE;
-
 use super::piece::Piece;
 use super::window::{Scratch, Windows};
 use crate::error::Result;
+use crate::numeric::dense::principal;
 use crate::numeric::robust;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -117,6 +117,7 @@ pub(super) fn find(creases: &Creases, windows: &Windows<'_>, ctx: &Context<'_>) 
             }
             let Some(corner) = corner(triple.map(|e| &ends[e])) else { continue };
             if is_likelier(&corner, windows, &mut scratch) {
+                let corner = settled(corner, windows, &mut scratch);
                 triple.iter().for_each(|&e| taken[e] = true);
                 corners.push(corner);
             }
@@ -180,14 +181,7 @@ fn corner(ends: [&End; 3]) -> Option<Corner> {
             let (_, i, _, j) = pairs[k];
             0.5 * (sides[k].dot(ends[i].at - origin) + sides[k].dot(ends[j].at - origin))
         };
-        let [a, b, c] = sides;
-        let across = [b.cross(c), c.cross(a), a.cross(b)];
-        let volume = a.dot(across[0]);
-        if volume.abs() < CREASE.spread {
-            return None;
-        }
-        let sum: Vec3 = (0..3).map(|k| across[k] * height(k)).sum();
-        let at = origin + sum * (1.0 / volume);
+        let at = origin + meeting(sides, [0, 1, 2].map(height))?;
         let unit = ends.iter().map(|e| e.unit).fold(0.0, f64::max);
         let ahead = |e: &End| {
             let d = at - e.at;
@@ -206,6 +200,38 @@ fn corner(ends: [&End; 3]) -> Option<Corner> {
             unit,
         })
     })
+}
+
+/// Where three planes with these unit normals and distances from the origin meet; none where they hardly do.
+fn meeting([a, b, c]: [Vec3; 3], off: [f64; 3]) -> Option<Vec3> {
+    let across = [b.cross(c), c.cross(a), a.cross(b)];
+    let volume = a.dot(across[0]);
+    let sum: Vec3 = (0..3).map(|k| across[k] * off[k]).sum();
+    (volume.abs() >= CREASE.spread).then(|| sum * (1.0 / volume))
+}
+
+/// The corner of the planes that the points on each of its sides ask for, if these are likelier with it:
+/// creases end short of the corner, where they say least about its sides.
+fn settled(corner: Corner, windows: &Windows<'_>, scratch: &mut Scratch) -> Corner {
+    let [radius, _] = CREASE.radii[1];
+    let ball = windows.ball(corner.at, radius * corner.unit, scratch);
+    let cost = |c: &Corner| -> f64 {
+        ball.points.iter().map(|(p, _)| robust::cost(c.signed(*p) / ball.sigma)).sum()
+    };
+    let plane = |k: usize| {
+        let own = ball.points.iter().map(|(p, _)| *p).filter(|&p| corner.side(p) == k);
+        let weight = |p: Vec3| robust::tukey(corner.signed(p) / ball.sigma, robust::TUKEY);
+        let found = principal(own.map(|p| (p - corner.at, weight(p))))?;
+        let normal = found.axes[0];
+        let normal = if normal.dot(corner.sides[k]) < 0.0 { -normal } else { normal };
+        Some((normal, normal.dot(found.mean)))
+    };
+    let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(plane) else { return corner };
+    let sides = [a.0, b.0, c.0];
+    let Some(moved) = meeting(sides, [a.1, b.1, c.1]) else { return corner };
+    let new = Corner { at: corner.at + moved, sides, ..corner };
+    let stays = moved.norm() < CREASE.deepest * corner.unit;
+    if stays && cost(&new) < cost(&corner) { new } else { corner }
 }
 
 /// Whether the points about a corner are likelier with it than with what the charts say.
