@@ -17,6 +17,8 @@ pub(crate) struct CreaseConstants {
     /// Least cosine between a side's normal and the direction that the heights are over. Source: chosen, 84
     /// degrees.
     pub steep: f64,
+    /// And the share of the points that it holds for. Source: chosen.
+    pub on_sides: f64,
     /// Standard deviation of the charts' normals where they round an edge off (cosine). Source: chosen, 30
     /// degrees.
     pub turned: f64,
@@ -36,8 +38,6 @@ pub(crate) struct CreaseConstants {
     /// Where a side has no points along the crease for longer than this, in spacings, it has ended. Source:
     /// derived, twice the spacing.
     pub gap: f64,
-    /// And the share of the points that it holds for. Source: chosen.
-    pub on_sides: f64,
     /// A bend wider than this, in spacings, is a rounding that the points show. Source: derived, points a
     /// spacing apart show nothing narrower than two. Wider ones need not be tried: where an edge is likelier
     /// than this one they are less likely still (the same bytes on nine scans without them).
@@ -112,6 +112,7 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     least_points: 20,
     most_points: 300,
     steep: 0.1,
+    on_sides: 0.95,
     turned: 0.866,
     most_sides: 5,
     least_on_side: 4,
@@ -119,7 +120,6 @@ pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     most_pairs: 3,
     clear: 1.5,
     gap: 2.0,
-    on_sides: 0.95,
     rounding: 2.0,
     margin: 4.6,
     least_weight: 0.05,
