@@ -1,6 +1,6 @@
 """The benchmark's true surfaces and noisy samples. Needs numpy only.
 
-Shapes: ring, spiral, mobius, bumps, knot, room, box, rack, spikes are made here; any other is a binary PLY mesh
+Shapes: ring, spiral, mobius, bumps, knot, room, box, rack, spikes are made here; any other is a PLY mesh
 NAME.ply in the data folder (../shared/data/denoise beside the repository, or --data). Every shape is
 centred and scaled to a bounding box whose longest side is 1. Samples are uniform by area, plus isotropic
 Gaussian noise. The random numbers are drawn in the order of ../shared/eval/shapes.py, so that the samples are

@@ -42,9 +42,9 @@ pub(crate) struct CreaseConstants {
     /// spacing apart show nothing narrower than two. Wider ones need not be tried: where an edge is likelier
     /// than this one they are less likely still (the same bytes on nine scans without them).
     pub rounding: f64,
-    /// Evidence, in nats, that a crease must have beyond that of a smooth surface, if one window is looked at,
-    /// and the logarithm of their number if there are more: one place in a hundred is taken for a crease by
-    /// chance. Source: derived, ln 100.
+    /// Evidence, in nats, that a crease must have beyond that of a smooth surface, if one window is looked
+    /// at, and the logarithm of their number if there are more: one place in a hundred is taken for a crease
+    /// by chance. Source: derived, ln 100.
     pub margin: f64,
     /// Least weight of a point in a fit. Source: chosen, so that no point is lost for good.
     pub least_weight: f64,

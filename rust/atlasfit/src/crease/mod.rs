@@ -6,9 +6,9 @@
 //! About places where the surface bends, two explanations of the same points are compared by their evidence:
 //! one smooth piece, or two that meet along a line ([`evidence`]). Where more than two sides are near, as at
 //! the rim of a plate or in a corner, each two of them that meet are looked at alone ([`sides`]). Lines that
-//! go on from each other are a crease ([`chains`]), and the mesh is cut along it ([`sharpen`]). Cutting a mesh
-//! where its two sides meet is Attene, Falcidieno, Rossignac and Spagnuolo (2003); here the points say where
-//! and whether.
+//! go on from each other are a crease ([`chains`]), and the mesh is cut along it ([`sharpen`]). Cutting a
+//! mesh where its two sides meet is Attene, Falcidieno, Rossignac and Spagnuolo (2003); here the points say
+//! where and whether.
 
 mod bends;
 mod cap;

@@ -67,8 +67,8 @@ pub(super) fn split(points: &[Point], sigma: f64, few: usize) -> Option<(Vec<Sid
     (sides.len() > few).then_some((sides, label))
 }
 
-/// How much likelier the points are for each of the sides, in nats. The points are a mixture of them, in which
-/// normals say beforehand how likely each side is: of two planes in one place neither is of use.
+/// How much likelier the points are for each of the sides, in nats. The points are a mixture of them, in
+/// which normals say beforehand how likely each side is: of two planes in one place neither is of use.
 fn savings(sides: &[Side], points: &[Point], sigma: f64) -> Vec<f64> {
     let mut saves = vec![0.0; sides.len()];
     for p in points {
