@@ -7,9 +7,9 @@
 use super::chains::Creases;
 use super::constants::CREASE;
 use super::piece::Piece;
+use super::sides::Side;
 use super::window::{Scratch, Windows};
 use crate::error::Result;
-use crate::numeric::dense::principal;
 use crate::numeric::robust;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -221,14 +221,12 @@ fn settled(corner: Corner, windows: &Windows<'_>, scratch: &mut Scratch) -> Corn
     let plane = |k: usize| {
         let own = ball.points.iter().map(|(p, _)| *p).filter(|&p| corner.side(p) == k);
         let weight = |p: Vec3| robust::tukey(corner.signed(p) / ball.sigma, robust::TUKEY);
-        let found = principal(own.map(|p| (p - corner.at, weight(p))))?;
-        let normal = found.axes[0];
-        let normal = if normal.dot(corner.sides[k]) < 0.0 { -normal } else { normal };
-        Some((normal, normal.dot(found.mean)))
+        Side::of(own.map(|p| (p - corner.at, weight(p))), corner.sides[k])
     };
     let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(plane) else { return corner };
-    let sides = [a.0, b.0, c.0];
-    let Some(moved) = meeting(sides, [a.1, b.1, c.1]) else { return corner };
+    let planes = [a, b, c];
+    let sides = planes.map(|side| side.normal);
+    let Some(moved) = meeting(sides, planes.map(|side| -side.off(Vec3::ZERO))) else { return corner };
     let new = Corner { at: corner.at + moved, sides, ..corner };
     let stays = moved.norm() < CREASE.deepest * corner.unit;
     if stays && cost(&new) < cost(&corner) { new } else { corner }

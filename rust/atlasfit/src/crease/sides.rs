@@ -19,6 +19,12 @@ pub(super) struct Side {
 }
 
 impl Side {
+    /// The plane of weighted points, with its normal towards `facing`; none without weight.
+    pub fn of(points: impl Iterator<Item = (Vec3, f64)> + Clone, facing: Vec3) -> Option<Self> {
+        let found = principal(points)?;
+        let normal = found.axes[0];
+        Some(Self { at: found.mean, normal: if normal.dot(facing) < 0.0 { -normal } else { normal } })
+    }
     /// Signed distance of a place.
     pub fn off(&self, p: Vec3) -> f64 {
         self.normal.dot(p - self.at)
@@ -123,10 +129,9 @@ fn settle(sides: &mut [Side], points: &[Point], sigma: f64) -> Vec<usize> {
                 continue;
             }
             let weight = |p: Vec3| tukey(side.off(p) / sigma, TUKEY).max(CREASE.least_weight);
-            let Some(found) = principal(own().map(|p| (p.0, weight(p.0)))) else { continue };
-            let facing: Vec3 = own().map(|p| p.1).sum();
-            let normal = found.axes[0];
-            *side = Side { at: found.mean, normal: if normal.dot(facing) < 0.0 { -normal } else { normal } };
+            let facing = own().map(|p| p.1).sum();
+            let fitted = Side::of(own().map(|p| (p.0, weight(p.0))), facing);
+            *side = fitted.unwrap_or(*side);
         }
         label = points.iter().map(|p| cheapest(sides, p)).collect();
     }

@@ -125,8 +125,11 @@ impl<'a> Windows<'a> {
     }
     /// The spacing of the points at a vertex; none where there are no points.
     pub fn unit(&self, vertex: u32) -> Option<f64> {
-        let point = self.nearest(vertex)?;
-        Some(f64::from(self.known.spacing[point as usize]).max(f64::MIN_POSITIVE))
+        Some(self.spacing(self.nearest(vertex)?))
+    }
+    /// The spacing at a point.
+    fn spacing(&self, point: u32) -> f64 {
+        f64::from(self.known.spacing[point as usize]).max(f64::MIN_POSITIVE)
     }
     /// The point that lies nearest to a vertex.
     fn nearest(&self, vertex: u32) -> Option<u32> {
@@ -137,7 +140,7 @@ impl<'a> Windows<'a> {
     /// where that is a height over a plane, and one for each two of its sides that meet there.
     pub fn about(&self, vertex: u32, radii: [f64; 2], scratch: &mut Scratch) -> Vec<Window> {
         let Some(point) = self.nearest(vertex) else { return Vec::new() };
-        let unit = f64::from(self.known.spacing[point as usize]).max(f64::MIN_POSITIVE);
+        let unit = self.spacing(point);
         let at = self.surface.positions[vertex as usize];
         let place = Place { at, unit, noise: self.known.noise_at(point), radii };
         self.own(vertex, radii[1] * unit, scratch);
