@@ -107,14 +107,14 @@ fn to_the_number(mesh: &mut Mesh, first: &First<'_>, ctx: &Context<'_>) -> Resul
         let costs = mesh.round(first, &work, round, ctx)?;
         round += 1;
         let gone = before - mesh.triangles.len();
-        let few = (gone as f64) < SIMPLIFY.few * before as f64 && (gone as f64) < 0.5 * surplus as f64;
-        if few && error >= 1.0 {
+        let stuck = (gone as f64) < SIMPLIFY.stuck * surplus as f64;
+        if stuck && error >= 1.0 {
             break;
         }
         // Each edge has two triangles. So many edges cost less than this before.
         let rank = 0.5 * surplus.saturating_sub(gone) as f64;
         let next = costs.of_rank(rank as usize).unwrap_or(1.0);
-        let more = fewer(mesh).max(if few { SIMPLIFY.growth } else { 1.0 });
+        let more = fewer(mesh).max(if stuck { SIMPLIFY.growth } else { 1.0 });
         error = (more * error).max(next).min(1.0);
     }
     mesh.open.fill(true);
