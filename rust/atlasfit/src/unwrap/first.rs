@@ -90,11 +90,10 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
     let stopped = || ctx.check().is_err();
     if all_positive(&c.tris, &c.uv) {
         if bound.is_some() && !stopped() {
-            let arap = Arap::new(&c.tris, c.rest(s), &c.uv, &[], ctx);
-            let (mut rhs, mut work) = (Vec::new(), Vec::new());
+            let mut arap = Arap::new(&c.tris, c.rest(s), &c.uv, &[], ctx);
             let mut uv = c.uv.clone();
             for _ in 0..UNWRAP.first_steps {
-                arap.step(&c.tris, &mut uv, &[], &mut rhs, &mut work);
+                arap.step(&c.tris, &mut uv, &[]);
             }
             blend_without_flips(&c.tris, &mut c.uv, &uv);
         }

@@ -32,6 +32,10 @@ pub(crate) struct FlattenConstants {
     /// The same for any other: just enough to fix the free translation. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub hold: f64,
+    /// Share of the stretch that a bound allows which costs nothing in as-rigid-as-possible steps that know
+    /// it. In (0, 1). Source: measured, `unwrap --json` of 16 meshes, without momentum: 0.4, 0.5, 0.7, 1 give
+    /// 0.98, 0.96, 0.98, 1.03 of the seam that 0 gives.
+    pub free: f64,
     /// Steps of least symmetric Dirichlet energy at most. Source: chosen.
     /// Halved: no figure changes by 1 %; doubled: same bytes.
     pub steps: usize,
@@ -117,6 +121,7 @@ pub(crate) const FLATTEN: FlattenConstants = FlattenConstants {
     gradient_steps: 12,
     pin: 1e6,
     hold: 1e-9,
+    free: 0.5,
     steps: 40,
     converged: 1e-3,
     reweights: 3,

@@ -162,14 +162,14 @@ pub(crate) fn refine(
     let mut at = known(surface, label, charts.list.iter().flatten(), ctx)?;
     for (below, Level { surface, label, path }) in coarse.levels.iter().enumerate().rev().skip(1) {
         let flat = |mut c: Chart| {
-            flatten(surface, &mut c, label, |v| coarse.home(v, below + 1), &at, ctx).then_some(c)
+            flatten(surface, &mut c, label, |v| coarse.home(v, below + 1), &at, bound, ctx).then_some(c)
         };
         let list = build(surface, label, path, &plan, flat, ctx)?;
         at = known(surface, label, list.iter().flatten(), ctx)?;
     }
     let (label, path) = (&patches.label, &patches.path);
     let flat = |mut c: Chart| {
-        if flatten(s, &mut c, label, |v| coarse.home(v, 0), &at, ctx) {
+        if flatten(s, &mut c, label, |v| coarse.home(v, 0), &at, bound, ctx) {
             return clear(s, c, label, bound, ctx);
         }
         (Vec::new(), patch_charts(s, &c.faces, label, bound, ctx))
@@ -254,6 +254,7 @@ fn flatten(
     label: &[u32],
     home: impl Fn(u32) -> u32,
     known: &Known,
+    bound: f64,
     ctx: &Context<'_>,
 ) -> bool {
     let mut pinned = vec![false; c.vertices()];
@@ -280,7 +281,6 @@ fn flatten(
     }
     // Everything between the pins by a harmonic map, then everything free.
     let rest = c.rest(s);
-    let (mut rhs, mut work) = (Vec::new(), Vec::new());
     Graph::from_triangles(c.vertices(), &c.tris, &cotangents(&rest), ctx).relax(
         &mut c.uv,
         &[],
@@ -291,10 +291,14 @@ fn flatten(
     if ctx.check().is_err() {
         return false;
     }
-    let arap = Arap::new(&c.tris, rest, &c.uv, &[], ctx);
+    let mut arap = Arap::new(&c.tris, rest, &c.uv, &[], ctx);
     for _ in 0..LARGE.times {
-        for _ in 0..LARGE.steps {
-            arap.step(&c.tris, &mut c.uv, &[], &mut rhs, &mut work);
+        for step in 0..LARGE.steps {
+            // The first ones take it to about its place.
+            if step == LARGE.steps / 4 {
+                arap.allow(bound, 0.0);
+            }
+            arap.step(&c.tris, &mut c.uv, &[]);
         }
         if all_positive(&c.tris, &c.uv) {
             break;

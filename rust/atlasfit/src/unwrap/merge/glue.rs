@@ -39,11 +39,12 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
     let area = a.area + b.area;
     let allowed = limits.over * area - far;
     ctx.check().ok()?;
-    let arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned, ctx);
-    let (mut rhs, mut work) = (Vec::new(), Vec::new());
+    let mut arap = Arap::new(&p.tris, p.rest.clone(), &p.uv, &p.pinned, ctx);
     let mut last = f64::INFINITY;
     for step in 0..MERGE.steps {
-        arap.step(&p.tris, &mut p.uv, &p.pinned, &mut rhs, &mut work);
+        arap.step(&p.tris, &mut p.uv, &p.pinned);
+        // The first one closes the gaps.
+        arap.allow(bound, MERGE.momentum);
         ctx.check().ok()?;
         if step % 3 != 1 && step + 1 != MERGE.steps {
             continue;

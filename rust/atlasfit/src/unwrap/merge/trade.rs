@@ -64,7 +64,8 @@ fn trade(
     settled: &mut Settled,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let limits = MergeLimits { bound, over: UNWRAP.beyond, hard: false, whole: true, darts: false };
+    let limits =
+        MergeLimits { bound, over: MERGE.over * UNWRAP.beyond, hard: false, whole: true, darts: false };
     loop {
         ctx.check()?;
         let borders = Borders::find(s, charts);
