@@ -6,7 +6,7 @@
 use crate::contour::surface::Surface;
 use crate::numeric::vec3::Vec3;
 use crate::spatial::lists::Lists;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// An edge of a piece.
 pub(super) struct Edge {
@@ -63,20 +63,13 @@ impl Piece {
         let mut vertices: Vec<u32> = faces.iter().flat_map(|&f| s.triangles[f as usize]).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        let name = |v: u32| vertices.partition_point(|&w| w < v) as u32;
-        let corners: Vec<[u32; 3]> = faces.iter().map(|&f| s.triangles[f as usize].map(name)).collect();
-        let mut half: Vec<(u32, u32, u32)> =
-            corners.iter().zip(0..).flat_map(|(&[a, b, c], f)| [(a, b, f), (b, c, f), (c, a, f)]).collect();
-        half.sort_unstable();
-        if half.windows(2).any(|h| (h[0].0, h[0].1) == (h[1].0, h[1].1)) {
-            return None;
-        }
-        let beyond = |a: u32, b: u32| {
-            let i = half.partition_point(|h| (h.0, h.1) < (b, a));
-            half.get(i).filter(|h| (h.0, h.1) == (b, a)).map(|h| h.2)
-        };
+        let names: FxHashMap<u32, u32> = vertices.iter().copied().zip(0..).collect();
+        let corners: Vec<[u32; 3]> =
+            faces.iter().map(|&f| s.triangles[f as usize].map(|v| names[&v])).collect();
+        let halves = Halves::new(vertices.len(), &corners)?;
+        let beyond = |a: u32, b: u32| halves.of(b).iter().find(|h| h.1 == a).map(|h| h.2);
         let mut after = vec![u32::MAX; vertices.len()];
-        for &(a, b, _) in half.iter().filter(|h| beyond(h.0, h.1).is_none()) {
+        for &(a, b, _) in halves.list.iter().filter(|h| beyond(h.0, h.1).is_none()) {
             if after[a as usize] != u32::MAX {
                 return None;
             }
@@ -88,7 +81,7 @@ impl Piece {
             // An edge inside is met twice.
             (a < b || other >= faces.len() as u32).then_some(Edge { ends: [a, b], beside: [f, other] })
         };
-        let edges: Vec<Edge> = half.iter().filter_map(edge).collect();
+        let edges: Vec<Edge> = halves.list.iter().filter_map(edge).collect();
         // Were each boundary closed by a disk, the Euler characteristic would be two, less two a handle.
         let handles = (2 + edges.len()).checked_sub(vertices.len() + faces.len() + rings)? / 2;
         let positions = vertices.iter().map(|&v| s.positions[v as usize]).collect();
@@ -98,6 +91,40 @@ impl Piece {
     /// Distance of two of its vertices.
     pub fn distance(&self, a: u32, b: u32) -> f64 {
         self.positions[a as usize].dist2(self.positions[b as usize]).sqrt()
+    }
+}
+
+/// Sides of triangles: where they begin and end, and the triangle; ascending.
+struct Halves {
+    list: Vec<(u32, u32, u32)>,
+    /// Where those of each vertex begin.
+    start: Vec<u32>,
+}
+
+impl Halves {
+    /// None where two run alike.
+    fn new(vertices: usize, corners: &[[u32; 3]]) -> Option<Self> {
+        let mut start = vec![0; vertices + 1];
+        corners.as_flattened().iter().for_each(|&v| start[v as usize + 1] += 1);
+        (0..vertices).for_each(|v| start[v + 1] += start[v]);
+        let mut next = start.clone();
+        let mut list = vec![(0, 0, 0); 3 * corners.len()];
+        for (&[a, b, c], f) in corners.iter().zip(0..) {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let place = &mut next[from as usize];
+                list[*place as usize] = (from, to, f);
+                *place += 1;
+            }
+        }
+        for v in 0..vertices {
+            list[start[v] as usize..start[v + 1] as usize].sort_unstable();
+        }
+        let alike = list.windows(2).any(|h| (h[0].0, h[0].1) == (h[1].0, h[1].1));
+        (!alike).then_some(Self { list, start })
+    }
+    /// Those that begin at a vertex.
+    fn of(&self, v: u32) -> &[(u32, u32, u32)] {
+        &self.list[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
     }
 }
 
