@@ -30,9 +30,10 @@ pub(super) fn find(s: &Surface, edges: &Edges, ctx: &Context<'_>) -> Result<Vec<
     Ok(bent)
 }
 
-/// Some of the vertices, no two nearer than the spacing of the points.
+/// Some of the vertices, counted, no two nearer to each other than so many spacings of the points.
 pub(super) fn spread(
     bent: &[u32],
+    apart: f64,
     s: &Surface,
     windows: &Windows<'_>,
     ctx: &Context<'_>,
@@ -40,16 +41,16 @@ pub(super) fn spread(
     let places: Vec<Vec3> = bent.iter().map(|&v| s.positions[v as usize]).collect();
     let tree = Neighbours::build(&places, ctx)?;
     let mut taken = ctx.filled(false, bent.len())?;
-    let (mut seeds, mut near) = (Vec::new(), Vec::new());
+    let (mut chosen, mut near) = (Vec::new(), Vec::new());
     for (k, &v) in bent.iter().enumerate() {
         ctx.check_at(k)?;
         if taken[k] {
             continue;
         }
         let Some(unit) = windows.unit(v) else { continue };
-        tree.within(places[k], CREASE.apart * unit, &mut near);
+        tree.within(places[k], apart * unit, &mut near);
         near.iter().for_each(|n| taken[n.index as usize] = true);
-        seeds.push(v);
+        chosen.push(k as u32);
     }
-    Ok(seeds)
+    Ok(chosen)
 }

@@ -7,6 +7,10 @@ pub(crate) struct CreaseConstants {
     pub bend: f64,
     /// Distance between places that are looked at, in spacings. Source: chosen.
     pub apart: f64,
+    /// The same of those that are looked at first, and how near others are to one that has found a crease to
+    /// be looked at then. Source: measured, processor time of nine scans: 3 gives 1.02 (a Kinect's room 1.10)
+    /// at the same distances to truth; to look at all gives 1.03 (1.22).
+    pub first_apart: f64,
     /// Radii of the windows across and along the bend, in spacings, the widest first. Source: chosen: about
     /// 50 to 250 points.
     pub radii: [[f64; 2]; 4],
@@ -108,6 +112,7 @@ pub(crate) struct CreaseConstants {
 pub(crate) const CREASE: CreaseConstants = CreaseConstants {
     bend: 0.9,
     apart: 1.0,
+    first_apart: 2.0,
     radii: [[9.0, 9.0], [6.0, 6.0], [3.0, 8.0], [4.0, 4.0]],
     least_points: 20,
     most_points: 300,

@@ -3,28 +3,70 @@
 //! In: windows. Out: pieces of creases, where the points are much likelier with two sides that meet along a
 //! line than with a smooth surface, be it a polynomial, a rounded edge, or what the charts say.
 
+use super::bends::spread;
 use super::constants::CREASE;
 use super::model::{self, Model, UNKNOWNS};
+use super::moments::Columns;
 use super::piece::Piece;
 use super::window::{Scratch, Window, Windows};
+use crate::contour::surface::Surface;
 use crate::error::Result;
+use crate::numeric::sort::sort;
+use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::Neighbours;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
-/// The pieces that are found about the seeds, in their order.
-pub(super) fn pieces(windows: &Windows<'_>, seeds: &[u32], ctx: &Context<'_>) -> Result<Vec<Piece>> {
+/// The pieces that are found about the seeds, in their order. A few seeds are looked at first, then all next to
+/// those that found a piece, and so on: most places that bend are no creases.
+pub(super) fn pieces(
+    s: &Surface,
+    windows: &Windows<'_>,
+    seeds: &[u32],
+    ctx: &Context<'_>,
+) -> Result<Vec<Piece>> {
+    let mut look = spread(seeds, CREASE.first_apart, s, windows, ctx)?;
+    let places: Vec<Vec3> = seeds.iter().map(|&v| s.positions[v as usize]).collect();
+    let tree = Neighbours::build(&places, ctx)?;
+    let mut found: Vec<Option<Vec<Piece>>> = vec![None; seeds.len()];
+    let mut near = Vec::new();
+    while !look.is_empty() {
+        for (&k, pieces) in look.iter().zip(about_all(&look, seeds, windows, ctx)?) {
+            found[k as usize] = Some(pieces);
+        }
+        let mut next = Vec::new();
+        for &k in look.iter().filter(|&&k| found[k as usize].as_ref().is_some_and(|p| !p.is_empty())) {
+            ctx.check()?;
+            let Some(unit) = windows.unit(seeds[k as usize]) else { continue };
+            tree.within(places[k as usize], CREASE.first_apart * unit, &mut near);
+            next.extend(near.iter().map(|n| n.index).filter(|&n| found[n as usize].is_none()));
+        }
+        sort(&mut next, ctx)?;
+        next.dedup();
+        look = next;
+    }
+    Ok(found.into_iter().flatten().flatten().collect())
+}
+
+/// The pieces that are found about some of the seeds.
+fn about_all(
+    look: &[u32],
+    seeds: &[u32],
+    windows: &Windows<'_>,
+    ctx: &Context<'_>,
+) -> Result<Vec<Vec<Piece>>> {
     // Scratch is an array for all vertices: each thread takes one that another has left, if there is one.
     let left: Mutex<Vec<Scratch>> = Mutex::default();
-    let found: Vec<Vec<Piece>> = seeds
+    let found: Vec<Vec<Vec<Piece>>> = look
         .par_chunks(CREASE.check)
-        .map(|seeds| {
+        .map(|look| {
             let taken = left.lock().ok().and_then(|mut left| left.pop());
             let mut scratch = taken.map_or_else(|| windows.scratch(ctx), Ok)?;
-            let mut found = Vec::new();
-            for &v in seeds {
+            let mut found = Vec::with_capacity(look.len());
+            for &k in look {
                 ctx.check()?;
-                found.extend(about(v, windows, &mut scratch));
+                found.push(about(seeds[k as usize], windows, &mut scratch));
             }
             if let Ok(mut left) = left.lock() {
                 left.push(scratch);
@@ -32,7 +74,7 @@ pub(super) fn pieces(windows: &Windows<'_>, seeds: &[u32], ctx: &Context<'_>) ->
             Ok(found)
         })
         .collect::<Result<_>>()?;
-    Ok(found.concat())
+    Ok(found.into_iter().flatten().collect())
 }
 
 /// The pieces about a vertex, in the widest windows that ask for one.
@@ -54,14 +96,15 @@ fn about(vertex: u32, windows: &Windows<'_>, scratch: &mut Scratch) -> Vec<Piece
 /// The piece of a crease in a window with these radii, if the evidence for it is beyond a margin.
 fn piece(window: &Window, radii: [f64; 2], margin: f64) -> Option<Piece> {
     let Window { points, sigma, .. } = window;
-    let (sharp, misfit) = model::crease(points, *sigma, &window.starts)?;
+    let columns = Columns::new(points);
+    let (sharp, misfit) = model::crease(&columns, *sigma, &window.starts)?;
     let [across, along] = radii.map(|r| CREASE.reach * r);
     let along = both_sides(points, &sharp, [across, along]);
     // Where points of another side lie on the line, no two sides meet.
     let on_line =
         |[x, y, _]: [f64; 3]| (x - sharp.line(y)).abs() < CREASE.clear && y > -along[0] && y < along[1];
     let others = window.others.iter().filter(|(p, _)| on_line(*p));
-    let lost: f64 = others.map(|(p, claimed)| sharp.misfit(&[*p], *sigma) - claimed).sum();
+    let lost: f64 = others.map(|(p, claimed)| sharp.misfit(*p, *sigma) - claimed).sum();
     // A model follows its points as closely as it has unknowns.
     let mut evidence = window.misfit - misfit - 0.5 * UNKNOWNS as f64 - lost;
     // Half the logarithm of the number of points for each number that is fitted (Schwarz 1978).
@@ -70,13 +113,13 @@ fn piece(window: &Window, radii: [f64; 2], margin: f64) -> Option<Piece> {
         if evidence < margin {
             return None;
         }
-        let (smooth, unknowns) = model::polynomial(points, *sigma, cubic)?;
+        let (smooth, unknowns) = model::polynomial(&columns, *sigma, cubic)?;
         evidence = evidence.min(smooth + charge(unknowns) - misfit);
     }
     if evidence < margin {
         return None;
     }
-    let (_, rounded) = model::fit(points, *sigma, sharp.with_width(CREASE.rounding))?;
+    let (_, rounded) = model::fit(&columns, *sigma, sharp.with_width(CREASE.rounding))?;
     evidence = evidence.min(rounded - misfit);
     let Window { at, frame, unit, .. } = *window;
     let piece = Piece { at, frame, unit, across, along, model: sharp };
@@ -123,7 +166,7 @@ fn extended(
             };
             let (mut misfit, mut sides) = (0.0, [false; 2]);
             for &(p, claimed) in strip.points.iter().filter(within) {
-                misfit += piece.model.misfit(&[p], strip.sigma) - claimed;
+                misfit += piece.model.misfit(p, strip.sigma) - claimed;
                 sides[usize::from(p[0] > piece.model.line(p[1]))] = true;
             }
             behind += misfit;

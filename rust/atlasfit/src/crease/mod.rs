@@ -18,6 +18,7 @@ mod corner;
 mod evidence;
 mod mend;
 mod model;
+mod moments;
 mod normals;
 mod piece;
 mod pull;
@@ -33,6 +34,7 @@ use crate::run::Context;
 use crate::spatial::edges::Edges;
 use crate::spatial::lists::Lists;
 use chains::Creases;
+use constants::CREASE;
 
 /// The creases of a surface, to ask again when its triangles are others.
 pub(crate) struct Creased(Creases);
@@ -71,8 +73,9 @@ pub(crate) fn sharpen(
     let Some(windows) = window::Windows::new(s, &neighbours, projected, known, ctx)? else {
         return Ok(None);
     };
-    let seeds = bends::spread(&bent, s, &windows, ctx)?;
-    let pieces = evidence::pieces(&windows, &seeds, ctx)?;
+    let chosen = bends::spread(&bent, CREASE.apart, s, &windows, ctx)?;
+    let seeds: Vec<u32> = chosen.into_iter().map(|k| bent[k as usize]).collect();
+    let pieces = evidence::pieces(s, &windows, &seeds, ctx)?;
     let Some(creases) = chains::chains(pieces, ctx)? else { return Ok(None) };
     let corners = corner::find(&creases, &windows, ctx)?;
     drop(windows);

@@ -54,8 +54,11 @@ impl Pull {
 fn of_piece(piece: &Piece, chain: u32, p: Vec3, normal: Vec3) -> Option<Pull> {
     let [x, y, z] = piece.local(p);
     let far2 = piece.far2(x, y);
+    if far2 >= 1.0 {
+        return None;
+    }
     let height = piece.model.height(x, y);
-    if far2 >= 1.0 || (z - height).abs() > CREASE.deepest {
+    if (z - height).abs() > CREASE.deepest {
         return None;
     }
     let sides = piece.sides(y);

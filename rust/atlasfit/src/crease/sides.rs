@@ -5,9 +5,13 @@
 //! where to begin: the points themselves say where they belong, and how many planes they ask for.
 
 use super::constants::CREASE;
-use crate::numeric::dense::principal;
+use crate::numeric::dense::{eigen3, principal};
 use crate::numeric::robust::{TUKEY, cost, tukey};
 use crate::numeric::vec3::{Frame, Vec3};
+
+/// Factors of a likelihood that are multiplied before their logarithm is taken. Source: derived, none is
+/// beyond exp(16), by the limit of Tukey's weights.
+const PRODUCTS: usize = 16;
 
 /// A plane.
 #[derive(Debug, Clone, Copy)]
@@ -77,17 +81,24 @@ pub(super) fn split(points: &[Point], sigma: f64, few: usize) -> Option<(Vec<Sid
 /// which normals say beforehand how likely each side is: of two planes in one place neither is of use.
 fn savings(sides: &[Side], points: &[Point], sigma: f64) -> Vec<f64> {
     let mut saves = vec![0.0; sides.len()];
-    for p in points {
-        let likely = sides.iter().map(|side| {
-            let [off, turned] = misfit(side, p, sigma);
-            let prior = (-turned).exp();
-            [prior, prior * (-off).exp()]
-        });
-        let likely: Vec<[f64; 2]> = likely.collect();
-        let [prior, joint] = likely.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
-        for (saves, own) in saves.iter_mut().zip(&likely) {
-            *saves += ((joint / prior) / ((joint - own[1]) / (prior - own[0]))).ln();
+    let mut likely = vec![[0.0; 2]; sides.len()];
+
+    for points in points.chunks(PRODUCTS) {
+        let mut times = vec![1.0; sides.len()];
+        for p in points {
+            let [mut prior, mut joint] = [0.0; 2];
+            for (side, likely) in sides.iter().zip(&mut likely) {
+                let [off, turned] = misfit(side, p, sigma);
+                let own = (-turned).exp();
+                *likely = [own, own * (-off).exp()];
+                prior += likely[0];
+                joint += likely[1];
+            }
+            for (times, own) in times.iter_mut().zip(&likely) {
+                *times *= (joint / prior) / ((joint - own[1]) / (prior - own[0]));
+            }
         }
+        saves.iter_mut().zip(times).for_each(|(saves, times)| *saves += times.ln());
     }
     saves
 }
@@ -115,25 +126,69 @@ fn begin(points: &[Point]) -> Vec<Side> {
     chosen
 }
 
+/// Sums over the points of a side, from a place on it as it was.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    points: usize,
+    weight: f64,
+    place: Vec3,
+    /// Products of coordinates: xx, xy, xz, yy, yz, zz.
+    moments: [f64; 6],
+    normals: Vec3,
+}
+
+impl Sums {
+    #[inline]
+    fn add(&mut self, d: Vec3, weight: f64, normal: Vec3) {
+        let [x, y, z] = d.0;
+        self.points += 1;
+        self.weight += weight;
+        self.place += d * weight;
+        let products = [x * x, x * y, x * z, y * y, y * z, z * z];
+        self.moments.iter_mut().zip(products).for_each(|(m, p)| *m += weight * p);
+        self.normals += normal;
+    }
+    /// The plane of the points, by their weights.
+    fn plane(&self, from: Vec3) -> Side {
+        let mean = self.place * (1.0 / self.weight);
+        let [x, y, z] = mean.0;
+        let products = [x * x, x * y, x * z, y * y, y * z, z * z];
+        let mut about = self.moments.map(|m| m / self.weight);
+        about.iter_mut().zip(products).for_each(|(m, p)| *m -= p);
+        let normal = eigen3(about).1[0];
+        let faces = normal.dot(self.normals) >= 0.0;
+        Side { at: from + mean, normal: if faces { normal } else { -normal } }
+    }
+}
+
+/// The side that explains each point best.
+fn nearest(sides: &[Side], points: &[Point], sigma: f64) -> Vec<usize> {
+    let of = |p: &Point| {
+        let mut best = (f64::INFINITY, 0);
+        for (k, side) in sides.iter().enumerate() {
+            let [off, turned] = misfit(side, p, sigma);
+            if off + turned < best.0 {
+                best = (off + turned, k);
+            }
+        }
+        best.1
+    };
+    points.iter().map(of).collect()
+}
+
 /// Fits the sides to the points that lie on them, a few times; says which each point lies on.
 fn settle(sides: &mut [Side], points: &[Point], sigma: f64) -> Vec<usize> {
-    let cheapest = |sides: &[Side], p: &Point| {
-        let costs = sides.iter().map(|side| misfit(side, p, sigma).iter().sum::<f64>()).enumerate();
-        costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |best| best.0)
-    };
-    let mut label: Vec<usize> = points.iter().map(|p| cheapest(sides, p)).collect();
+    let mut label = nearest(sides, points, sigma);
     for _ in 0..CREASE.settlings {
-        for (k, side) in sides.iter_mut().enumerate() {
-            let own = || points.iter().zip(&label).filter(|(_, l)| **l == k).map(|(p, _)| p);
-            if own().count() < CREASE.least_on_side {
-                continue;
-            }
-            let weight = |p: Vec3| tukey(side.off(p) / sigma, TUKEY).max(CREASE.least_weight);
-            let facing = own().map(|p| p.1).sum();
-            let fitted = Side::of(own().map(|p| (p.0, weight(p.0))), facing);
-            *side = fitted.unwrap_or(*side);
+        let mut sums = vec![Sums::default(); sides.len()];
+        for (&(p, normal), &l) in points.iter().zip(&label) {
+            let weight = tukey(sides[l].off(p) / sigma, TUKEY).max(CREASE.least_weight);
+            sums[l].add(p - sides[l].at, weight, normal);
         }
-        label = points.iter().map(|p| cheapest(sides, p)).collect();
+        for (side, sums) in sides.iter_mut().zip(&sums).filter(|(_, s)| s.points >= CREASE.least_on_side) {
+            *side = sums.plane(side.at);
+        }
+        label = nearest(sides, points, sigma);
     }
     label
 }
