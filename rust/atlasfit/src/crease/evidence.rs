@@ -39,7 +39,7 @@ pub(super) fn pieces(
         for &k in look.iter().filter(|&&k| found[k as usize].as_ref().is_some_and(|p| !p.is_empty())) {
             ctx.check()?;
             let Some(unit) = windows.unit(seeds[k as usize]) else { continue };
-            tree.within(places[k as usize], CREASE.first_apart * unit, &mut near);
+            tree.within(places[k as usize], CREASE.next_within * unit, &mut near);
             next.extend(near.iter().map(|n| n.index).filter(|&n| found[n as usize].is_none()));
         }
         sort(&mut next, ctx)?;
