@@ -14,7 +14,7 @@ fn pipe(folder: &Folder) -> PathBuf {
     text += "element face 1600\nproperty list uchar int vertex_indices\nend_header\n";
     for i in 0..41 * 41 {
         let (turn, y) = (3.0 * f64::from(i % 41) / 40.0, f64::from(i / 41) / 10.0);
-        let r = (1.0 + 0.2 * (1.5 * y).sin()) * (1.0 + 0.25 * (6.0 * turn).cos());
+        let r = (1.0 + 0.3 * (1.5 * y).sin()) * (1.0 + 0.25 * (6.0 * turn).cos());
         let price = if i / 41 % 8 < 2 { 0.1 } else { 1.0 };
         text += &format!("{} {y} {} {price}\n", r * turn.cos(), r * turn.sin());
     }
