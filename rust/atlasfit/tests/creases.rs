@@ -184,3 +184,23 @@ fn a_rounding_that_the_points_show_is_no_crease() {
     let off = off(&out, places.collect());
     assert!(off < 0.5 * NOISE, "{off}");
 }
+
+#[test]
+fn a_thin_ring_has_no_edges_however_noisy() {
+    // Its radius is one and a half times the noise: four planes explain it nearly as well.
+    let (wide, noise) = (0.015, 0.01);
+    let mut rng = Rng::new(3);
+    let mut scan = Vec::new();
+    while scan.len() < 16_000 {
+        let (s, t) = (TAU * rng.uniform(), TAU * rng.uniform());
+        // Even by area.
+        if rng.uniform() * (0.45 + wide) < 0.45 + wide * t.cos() {
+            let r = 0.45 + wide * t.cos();
+            scan.push([r * s.cos(), r * s.sin(), wide * t.sin()].map(|x| x + noise * rng.normal()));
+        }
+    }
+    let out = run(&scan).expect("a surface");
+    let off = out.surface.positions.iter().map(|p| (p[0].hypot(p[1]) - 0.45).hypot(p[2]) - wide);
+    let off = (off.map(|d| d * d).sum::<f64>() / out.surface.positions.len() as f64).sqrt();
+    assert!(off < 0.12 * noise, "{off}");
+}

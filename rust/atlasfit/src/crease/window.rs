@@ -5,7 +5,7 @@
 use super::constants::CREASE;
 use super::piece::Piece;
 use super::sides;
-use crate::atlas::{KnownScan, ProjectedPoint};
+use crate::atlas::{KnownScan, Map, ProjectedPoint};
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::numeric::dense::{eigen3, second_moments};
@@ -145,8 +145,14 @@ impl<'a> Windows<'a> {
         let place = Place { at, unit, noise: self.known.noise_at(point), radii };
         self.own(vertex, radii[1] * unit, scratch);
         let whole = self.whole(&place, &scratch.own);
-        let sides = self.pairs(&place, &scratch.own, whole.is_some());
+        let sides =
+            if self.is_tube(point) { Vec::new() } else { self.pairs(&place, &scratch.own, whole.is_some()) };
         whole.into_iter().chain(sides).collect()
+    }
+    /// Whether a point lies on a tube, which has no sides: it was found likelier than some patches.
+    fn is_tube(&self, point: u32) -> bool {
+        let chart = self.known.charts.get(self.projected[point as usize].chart as usize);
+        chart.is_some_and(|chart| matches!(chart.map, Map::Tube(_)))
     }
     /// The window of all points of the sheet; none where they are no height over a plane.
     fn whole(&self, place: &Place, own: &[u32]) -> Option<Window> {
