@@ -18,8 +18,8 @@ use crate::spatial::Neighbours;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
-/// The pieces that are found about the seeds, in their order. A few seeds are looked at first, then all next to
-/// those that found a piece, and so on: most places that bend are no creases.
+/// The pieces that are found about the seeds, in their order. A few seeds are looked at first, then all next
+/// to those that found a piece, and so on: most places that bend are no creases.
 pub(super) fn pieces(
     s: &Surface,
     windows: &Windows<'_>,
