@@ -5,12 +5,11 @@
 //! whatever is quadratic in polynomials on the two sides of a line is made of them. The sums are the same to
 //! the last bit on every machine, since the order of additions is.
 
+use crate::numeric::dense::LANES;
 use pulp::{Arch, Simd, WithSimd};
 
 /// One number for each of some points.
 pub(super) type Lanes = [f64; LANES];
-/// Points that are looked at together. Source: derived, as many numbers as the widest vectors hold here.
-const LANES: usize = 4;
 
 /// How many monomials there are of a degree up to this.
 pub(super) const fn monomials(degree: usize) -> usize {

@@ -82,7 +82,6 @@ pub(super) fn split(points: &[Point], sigma: f64, few: usize) -> Option<(Vec<Sid
 fn savings(sides: &[Side], points: &[Point], sigma: f64) -> Vec<f64> {
     let mut saves = vec![0.0; sides.len()];
     let mut likely = vec![[0.0; 2]; sides.len()];
-
     for points in points.chunks(PRODUCTS) {
         let mut times = vec![1.0; sides.len()];
         for p in points {
