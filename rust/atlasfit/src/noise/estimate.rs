@@ -147,22 +147,35 @@ fn look_at<'a>(
             ctx.check()?;
             let mut found = Vec::new();
             tree.nearest(points[i], largest, &mut found);
-            let residual = |&(k, _): &(usize, f64)| found.get(..k).map(|near| quadric_residual(points, near));
+            let residual = |&(k, _): &(usize, f64)| {
+                let of = |q: Quadric| (q.flatness, q.residual);
+                found.get(..k).map(|near| quadric(points, near).map_or((0.0, 0.0), of))
+            };
             Ok(sizes.iter().map_while(residual).collect())
         })
         .collect::<Result<_>>()?;
     Ok(Looked { at, sizes, about })
 }
 
-/// Flatness and residual standard deviation of the quadric through a neighbourhood.
-fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
+/// The quadric through a neighbourhood.
+pub(super) struct Quadric {
+    /// Ratio of the neighbourhood's thickness to its lesser width (square roots of principal variances).
+    flatness: f64,
+    /// Standard deviation of what it leaves.
+    pub residual: f64,
+    /// The mean of the points.
+    pub mean: Vec3,
+    /// The normal of the plane that it is over.
+    pub normal: Vec3,
+}
+
+/// The quadric through a neighbourhood; none where the points are on a line or in one place.
+pub(super) fn quadric(points: &[Vec3], found: &[Neighbour]) -> Option<Quadric> {
     let n = found.len() as f64;
     let near = found.iter().map(|f| (points[f.index as usize], 1.0));
-    let Some(Principal { mean, variances: values, axes: vectors }) = principal(near) else {
-        return (0.0, 0.0);
-    };
+    let Principal { mean, variances: values, axes: vectors } = principal(near)?;
     if values[1] <= 0.0 {
-        return (0.0, 0.0);
+        return None;
     }
     let normal = vectors[0];
     let e1 = normal.tangents().0;
@@ -185,11 +198,11 @@ fn quadric_residual(points: &[Vec3], found: &[Neighbour]) -> (f64, f64) {
         a[i * 7] += 1e-9 * n;
     }
     let flatness = (values[0].max(0.0) / values[1]).sqrt();
-    if !cholesky(&mut a, 6) {
-        return (flatness, (values[0].max(0.0)).sqrt());
+    if n <= 6.0 || !cholesky(&mut a, 6) {
+        return Some(Quadric { flatness, residual: values[0].max(0.0).sqrt(), mean, normal });
     }
     let rhs = b;
     cholesky_solve(&a, 6, &mut b);
     let explained: f64 = rhs.iter().zip(b).map(|(x, y)| x * y).sum();
-    (flatness, ((zz - explained).max(0.0) / (n - 6.0)).sqrt())
+    Some(Quadric { flatness, residual: ((zz - explained).max(0.0) / (n - 6.0)).sqrt(), mean, normal })
 }

@@ -12,7 +12,7 @@ pub enum NoiseSource {
     Tubes,
     /// Charts fitted to a sample of patches.
     Charts,
-    /// Steps that the depth is rounded to: no less noise is believed.
+    /// Neighbourhoods of several steps, where depth is rounded to such: no less noise is believed.
     Rounding,
     /// The user.
     Given,

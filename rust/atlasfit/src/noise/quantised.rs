@@ -1,26 +1,51 @@
 //! Depth in steps: whether a scan's points lie on a stack of parallel planes, as a depth camera's rounding
-//! puts them.
+//! puts them, and how noisy they are then.
 //!
-//! In: points and their search tree. Out: the standard deviation of the rounding at each point, a step over
-//! the root of twelve. Steps are wider than neighbourhoods, so that these look like clean planes: an
-//! estimate from neighbourhoods finds no noise, and the surface becomes stairs.
+//! In: points and their search tree. Out: the standard deviation of the noise along the surface's normal at
+//! each point. Steps are wider than neighbourhoods, so that these look like clean planes: an estimate from
+//! neighbourhoods finds no noise, and the surface becomes stairs. What the sensor errs before it rounds is
+//! seen only across several steps.
 
 use super::constants::NOISE;
+use super::estimate::quadric;
 use crate::error::Result;
 use crate::numeric::dense::principal;
 use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::Neighbours;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
 
-/// The rounding of each point, standard deviation; nothing where the points are not on a stack of planes.
+/// The noise at each point along the normal, standard deviation; nothing where the points are not on a stack
+/// of planes. `spacing` is that of each point.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn rounding(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Option<Vec<f32>>> {
-    let Some(direction) = common_normal(points, tree, ctx)? else { return Ok(None) };
+pub(crate) fn noise(
+    points: &[Vec3],
+    tree: &Neighbours,
+    spacing: &[f32],
+    ctx: &Context<'_>,
+) -> Result<Option<Vec<f32>>> {
+    // Most files of depth cameras hold the camera's own coordinates, whose planes are across an axis.
+    let axes = [2, 1, 0].map(|k| Vec3::from_fn(|i| f64::from(i == k)));
+    for direction in common_normal(points, tree, ctx)?.into_iter().chain(axes) {
+        let Some(steps) = steps(points, direction, ctx)? else { continue };
+        let wide = steps.iter().zip(spacing).map(|(s, p)| s / f64::from(*p));
+        if median(&mut wide.collect::<Vec<_>>()) < NOISE.step_seen {
+            continue;
+        }
+        let places = places(points, tree, direction, &steps, ctx)?;
+        if are_rounded(&places) {
+            return nearby(points, &places, ctx).map(Some);
+        }
+    }
+    Ok(None)
+}
+
+/// How far apart the planes are about each point; nothing where the points are not on such planes.
+fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Option<Vec<f64>>> {
     let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
     sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
     let extent = order.last().map_or(0.0, |l| l.0) - order.first().map_or(0.0, |f| f.0);
@@ -29,16 +54,106 @@ pub(crate) fn rounding(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) ->
     if levels.len() < NOISE.levels || points.len() < NOISE.points_a_level * levels.len() {
         return Ok(None);
     }
-    let steps: Vec<f64> = levels.windows(2).map(|l| l[1][0].0 - l[0][l[0].len() - 1].0).collect();
-    let mut sigma = vec![0f32; points.len()];
+    let between: Vec<f64> = levels.windows(2).map(|l| l[1][0].0 - l[0][l[0].len() - 1].0).collect();
+    let mut steps = vec![0.0; points.len()];
     for (k, level) in levels.iter().enumerate() {
         ctx.check()?;
         // Levels that no point has make a step look double; the usual step about a level is its own.
-        let near = k.saturating_sub(NOISE.steps_around)..(k + NOISE.steps_around).min(steps.len());
-        let step = median(&mut steps[near].to_vec());
-        level.iter().for_each(|&(_, i)| sigma[i as usize] = (step / 12f64.sqrt()) as f32);
+        let near = k.saturating_sub(NOISE.steps_around)..(k + NOISE.steps_around).min(between.len());
+        let step = median(&mut between[near].to_vec());
+        level.iter().for_each(|&(_, i)| steps[i as usize] = step);
     }
-    Ok(Some(sigma))
+    Ok(Some(steps))
+}
+
+/// What a neighbourhood of several steps says.
+struct Place {
+    at: Vec3,
+    /// The normal of the plane through it.
+    normal: Vec3,
+    /// What the neighbourhood leaves of a quadric, standard deviation along the normal.
+    residual: f64,
+    /// What rounding leaves of a surface with this normal: a step over the root of twelve along it.
+    rounding: f64,
+    /// Whether the surface slants enough for the neighbourhood to see several planes.
+    slants: bool,
+}
+
+/// Looks at a sample of places.
+fn places(
+    points: &[Vec3],
+    tree: &Neighbours,
+    direction: Vec3,
+    steps: &[f64],
+    ctx: &Context<'_>,
+) -> Result<Vec<Place>> {
+    let apart = points.len().div_ceil(NOISE.samples).max(1);
+    let at: Vec<usize> = (0..points.len()).step_by(apart).collect();
+    let look = |found: &mut Vec<Neighbour>, &i: &usize| {
+        ctx.check()?;
+        tree.within(points[i], NOISE.steps_across * steps[i], found);
+        if found.len() < NOISE.points_across {
+            tree.nearest(points[i], NOISE.points_across, found);
+        }
+        found.truncate(NOISE.largest);
+        Ok(quadric(points, found).map(|q| {
+            let along = q.normal.dot(direction).abs();
+            let rounding = along * steps[i] / 12f64.sqrt();
+            Place {
+                at: q.mean,
+                normal: q.normal,
+                residual: q.residual,
+                rounding,
+                slants: along < NOISE.slants,
+            }
+        }))
+    };
+    let places: Vec<Option<Place>> = at.par_iter().map_init(Vec::new, look).collect::<Result<_>>()?;
+    Ok(places.into_iter().flatten().collect())
+}
+
+/// Whether the planes are from rounding: columns of a regular grid lie on planes too, but a slanted surface
+/// through them is smooth.
+fn are_rounded(places: &[Place]) -> bool {
+    let mut of_rounding: Vec<f64> =
+        places.iter().filter(|p| p.slants).map(|p| p.residual / p.rounding).collect();
+    of_rounding.is_empty() || median(&mut of_rounding) > NOISE.rounded
+}
+
+impl Place {
+    /// The noise along the normal, never less than the rounding itself.
+    fn noise(&self) -> f64 {
+        self.residual.max(self.rounding)
+    }
+    /// Whether `p` lies on the same surface, as far as noise lets it be told.
+    fn holds(&self, p: Vec3) -> bool {
+        (p - self.at).dot(self.normal).abs() <= NOISE.on_place * self.noise()
+    }
+}
+
+/// The noise at each point: the median of places near by on the same surface. The wall of a room may have ten
+/// times the noise of its floor.
+fn nearby(points: &[Vec3], places: &[Place], ctx: &Context<'_>) -> Result<Vec<f32>> {
+    let at: Vec<Vec3> = places.iter().map(|p| p.at).collect();
+    let tree = Neighbours::build(&at, ctx)?;
+    let on_surface = |found: &mut Vec<Neighbour>, p: Vec3| {
+        tree.nearest(p, NOISE.together, found);
+        found.iter().map(|f| f.index as usize).filter(|&k| places[k].holds(p)).collect::<Vec<_>>()
+    };
+    let about = |found: &mut Vec<Neighbour>, place: &Place| {
+        ctx.check()?;
+        let mut noise: Vec<f64> =
+            on_surface(found, place.at).into_iter().map(|k| places[k].noise()).collect();
+        Ok(median(&mut noise))
+    };
+    let noise: Vec<f64> = places.par_iter().map_init(Vec::new, about).collect::<Result<_>>()?;
+    let of_point = |found: &mut Vec<Neighbour>, &p: &Vec3| {
+        ctx.check()?;
+        let on = on_surface(found, p);
+        let nearest = on.first().copied().unwrap_or(found[0].index as usize);
+        Ok(noise[nearest] as f32)
+    };
+    points.par_iter().map_init(Vec::new, of_point).collect()
 }
 
 /// The normal that nearly all neighbourhoods have that are flat to the last digit, if there are such.
@@ -85,40 +200,89 @@ mod tests {
     use crate::numeric::Rng;
     use crate::run::Run;
 
+    /// The noise found on points of a unit square, or on as many of a surface of that size.
     fn of(points: &[Vec3]) -> Option<Vec<f32>> {
+        let spacing = vec![(1.0 / points.len() as f32).sqrt(); points.len()];
         Run::default()
             .execute(|ctx| {
                 let tree = Neighbours::build(points, ctx)?;
-                rounding(points, &tree, ctx)
+                noise(points, &tree, &spacing, ctx)
             })
             .unwrap()
     }
-    /// A slanted wavy sheet seen along `axis`, its depth rounded to `step` if there is one.
-    fn sheet(axis: Vec3, step: Option<f64>) -> Vec<Vec3> {
+
+    /// A slanted wavy sheet.
+    fn height(x: f64, y: f64) -> f64 {
+        0.5 * x + 0.1 * (5.0 * y).sin()
+    }
+
+    /// The sheet seen along `axis` by a sensor that errs by `jitter` and rounds depth to `step`, both in units of
+    /// length; what its noise is along the normal at each point.
+    fn seen(axis: Vec3, step: f64, jitter: f64) -> Vec<(Vec3, f64)> {
         let (u, v) = axis.tangents();
         let mut rng = Rng::new(5);
         (0..8000)
             .map(|_| {
                 let (x, y) = (rng.uniform(), rng.uniform());
-                let z = 0.5 * x + 0.1 * (5.0 * y).sin();
-                let z = step.map_or(z, |s| (z / s).round() * s);
-                u * x + v * y + axis * z
+                let z = ((height(x, y) + jitter * rng.normal()) / step).round() * step;
+                let along = 1.0 / (1.0 + 0.25 + (0.5 * (5.0 * y).cos()).powi(2)).sqrt();
+                (u * x + v * y + axis * z, along * (step * step / 12.0 + jitter * jitter).sqrt())
             })
             .collect()
     }
 
+    /// The largest factor by which the noise is missed, but for one in twenty points.
+    fn missed_by(seen: &[(Vec3, f64)]) -> f64 {
+        let points: Vec<Vec3> = seen.iter().map(|s| s.0).collect();
+        let found = of(&points).expect("rounded");
+        let mut factors: Vec<f64> =
+            seen.iter().zip(found).map(|(s, f)| (f64::from(f) / s.1).ln().abs().exp()).collect();
+        factors.sort_by(f64::total_cmp);
+        factors[factors.len() * 19 / 20]
+    }
+
+    const ASKEW: Vec3 = Vec3([0.3, -0.5, 0.8]);
+
     #[test]
     fn rounded_depth_is_known_by_its_step_whatever_the_direction() {
-        for axis in [Vec3([0.0, 0.0, 1.0]), Vec3([0.3, -0.5, 0.8]).normalized()] {
-            let sigma = of(&sheet(axis, Some(0.02))).expect("rounded");
-            let expected = 0.02 / 12f64.sqrt();
-            assert!(sigma.iter().all(|&s| (f64::from(s) / expected - 1.0).abs() < 0.01), "{axis:?}");
+        for axis in [Vec3([0.0, 0.0, 1.0]), ASKEW.normalized()] {
+            let factor = missed_by(&seen(axis, 0.02, 0.0));
+            assert!(factor < 1.25, "{factor} along {axis:?}");
         }
     }
     #[test]
-    fn clean_sheets_and_boxes_are_not_rounded() {
-        assert!(of(&sheet(Vec3([0.3, -0.5, 0.8]).normalized(), None)).is_none());
+    fn what_the_sensor_errs_before_it_rounds_counts_too() {
+        for axis in [Vec3([0.0, 0.0, 1.0]), ASKEW.normalized()] {
+            let factor = missed_by(&seen(axis, 0.02, 0.01));
+            assert!(factor < 1.25, "{factor} along {axis:?}");
+        }
+    }
+    #[test]
+    fn each_surface_of_a_corner_has_its_own_noise() {
+        // A wall across the view and a floor along it: the same error in depth moves few points off the floor.
+        let (step, mut rng) = (0.02, Rng::new(7));
+        let mut seen: Vec<(Vec3, f64)> = Vec::new();
+        for k in 0..12_000 {
+            let (x, y) = (rng.uniform(), rng.uniform());
+            let floor = k % 2 == 0;
+            let (height, depth, slope) =
+                if floor { (0.1 * y, y, 10.0) } else { (0.1 + y, 1.0 + 0.3 * y, 0.3) };
+            let z = ((depth + 0.5 * step * rng.normal()) / step).round() * step;
+            let noise = step * (1.0f64 / 12.0 + 0.25).sqrt() / 1f64.hypot(slope);
+            seen.push((Vec3([x, height, z]), noise));
+        }
+        let factor = missed_by(&seen);
+        assert!(factor < 2.0, "{factor}");
+    }
+    #[test]
+    fn clean_sheets_boxes_and_grids_are_not_rounded() {
+        let (u, v) = ASKEW.normalized().tangents();
         let mut rng = Rng::new(6);
+        let sheet: Vec<Vec3> = (0..8000)
+            .map(|_| (rng.uniform(), rng.uniform()))
+            .map(|(x, y)| u * x + v * y + ASKEW.normalized() * height(x, y))
+            .collect();
+        assert!(of(&sheet).is_none());
         let cube: Vec<Vec3> = (0..6000)
             .map(|i| {
                 let mut p = Vec3::from_fn(|_| rng.uniform());
@@ -127,5 +291,10 @@ mod tests {
             })
             .collect();
         assert!(of(&cube).is_none());
+        let grid: Vec<Vec3> = (0..10_000)
+            .map(|i| [i % 100, i / 100].map(|k| f64::from(k) / 100.0))
+            .map(|[x, y]| Vec3([x, y, 2.0 * height(x, y)]))
+            .collect();
+        assert!(of(&grid).is_none());
     }
 }

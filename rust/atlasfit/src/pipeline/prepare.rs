@@ -254,14 +254,14 @@ pub(super) fn with_noise(
     input.warnings.extend(warnings::volume(&local));
     let mut relative_noise = Vec::new();
     let noise = match given_noise {
-        None => match quantised::rounding(&points, &tree, ctx)? {
+        None => match quantised::noise(&points, &tree, &sampling.spacing, ctx)? {
             None => {
                 relative_noise = places::relative(&looked, &points, &local, sampling.median, ctx)?;
                 check::by_patches(&points, &tree, &sampling, local.sigma, &relative_noise, ctx)?
             }
-            Some(rounding) => {
-                let usual = median(&mut rounding.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
-                relative_noise = rounding.iter().map(|&s| s / usual as f32).collect();
+            Some(stepped) => {
+                let usual = median(&mut stepped.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
+                relative_noise = stepped.iter().map(|&s| s / usual as f32).collect();
                 NoiseModel::new(usual, NoiseSource::Rounding, sampling.median)
             }
         },

@@ -16,6 +16,7 @@ mod parts;
 
 use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
+use crate::numeric::dense::principal;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::partition::Cut;
@@ -68,7 +69,8 @@ fn least_of_both(
     found: &mut Vec<Neighbour>,
     look: impl Fn(&dyn Fn(u32) -> bool, &mut Vec<Neighbour>) -> Result<f64>,
 ) -> Result<f64> {
-    let speaks = |m: u32| speaks_for(charted, chart, m);
+    let row = is_row(charted, chart);
+    let speaks = |m: u32| speaks_for(charted, chart, m) && !(row && crosses_it(charted, chart, m));
     let all = look(&|_| true, found)?;
     if found.iter().all(|f| speaks(f.index)) { Ok(all) } else { Ok(all.min(look(&speaks, found)?)) }
 }
@@ -78,6 +80,29 @@ fn least_of_both(
 fn speaks_for(charted: &Charted<'_>, chart: usize, point: u32) -> bool {
     let on = charted.members.of(point as usize);
     on.is_empty() || on.iter().any(|c| c.0 as usize == chart)
+}
+
+/// Whether a chart's points lie in a row, hardly wider than thick: where a scan line or a step of depth cuts a
+/// surface. Such a row is flat in many planes.
+fn is_row(charted: &Charted<'_>, chart: usize) -> bool {
+    let f = &charted.fitted[chart];
+    let points = f.members.iter().map(|&(m, w)| (charted.cut.points[m as usize], f64::from(w)));
+    principal(points).is_some_and(|p| p.variances[1].sqrt() < STRAYS.row * f.chart.sigma)
+}
+
+/// Whether a larger chart that explains the point well crosses this one there.
+fn crosses_it(charted: &Charted<'_>, chart: usize, point: u32) -> bool {
+    let this = &charted.fitted[chart].chart;
+    charted.members.of(point as usize).iter().any(|&(c, weight)| {
+        let other = &charted.fitted[c as usize].chart;
+        weight > STRAYS.explained && other.support > this.support && cross(&this.map, &other.map)
+    })
+}
+
+/// Whether two sheets cross rather than go on as one another.
+fn cross(a: &Map, b: &Map) -> bool {
+    let (Map::Monge(a), Map::Monge(b)) = (a, b) else { return false };
+    a.axes[2].dot(b.axes[2]).abs() < STRAYS.crossing
 }
 
 /// The evidence for a chart from the points that `counts`.
