@@ -259,8 +259,8 @@ fn speck(median: f64, voxel: f64) -> usize {
 /// Side of the voxels for a detail of 1; `sigma` is the noise that charts are cut with.
 pub(super) fn voxel(sampling: &Sampling, sigma: f64) -> f64 {
     let spread = (area(sampling) / sampling.spacing.len() as f64).sqrt();
-    let by_noise = PIPELINE.voxel_noise * sigma;
-    (PIPELINE.voxel * sampling.median).max(PIPELINE.voxel_spread * spread).max(by_noise)
+    let by_spread = (PIPELINE.voxel_uneven * spread).min(sampling.median).max(PIPELINE.voxel_spread * spread);
+    (PIPELINE.voxel * sampling.median).max(by_spread).max(PIPELINE.voxel_noise * sigma)
 }
 
 /// How many points each chart weighs most at.
