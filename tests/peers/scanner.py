@@ -15,9 +15,11 @@ grazes it):
                  a converted copy of itself
   lidar          one turning scanner in a room with furniture, line by line, with points in between where the
                  distance jumps
+  depth          one depth camera in the same room: it measures the inverse of the depth, with a standard error
+                 of sigma, and rounds it to steps of 2.5 sigma, so that both grow with the square of the depth
   sheetsK        two parallel plates K (3, 4, 5) sigma apart, each seen from its own side
-The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar and sheets have
-their own.
+The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar, depth and
+sheets have their own.
 
 usage: scanner.py cells [--kinds K,...] [--shapes S,...] [--data DIR]
            prints a JSON line per cell: kind and shape
@@ -47,6 +49,9 @@ MOST_GRAZING = 4
 PLACE, LOWEST, HIGHEST = (0.12, -0.08, -0.02), -60, 80
 # Distances of neighbours on a line that differ by more are a jump; that share of them is measured in between.
 JUMP, MIXED = 0.05, 0.3
+# Of a depth camera: its place in the room, where it looks, and half the width and height of its picture (58 by 45
+# degrees) at a distance of one.
+EYE, GAZE, HALF = (-0.28, -0.34, 0.12), (0.4, 0.35, -0.15), (0.56, 0.42)
 
 
 @dataclass
@@ -208,6 +213,27 @@ def lidar(V, F, sigma, count, rng):
     return points, place[None], len(mixed)
 
 
+def picture():
+    """The axes of a depth camera: to the right, up, and where it looks."""
+    forward = np.array(GAZE) - np.array(EYE)
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, (0, 0, 1))
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(right, forward), forward])
+
+
+def depth(V, F, sigma, count, rng):
+    pitch = np.sqrt(4 * HALF[0] * HALF[1] / count)
+    x, y = (np.arange(-half + pitch / 2, half, pitch) for half in HALF)
+    x, y = (c.ravel() for c in np.meshgrid(x, y, indexing="ij"))
+    d = np.stack([x, y, np.ones_like(x)], 1) @ picture()
+    length = np.linalg.norm(d, axis=1)
+    hits, met = look(V, F, np.array(EYE), d / length[:, None])
+    inverse = length[met] / np.linalg.norm(hits.at - EYE, axis=1) + sigma * rng.normal(size=len(met))
+    step = 2.5 * sigma
+    return EYE + d[met] / (np.round(inverse / step) * step)[:, None], np.array([EYE]), 0
+
+
 # By name: how it is scanned, and the shape of its own, of which it is told the sigma; no such: any shape.
 KINDS = {
     "views": (plain, None),
@@ -218,6 +244,7 @@ KINDS = {
     "varied": (varied, None),
     "merged": (merged, None),
     "lidar": (lidar, ("room", lambda sigma: shapes.room())),
+    "depth": (depth, ("room", lambda sigma: shapes.room())),
     **{"sheets%d" % k: (plain, ("plates", lambda sigma, k=k: shapes.plates(k * sigma))) for k in (3, 4, 5)},
 }
 MADE = ["bumps", "knot", "ring", "spiral"]
@@ -244,6 +271,11 @@ def in_lidar_reach(d):
     return (LOWEST < elevation) & (elevation < HIGHEST)
 
 
+def in_picture(d):
+    x, y, z = (d @ picture().T).T
+    return (z > 0) & (np.abs(x) < HALF[0] * z) & (np.abs(y) < HALF[1] * z)
+
+
 def scan(shape, kind, sigma, count=16000, seed=0, data=shapes.DATA):
     """The points; the true surface, turned to the sensors; which of its triangles were seen; the number of
     strays; the view of each point, where the scan is to tell.
@@ -252,7 +284,8 @@ def scan(shape, kind, sigma, count=16000, seed=0, data=shapes.DATA):
     V, F = shapes.fitted(*own[1](sigma)) if own else shapes.clean(shape, data)
     rng = np.random.default_rng([seed, zlib.crc32(("%s %s" % (shape, kind)).encode())])
     points, places, strays, *view = how(V, F, sigma, count, rng)
-    side, seen = seen_sides(V, F, places, in_lidar_reach if kind == "lidar" else None)
+    reach = {"lidar": in_lidar_reach, "depth": in_picture}.get(kind)
+    side, seen = seen_sides(V, F, places, reach)
     F = np.where((side < 0)[:, None], F[:, [0, 2, 1]], F)
     return points, V, F, seen, strays, *(view or [None])
 

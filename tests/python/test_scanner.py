@@ -131,6 +131,19 @@ def test_a_lidar_scans_line_by_line_and_sees_no_bottom_of_the_furniture(made):
     assert seen.mean() > 0.5 and not seen[below & low].any()
 
 
+def test_a_depth_camera_has_steps_that_grow_with_the_square_of_the_depth(made):
+    scanner = made["scanner"]
+    points, V, F, seen, strays, _ = scanner.scan("room", "depth", SIGMA, 3000)
+    x, y, z = ((points - np.array(scanner.EYE)) @ scanner.picture().T).T
+    steps = 1 / (2.5 * SIGMA * z)
+    assert np.abs(steps - np.round(steps)).max() < 1e-6 and strays == 0
+    assert (np.abs(x / z) < scanner.HALF[0]).all() and (np.abs(y / z) < scanner.HALF[1]).all()
+    clean = scanner.scan("room", "depth", 1e-9, 3000)[0]
+    far = ((clean - np.array(scanner.EYE)) @ scanner.picture()[2])
+    assert len(clean) == len(points) and (z - far).std() < 1.5 * SIGMA * (far**2).max()
+    assert 0.1 < seen.mean() < 0.4, "what is behind the camera is not asked for"
+
+
 def test_sheets_are_sigmas_apart_and_each_is_seen_from_its_own_side(made):
     points, V, F, seen, *_ = made["scanner"].scan("plates", "sheets5", SIGMA, 4000)
     assert np.ptp(V[:, 2]) == pytest.approx(5 * SIGMA) and seen.all()
@@ -173,7 +186,7 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
         ("sheets5", "plates"),
         ("outliers5", "knot"),
     ]
-    assert len(said()[1]) == 9 * 4 + 4
+    assert len(said()[1]) == 9 * 4 + 5
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
 

@@ -75,21 +75,28 @@ pub(crate) struct NoiseConstants {
     /// Halved: no figure changes by 1 %; doubled: points 1.08 (plate 1.62), acc 1.07 (plate 1.47), com 1.12
     /// (plate 1.97).
     pub flat: f64,
-    /// A neighbourhood is flat to the last digit below this ratio of thickness to width. Source: derived, the
-    /// rounding of single precision in a scan of a thousand spacings.
-    /// Halved or doubled: same bytes.
-    pub exactly_flat: f64,
-    /// Rounded scans have at least this share of such neighbourhoods. In (0, 1). Source: measured, 0.56 and
-    /// more on depth cameras' rounding of one to four spacings; below that, neighbourhoods see the steps.
-    /// Halved or doubled: same bytes.
+    /// Places at which planes are looked for that points lie on exactly. Source: derived, the share that has
+    /// one is known to sqrt(0.1 / 250) = 2 %.
+    pub planes: usize,
+    /// Among so many nearest points. Source: derived, within 2.5 spacings: steps as wide as the spacing leave
+    /// a fifth of them on one plane.
+    pub coplanar_among: usize,
+    /// A plane has so many of them. Source: derived, three make a plane, and that two others lie within the
+    /// rounding of it by chance has odds of one in ten thousand.
+    pub coplanar: usize,
+    /// Three points whose sine squared is smaller make no plane; nor does a strip whose variances have a
+    /// smaller ratio. Source: chosen.
+    pub slender: f64,
+    /// Planes that are followed to where they end, so that their normal is known. Source: derived, the median
+    /// of this many has a quarter of the error of one.
+    pub widened: usize,
+    /// Rounded scans have planes across one direction at at least this share of the places. In (0, 1). Source:
+    /// chosen, of a camera's rows of pixels a fortieth are as parallel.
     pub flat_share: f64,
-    /// Normals with a greater cosine are the same. Source: derived from `exactly_flat`.
+    /// Normals with a greater cosine are the same. Source: derived, a hundred times the rounding of
+    /// single precision over a spacing, in a scan of a thousand.
     /// Halved or doubled: same bytes.
     pub along: f64,
-    /// Of those neighbourhoods this share must face along one direction. In (0, 1). Source: chosen; a part of
-    /// clean planes has risers beside its treads.
-    /// Halved or doubled: same bytes.
-    pub flat_along: f64,
     /// Points of one level differ by no more than this share of the extent. Source: derived, some ten times
     /// the rounding of single precision.
     /// Halved or doubled: same bytes.
@@ -97,8 +104,8 @@ pub(crate) struct NoiseConstants {
     /// Fewer levels may be a part's own planes. Source: chosen.
     /// Halved or doubled: same bytes.
     pub levels: usize,
-    /// Levels hold at least this many points each, in the mean: points of a clean slanted sheet are each a
-    /// level of their own. Source: chosen.
+    /// Half of the points at least lie on levels that hold this many: points of a clean slanted sheet are each a
+    /// level of their own, and near a camera there are many steps with few points. Source: chosen.
     /// Halved or doubled: same bytes.
     pub points_a_level: usize,
     /// Steps above and below a level that say how large the usual step is. Source: chosen.
@@ -168,10 +175,13 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     follows: 1.5,
     scales: [(11, 0.93), (16, 0.96), (28, 0.98), (48, 0.99), (84, 1.0), (148, 1.0), (260, 1.0)],
     flat: 0.6,
-    exactly_flat: 1e-3,
+    planes: 250,
+    coplanar_among: 20,
+    coplanar: 5,
+    slender: 0.1,
+    widened: 16,
     flat_share: 0.1,
     along: 0.9999,
-    flat_along: 0.9,
     level_thickness: 2e-6,
     levels: 16,
     points_a_level: 20,

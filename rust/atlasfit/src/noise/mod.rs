@@ -12,5 +12,6 @@ pub mod learn;
 mod model;
 pub(crate) mod places;
 pub(crate) mod quantised;
+mod stack;
 
 pub use model::{NoiseModel, NoiseSource};

@@ -8,9 +8,8 @@
 
 use super::constants::NOISE;
 use super::estimate::quadric;
+use super::stack;
 use crate::error::Result;
-use crate::numeric::dense::principal;
-use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -28,10 +27,8 @@ pub(crate) fn noise(
     spacing: &[f32],
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<f32>>> {
-    // Most files of depth cameras hold the camera's own coordinates, whose planes are across an axis.
-    let axes = [2, 1, 0].map(|k| Vec3::from_fn(|i| f64::from(i == k)));
-    for direction in common_normal(points, tree, ctx)?.into_iter().chain(axes) {
-        let Some(steps) = steps(points, direction, ctx)? else { continue };
+    for direction in stack::directions(points, tree, ctx)? {
+        let Some(steps) = stack::steps(points, direction, ctx)? else { continue };
         let wide = steps.iter().zip(spacing).map(|(s, p)| s / f64::from(*p));
         if median(&mut wide.collect::<Vec<_>>()) < NOISE.step_seen {
             continue;
@@ -42,28 +39,6 @@ pub(crate) fn noise(
         }
     }
     Ok(None)
-}
-
-/// How far apart the planes are about each point; nothing where the points are not on such planes.
-fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Option<Vec<f64>>> {
-    let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
-    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
-    let extent = order.last().map_or(0.0, |l| l.0) - order.first().map_or(0.0, |f| f.0);
-    let levels: Vec<&[(f64, u32)]> =
-        order.chunk_by(|a, b| b.0 - a.0 <= NOISE.level_thickness * extent).collect();
-    if levels.len() < NOISE.levels || points.len() < NOISE.points_a_level * levels.len() {
-        return Ok(None);
-    }
-    let between: Vec<f64> = levels.windows(2).map(|l| l[1][0].0 - l[0][l[0].len() - 1].0).collect();
-    let mut steps = vec![0.0; points.len()];
-    for (k, level) in levels.iter().enumerate() {
-        ctx.check()?;
-        // Levels that no point has make a step look double; the usual step about a level is its own.
-        let near = k.saturating_sub(NOISE.steps_around)..(k + NOISE.steps_around).min(between.len());
-        let step = median(&mut between[near].to_vec());
-        level.iter().for_each(|&(_, i)| steps[i as usize] = step);
-    }
-    Ok(Some(steps))
 }
 
 /// What a neighbourhood of several steps says.
@@ -154,44 +129,6 @@ fn nearby(points: &[Vec3], places: &[Place], ctx: &Context<'_>) -> Result<Vec<f3
         Ok(noise[nearest] as f32)
     };
     points.par_iter().map_init(Vec::new, of_point).collect()
-}
-
-/// The normal that nearly all neighbourhoods have that are flat to the last digit, if there are such.
-fn common_normal(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Option<Vec3>> {
-    let step = points.len().div_ceil(NOISE.samples).max(1);
-    let seeds: Vec<usize> = (0..points.len()).step_by(step).collect();
-    let normals: Vec<Vec3> = seeds
-        .par_iter()
-        .map(|&i| {
-            ctx.check()?;
-            let mut found = Vec::new();
-            tree.nearest(points[i], NOISE.scales[0].0, &mut found);
-            let spread = principal(found.iter().map(|f| (points[f.index as usize], 1.0)));
-            Ok(spread
-                .filter(|s| s.variances[0] <= NOISE.exactly_flat.powi(2) * s.variances[1])
-                .map(|s| s.axes[0]))
-        })
-        .collect::<Result<Vec<_>>>()?
-        .into_iter()
-        .flatten()
-        .collect();
-    if (normals.len() as f64) < NOISE.flat_share * seeds.len() as f64 {
-        return Ok(None);
-    }
-    // The mean axis: the first principal direction of the normals and their opposites.
-    let both = normals.iter().flat_map(|&n| [(n, 1.0), (-n, 1.0)]);
-    let Some(axis) = principal(both).map(|s| s.axes[2]) else { return Ok(None) };
-    let along: Vec<Vec3> = normals
-        .iter()
-        .filter(|n| n.dot(axis).abs() > NOISE.along)
-        .map(|&n| n * n.dot(axis).signum())
-        .collect();
-    if (along.len() as f64) < NOISE.flat_along * normals.len() as f64 {
-        return Ok(None);
-    }
-    // Most agree to the last digit; the median leaves out those that do not.
-    let middle = |k: usize| median(&mut along.iter().map(|n| n[k]).collect::<Vec<_>>());
-    Ok(Some(Vec3([middle(0), middle(1), middle(2)]).normalized()))
 }
 
 #[cfg(test)]

@@ -1,0 +1,147 @@
+//! Stacks of parallel planes, as a depth camera's rounding puts a scan's points on.
+//!
+//! In: points and their search tree. Out: directions that the planes of a stack may be across, and how far
+//! apart the planes across one of them are.
+
+use super::constants::NOISE;
+use crate::error::Result;
+use crate::numeric::dense::principal;
+use crate::numeric::sort::sort_by;
+use crate::numeric::stats::median;
+use crate::numeric::vec3::Vec3;
+use crate::run::Context;
+use crate::spatial::neighbours::{Neighbour, Neighbours};
+use rayon::prelude::*;
+
+/// Directions that planes may be across: the one that most neighbourhoods have a plane across, and the axes,
+/// since most files of depth cameras hold the camera's own coordinates.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn directions(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
+    let axes = [2, 1, 0].map(|k| Vec3::from_fn(|i| f64::from(u8::from(i == k))));
+    let exact = NOISE.level_thickness * extent(points);
+    Ok(common_normal(points, tree, exact, ctx)?.into_iter().chain(axes).collect())
+}
+
+/// The largest extent along an axis.
+fn extent(points: &[Vec3]) -> f64 {
+    let range =
+        |k: usize| points.iter().map(|p| p[k]).fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    (0..3).map(range).map(|(low, high)| high - low).fold(0.0, f64::max)
+}
+
+/// How far apart the planes across a direction are about each point; nothing where the points are not on such
+/// planes.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Option<Vec<f64>>> {
+    let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
+    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
+    let extent = order.last().map_or(0.0, |l| l.0) - order.first().map_or(0.0, |f| f.0);
+    let levels: Vec<&[(f64, u32)]> =
+        order.chunk_by(|a, b| b.0 - a.0 <= NOISE.level_thickness * extent).collect();
+    let crowded: usize = levels.iter().map(|l| l.len()).filter(|&n| n >= NOISE.points_a_level).sum();
+    if levels.len() < NOISE.levels || 2 * crowded < points.len() {
+        return Ok(None);
+    }
+    let between: Vec<f64> = levels.windows(2).map(|l| l[1][0].0 - l[0][l[0].len() - 1].0).collect();
+    let mut steps = vec![0.0; points.len()];
+    for (k, level) in levels.iter().enumerate() {
+        ctx.check()?;
+        // Levels that no point has make a step look double; the usual step about a level is its own.
+        let near = k.saturating_sub(NOISE.steps_around)..(k + NOISE.steps_around).min(between.len());
+        let step = median(&mut between[near].to_vec());
+        level.iter().for_each(|&(_, i)| steps[i as usize] = step);
+    }
+    Ok(Some(steps))
+}
+
+/// The normal that most neighbourhoods have a plane across which some of their points are exactly on, if many
+/// do. Points within `exact` of a plane are on it.
+fn common_normal(points: &[Vec3], tree: &Neighbours, exact: f64, ctx: &Context<'_>) -> Result<Option<Vec3>> {
+    let apart = points.len().div_ceil(NOISE.planes).max(1);
+    let seeds: Vec<usize> = (0..points.len()).step_by(apart).collect();
+    let planes = |found: &mut Vec<Neighbour>, &seed: &usize| {
+        ctx.check()?;
+        tree.nearest(points[seed], NOISE.coplanar_among, found);
+        let near: Vec<Vec3> = found.iter().map(|f| points[f.index as usize]).collect();
+        Ok(exact_planes(&near, exact).into_iter().map(|n| (seed, n)).collect())
+    };
+    let planes: Vec<Vec<(usize, Vec3)>> =
+        seeds.par_iter().map_init(Vec::new, planes).collect::<Result<_>>()?;
+    let planes = planes.concat();
+    // Rows of pixels lie on planes too, which all hold the camera: their normals differ.
+    let shared: Vec<usize> =
+        planes.par_iter().map(|a| planes.iter().filter(|b| same(a.1, b.1)).count()).collect();
+    let Some(most) = (0..planes.len()).max_by_key(|&k| (shared[k], std::cmp::Reverse(k))) else {
+        return Ok(None);
+    };
+    if (shared[most] as f64) < NOISE.flat_share * seeds.len() as f64 {
+        return Ok(None);
+    }
+    let axis = planes[most].1;
+    let along: Vec<&(usize, Vec3)> = planes.iter().filter(|p| same(p.1, axis)).collect();
+    let wider = |found: &mut Vec<Neighbour>, &&(seed, n): &&(usize, Vec3)| {
+        let wide = widened(points, tree, seed, n, exact, found, ctx)?;
+        Ok(wide * wide.dot(axis).signum())
+    };
+    let few = along.len().div_ceil(NOISE.widened).max(1);
+    let along: Vec<Vec3> = along.par_iter().step_by(few).map_init(Vec::new, wider).collect::<Result<_>>()?;
+    // Most agree to the last digit; the median leaves out those that do not.
+    let middle = |k: usize| median(&mut along.iter().map(|n| n[k]).collect::<Vec<_>>());
+    Ok(Some(Vec3([middle(0), middle(1), middle(2)]).normalized()))
+}
+
+/// Whether two planes' normals are the same.
+fn same(a: Vec3, b: Vec3) -> bool {
+    a.dot(b).abs() > NOISE.along
+}
+
+/// The normals of the planes through the first of some points that more of the others are exactly on than by
+/// chance.
+fn exact_planes(near: &[Vec3], exact: f64) -> Vec<Vec3> {
+    let mut planes: Vec<Vec3> = Vec::new();
+    let Some((first, others)) = near.split_first() else { return planes };
+    let from: Vec<Vec3> = others.iter().map(|&p| p - *first).collect();
+    for (i, &a) in from.iter().enumerate() {
+        for &b in &from[..i] {
+            let across = a.cross(b);
+            if across.norm2() < NOISE.slender * a.norm2() * b.norm2() {
+                continue;
+            }
+            let n = across.normalized();
+            let on = 1 + from.iter().filter(|d| d.dot(n).abs() <= exact).count();
+            if on >= NOISE.coplanar && !planes.iter().any(|&p| same(p, n)) {
+                planes.push(n);
+            }
+        }
+    }
+    planes
+}
+
+/// The normal of a plane through a point, known better from points on it farther and farther away.
+fn widened(
+    points: &[Vec3],
+    tree: &Neighbours,
+    seed: usize,
+    mut normal: Vec3,
+    exact: f64,
+    found: &mut Vec<Neighbour>,
+    ctx: &Context<'_>,
+) -> Result<Vec3> {
+    let origin = points[seed];
+    tree.nearest(origin, NOISE.coplanar_among, found);
+    let mut radius = found.last().map_or(0.0, |f| f.dist2.sqrt());
+    while found.len() < NOISE.largest.min(points.len()) && radius > 0.0 {
+        ctx.check()?;
+        radius *= NOISE.wider;
+        tree.within(origin, radius, found);
+        let on = found.iter().map(|f| points[f.index as usize]);
+        let on = on.filter(|&p| (p - origin).dot(normal).abs() <= exact).map(|p| (p, 1.0));
+        let plane = principal(on).filter(|s| s.variances[1] > NOISE.slender * s.variances[2]);
+        normal = plane.map_or(normal, |s| s.axes[0] * s.axes[0].dot(normal).signum());
+    }
+    Ok(normal)
+}
