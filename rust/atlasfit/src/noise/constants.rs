@@ -90,6 +90,8 @@ pub(crate) struct NoiseConstants {
     /// Planes that are followed to where they end, so that their normal is known. Source: derived, the median
     /// of this many has a quarter of the error of one.
     pub widened: usize,
+    /// Times that each may be made wider. Source: derived, from 2.5 spacings to more than two thousand.
+    pub widenings: usize,
     /// Rounded scans have planes across one direction at at least this share of the places. In (0, 1). Source:
     /// chosen, of a camera's rows of pixels a fortieth are as parallel.
     pub flat_share: f64,
@@ -180,6 +182,7 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     coplanar: 5,
     slender: 0.1,
     widened: 16,
+    widenings: 12,
     flat_share: 0.1,
     along: 0.9999,
     level_thickness: 2e-6,

@@ -134,8 +134,11 @@ fn widened(
     let origin = points[seed];
     tree.nearest(origin, NOISE.coplanar_among, found);
     let mut radius = found.last().map_or(0.0, |f| f.dist2.sqrt());
-    while found.len() < NOISE.largest.min(points.len()) && radius > 0.0 {
+    for _ in 0..NOISE.widenings {
         ctx.check()?;
+        if found.len() >= NOISE.largest.min(points.len()) {
+            break;
+        }
         radius *= NOISE.wider;
         tree.within(origin, radius, found);
         let on = found.iter().map(|f| points[f.index as usize]);
