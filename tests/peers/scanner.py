@@ -15,8 +15,8 @@ grazes it):
                  a converted copy of itself
   lidar          one turning scanner in a room with furniture, line by line, with points in between where the
                  distance jumps
-  depth          one depth camera in the same room: it measures the inverse of the depth, with a standard error
-                 of sigma, and rounds it to steps of 2.5 sigma, so that both grow with the square of the depth
+  depth          one depth camera in the same room: it measures the inverse of the depth, with a standard
+                 error of sigma, and rounds it to steps of 2.5 sigma: both grow with the square of the depth
   sheetsK        two parallel plates K (3, 4, 5) sigma apart, each seen from its own side
 The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar, depth and
 sheets have their own.
@@ -49,8 +49,8 @@ MOST_GRAZING = 4
 PLACE, LOWEST, HIGHEST = (0.12, -0.08, -0.02), -60, 80
 # Distances of neighbours on a line that differ by more are a jump; that share of them is measured in between.
 JUMP, MIXED = 0.05, 0.3
-# Of a depth camera: its place in the room, where it looks, and half the width and height of its picture (58 by 45
-# degrees) at a distance of one.
+# Of a depth camera: its place in the room, where it looks, and half the width and height of its picture (58 by
+# 45 degrees) at a distance of one.
 EYE, GAZE, HALF = (-0.28, -0.34, 0.12), (0.4, 0.35, -0.15), (0.56, 0.42)
 
 

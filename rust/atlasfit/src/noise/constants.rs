@@ -92,8 +92,8 @@ pub(crate) struct NoiseConstants {
     pub widened: usize,
     /// Times that each may be made wider. Source: derived, from 2.5 spacings to more than two thousand.
     pub widenings: usize,
-    /// Rounded scans have planes across one direction at at least this share of the places. In (0, 1). Source:
-    /// chosen, of a camera's rows of pixels a fortieth are as parallel.
+    /// Rounded scans have planes across one direction at at least this share of the places. In (0, 1).
+    /// Source: chosen, of a camera's rows of pixels a fortieth are as parallel.
     pub flat_share: f64,
     /// Normals with a greater cosine are the same. Source: derived, a hundred times the rounding of
     /// single precision over a spacing, in a scan of a thousand.
@@ -106,8 +106,8 @@ pub(crate) struct NoiseConstants {
     /// Fewer levels may be a part's own planes. Source: chosen.
     /// Halved or doubled: same bytes.
     pub levels: usize,
-    /// Half of the points at least lie on levels that hold this many: points of a clean slanted sheet are each a
-    /// level of their own, and near a camera there are many steps with few points. Source: chosen.
+    /// Half of the points at least lie on levels that hold this many: points of a clean slanted sheet are
+    /// each a level of their own, and near a camera there are many steps with few points. Source: chosen.
     /// Halved or doubled: same bytes.
     pub points_a_level: usize,
     /// Steps above and below a level that say how large the usual step is. Source: chosen.
@@ -123,11 +123,11 @@ pub(crate) struct NoiseConstants {
     /// Steps narrower than this share of the spacing are seen by the usual neighbourhoods: the least, 1.9
     /// spacings to each side, spans eight of them. Source: derived.
     pub step_seen: f64,
-    /// A surface slants that has a smaller cosine with the steps' direction. Source: derived, the neighbourhood
-    /// spans three planes where the tangent is half.
+    /// A surface slants that has a smaller cosine with the steps' direction. Source: derived, the
+    /// neighbourhood spans three planes where the tangent is half.
     pub slants: f64,
-    /// What is this many standard deviations from a place's plane lies on another surface. Source: derived, one
-    /// in 370 of a normal distribution lies farther.
+    /// What is this many standard deviations from a place's plane lies on another surface. Source: derived,
+    /// one in 370 of a normal distribution lies farther.
     pub on_place: f64,
     /// Planes are from rounding where quadrics across several leave more than this share of what rounding
     /// alone would. In (0, 1). Source: chosen, between 0 and 1.

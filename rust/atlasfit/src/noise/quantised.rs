@@ -153,8 +153,8 @@ mod tests {
         0.5 * x + 0.1 * (5.0 * y).sin()
     }
 
-    /// The sheet seen along `axis` by a sensor that errs by `jitter` and rounds depth to `step`, both in units of
-    /// length; what its noise is along the normal at each point.
+    /// The sheet seen along `axis` by a sensor that errs by `jitter` and rounds depth to `step`, both in
+    /// units of length; what its noise is along the normal at each point.
     fn seen(axis: Vec3, step: f64, jitter: f64) -> Vec<(Vec3, f64)> {
         let (u, v) = axis.tangents();
         let mut rng = Rng::new(5);
@@ -194,8 +194,8 @@ mod tests {
             assert!(factor < 1.25, "{factor} along {axis:?}");
         }
     }
-    /// A slanted wall in the pixels of a camera that looks askew and measures the inverse of the depth, with an
-    /// error of 0.4 steps; what its noise is along the normal at each point.
+    /// A slanted wall in the pixels of a camera that looks askew and measures the inverse of the depth, with
+    /// an error of 0.4 steps; what its noise is along the normal at each point.
     fn pictured(step: Option<f64>) -> Vec<(Vec3, f64)> {
         let forward = ASKEW.normalized();
         let (right, up) = forward.tangents();
@@ -226,7 +226,8 @@ mod tests {
     }
     #[test]
     fn each_surface_of_a_corner_has_its_own_noise() {
-        // A wall across the view and a floor along it: the same error in depth moves few points off the floor.
+        // A wall across the view and a floor along it: the same error in depth moves few points off the
+        // floor.
         let (step, mut rng) = (0.02, Rng::new(7));
         let mut seen: Vec<(Vec3, f64)> = Vec::new();
         for k in 0..12_000 {

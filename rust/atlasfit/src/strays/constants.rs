@@ -90,14 +90,14 @@ pub(crate) struct StraysConstants {
     /// Places by which it is known how much of the scan's box is beside its surface. Source: derived, an
     /// error of 1 %.
     pub places: usize,
-    /// Charts cross whose normals have a smaller cosine: neither goes on as the other. Source: chosen, half of
-    /// a right angle.
+    /// Charts cross whose normals have a smaller cosine: neither goes on as the other. Source: chosen, half
+    /// of a right angle.
     pub crossing: f64,
-    /// A chart explains a point well that had more than this robust weight. In (0, 1). Source: derived, Tukey's
-    /// weight two standard deviations away.
+    /// A chart explains a point well that had more than this robust weight. In (0, 1). Source: derived,
+    /// Tukey's weight two standard deviations away.
     pub explained: f32,
-    /// Points lie in a row where they spread by less than this many standard deviations of the noise across it.
-    /// Source: derived, a strip that spreads by two is seven wide.
+    /// Points lie in a row where they spread by less than this many standard deviations of the noise across
+    /// it. Source: derived, a strip that spreads by two is seven wide.
     pub row: f64,
     /// Rounds in which it is found how much of what is doubtful is surface. Source: chosen.
     pub rounds: usize,

@@ -82,8 +82,8 @@ fn speaks_for(charted: &Charted<'_>, chart: usize, point: u32) -> bool {
     on.is_empty() || on.iter().any(|c| c.0 as usize == chart)
 }
 
-/// Whether a chart's points lie in a row, hardly wider than thick: where a scan line or a step of depth cuts a
-/// surface. Such a row is flat in many planes.
+/// Whether a chart's points lie in a row, hardly wider than thick: where a scan line or a step of depth cuts
+/// a surface. Such a row is flat in many planes.
 fn is_row(charted: &Charted<'_>, chart: usize) -> bool {
     let f = &charted.fitted[chart];
     let points = f.members.iter().map(|&(m, w)| (charted.cut.points[m as usize], f64::from(w)));
