@@ -123,9 +123,9 @@ pub(crate) struct NoiseConstants {
     /// Steps narrower than this share of the spacing are seen by the usual neighbourhoods: the least, 1.9
     /// spacings to each side, spans eight of them. Source: derived.
     pub step_seen: f64,
-    /// A surface slants that has a smaller cosine with the steps' direction. Source: derived, the
-    /// neighbourhood spans three planes where the tangent is half.
-    pub slants: f64,
+    /// A surface slants whose cosine with the steps' direction lies between these. Source: derived, where the
+    /// tangent is half a neighbourhood spans three planes; of a surface along it, a tenth of a step is none.
+    pub slants: (f64, f64),
     /// What is this many standard deviations from a place's plane lies on another surface. Source: derived,
     /// one in 370 of a normal distribution lies farther.
     pub on_place: f64,
@@ -192,7 +192,7 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     steps_across: 3.0,
     points_across: 28,
     step_seen: 0.5,
-    slants: 0.9,
+    slants: (0.1, 0.9),
     on_place: 3.0,
     rounded: 0.5,
     rounds: 3,

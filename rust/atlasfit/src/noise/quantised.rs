@@ -27,18 +27,18 @@ pub(crate) fn noise(
     spacing: &[f32],
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<f32>>> {
-    for direction in stack::directions(points, tree, ctx)? {
-        let Some(steps) = stack::steps(points, direction, ctx)? else { continue };
-        let wide = steps.iter().zip(spacing).map(|(s, p)| s / f64::from(*p));
-        if median(&mut wide.collect::<Vec<_>>()) < NOISE.step_seen {
-            continue;
-        }
-        let places = places(points, tree, direction, &steps, ctx)?;
-        if are_rounded(&places) {
-            return nearby(points, &places, ctx).map(Some);
-        }
+    let Some(direction) = stack::direction(points, tree, ctx)? else { return Ok(None) };
+    let Some(steps) = stack::steps(points, direction, ctx)? else { return Ok(None) };
+    let wide = steps.iter().zip(spacing).map(|(s, p)| s / f64::from(*p));
+    if median(&mut wide.collect::<Vec<_>>()) < NOISE.step_seen {
+        return Ok(None);
     }
-    Ok(None)
+    let places = places(points, tree, direction, &steps, ctx)?;
+    if !are_rounded(&places) {
+        return Ok(None);
+    }
+    let noise = nearby(points, &places, ctx)?;
+    Ok(noise.iter().all(|&s| s > 0.0).then_some(noise))
 }
 
 /// What a neighbourhood of several steps says.
@@ -50,8 +50,8 @@ struct Place {
     residual: f64,
     /// What rounding leaves of a surface with this normal: a step over the root of twelve along it.
     rounding: f64,
-    /// Whether the surface slants enough for the neighbourhood to see several planes.
-    slants: bool,
+    /// The cosine of the normal with the direction that the planes are across.
+    along: f64,
 }
 
 /// Looks at a sample of places.
@@ -74,13 +74,7 @@ fn places(
         Ok(quadric(points, found).map(|q| {
             let along = q.normal.dot(direction).abs();
             let rounding = along * steps[i] / 12f64.sqrt();
-            Place {
-                at: q.mean,
-                normal: q.normal,
-                residual: q.residual,
-                rounding,
-                slants: along < NOISE.slants,
-            }
+            Place { at: q.mean, normal: q.normal, residual: q.residual, rounding, along }
         }))
     };
     let places: Vec<Option<Place>> = at.par_iter().map_init(Vec::new, look).collect::<Result<_>>()?;
@@ -88,11 +82,15 @@ fn places(
 }
 
 /// Whether the planes are from rounding: columns of a regular grid lie on planes too, but a slanted surface
-/// through them is smooth.
+/// through them is smooth. Surfaces along the direction say nothing, nor do those across it that show a
+/// neighbourhood one plane, unless there are no others.
 fn are_rounded(places: &[Place]) -> bool {
-    let mut of_rounding: Vec<f64> =
-        places.iter().filter(|p| p.slants).map(|p| p.residual / p.rounding).collect();
-    of_rounding.is_empty() || median(&mut of_rounding) > NOISE.rounded
+    let slanted = places.iter().filter(|p| (NOISE.slants.0..NOISE.slants.1).contains(&p.along));
+    let mut of_rounding: Vec<f64> = slanted.map(|p| p.residual / p.rounding).collect();
+    if of_rounding.is_empty() {
+        return places.iter().any(|p| p.along >= NOISE.slants.1);
+    }
+    median(&mut of_rounding) > NOISE.rounded
 }
 
 impl Place {
@@ -264,5 +262,10 @@ mod tests {
             .map(|[x, y]| Vec3([x, y, 2.0 * height(x, y)]))
             .collect();
         assert!(of(&grid).is_none());
+        let plane: Vec<Vec3> = grid.iter().map(|p| Vec3([p[0], p[1], 0.3])).collect();
+        assert!(of(&plane).is_none());
+        let mut rng = Rng::new(9);
+        let noisy: Vec<Vec3> = plane.iter().map(|p| Vec3([p[0], p[1], 0.001 * rng.normal()])).collect();
+        assert!(of(&noisy).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Stacks of parallel planes, as a depth camera's rounding puts a scan's points on.
 //!
-//! In: points and their search tree. Out: directions that the planes of a stack may be across, and how far
-//! apart the planes across one of them are.
+//! In: points and their search tree. Out: the direction that the planes are across, and how far apart they are
+//! at each point.
 
 use super::constants::NOISE;
 use crate::error::Result;
@@ -12,17 +12,6 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
-
-/// Directions that planes may be across: the one that most neighbourhoods have a plane across, and the axes,
-/// since most files of depth cameras hold the camera's own coordinates.
-///
-/// # Errors
-/// Cancelled or out of time.
-pub(super) fn directions(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
-    let axes = [2, 1, 0].map(|k| Vec3::from_fn(|i| f64::from(u8::from(i == k))));
-    let exact = NOISE.level_thickness * extent(points);
-    Ok(common_normal(points, tree, exact, ctx)?.into_iter().chain(axes).collect())
-}
 
 /// The largest extent along an axis.
 fn extent(points: &[Vec3]) -> f64 {
@@ -58,9 +47,14 @@ pub(super) fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Resu
     Ok(Some(steps))
 }
 
-/// The normal that most neighbourhoods have a plane across which some of their points are exactly on, if many
-/// do. Points within `exact` of a plane are on it.
-fn common_normal(points: &[Vec3], tree: &Neighbours, exact: f64, ctx: &Context<'_>) -> Result<Option<Vec3>> {
+/// The direction that most neighbourhoods have a plane across which some of their points are exactly on, if
+/// many do.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn direction(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Option<Vec3>> {
+    // Points within this of a plane are on it.
+    let exact = NOISE.level_thickness * extent(points);
     let apart = points.len().div_ceil(NOISE.planes).max(1);
     let seeds: Vec<usize> = (0..points.len()).step_by(apart).collect();
     let planes = |found: &mut Vec<Neighbour>, &seed: &usize| {
