@@ -1,7 +1,7 @@
 //! Stacks of parallel planes, as a depth camera's rounding puts a scan's points on.
 //!
-//! In: points and their search tree. Out: the direction that the planes are across, and how far apart they are
-//! at each point.
+//! In: points and their search tree. Out: the direction that the planes are across, and how far apart they
+//! are at each point.
 
 use super::constants::NOISE;
 use crate::error::Result;
@@ -10,15 +10,9 @@ use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
+use crate::spatial::bvh::Aabb;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
-
-/// The largest extent along an axis.
-fn extent(points: &[Vec3]) -> f64 {
-    let range =
-        |k: usize| points.iter().map(|p| p[k]).fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
-    (0..3).map(range).map(|(low, high)| high - low).fold(0.0, f64::max)
-}
 
 /// How far apart the planes across a direction are about each point; nothing where the points are not on such
 /// planes.
@@ -54,7 +48,7 @@ pub(super) fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Resu
 /// Cancelled or out of time.
 pub(super) fn direction(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Option<Vec3>> {
     // Points within this of a plane are on it.
-    let exact = NOISE.level_thickness * extent(points);
+    let exact = NOISE.level_thickness * Aabb::of(points).longest_side();
     let apart = points.len().div_ceil(NOISE.planes).max(1);
     let seeds: Vec<usize> = (0..points.len()).step_by(apart).collect();
     let planes = |found: &mut Vec<Neighbour>, &seed: &usize| {
