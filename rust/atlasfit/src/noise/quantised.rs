@@ -181,7 +181,16 @@ mod tests {
     #[test]
     fn rounded_depth_is_known_by_its_step_whatever_the_direction() {
         for axis in [Vec3([0.0, 0.0, 1.0]), ASKEW.normalized()] {
-            let factor = missed_by(&seen(axis, 0.02, 0.0));
+            let seen = seen(axis, 0.02, 0.0);
+            let points: Vec<Vec3> = seen.iter().map(|s| s.0).collect();
+            let steps = Run::default().execute(|ctx| {
+                let tree = Neighbours::build(&points, ctx)?;
+                let direction = stack::direction(&points, &tree, ctx)?.expect("a stack");
+                stack::steps(&points, direction, ctx)
+            });
+            let steps = steps.unwrap().expect("steps");
+            assert!(steps.iter().all(|&s| (s / 0.02 - 1.0).abs() < 0.01), "{axis:?}");
+            let factor = missed_by(&seen);
             assert!(factor < 1.25, "{factor} along {axis:?}");
         }
     }
