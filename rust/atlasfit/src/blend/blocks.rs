@@ -1,8 +1,9 @@
 //! The grid that the blended signed distance is kept on: blocks of voxels along the surface.
 //!
-//! Data and look-ups only: [`super::field`] makes the blocks, [`super::fill`] extends them. Each block has
-//! its own gauge, that is its own choice of which side of the surface is positive, so one-sided surfaces need
-//! no special care. Who reads across the border of a block gets the value in the reader's gauge.
+//! Data and look-ups only: [`super::field`] makes the blocks, [`super::fill`] extends them. Blocks of a level
+//! have voxels twice as wide as those of the level before; [`super::levels`] says which level is where. Each
+//! block has its own gauge, that is its own choice of which side of the surface is positive, so one-sided
+//! surfaces need no special care. Who reads across the border of a block gets the value in the reader's gauge.
 
 use super::constants::{BLEND, BLOCK};
 use crate::atlas::Chart;
@@ -10,21 +11,42 @@ use crate::numeric::vec3::Vec3;
 
 /// Corners that a block owns.
 pub(crate) const CORNERS: usize = (BLOCK as usize).pow(3);
-/// Blocks from the origin that a key can name: it has 21 bits for each axis.
-const KEY_OFFSET: i64 = 1 << 20;
+/// Bits of a key for each axis.
+const AXIS_BITS: u32 = 20;
+/// Blocks from the origin that a key can name.
+const KEY_OFFSET: i64 = 1 << (AXIS_BITS - 1);
+/// Levels that a key can name.
+pub(super) const LEVELS: usize = 1 << (64 - 3 * AXIS_BITS);
 
-/// The key of the block at `b`. Keys are ordered by z, then y, then x.
+/// The key of the block at `b` of a level. Keys are ordered by level, then z, then y, then x.
 #[inline]
-pub(super) fn block_key(b: [i32; 3]) -> u64 {
-    let f = |x: i32| (i64::from(x) + KEY_OFFSET) as u64 & 0x1F_FFFF;
-    f(b[2]) << 42 | f(b[1]) << 21 | f(b[0])
+pub(super) fn block_key(level: usize, b: [i32; 3]) -> u64 {
+    let f = |x: i32| (i64::from(x) + KEY_OFFSET) as u64 & ((1 << AXIS_BITS) - 1);
+    (level as u64) << (3 * AXIS_BITS) | f(b[2]) << (2 * AXIS_BITS) | f(b[1]) << AXIS_BITS | f(b[0])
 }
 
-/// The position of the block with a key, in blocks.
+/// The position of the block with a key, in blocks of its level.
 #[inline]
 pub(super) fn block_of_key(k: u64) -> [i32; 3] {
-    let f = |s: u32| ((k >> s & 0x1F_FFFF) as i64 - KEY_OFFSET) as i32;
-    [f(0), f(21), f(42)]
+    let f = |axis: u32| ((k >> (axis * AXIS_BITS) & ((1 << AXIS_BITS) - 1)) as i64 - KEY_OFFSET) as i32;
+    [f(0), f(1), f(2)]
+}
+
+/// The level of the block with a key.
+#[inline]
+pub(super) fn level_of_key(k: u64) -> usize {
+    (k >> (3 * AXIS_BITS)) as usize
+}
+
+/// The index of a block among ascending keys; `u32::MAX` where it is not one of them.
+pub(super) fn find(keys: &[u64], level: usize, b: [i32; 3]) -> u32 {
+    keys.binary_search(&block_key(level, b)).map_or(u32::MAX, |i| i as u32)
+}
+
+/// Side of a voxel of a level, where it is `h` at the finest.
+#[inline]
+pub(super) fn side(h: f64, level: usize) -> f64 {
+    h * f64::from(1u32 << level)
 }
 
 /// Whether voxels of size `h` at `p` can be named.
@@ -35,7 +57,7 @@ pub(crate) fn within_range(p: Vec3, h: f64) -> bool {
 
 /// Index of the corner at `i`, each in 0..[`BLOCK`], among those of its block.
 #[inline]
-fn corner_index(i: [i32; 3]) -> usize {
+pub(crate) fn corner_index(i: [i32; 3]) -> usize {
     ((i[2] * BLOCK + i[1]) * BLOCK + i[0]) as usize
 }
 
@@ -56,12 +78,15 @@ pub(crate) const fn corner_offset(c: usize) -> [i32; 3] {
 pub(crate) struct Grid<'c> {
     /// The charts that are blended.
     pub(super) charts: &'c [Chart],
-    /// Side of a voxel.
-    pub(crate) h: f64,
+    /// Side of the finest voxels.
+    pub(super) h: f64,
     /// Pairs of a block and a point that influences it: a measure of the work that the grid is.
     pub(crate) pairs: usize,
-    /// Position of each block, as a key; ascending.
+    /// Level and position of each block, as a key; ascending.
     pub(super) keys: Vec<u64>,
+    /// Whether the voxels of each block are contoured; the others lend their corners to finer blocks beside
+    /// coarser ones.
+    pub(crate) contoured: Vec<bool>,
     /// Where the charts of each block start, one more than there are blocks.
     pub(super) start: Vec<u32>,
     /// The charts of each block, ascending.
@@ -70,7 +95,8 @@ pub(crate) struct Grid<'c> {
     pub(super) turned: Vec<bool>,
     /// Whether the block's gauge may differ from the charts' global signs.
     pub(super) own_gauge: Vec<bool>,
-    /// Indices of the 27 blocks around each block, itself in the middle; `u32::MAX` where there is none.
+    /// Indices of the 27 blocks of its level around each block, itself in the middle; `u32::MAX` where there
+    /// is none.
     pub(super) around: Vec<[u32; 27]>,
     /// The corner values of each block.
     pub(super) corners: Vec<Corners>,
@@ -124,7 +150,12 @@ impl<'c> Grid<'c> {
     pub(crate) fn blocks(&self) -> usize {
         self.keys.len()
     }
-    /// The lowest corner of a block, in voxels from the origin.
+    /// Side of a block's voxels.
+    #[inline]
+    pub(crate) fn side(&self, block: usize) -> f64 {
+        side(self.h, level_of_key(self.keys[block]))
+    }
+    /// The lowest corner of a block, in its voxels from the origin.
     #[inline]
     pub(crate) fn origin(&self, block: usize) -> [i32; 3] {
         block_of_key(self.keys[block]).map(|b| b * BLOCK)
@@ -153,6 +184,17 @@ impl<'c> Grid<'c> {
         }
         sign
     }
+    /// Indices of the finer blocks in and around a block: those of the level before, by x, then y, then z, from
+    /// the one below its lowest corner; `u32::MAX` where there is none. `None` where there are none at all.
+    pub(crate) fn finer(&self, block: usize) -> Option<[u32; 64]> {
+        let (level, b) = (level_of_key(self.keys[block]), block_of_key(self.keys[block]));
+        if level == 0 {
+            return None;
+        }
+        let at = |n: i32| [2 * b[0] + n % 4 - 1, 2 * b[1] + n / 4 % 4 - 1, 2 * b[2] + n / 16 - 1];
+        let found: [u32; 64] = std::array::from_fn(|n| find(&self.keys, level - 1, at(n as i32)));
+        found.iter().any(|&f| f != u32::MAX).then_some(found)
+    }
     /// Who owns corner `i`, counted from `block`: that block or one of those around it.
     #[inline]
     pub(crate) fn owner(&self, block: usize, mut i: [i32; 3]) -> CornerId {
@@ -173,7 +215,11 @@ impl<'c> Grid<'c> {
     /// it.
     #[inline]
     pub(crate) fn fetch(&self, block: usize, i: [i32; 3]) -> CornerValue {
-        let CornerId { block: other, corner: c } = self.owner(block, i);
+        self.read(block, self.owner(block, i))
+    }
+    /// What is known at a corner, in the gauge of `block`.
+    #[inline]
+    pub(crate) fn read(&self, block: usize, CornerId { block: other, corner: c }: CornerId) -> CornerValue {
         if other == u32::MAX {
             return CornerValue { value: 0.0, level: 0, chart: u32::MAX };
         }
@@ -187,13 +233,17 @@ impl<'c> Grid<'c> {
     }
     /// Blended mask at corner `i`, in [0, 1].
     pub(crate) fn support(&self, block: usize, i: [i32; 3]) -> f64 {
-        let CornerId { block, corner } = self.owner(block, i);
+        self.support_of(self.owner(block, i))
+    }
+    /// Blended mask at a corner, in [0, 1].
+    pub(crate) fn support_of(&self, CornerId { block, corner }: CornerId) -> f64 {
         self.corners.get(block as usize).map_or(0.0, |b| f64::from(b.support[corner]) / 255.0)
     }
     /// Blended mask at `p` in the voxel of `block` with lowest corner `at`, trilinear.
     pub(crate) fn support_at(&self, block: usize, at: [i32; 3], p: Vec3) -> f32 {
         let first = self.origin(block);
-        let t = [0, 1, 2].map(|k| p[k] / self.h - f64::from(first[k] + at[k]));
+        let h = self.side(block);
+        let t = [0, 1, 2].map(|k| p[k] / h - f64::from(first[k] + at[k]));
         let weight = |o: [i32; 3]| (0..3).map(|k| if o[k] == 1 { t[k] } else { 1.0 - t[k] }).product::<f64>();
         let corners = (0..8).map(corner_offset);
         corners.map(|o| weight(o) * self.support(block, [0, 1, 2].map(|k| at[k] + o[k]))).sum::<f64>() as f32
@@ -205,12 +255,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_gives_its_block_back_and_keys_ascend_with_z_y_x() {
-        let blocks = [[-3, 5, -1_000_000], [1_000_000, -7, 0], [0, -6, 0], [-1, 2, 9]];
-        for b in blocks {
-            assert_eq!(block_of_key(block_key(b)), b);
+    fn a_key_gives_its_block_back_and_keys_ascend_with_level_z_y_x() {
+        let blocks = [
+            (0, [-3, 5, -500_000]),
+            (0, [500_000, -7, 0]),
+            (0, [0, -6, 0]),
+            (0, [-1, 2, 9]),
+            (LEVELS - 1, [2, 3, -500_000]),
+        ];
+        for (level, b) in blocks {
+            let key = block_key(level, b);
+            assert_eq!((level_of_key(key), block_of_key(key)), (level, b));
         }
-        assert!(blocks.map(block_key).is_sorted());
+        assert!(blocks.map(|(level, b)| block_key(level, b)).is_sorted());
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub(crate) struct BlendConstants {
     /// 0.5, where the data end. Source: chosen.
     /// Halved: acc 1.01 (box 1.07); doubled: acc 0.98 (box 0.87), com 1.07 (mobius 1.17).
     pub min_support: f64,
-    /// Voxels from the origin within which surfaces are built. Source: derived, 2^20 blocks of 4 voxels, less
+    /// Voxels from the origin within which surfaces are built. Source: derived, 2^19 blocks of 4 voxels, less
     /// room for what a point reaches.
     pub range: f64,
     /// A sheet this many voxels away counts half as much as one at the corner itself when charts disagree
@@ -57,6 +57,9 @@ pub(crate) struct BlendConstants {
     /// Blocks or points that one worker handles between two checks. Changes no result. Source: chosen.
     /// Halved or doubled: same bytes.
     pub chunk: usize,
+    /// Points that one worker handles between two checks where it is told how wide voxels are; blocks that
+    /// several of them reach are named once. Changes no result. Source: chosen.
+    pub level_chunk: usize,
     /// Bytes for one block: its corners, the blocks around it, its charts; and the vertices and quads in it.
     /// Source: measured; the command is not on record.
     /// Halved or doubled: same bytes.
@@ -110,7 +113,7 @@ pub(crate) const BLEND: BlendConstants = BlendConstants {
     band: 2.2,
     thinnest: 1.0,
     min_support: 0.25,
-    range: 4e6,
+    range: 2e6,
     near: 0.5,
     mask_floor: 0.02,
     same_sheet_voxels: 1.0,
@@ -120,6 +123,7 @@ pub(crate) const BLEND: BlendConstants = BlendConstants {
     pairs: 1 << 22,
     pair_sample: 64,
     chunk: 64,
+    level_chunk: 1024,
     bytes_per_block: 1560,
     bytes_per_chart: 900,
     bytes_per_point: 300,

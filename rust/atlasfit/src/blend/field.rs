@@ -4,11 +4,11 @@
 //! cut into blocks that are made independently of each other, in ascending order of their keys; pairs of a
 //! block and a point are sorted by block, share by share, so that the memory stays bounded.
 
-use super::blocks::{Corners, Grid, block_key, block_of_key, within_range};
+use super::blocks::{Corners, Grid, block_of_key, find, level_of_key, side, within_range};
 use super::constants::{BLEND, BLOCK};
 use super::corners::BlockBlend;
 use super::gauge;
-use super::influence::visit_blocks;
+use super::levels::{Levels, Voxels};
 use crate::atlas::{BlendSite, Chart, Pair, Relation};
 use crate::error::Result;
 use crate::numeric::sort::sort;
@@ -22,8 +22,9 @@ struct Source<'a> {
     relations: &'a [Relation],
     /// Whether each chart contradicts another.
     contradicted: &'a [bool],
-    /// Side of a voxel.
+    /// Side of the finest voxels.
     h: f64,
+    levels: Levels,
 }
 
 /// A block that a point influences: the block's key and the point's index.
@@ -38,8 +39,7 @@ struct Block {
     corners: Corners,
 }
 
-/// Evaluates the charts at the corners of a band of voxels of side `h`. Sites out of range ([`within_range`])
-/// are left out. `relations` ascend by their first chart; `conflicts` are pairs of charts whose signs
+/// Evaluates the charts at the corners of a band of voxels. Sites out of range ([`within_range`]) are left out. `relations` ascend by their first chart; `conflicts` are pairs of charts whose signs
 /// contradict each other.
 ///
 /// # Errors
@@ -49,22 +49,25 @@ pub(crate) fn sample<'c>(
     mut sites: Vec<BlendSite>,
     relations: &[Relation],
     conflicts: &[Pair],
-    h: f64,
+    voxels: Voxels,
     ctx: &Context<'_>,
 ) -> Result<Grid<'c>> {
+    let h = voxels.finest;
     sites.retain(|a| within_range(a.position, h));
     let mut contradicted = vec![false; charts.len()];
     for &(a, b) in conflicts {
         contradicted[a as usize] = true;
         contradicted[b as usize] = true;
     }
-    let source = Source { charts, sites: &sites, relations, contradicted: &contradicted, h };
+    let levels = Levels::of(&sites, voxels, ctx)?;
+    let source = Source { charts, sites: &sites, relations, contradicted: &contradicted, h, levels };
     let shares = shares(&source, ctx)?;
     let mut grid = Grid {
         charts,
         h,
         pairs: shares.pairs,
         keys: vec![],
+        contoured: vec![],
         start: vec![0],
         lists: vec![],
         turned: vec![],
@@ -84,7 +87,7 @@ pub(crate) fn sample<'c>(
             fixed + BLEND.bytes_per_block * blocks as u64,
             "Raise the limit, lower the detail, or give fewer points",
         )?;
-        append(&mut grid, blocks_of(&source, &groups, ctx)?, ctx)?;
+        append(&mut grid, blocks_of(&source, &groups, ctx)?, &source.levels, ctx)?;
         from = to;
     }
     grid.around = around(&grid.keys, ctx)?;
@@ -109,7 +112,7 @@ fn shares(source: &Source<'_>, ctx: &Context<'_>) -> Result<Shares> {
             ctx.check()?;
             let (mut count, mut some) = (0, Vec::new());
             for site in chunk {
-                visit_blocks(site, source.h, |key| {
+                source.levels.visit(site, |key| {
                     if count % BLEND.pair_sample == 0 {
                         some.push(key);
                     }
@@ -133,7 +136,9 @@ fn shares(source: &Source<'_>, ctx: &Context<'_>) -> Result<Shares> {
 
 /// The pairs whose block's key is in `from..to`, sorted.
 fn pairs_between(source: &Source<'_>, from: u64, to: u64, ctx: &Context<'_>) -> Result<Vec<BlockSite>> {
-    let size = source.h * f64::from(BLOCK);
+    let level = level_of_key(from);
+    let size = side(source.h, level) * f64::from(BLOCK);
+    let one_level = level == level_of_key(to - 1).min(source.levels.top);
     let (low, high) = (block_of_key(from)[2], block_of_key(to - 1)[2]);
     let found: Vec<Vec<BlockSite>> = source
         .sites
@@ -145,10 +150,10 @@ fn pairs_between(source: &Source<'_>, from: u64, to: u64, ctx: &Context<'_>) -> 
             for (i, site) in chunk.iter().enumerate() {
                 let [z0, z1] =
                     [-1.0, 1.0].map(|s| (site.position[2] + s * BLEND.reach * site.spacing) / size);
-                if (z1.floor() as i32) < low || (z0.floor() as i32) > high {
+                if one_level && ((z1.floor() as i32) < low || (z0.floor() as i32) > high) {
                     continue;
                 }
-                visit_blocks(site, source.h, |key| {
+                source.levels.visit(site, |key| {
                     if (from..to).contains(&key) {
                         out.push((key, (c * BLEND.chunk + i) as u32));
                     }
@@ -185,8 +190,9 @@ fn blocks_of(source: &Source<'_>, groups: &[&[BlockSite]], ctx: &Context<'_>) ->
 /// Evaluates the charts at the corners of one block, from the points that influence it; `None` where nothing
 /// is known.
 fn make(source: &Source<'_>, near: &[BlockSite]) -> Option<Block> {
-    let &Source { charts, sites, relations, contradicted, h } = source;
+    let &Source { charts, sites, relations, contradicted, h, .. } = source;
     let key = near[0].0;
+    let h = side(h, level_of_key(key));
     let mut list: Vec<u32> = near
         .iter()
         .flat_map(|&(_, a)| sites[a as usize].charts.iter().map(|c| c.0).filter(|&c| c != u32::MAX))
@@ -205,10 +211,16 @@ fn make(source: &Source<'_>, near: &[BlockSite]) -> Option<Block> {
 }
 
 /// Appends blocks to the grid.
-fn append(grid: &mut Grid<'_>, blocks: Vec<Vec<Block>>, ctx: &Context<'_>) -> Result<()> {
+fn append(
+    grid: &mut Grid<'_>,
+    blocks: Vec<Vec<Block>>,
+    levels: &Levels,
+    ctx: &Context<'_>,
+) -> Result<()> {
     for (i, b) in blocks.into_iter().flatten().enumerate() {
         ctx.check_at(i)?;
         grid.keys.push(b.key);
+        grid.contoured.push(levels.contours(b.key));
         grid.lists.extend(b.list);
         grid.turned.extend(b.turned);
         grid.start.push(grid.lists.len() as u32);
@@ -220,12 +232,11 @@ fn append(grid: &mut Grid<'_>, blocks: Vec<Vec<Block>>, ctx: &Context<'_>) -> Re
 
 /// The indices of the 27 blocks around each block, itself in the middle; `u32::MAX` where there is none.
 fn around(keys: &[u64], ctx: &Context<'_>) -> Result<Vec<[u32; 27]>> {
-    let find = |b: [i32; 3]| keys.binary_search(&block_key(b)).map_or(u32::MAX, |i| i as u32);
     let around = |&key: &u64| {
-        let at = block_of_key(key);
+        let (level, at) = (level_of_key(key), block_of_key(key));
         std::array::from_fn(|n| {
             let n = n as i32;
-            find([at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1])
+            find(keys, level, [at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1])
         })
     };
     let found = keys

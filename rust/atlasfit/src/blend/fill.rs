@@ -77,11 +77,11 @@ fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()>
 /// sheets that face the same way: the field jumps there and no surface passes.
 fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32, u32)> {
     let (mut sum, mut count, mut from) = (0.0, 0.0, u32::MAX);
-    let own = grid.fetch(block, i);
+    let (own, jump) = (grid.fetch(block, i), BLEND.fill_jump * grid.side(block));
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
     for o in NEIGHBOURS {
         let CornerValue { value, level, chart } = grid.fetch(block, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
-        if level > 0 && (own.level == 0 || (value - own.value).abs() <= BLEND.fill_jump * grid.h) {
+        if level > 0 && (own.level == 0 || (value - own.value).abs() <= jump) {
             lo = lo.min(value);
             hi = hi.max(value);
             // Each value comes in the gauge of this block.
@@ -92,6 +92,6 @@ fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32
             }
         }
     }
-    (count > 0.0 && (own.level > 0 || hi - lo <= BLEND.fill_jump * grid.h))
+    (count > 0.0 && (own.level > 0 || hi - lo <= jump))
         .then(|| ((sum / count) as f32, from))
 }

@@ -1,11 +1,11 @@
 //! How far a point's say reaches: the partition-of-unity weight that a denoised point gives its charts, and
 //! the blocks where that weight is not zero.
 //!
-//! In: a [`BlendSite`]. Out: a weight for a squared distance; the keys of blocks.
+//! In: a [`BlendSite`]. Out: a weight for a squared distance; blocks.
 
-use super::blocks::block_key;
 use super::constants::{BLEND, BLOCK};
 use crate::atlas::BlendSite;
+use crate::numeric::vec3::Vec3;
 
 /// Influence of a point at squared distance `q`, in units of its spacing: the nearest points decide,
 /// smoothly.
@@ -19,23 +19,51 @@ pub(super) fn influence(q: f64) -> f64 {
     t * t / (e * e)
 }
 
-/// Names the blocks of voxels of size `h` that a point influences: those that its reach touches near its
-/// tangent plane.
-pub(super) fn visit_blocks(site: &BlendSite, h: f64, mut visit: impl FnMut(u64)) {
-    let size = h * f64::from(BLOCK);
-    let reach = BLEND.reach * site.spacing;
-    let lo = site.position.0.map(|x| ((x - reach) / size).floor() as i32);
-    let hi = site.position.0.map(|x| ((x + reach) / size).floor() as i32);
-    let slab = BLEND.half_diagonal * size + BLEND.band * h + BLEND.curved * reach;
-    let far = reach + BLEND.half_diagonal * size;
+/// Which blocks of a size a point influences: those that its reach touches near its tangent plane.
+pub(super) struct Reach<'a> {
+    site: &'a BlendSite,
+    /// Side of a block.
+    size: f64,
+    /// The lowest and the highest block on each axis.
+    range: [[i32; 2]; 3],
+    /// How far from the tangent plane the middle of a block may lie.
+    slab: f64,
+    /// How far from the point.
+    far: f64,
+}
+
+impl<'a> Reach<'a> {
+    /// For blocks of voxels of side `h`.
+    pub(super) fn new(site: &'a BlendSite, h: f64) -> Self {
+        let size = h * f64::from(BLOCK);
+        let reach = BLEND.reach * site.spacing;
+        let slab = BLEND.half_diagonal * size + BLEND.band * h + BLEND.curved * reach;
+        let range = site.position.0.map(|x| [x - reach, x + reach].map(|x| (x / size).floor() as i32));
+        Self { site, size, range, slab, far: reach + BLEND.half_diagonal * size }
+    }
+    /// From the point to the middle of a block, on an axis.
+    fn to_middle(&self, b: i32, axis: usize) -> f64 {
+        (f64::from(b) + 0.5) * self.size - self.site.position[axis]
+    }
+    /// Whether a block is one of them.
+    pub(super) fn holds(&self, b: [i32; 3]) -> bool {
+        let within = |k: usize| (self.range[k][0]..=self.range[k][1]).contains(&b[k]);
+        let d = Vec3::from_fn(|k| self.to_middle(b[k], k));
+        (0..3).all(within) && d.norm2() <= self.far * self.far && d.dot(self.site.normal).abs() <= self.slab
+    }
+}
+
+/// Names them all.
+pub(super) fn visit_blocks(reach: &Reach<'_>, mut visit: impl FnMut([i32; 3])) {
+    let &Reach { site, size, slab, far, .. } = reach;
     // Columns of blocks along the axis that the point faces most.
     let n = site.normal;
     let k = (0..3).fold(0, |k, i| if n[i].abs() > n[k].abs() { i } else { k });
     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-    let centre = |b: i32, axis: usize| (f64::from(b) + 0.5) * size - site.position[axis];
-    for x in lo[i]..=hi[i] {
-        for y in lo[j]..=hi[j] {
-            let (dx, dy) = (centre(x, i), centre(y, j));
+    let [[x0, x1], [y0, y1], [z0, z1]] = [i, j, k].map(|axis| reach.range[axis]);
+    for x in x0..=x1 {
+        for y in y0..=y1 {
+            let (dx, dy) = (reach.to_middle(x, i), reach.to_middle(y, j));
             let ball = far * far - dx * dx - dy * dy;
             if ball < 0.0 {
                 continue;
@@ -44,10 +72,10 @@ pub(super) fn visit_blocks(site: &BlendSite, h: f64, mut visit: impl FnMut(u64))
             let (half, ball) = ((slab / n[k]).abs(), ball.sqrt());
             let from = (site.position[k] + (middle - half).max(-ball)) / size - 0.5;
             let to = (site.position[k] + (middle + half).min(ball)) / size - 0.5;
-            for z in (from.ceil() as i32).max(lo[k])..=(to.floor() as i32).min(hi[k]) {
+            for z in (from.ceil() as i32).max(z0)..=(to.floor() as i32).min(z1) {
                 let mut b = [0; 3];
                 (b[i], b[j], b[k]) = (x, y, z);
-                visit(block_key(b));
+                visit(b);
             }
         }
     }
@@ -57,7 +85,6 @@ pub(super) fn visit_blocks(site: &BlendSite, h: f64, mut visit: impl FnMut(u64))
 mod tests {
     use super::*;
     use crate::atlas::SITE_CHARTS;
-    use crate::numeric::vec3::Vec3;
 
     #[test]
     fn influence_falls_with_distance_to_zero_at_the_reach() {
@@ -74,10 +101,14 @@ mod tests {
             spacing: 10.0,
             charts: [(0, 1.0); SITE_CHARTS],
         };
-        let mut keys = Vec::new();
-        visit_blocks(&site, 1.0, |key| keys.push(super::super::blocks::block_of_key(key)));
-        let height = keys.iter().map(|b| b[2].abs()).max().unwrap();
-        let width = keys.iter().map(|b| b[0].abs()).max().unwrap();
-        assert!(keys.contains(&[0, 0, 0]) && width >= 5 && height < width, "{width} by {height}");
+        let (reach, mut blocks) = (Reach::new(&site, 1.0), Vec::new());
+        visit_blocks(&reach, |b| blocks.push(b));
+        let height = blocks.iter().map(|b| b[2].abs()).max().unwrap();
+        let width = blocks.iter().map(|b| b[0].abs()).max().unwrap();
+        assert!(blocks.contains(&[0, 0, 0]) && width >= 5 && height < width, "{width} by {height}");
+        let around = -20..20;
+        for b in around.clone().flat_map(|x| around.clone().flat_map(move |y| (-20..20).map(move |z| [x, y, z]))) {
+            assert_eq!(reach.holds(b), blocks.contains(&b), "{b:?}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! In: the signed distance at the voxel's corners. Out: one vertex for each piece of surface in it, and for
 //! each crossed edge of the voxel a record that says which vertex stands there. The quads are made of the
-//! records ([`super::quads`]).
+//! records ([`super::quads`]). Voxels that touch finer ones are in [`super::mixed`].
 
 use super::constants::CONTOUR;
 use super::normals::{Charts, heaviest, normal, normal_of_side, put_back};
@@ -20,7 +20,9 @@ const EDGES: [(usize, usize); 12] =
 const FACES: [[usize; 4]; 6] =
     [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 /// Stands for no edge.
-const NONE: usize = usize::MAX;
+pub(super) const NONE: usize = usize::MAX;
+/// Edges of a voxel whose six faces touch finer ones.
+pub(super) const MOST_EDGES: usize = 48;
 
 /// A cell at an edge of the grid that the surface crosses. Sorted, the cells about an edge stand together in
 /// cyclic order.
@@ -34,9 +36,10 @@ pub(super) struct Crossing {
 }
 
 impl Crossing {
-    fn new(low: CornerId, edge: usize, rises: bool, vertex: u32) -> Self {
+    /// `low` is the edge's low corner, `slot` the cell's among those about the edge.
+    pub(super) fn new(low: CornerId, axis: usize, slot: u8, rises: bool, vertex: u32) -> Self {
         let corner = u64::from(low.block) * CORNERS as u64 + low.corner as u64;
-        let key = (corner << 2 | (edge / 4) as u64) << 3 | u64::from(slot(edge)) << 1 | u64::from(rises);
+        let key = (corner << 2 | axis as u64) << 3 | u64::from(slot) << 1 | u64::from(rises);
         Self { key, vertex }
     }
     /// The same, its vertex counted from `base`.
@@ -64,32 +67,83 @@ pub(super) struct Cells {
     pub(super) crossings: Vec<Crossing>,
 }
 
+/// Where a voxel is, and what is known of all its corners.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) block: usize,
+    /// Lowest corner, counted from the block's.
+    pub(super) at: [i32; 3],
+    /// Whether some corner was filled in.
+    pub(super) filled: bool,
+    /// Whether some corner was filled in though there are data: it lies too far from the charts.
+    pub(super) off_band: bool,
+}
+
+impl Place {
+    pub(super) fn new(block: usize, at: [i32; 3]) -> Self {
+        Self { block, at, filled: false, off_band: false }
+    }
+    /// Takes note of a corner.
+    #[inline]
+    pub(super) fn note(&mut self, level: u8, support: impl FnOnce() -> f64) {
+        self.filled |= level > 1;
+        self.off_band |= level > 1 && support() >= BLEND.min_support;
+    }
+}
+
+/// An edge of a voxel.
+pub(super) struct VoxelEdge {
+    /// Its low end and its high end, in halves of the voxel's side from its lowest corner.
+    pub(super) ends: [[i32; 3]; 2],
+    /// The signed distance there.
+    pub(super) field: [f64; 2],
+}
+
+/// A voxel with its edges numbered: it may be one that touches finer ones.
+pub(super) trait Edged {
+    fn place(&self) -> &Place;
+    fn edge(&self, edge: usize) -> VoxelEdge;
+    /// Records that a vertex stands at an edge.
+    fn cross(&self, grid: &Grid<'_>, edge: usize, rises: bool, vertex: u32, out: &mut Vec<Crossing>);
+}
+
 /// The field at a voxel's corners.
 struct Voxel {
-    block: usize,
-    /// Lowest corner, counted from the block's.
-    at: [i32; 3],
+    place: Place,
     /// Signed distances.
     field: [f64; 8],
-    /// Whether some corner was filled in.
-    filled: bool,
-    /// Whether some corner was filled in though there are data: it lies too far from the charts.
-    off_band: bool,
+}
+
+impl Edged for Voxel {
+    fn place(&self) -> &Place {
+        &self.place
+    }
+    #[inline]
+    fn edge(&self, edge: usize) -> VoxelEdge {
+        let (a, b) = EDGES[edge];
+        VoxelEdge { ends: [a, b].map(|c| corner_offset(c).map(|x| 2 * x)), field: [self.field[a], self.field[b]] }
+    }
+    #[inline]
+    fn cross(&self, grid: &Grid<'_>, edge: usize, rises: bool, vertex: u32, out: &mut Vec<Crossing>) {
+        let (axis, low) = (edge / 4, EDGES[edge].0);
+        let o = corner_offset(low);
+        let slot = slot([o[(axis + 1) % 3], o[(axis + 2) % 3]]);
+        out.push(Crossing::new(grid.owner(self.place.block, self.corner(low)), axis, slot, rises, vertex));
+    }
 }
 
 impl Voxel {
     /// The voxel, where all its corners are known and the surface crosses it.
     #[inline]
     fn read(grid: &Grid<'_>, block: usize, at: [i32; 3]) -> Option<Self> {
-        let mut voxel = Self { block, at, field: [0.0; 8], filled: false, off_band: false };
+        let mut voxel = Self { place: Place::new(block, at), field: [0.0; 8] };
         for c in 0..8 {
             let i = voxel.corner(c);
             let CornerValue { value, level, .. } = grid.fetch(block, i);
             if level == 0 {
                 return None;
             }
-            voxel.filled |= level > 1;
-            voxel.off_band |= level > 1 && grid.support(block, i) >= BLEND.min_support;
+            voxel.place.note(level, || grid.support(block, i));
             voxel.field[c] = value;
         }
         let inside = (0..8).filter(|&c| voxel.inside(c)).count();
@@ -99,7 +153,7 @@ impl Voxel {
     #[inline]
     fn corner(&self, c: usize) -> [i32; 3] {
         let o = corner_offset(c);
-        [0, 1, 2].map(|k| self.at[k] + o[k])
+        [0, 1, 2].map(|k| self.place.at[k] + o[k])
     }
     #[inline]
     fn inside(&self, c: usize) -> bool {
@@ -142,17 +196,15 @@ fn edge_between(a: usize, b: usize) -> usize {
     EDGES.iter().position(|&e| e == (lo, hi)).unwrap_or(0)
 }
 
-/// Which of the four cells around an edge this cell is: the cells in cyclic order about the edge's direction.
-fn slot(e: usize) -> u8 {
-    let (lo, _) = EDGES[e];
-    let axis = e / 4;
-    let o = corner_offset(lo);
-    let (a, b) = (o[(axis + 1) % 3], o[(axis + 2) % 3]);
-    // The edge lies at offset (a, b) inside this cell, so the cell lies at (-a, -b) from the edge.
-    match (a, b) {
-        (1, 1) => 0,
-        (0, 1) => 1,
-        (0, 0) => 2,
+/// Which of the four cells around an edge a cell is: they stand in cyclic order about the edge's direction.
+/// The edge lies at `offset` inside the cell, each 0 or 1, along the axes after its own, so that the cell lies
+/// at minus that from the edge.
+#[inline]
+pub(super) fn slot(offset: [i32; 2]) -> u8 {
+    match offset {
+        [1, 1] => 0,
+        [0, 1] => 1,
+        [0, 0] => 2,
         _ => 3,
     }
 }
@@ -161,11 +213,22 @@ fn slot(e: usize) -> u8 {
 /// memory.
 pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], charts: &mut Charts, out: &mut Cells) {
     let Some(voxel) = Voxel::read(grid, block, at) else { return };
-    let next = voxel.links();
-    let mut done = [false; 12];
-    for start in 0..12 {
+    pieces(grid, &voxel, &voxel.links(), charts, out);
+}
+
+/// Makes every piece of surface in a voxel. `next` says for each edge which two follow it; [`NONE`] where it
+/// is not crossed.
+pub(super) fn pieces<const N: usize>(
+    grid: &Grid<'_>,
+    voxel: &impl Edged,
+    next: &[[usize; 2]; N],
+    charts: &mut Charts,
+    out: &mut Cells,
+) {
+    let mut done = [false; N];
+    for start in 0..N {
         if !done[start] && !next[start].contains(&NONE) {
-            piece(grid, &voxel, &next, start, &mut done, charts, out);
+            piece(grid, voxel, next, start, &mut done, charts, out);
         }
     }
 }
@@ -175,31 +238,31 @@ pub(super) fn contour(grid: &Grid<'_>, block: usize, at: [i32; 3], charts: &mut 
 /// that is too far off. Nothing where all of the edges lie between two sheets.
 fn piece(
     grid: &Grid<'_>,
-    voxel: &Voxel,
-    next: &[[usize; 2]; 12],
+    voxel: &impl Edged,
+    next: &[[usize; 2]],
     start: usize,
-    done: &mut [bool; 12],
+    done: &mut [bool],
     charts: &mut Charts,
     out: &mut Cells,
 ) {
-    let (h, f) = (grid.h, &voxel.field);
-    let origin = grid.origin(voxel.block);
-    let position = |c: usize| {
-        let i = voxel.corner(c);
-        Vec3::from_fn(|k| f64::from(origin[k] + i[k]) * h)
-    };
-    let jump = if voxel.filled { BLEND.fill_jump } else { CONTOUR.max_jump } * h;
+    let &Place { block, at, filled, off_band } = voxel.place();
+    let h = grid.side(block);
+    let origin = grid.origin(block);
+    // In halves of the voxel's side, from its lowest corner.
+    let position = |i: [i32; 3]| Vec3::from_fn(|k| (f64::from(origin[k] + at[k]) + 0.5 * f64::from(i[k])) * h);
+    let jump = if filled { BLEND.fill_jump } else { CONTOUR.max_jump };
     let vertex = out.vertices.positions.len() as u32;
     let before = out.crossings.len();
     let (mut crossed, mut e, mut from) = (Places::default(), start, NONE);
     loop {
         done[e] = true;
-        let (a, b) = EDGES[e];
-        let t = (f[a] / (f[a] - f[b])).clamp(CONTOUR.end_margin, 1.0 - CONTOUR.end_margin);
-        crossed.add(position(a) + (position(b) - position(a)) * t);
-        if (f[a] - f[b]).abs() <= jump {
-            let low = grid.owner(voxel.block, voxel.corner(a));
-            out.crossings.push(Crossing::new(low, e, f[b] > f[a], vertex));
+        let VoxelEdge { ends: [a, b], field: [f, g] } = voxel.edge(e);
+        let t = (f / (f - g)).clamp(CONTOUR.end_margin, 1.0 - CONTOUR.end_margin);
+        let (low, high) = (position(a), position(b));
+        crossed.add(low + (high - low) * t);
+        let length = 0.5 * f64::from((0..3).map(|k| b[k] - a[k]).sum::<i32>()) * h;
+        if (f - g).abs() <= jump * length {
+            voxel.cross(grid, e, g > f, vertex, &mut out.crossings);
         }
         let [p, q] = next[e];
         let to = if p != from { p } else { q };
@@ -214,33 +277,37 @@ fn piece(
     }
     let middle = crossed.mean();
     let mut plane = |p: Vec3| {
-        let normal = normal_of_side(charts.at(grid, voxel.block, p));
+        let normal = normal_of_side(charts.at(grid, block, p));
         Quadric::of_plane(p - middle, normal.0, normal.norm2())
     };
     let planes = crossed.iter().map(&mut plane).fold(Quadric::default(), Add::add);
     let meet = middle + planes.least(Vec3::ZERO, CONTOUR.undecided);
-    let off = (meet - position(0)) * (1.0 / h);
+    let off = (meet - position([0; 3])) * (1.0 / h);
     let near = off.iter().all(|x| (-CONTOUR.beyond..=1.0 + CONTOUR.beyond).contains(x));
     let place = if near { meet } else { middle };
-    let charts = charts.at(grid, voxel.block, place);
+    let charts = charts.at(grid, block, place);
     let (normal, chart) = (normal(charts), heaviest(charts).map_or(u32::MAX, |c| c.index));
     let back = put_back(charts);
-    let support =
-        if voxel.off_band { CONTOUR.off_band } else { grid.support_at(voxel.block, voxel.at, place) };
+    let support = if off_band { CONTOUR.off_band } else { grid.support_at(block, at, place) };
     let out = &mut out.vertices;
     out.positions.push(place + back);
     out.normals.push(normal);
     out.chart.push(chart);
-    out.filled.push(voxel.filled);
+    out.filled.push(filled);
     out.support.push(support);
 }
 
 /// The places where a piece of surface crosses the edges of its voxel.
-#[derive(Default)]
 struct Places {
-    /// At most one on each edge.
-    places: [Vec3; 12],
+    /// At most one on each edge of a voxel that touches finer ones.
+    places: [Vec3; MOST_EDGES],
     count: usize,
+}
+
+impl Default for Places {
+    fn default() -> Self {
+        Self { places: [Vec3::ZERO; MOST_EDGES], count: 0 }
+    }
 }
 
 impl Places {
@@ -261,7 +328,7 @@ mod tests {
     use super::*;
 
     fn voxel(field: [f64; 8]) -> Voxel {
-        Voxel { block: 0, at: [0; 3], field, filled: false, off_band: false }
+        Voxel { place: Place::new(0, [0; 3]), field }
     }
 
     /// Every crossed edge has two neighbours that have it for theirs, whatever the signs: pieces are closed
@@ -283,11 +350,9 @@ mod tests {
     }
 
     #[test]
-    fn the_four_edges_of_each_axis_lie_in_four_slots() {
-        for axis in 0..3 {
-            let mut slots: Vec<u8> = (4 * axis..4 * axis + 4).map(slot).collect();
-            slots.sort_unstable();
-            assert_eq!(slots, [0, 1, 2, 3]);
-        }
+    fn the_four_cells_about_an_edge_have_four_slots() {
+        let mut slots = [[0, 0], [0, 1], [1, 0], [1, 1]].map(slot);
+        slots.sort_unstable();
+        assert_eq!(slots, [0, 1, 2, 3]);
     }
 }

@@ -19,6 +19,7 @@ pub(crate) mod fragments;
 pub(crate) mod holes;
 pub(crate) mod loops;
 mod membrane;
+mod mixed;
 mod normals;
 pub(crate) mod parts;
 mod patch;

@@ -25,12 +25,13 @@ pub(super) struct Charts(Vec<Seen>);
 impl Charts {
     /// Looks at them from `p`.
     pub(super) fn at(&mut self, grid: &Grid<'_>, block: usize, p: Vec3) -> &[Seen] {
-        let near2 = CONTOUR.near2 * grid.h * grid.h;
+        let h = grid.side(block);
+        let near2 = CONTOUR.near2 * h * h;
         self.0.clear();
         self.0.extend(grid.charts_of(block).filter_map(|BlockChart { index, chart, sign }| {
             let v = chart.view(p)?;
             let weight = v.weight * v.mask / (v.distance * v.distance + near2);
-            let put_back = v.normal * -thickening(v.radius, grid.h);
+            let put_back = v.normal * -thickening(v.radius, h);
             Some(Seen { weight, normal: v.normal * sign, put_back, index })
         }));
         &self.0

@@ -1,10 +1,12 @@
 //! Contouring the field.
 //!
 //! In: the signed distance on the grid. Out: a quadrilateral mesh, one vertex per piece of surface in a
-//! voxel, one quad per edge of the grid that the surface crosses (dual marching cubes; Nielson 2004). A quad
+//! voxel, one quad per edge of the grid that the surface crosses (dual marching cubes; Nielson 2004). Where a voxel
+//! meets an edge of finer ones with the middle of its face, it stands for two, and the quad is a triangle. A quad
 //! faces where the field rises, in the gauge of the block that owns its edge.
 
 use super::cells::{self, Cells, Crossing};
+use super::mixed;
 use super::constants::CONTOUR;
 use super::normals::Charts;
 use super::surface::{Contour, ContourVertices};
@@ -28,8 +30,15 @@ pub(crate) fn contour(grid: Grid<'_>, ctx: &Context<'_>) -> Result<Contour> {
             let range = chunk * CONTOUR.chunk..((chunk + 1) * CONTOUR.chunk).min(blocks);
             ctx.advance(grid.pairs / blocks * range.len());
             for b in range {
-                for k in 0..CORNERS {
-                    cells::contour(&grid, b, corner_at(k), &mut charts, &mut out);
+                if !grid.contoured[b] {
+                    continue;
+                }
+                let finer = mixed::Around::of(&grid, b);
+                for at in (0..CORNERS).map(corner_at) {
+                    let touches = |around| mixed::contour(&grid, b, at, around, &mut charts, &mut out);
+                    if !finer.as_ref().is_some_and(touches) {
+                        cells::contour(&grid, b, at, &mut charts, &mut out);
+                    }
                 }
             }
             Ok(out)

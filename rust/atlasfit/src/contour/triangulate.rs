@@ -8,7 +8,8 @@ use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::edges::{Edges, HalfEdge};
 
-/// Cuts each quad along its shorter diagonal; quads that use a vertex twice are left out.
+/// Cuts each quad along its shorter diagonal. A quad with the same vertex at two neighbouring corners is a
+/// triangle; others that use a vertex twice are left out.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -16,7 +17,15 @@ pub(super) fn split(positions: &[Vec3], quads: &[[u32; 4]], ctx: &Context<'_>) -
     let mut triangles = Vec::with_capacity(quads.len() * 2);
     for (i, &[a, b, c, d]) in quads.iter().enumerate() {
         ctx.check_at(i)?;
-        if a == b || b == c || c == d || d == a || a == c || b == d {
+        if a == c || b == d {
+            continue;
+        }
+        if a == b || b == c || c == d || d == a {
+            // The corners without the one that repeats its neighbour: three, if only two are the same.
+            let corners = if a == b || b == c { [a, c, d] } else { [a, b, c] };
+            if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
+                triangles.push(corners);
+            }
             continue;
         }
         let at = |i: u32| positions[i as usize];
@@ -60,6 +69,19 @@ pub(super) fn drop_non_manifold(
 mod tests {
     use super::*;
     use crate::Run;
+
+    #[test]
+    fn a_quad_with_the_same_vertex_twice_in_a_row_is_a_triangle() {
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(Vec3);
+        let split = |q| Run::default().execute(|ctx| split(&positions, &[q], ctx)).unwrap();
+        for q in [[0, 0, 1, 2], [0, 1, 1, 2], [0, 1, 2, 2], [0, 1, 2, 0]] {
+            assert_eq!(split(q), [[0, 1, 2]], "{q:?}");
+        }
+        assert_eq!(split([0, 1, 2, 3]).len(), 2);
+        for q in [[0, 1, 0, 2], [0, 0, 1, 1], [0, 0, 0, 1]] {
+            assert!(split(q).is_empty(), "{q:?}");
+        }
+    }
 
     #[test]
     fn three_triangles_at_an_edge_go_and_two_stay() {

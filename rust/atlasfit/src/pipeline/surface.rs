@@ -11,7 +11,8 @@ use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
 use super::warnings;
 use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
-use crate::blend::{blocks, field, fill, sites};
+use crate::blend::levels::Voxels;
+use crate::blend::{agree, blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled, Limits};
 use crate::contour::{Facing, cavities, clean, components, fragments, quads, smooth, surface::Surface};
 use crate::crease;
@@ -70,7 +71,12 @@ pub(super) fn build(
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
     let sigma = noise.for_charts();
-    let voxel = told.as_ref().map_or_else(|| voxel(&sampling, sigma), |told| told.voxel) / options.detail;
+    let voxels = match &told {
+        // Tiles must agree on where voxels change: theirs are all of one size.
+        Some(told) => Voxels { finest: told.voxel / options.detail, per_spacing: 0.0 },
+        None => voxels(&sampling, sigma, options.detail),
+    };
+    let voxel = voxels.finest;
     // What lies so far away that its voxels have no name is set aside.
     for p in projected.iter_mut().filter(|p| !blocks::within_range(p.position, voxel)) {
         p.chart = u32::MAX;
@@ -88,8 +94,9 @@ pub(super) fn build(
     drop(tree);
     drop((rows, members));
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
-    let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxel, ctx)?;
+    let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxels, ctx)?;
     fill::fill(&mut grid, ctx)?;
+    agree::agree(&mut grid, ctx)?;
     let contour = quads::contour(grid, ctx)?;
     let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
     let mut surface = clean::clean(contour, &charts, &facing, speck(median, voxel), ctx)?;
@@ -254,6 +261,12 @@ fn votes_toward(v: Vec3, projected: &[ProjectedPoint], charts: usize) -> Vec<Vot
 /// Triangles of the largest speck.
 fn speck(median: f64, voxel: f64) -> usize {
     (PIPELINE.speck * (PIPELINE.voxel * median / voxel).powi(2)).max(PIPELINE.least_speck) as usize
+}
+
+/// Sides of the voxels of a whole scan; `sigma` is the noise that charts are cut with.
+fn voxels(sampling: &Sampling, sigma: f64, detail: f64) -> Voxels {
+    let per_spacing = PIPELINE.voxel / detail;
+    Voxels { finest: per_spacing * sampling.median.max(sigma), per_spacing }
 }
 
 /// Side of the voxels for a detail of 1; `sigma` is the noise that charts are cut with.
