@@ -272,3 +272,28 @@ fn finer_detail_means_smaller_voxels_on_the_same_surface() {
     assert_eq!(topology(&fine.surface).euler, 2);
     assert_eq!(topology(&coarse.surface).euler, 2);
 }
+
+/// Spacings of 1 to 30 on one sphere: voxels are as wide as the points of their place ask, and the surface
+/// stays in one piece where they change.
+#[test]
+fn a_sphere_scanned_a_thousand_times_more_densely_on_one_side_is_closed() {
+    let mut rng = atlasfit::numeric::Rng::new(5);
+    let mut points = Vec::new();
+    while points.len() < 12_000 {
+        let p = Vec3::from_fn(|_| rng.normal()).normalized();
+        let spacing = 1.0 + 15.0 * (1.0 - p[0]);
+        if rng.uniform() < 1.0 / (spacing * spacing) {
+            points.push((p * (1.0 + 0.0005 * rng.normal())).0);
+        }
+    }
+    let out = run(&points).unwrap();
+    let t = topology(&out.surface);
+    assert_eq!((t.parts, t.genus, t.inconsistent_edges), (1, Some(0), 0), "{t:?}");
+    assert!(t.is_closed(), "{t:?}");
+    // The noise where points are dense; a hundredth of the spacing where they are not.
+    for (side, most) in [(1.0, 0.0005), (-1.0, 0.002)] {
+        let there = out.surface.positions.iter().filter(|p| side * p[0] > 0.0);
+        let off = rms(there.map(off_sphere));
+        assert!(off < most, "{side}: {off}");
+    }
+}

@@ -21,6 +21,8 @@ pub(super) struct BlockBlend<'a> {
     pub(super) signs: &'a [f64],
     /// Side of a voxel.
     pub(super) h: f64,
+    /// How far from the surface corners are known, in voxels.
+    pub(super) band: f64,
 }
 
 /// A point as a block sees it.
@@ -99,7 +101,7 @@ impl BlockBlend<'_> {
             let Some(Blended { distance, support, chart }) = self.blend(&views) else { continue };
             // Rounded down: below the least support stays below it.
             out.support[n] = (255.0 * support) as u8;
-            if support < BLEND.min_support || distance.abs() > BLEND.band * self.h {
+            if support < BLEND.min_support || distance.abs() > self.band * self.h {
                 continue;
             }
             // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.

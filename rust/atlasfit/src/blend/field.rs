@@ -204,19 +204,14 @@ fn make(source: &Source<'_>, near: &[BlockSite]) -> Option<Block> {
     }
     let own_gauge = list.iter().any(|&c| contradicted[c as usize]);
     let signs = gauge::signs(charts, relations, own_gauge, &list);
-    let blend = BlockBlend { charts, list: &list, signs: &signs, h };
+    let blend = BlockBlend { charts, list: &list, signs: &signs, h, band: source.levels.band(key) };
     let corners = blend.corners(block_of_key(key), near.iter().map(|&(_, a)| &sites[a as usize]))?;
     let turned = list.iter().zip(&signs).map(|(&c, s)| s * charts[c as usize].sign < 0.0).collect();
     Some(Block { key, list, turned, own_gauge, corners })
 }
 
 /// Appends blocks to the grid.
-fn append(
-    grid: &mut Grid<'_>,
-    blocks: Vec<Vec<Block>>,
-    levels: &Levels,
-    ctx: &Context<'_>,
-) -> Result<()> {
+fn append(grid: &mut Grid<'_>, blocks: Vec<Vec<Block>>, levels: &Levels, ctx: &Context<'_>) -> Result<()> {
     for (i, b) in blocks.into_iter().flatten().enumerate() {
         ctx.check_at(i)?;
         grid.keys.push(b.key);

@@ -92,6 +92,5 @@ fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32
             }
         }
     }
-    (count > 0.0 && (own.level > 0 || hi - lo <= jump))
-        .then(|| ((sum / count) as f32, from))
+    (count > 0.0 && (own.level > 0 || hi - lo <= jump)).then(|| ((sum / count) as f32, from))
 }

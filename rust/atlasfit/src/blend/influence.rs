@@ -33,11 +33,11 @@ pub(super) struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
-    /// For blocks of voxels of side `h`.
-    pub(super) fn new(site: &'a BlendSite, h: f64) -> Self {
+    /// For blocks of voxels of side `h`, whose corners matter up to so many voxels from the surface.
+    pub(super) fn new(site: &'a BlendSite, h: f64, band: f64) -> Self {
         let size = h * f64::from(BLOCK);
         let reach = BLEND.reach * site.spacing;
-        let slab = BLEND.half_diagonal * size + BLEND.band * h + BLEND.curved * reach;
+        let slab = BLEND.half_diagonal * size + band * h + BLEND.curved * reach;
         let range = site.position.0.map(|x| [x - reach, x + reach].map(|x| (x / size).floor() as i32));
         Self { site, size, range, slab, far: reach + BLEND.half_diagonal * size }
     }
@@ -101,13 +101,15 @@ mod tests {
             spacing: 10.0,
             charts: [(0, 1.0); SITE_CHARTS],
         };
-        let (reach, mut blocks) = (Reach::new(&site, 1.0), Vec::new());
+        let (reach, mut blocks) = (Reach::new(&site, 1.0, BLEND.band), Vec::new());
         visit_blocks(&reach, |b| blocks.push(b));
         let height = blocks.iter().map(|b| b[2].abs()).max().unwrap();
         let width = blocks.iter().map(|b| b[0].abs()).max().unwrap();
         assert!(blocks.contains(&[0, 0, 0]) && width >= 5 && height < width, "{width} by {height}");
         let around = -20..20;
-        for b in around.clone().flat_map(|x| around.clone().flat_map(move |y| (-20..20).map(move |z| [x, y, z]))) {
+        for b in
+            around.clone().flat_map(|x| around.clone().flat_map(move |y| (-20..20).map(move |z| [x, y, z])))
+        {
             assert_eq!(reach.holds(b), blocks.contains(&b), "{b:?}");
         }
     }

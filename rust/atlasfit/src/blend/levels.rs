@@ -26,10 +26,14 @@ pub(crate) struct Voxels {
 }
 
 impl Voxels {
-    /// The level that a point asks for.
-    fn level(self, site: &BlendSite) -> usize {
-        let ratio = self.per_spacing * site.spacing / self.finest;
+    /// The level that points so far apart ask for.
+    fn level(self, spacing: f64) -> usize {
+        let ratio = self.per_spacing * spacing / self.finest;
         if ratio >= 2.0 { (ratio.log2() as usize).min(LEVELS - 1) } else { 0 }
+    }
+    /// Side of a voxel where points lie so far apart.
+    pub(crate) fn side(self, spacing: f64) -> f64 {
+        side(self.finest, self.level(spacing))
     }
 }
 
@@ -45,6 +49,9 @@ pub(super) struct Levels {
     covered: FxHashSet<u64>,
     /// Those.
     lenders: FxHashSet<u64>,
+    /// Those, and whole blocks that touch coarser ones: their corners must be known as far from the surface as
+    /// the coarser ones need.
+    wide: FxHashSet<u64>,
 }
 
 impl Levels {
@@ -54,9 +61,15 @@ impl Levels {
     /// Cancelled or out of time.
     pub(super) fn of(sites: &[BlendSite], voxels: Voxels, ctx: &Context<'_>) -> Result<Self> {
         let h = voxels.finest;
-        let top = sites.par_iter().map(|site| voxels.level(site)).max().unwrap_or(0);
-        let mut levels =
-            Self { h, top, cut: FxHashSet::default(), covered: FxHashSet::default(), lenders: FxHashSet::default() };
+        let top = sites.par_iter().map(|site| voxels.level(site.spacing)).max().unwrap_or(0);
+        let mut levels = Self {
+            h,
+            top,
+            cut: FxHashSet::default(),
+            covered: FxHashSet::default(),
+            lenders: FxHashSet::default(),
+            wide: FxHashSet::default(),
+        };
         // Blocks of the level before that are cut.
         let mut before: Vec<u64> = Vec::new();
         for level in 1..=top {
@@ -70,45 +83,58 @@ impl Levels {
         Ok(levels)
     }
 
-    /// Puts lenders where whole blocks touch coarser ones on their upper sides.
+    /// Finds the whole blocks that touch coarser ones, and puts lenders where they do so on their upper sides.
     fn lend(&mut self, ctx: &Context<'_>) -> Result<()> {
         for (i, &cut) in self.cut.iter().enumerate() {
             ctx.check_at(i)?;
             for whole in children(cut).filter(|child| !self.cut.contains(child)) {
-                let (level, b) = (level_of_key(whole), block_of_key(whole));
-                for o in 1..8 {
-                    let beside = block_key(level, [0, 1, 2].map(|k| b[k] + (o >> k & 1)));
-                    if !self.cut.contains(&parent(beside)) {
+                for beside in around(whole).filter(|&key| !self.cut.contains(&parent(key))) {
+                    self.wide.insert(whole);
+                    let (b, beside_b) = (block_of_key(whole), block_of_key(beside));
+                    if (0..3).all(|k| beside_b[k] >= b[k]) {
                         self.lenders.insert(beside);
                         self.covered.insert(parent(beside));
                     }
                 }
             }
         }
+        self.wide.extend(&self.lenders);
         Ok(())
     }
 
     /// Names the blocks that a point reaches.
     pub(super) fn visit(&self, site: &BlendSite, mut visit: impl FnMut(u64)) {
-        let reach = Reach::new(site, side(self.h, self.top));
+        let reach = Reach::new(site, side(self.h, self.top), BLEND.band);
         visit_blocks(&reach, |b| self.descend(site, block_key(self.top, b), &mut visit));
     }
 
     /// The same within a block that the point reaches.
     fn descend(&self, site: &BlendSite, key: u64, visit: &mut impl FnMut(u64)) {
         let level = level_of_key(key);
-        let below = || {
-            let reach = Reach::new(site, side(self.h, level - 1));
-            children(key).filter(move |&child| reach.holds(block_of_key(child)))
-        };
-        if level > 0 && self.cut.contains(&key) {
-            below().for_each(|child| self.descend(site, child, visit));
-            return;
+        let is_cut = level > 0 && self.cut.contains(&key);
+        if !is_cut {
+            visit(key);
+            if level == 0 || !self.covered.contains(&key) {
+                return;
+            }
         }
-        visit(key);
-        if level > 0 && self.covered.contains(&key) {
-            below().filter(|child| self.lenders.contains(child)).for_each(visit);
+        let reach = |band: f64| Reach::new(site, side(self.h, level - 1), band);
+        // What a finer block needs lies within the band of a coarser one over it.
+        let [near, far] = [BLEND.band, 2.0 * BLEND.band].map(reach);
+        for child in children(key) {
+            let b = block_of_key(child);
+            if !far.holds(b) || !is_cut && !self.lenders.contains(&child) {
+                continue;
+            }
+            if self.cut.contains(&child) || near.holds(b) || self.wide.contains(&child) {
+                self.descend(site, child, visit);
+            }
         }
+    }
+
+    /// How far from the surface corners of a block must be known, in its voxels.
+    pub(super) fn band(&self, key: u64) -> f64 {
+        if self.wide.contains(&key) { 2.0 * BLEND.band } else { BLEND.band }
     }
 
     /// Whether the voxels of a block are contoured.
@@ -124,8 +150,8 @@ fn asked(sites: &[BlendSite], voxels: Voxels, level: usize, ctx: &Context<'_>) -
         .map(|chunk| {
             ctx.check()?;
             let mut found = Vec::new();
-            for site in chunk.iter().filter(|site| voxels.level(site) == level) {
-                let reach = Reach::new(site, side(voxels.finest, level));
+            for site in chunk.iter().filter(|site| voxels.level(site.spacing) == level) {
+                let reach = Reach::new(site, side(voxels.finest, level), BLEND.band);
                 visit_blocks(&reach, |b| found.push(parent(block_key(level, b))));
             }
             found.sort_unstable();
@@ -157,4 +183,94 @@ fn children(key: u64) -> impl Iterator<Item = u64> {
 fn around(key: u64) -> impl Iterator<Item = u64> {
     let (level, b) = (level_of_key(key), block_of_key(key));
     (0..27).map(move |n| block_key(level, [b[0] + n % 3 - 1, b[1] + n / 3 % 3 - 1, b[2] + n / 9 - 1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::atlas::SITE_CHARTS;
+    use crate::numeric::rng::Rng;
+    use crate::numeric::vec3::Vec3;
+
+    /// Points of a plane that lie farther apart away from its middle.
+    fn sites() -> Vec<BlendSite> {
+        let mut rng = Rng::new(1);
+        let site = |_| {
+            let r = 300.0 * rng.uniform().powi(4);
+            let a = rng.uniform() * std::f64::consts::TAU;
+            BlendSite {
+                position: Vec3([r * a.cos(), r * a.sin(), 0.3]),
+                normal: Vec3([0.0, 0.6, 0.8]),
+                spacing: 1.0 + 0.2 * r,
+                charts: [(0, 1.0); SITE_CHARTS],
+            }
+        };
+        (0..300).map(site).collect()
+    }
+
+    fn levels(sites: &[BlendSite]) -> Levels {
+        let voxels = Voxels { finest: 0.75, per_spacing: 0.75 };
+        Run::default().execute(|ctx| Levels::of(sites, voxels, ctx)).unwrap()
+    }
+
+    /// The blocks that the points reach, ascending.
+    fn reached(levels: &Levels, sites: &[BlendSite]) -> Vec<u64> {
+        let mut keys = Vec::new();
+        sites.iter().for_each(|site| levels.visit(site, |key| keys.push(key)));
+        keys.sort_unstable();
+        keys.dedup();
+        keys
+    }
+
+    #[test]
+    fn no_contoured_block_lies_in_another_and_those_that_touch_differ_by_one_level() {
+        let sites = sites();
+        let levels = levels(&sites);
+        assert!(levels.top >= 4, "{}", levels.top);
+        let keys: FxHashSet<u64> =
+            reached(&levels, &sites).into_iter().filter(|&key| levels.contours(key)).collect();
+        let within =
+            |key| std::iter::successors(Some(parent(key)), |&key| Some(parent(key))).take(levels.top);
+        for &key in &keys {
+            assert!(!within(key).any(|over| keys.contains(&over)));
+            // A neighbour's place holds no block that is wider by two levels.
+            for beside in around(key) {
+                assert!(!within(beside).skip(1).any(|over| keys.contains(&over)));
+            }
+        }
+    }
+
+    #[test]
+    fn every_corner_of_a_contoured_voxel_has_a_block_of_its_level_where_points_reach() {
+        let sites = sites();
+        let levels = levels(&sites);
+        let keys: FxHashSet<u64> = reached(&levels, &sites).into_iter().collect();
+        let mut lent = 0;
+        for &key in keys.iter().filter(|&&key| levels.contours(key)) {
+            let (level, b) = (level_of_key(key), block_of_key(key));
+            for o in 1..8 {
+                let beside = [0, 1, 2].map(|k| b[k] + (o >> k & 1));
+                let beside_key = block_key(level, beside);
+                let is_finer = children_of_level(beside_key).any(|child| keys.contains(&child));
+                let reach = |site| Reach::new(site, side(levels.h, level), BLEND.band).holds(beside);
+                let missing = !keys.contains(&beside_key) && !is_finer;
+                assert!(!missing || !sites.iter().any(reach), "level {level}: {beside:?}");
+                lent += usize::from(!levels.contours(beside_key) && keys.contains(&beside_key));
+            }
+        }
+        assert!(lent > 100, "{lent}");
+    }
+
+    fn children_of_level(key: u64) -> Box<dyn Iterator<Item = u64>> {
+        if level_of_key(key) == 0 { Box::new(std::iter::empty()) } else { Box::new(children(key)) }
+    }
+
+    #[test]
+    fn points_of_one_density_have_voxels_of_one_size() {
+        let mut sites = sites();
+        sites.iter_mut().for_each(|site| site.spacing = 1.0);
+        let levels = levels(&sites);
+        assert_eq!((levels.top, levels.cut.len(), levels.lenders.len()), (0, 0, 0));
+    }
 }

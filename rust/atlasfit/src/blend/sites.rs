@@ -9,7 +9,6 @@ use crate::error::Result;
 use crate::numeric::scatter::one_in;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
-use crate::spatial::constants::SPATIAL;
 use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
 
@@ -28,7 +27,7 @@ pub(crate) struct Spread<'a> {
 impl Spread<'_> {
     /// How far a point's site stands from the next; none for a point that others stand for.
     fn spacing(&self, point: usize) -> Option<f64> {
-        let own = f64::from(self.sampling.spacing[point]).min(SPATIAL.widest * self.sampling.median);
+        let own = self.sampling.carried(point);
         let share = (self.sigma / (own * BLEND.oversampled)).powi(2) as u64;
         one_in(share, self.names[point], 1).then(|| own.max(self.sigma))
     }

@@ -121,7 +121,10 @@ impl Edged for Voxel {
     #[inline]
     fn edge(&self, edge: usize) -> VoxelEdge {
         let (a, b) = EDGES[edge];
-        VoxelEdge { ends: [a, b].map(|c| corner_offset(c).map(|x| 2 * x)), field: [self.field[a], self.field[b]] }
+        VoxelEdge {
+            ends: [a, b].map(|c| corner_offset(c).map(|x| 2 * x)),
+            field: [self.field[a], self.field[b]],
+        }
     }
     #[inline]
     fn cross(&self, grid: &Grid<'_>, edge: usize, rises: bool, vertex: u32, out: &mut Vec<Crossing>) {
@@ -249,7 +252,8 @@ fn piece(
     let h = grid.side(block);
     let origin = grid.origin(block);
     // In halves of the voxel's side, from its lowest corner.
-    let position = |i: [i32; 3]| Vec3::from_fn(|k| (f64::from(origin[k] + at[k]) + 0.5 * f64::from(i[k])) * h);
+    let position =
+        |i: [i32; 3]| Vec3::from_fn(|k| (f64::from(origin[k] + at[k]) + 0.5 * f64::from(i[k])) * h);
     let jump = if filled { BLEND.fill_jump } else { CONTOUR.max_jump };
     let vertex = out.vertices.positions.len() as u32;
     let before = out.crossings.len();

@@ -39,11 +39,14 @@ pub(crate) struct Left {
 
 /// Which holes are filled.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Limits {
+pub(crate) struct Limits<'a> {
     /// Those whose boundary is at most so long.
     pub(crate) longest: f64,
-    /// A boundary at most so long is triangulated from side to side; a longer one as by [`close`].
+    /// Those whose boundary is at most so long, or as many times longer as `sparse` says: gaps of the sampling.
+    /// They are triangulated from side to side; others as by [`close`].
     pub(crate) plain: f64,
+    /// For each chart how many times farther apart than usual its points lie.
+    pub(crate) sparse: &'a [f64],
     /// And slits that are at most so wide in the mean.
     pub(crate) slit: f64,
 }
@@ -52,8 +55,8 @@ pub(crate) struct Limits {
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn fill(s: &mut Surface, limits: Limits, ctx: &Context<'_>) -> Result<Filled> {
-    let Limits { longest, plain, slit: widest } = limits;
+pub(crate) fn fill(s: &mut Surface, limits: Limits<'_>, ctx: &Context<'_>) -> Result<Filled> {
+    let Limits { longest, plain, sparse, slit: widest } = limits;
     let rings = loops::of(s, ctx)?;
     let mut touched = vec![false; s.positions.len()];
     if rings.is_empty() {
@@ -69,6 +72,8 @@ pub(crate) fn fill(s: &mut Surface, limits: Limits, ctx: &Context<'_>) -> Result
         .map(|ring| {
             ctx.check()?;
             let length = length(positions, ring);
+            let plain = plain * sparsity(&s.chart, ring, sparse);
+            let longest = longest.max(plain);
             // A long one can only be a slit: nothing but short edges lead across.
             let across = if length <= longest { f64::INFINITY } else { CONTOUR.across * widest };
             let Some(patch) = patch::of_least_area(positions, ring, across, &taken, ctx)? else {
@@ -97,6 +102,12 @@ pub(crate) fn fill(s: &mut Surface, limits: Limits, ctx: &Context<'_>) -> Result
         touched.resize(s.positions.len(), true);
     }
     Ok(Filled { holes, touched, left })
+}
+
+/// How many times farther apart than usual the points about a boundary lie, by the charts of its vertices.
+fn sparsity(chart: &[u32], ring: &[u32], sparse: &[f64]) -> f64 {
+    let of = |&v: &u32| sparse.get(chart[v as usize] as usize).copied().unwrap_or(1.0);
+    ring.iter().map(of).sum::<f64>() / ring.len().max(1) as f64
 }
 
 /// Fills the holes with these boundaries where triangles fit, by small ones that go on from the surface as a
@@ -213,8 +224,8 @@ mod tests {
     use super::*;
     use crate::Run;
 
-    fn limits(longest: f64, slit: f64) -> Limits {
-        Limits { longest, plain: longest, slit }
+    fn limits(longest: f64, slit: f64) -> Limits<'static> {
+        Limits { longest, plain: longest, sparse: &[], slit }
     }
 
     /// An open box: four walls and a floor.
@@ -246,6 +257,16 @@ mod tests {
             })
             .sum();
         assert!((volume.abs() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hole_may_be_as_many_times_longer_as_points_lie_farther_apart() {
+        for (times, expected) in [(1.0, 0), (1.5, 1)] {
+            let mut s = open_box();
+            let limits = Limits { sparse: &[times], ..limits(3.0, 0.0) };
+            let filled = Run::default().execute(|ctx| fill(&mut s, limits, ctx)).unwrap();
+            assert_eq!(filled.holes, expected, "{times}");
+        }
     }
 
     /// A flat strip of squares of side 1 along a closed curve in the plane, on its outer side, `n` squares

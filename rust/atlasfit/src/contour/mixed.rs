@@ -244,3 +244,66 @@ fn pairs(values: &[f64]) -> Vec<(usize, usize)> {
     let first = usize::from(!joined);
     (first..m).step_by(2).map(|k| (crossed[k], crossed[(k + 1) % m])).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::rng::Rng;
+
+    /// A voxel in the middle of its block, with finer ones in some places around.
+    fn around(rng: &mut Rng) -> Around {
+        let share = rng.uniform();
+        Around { blocks: [0; 64], contoured: std::array::from_fn(|_| rng.uniform() < share) }
+    }
+
+    /// Every crossed edge has two neighbours that have it for theirs, whatever the signs and the finer
+    /// neighbours: pieces are closed rings.
+    #[test]
+    fn the_crossed_edges_of_any_voxel_make_closed_rings() {
+        let mut rng = Rng::new(1);
+        for _ in 0..3000 {
+            let around = around(&mut rng);
+            let at = std::array::from_fn(|_| (4.0 * rng.uniform()) as i32);
+            let faces = faces(&Finer { around: &around, at });
+            let none = CornerId { block: 0, corner: 0 };
+            let voxel = Mixed {
+                place: Place::new(0, at),
+                finer: [none; NODES],
+                field: std::array::from_fn(|_| rng.normal()),
+            };
+            let Some(next) = voxel.links(&faces) else { continue };
+            for (e, of) in next.iter().enumerate() {
+                let [a, b] = ends(e).1.map(node);
+                assert_eq!(of[0] == NONE, of[1] == NONE, "{e}");
+                if of[0] != NONE {
+                    assert!((voxel.field[a] < 0.0) != (voxel.field[b] < 0.0), "{e}");
+                    assert!(of.iter().all(|&o| next[o].contains(&e)), "{e}");
+                }
+            }
+        }
+    }
+
+    /// Two voxels see the face between them alike, whichever is finer.
+    #[test]
+    fn crossings_of_four_nodes_are_joined_as_on_any_voxel() {
+        // Nodes 0 and 2 are joined where their product is the larger one: 1 and 3 are cut off.
+        assert_eq!(pairs(&[2.0, -1.0, 2.0, -1.0]), [(0, 1), (2, 3)]);
+        assert_eq!(pairs(&[1.0, -2.0, 1.0, -2.0]), [(1, 2), (3, 0)]);
+        assert_eq!(pairs(&[-1.0, 2.0, -1.0, 2.0]), pairs(&[1.0, -2.0, 1.0, -2.0]));
+        assert_eq!(pairs(&[1.0, 1.0, -1.0, -1.0]), [(1, 3)]);
+        // A node more on an edge changes nothing where it has the sign of an end.
+        assert_eq!(pairs(&[2.0, 1.0, -1.0, 2.0, -1.0]), [(1, 2), (3, 4)]);
+    }
+
+    #[test]
+    fn an_edge_is_found_by_its_middle() {
+        let nodes = || (0..27).map(|n| [n % 3, n / 3 % 3, n / 9]);
+        for (a, b) in nodes().flat_map(|a| nodes().map(move |b| (a, b))) {
+            let d: Vec<i32> = (0..3).map(|k| b[k] - a[k]).filter(|&d| d != 0).collect();
+            let whole = d == [2] && a.iter().zip(&b).all(|(x, y)| x != y || x % 2 == 0);
+            if d == [1] || whole {
+                assert_eq!(ends(middle(a, b)).1, [a, b]);
+            }
+        }
+    }
+}

@@ -6,8 +6,8 @@
 //! faces where the field rises, in the gauge of the block that owns its edge.
 
 use super::cells::{self, Cells, Crossing};
-use super::mixed;
 use super::constants::CONTOUR;
+use super::mixed;
 use super::normals::Charts;
 use super::surface::{Contour, ContourVertices};
 use crate::blend::blocks::{CORNERS, Grid, corner_at};

@@ -8,7 +8,6 @@ use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
-use crate::spatial::constants::SPATIAL;
 use crate::spatial::neighbours::Neighbour;
 use crate::spatial::spacing::Sampling;
 use rayon::prelude::*;
@@ -83,10 +82,8 @@ impl<'a> Cut<'a> {
 impl Cut<'_> {
     /// The radius that a patch about a point may have where the usual noise is `sigma`.
     pub(super) fn reach(&self, point: usize, sigma: f64) -> f64 {
-        // Where points stand farther apart than this there is no surface to show, only strays.
-        let widest = SPATIAL.widest * self.sampling.median;
         let sigma = sigma * self.relative_noise(point);
-        self.size.reach(f64::from(self.sampling.spacing[point]).min(widest), sigma)
+        self.size.reach(self.sampling.carried(point), sigma)
     }
     /// The noise at a point, as a multiple of the usual.
     pub(crate) fn relative_noise(&self, point: usize) -> f64 {

@@ -4,12 +4,11 @@
 //! In: a scan. Out: for each step, what it made or how much of it.
 
 use super::fit_atlas::{cut, fit_atlas};
-use super::constants::PIPELINE;
 use super::prepare::{self, Scan};
 use super::sheets::{self, OrientedAtlas};
-use super::surface::voxel;
+use super::voxels;
 use crate::atlas::{Chart, Pair, Patch, Relation};
-use crate::blend::{agree, blocks::Grid, field, fill, levels::Voxels, sites};
+use crate::blend::{agree, blocks::Grid, field, fill, sites};
 use crate::contour::{Facing, clean, quads, surface::Contour};
 use crate::error::Result;
 use crate::fit;
@@ -109,7 +108,7 @@ impl Steps {
         let sites =
             sites::of_points(&scan.points, &atlas.projected, &atlas.fitted, &atlas.members, spread, ctx)?;
         let (relations, conflicts): (&[Relation], &[Pair]) = (&atlas.relations, &atlas.conflicts);
-        let voxels = Voxels { finest: voxel(sampling, sigma), per_spacing: PIPELINE.voxel };
+        let voxels = voxels::graded(sampling, sigma, 1.0);
         let mut grid = field::sample(charts, sites, relations, conflicts, voxels, ctx)?;
         fill::fill(&mut grid, ctx)?;
         agree::agree(&mut grid, ctx)?;

@@ -58,8 +58,9 @@ pub(crate) struct PipelineConstants {
     /// The same in standard deviations of the noise, where that is more. Source: derived, patches are as many
     /// of these wide as they are spacings, so that their splines have two voxels an interval either way.
     pub voxel_noise: f64,
-    /// Voxels are at least this share of the root mean square of the spacing: where clumps set the median,
-    /// voxels of its size would be many times as many as the points. Source: chosen.
+    /// Voxels of one size, those of tiles, are at least this share of the root mean square of the spacing:
+    /// where clumps set the median, voxels of its size would be many times as many as the points. Source:
+    /// chosen.
     /// Halved or doubled: same bytes.
     pub voxel_spread: f64,
     /// And at least this share of it, as far as that is no more than the median: in rooms seen from one place

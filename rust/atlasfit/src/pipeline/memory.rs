@@ -5,7 +5,8 @@
 
 use super::options::DenoiseOptions;
 use super::prepare::Sampled;
-use super::surface;
+use super::survey::Survey;
+use super::voxels;
 use crate::error::Result;
 use crate::run::{Context, total_bytes, with_threads};
 use crate::unwrap;
@@ -92,16 +93,20 @@ pub(super) fn reserve(points: usize, extra: u64, options: &DenoiseOptions, ctx: 
     ctx.reserve(memory_needed(points, options, ctx.threads()).saturating_add(extra), ADVICE)
 }
 
-/// Fails where this scan needs more than the run may use, its noise not known yet: that only makes voxels
-/// larger.
+/// Fails where this scan, or this tile of what is `told`, needs more than the run may use. The noise of a scan
+/// is not known yet: that only makes voxels larger.
 pub(super) fn reserve_sampled(
     scan: &Sampled,
+    told: Option<&Survey>,
     extra: u64,
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let side = surface::voxel(&scan.sampling, 0.0) / options.detail;
-    let vertices = VERTICES_PER_VOXEL * surface::area(&scan.sampling) / (side * side);
+    let voxels = match told {
+        Some(told) => voxels::of_side(told.voxel / options.detail),
+        None => voxels::graded(&scan.sampling, 0.0, options.detail),
+    };
+    let vertices = VERTICES_PER_VOXEL * voxels::squares(&scan.sampling, voxels);
     let own = needed(scan.points.len(), vertices as usize, options, ctx.threads());
     ctx.reserve(own.saturating_add(extra), ADVICE)
 }

@@ -31,6 +31,7 @@ mod surface;
 pub mod survey;
 mod sweeps;
 pub mod tile;
+mod voxels;
 mod warnings;
 mod whole;
 
@@ -192,7 +193,7 @@ fn denoise_in(
     let cloud = moved.as_ref().unwrap_or(cloud);
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let sampled = prepare::sampled(distinct, options.noise, None, ctx)?;
-    memory::reserve_sampled(&sampled, columns, options, ctx)?;
+    memory::reserve_sampled(&sampled, None, columns, options, ctx)?;
     let scan = prepare::with_noise(sampled, options.noise, None, ctx)?;
     let told = scan.input.warnings.clone();
     let given = finish::Given { cloud, triangles };

@@ -7,7 +7,8 @@ use super::options::DenoiseOptions;
 use super::parts::LeftOut;
 use super::prepare::Scan;
 use super::sheets::OrientedAtlas;
-use super::surface::{Built, votes_of_scanner, voxel};
+use super::surface::{Built, votes_of_scanner};
+use super::voxels;
 use crate::contour::surface::Surface;
 use crate::error::Result;
 use crate::orient;
@@ -39,7 +40,7 @@ pub(super) fn build(
         extrapolated: None,
         charts,
         projected,
-        voxel: voxel(&sampling, noise.for_charts()) / options.detail,
+        voxel: voxels::graded(&sampling, noise.for_charts(), options.detail).finest,
         sampling,
         left_out: LeftOut::default(),
         filled_holes: 0,

@@ -240,8 +240,9 @@ pub(super) fn with_noise(
     told: Option<(Survey, &[u64])>,
     ctx: &Context<'_>,
 ) -> Result<Scan> {
-    let Sampled { points, tree, sampling, frame, rows, mut input, .. } = scan;
+    let Sampled { points, tree, mut sampling, frame, rows, mut input, .. } = scan;
     if let Some((told, names)) = told {
+        sampling.widest = SPATIAL.widest * sampling.median;
         let rows = first_rows(&input.of_input, points.len()).into_iter().map(|i| names[i]).collect();
         let noise = NoiseModel::new(told.tube_noise, NoiseSource::Given, sampling.median);
         let relative_noise = Vec::new();

@@ -31,7 +31,8 @@ pub struct Report {
     pub charts: usize,
     /// Whether some part of the surface is one-sided.
     pub one_sided: bool,
-    /// Side of the voxels that the surface was contoured with, in the scan's unit.
+    /// Side of the finest voxels that the surface was contoured with, in the scan's unit: where points lie
+    /// far apart they are wider.
     pub voxel: f64,
     /// Connected parts of the surface.
     pub parts: usize,

@@ -9,9 +9,9 @@ use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
-use super::warnings;
+use super::{voxels, warnings};
+use crate::atlas::projected::chart_means;
 use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
-use crate::blend::levels::Voxels;
 use crate::blend::{agree, blocks, field, fill, sites};
 use crate::contour::holes::{self, Filled, Limits};
 use crate::contour::{Facing, cavities, clean, components, fragments, quads, smooth, surface::Surface};
@@ -25,7 +25,6 @@ use crate::rim::{self, unseen::Scale};
 use crate::run::{Context, Stage};
 use crate::simplify::Goal;
 use crate::solid::{self, Solid};
-use crate::spatial::constants::SPATIAL;
 use crate::spatial::spacing::Sampling;
 
 /// What was built. Lengths are in the normalised frame.
@@ -42,7 +41,7 @@ pub(super) struct Built {
     pub projected: Vec<ProjectedPoint>,
     /// Spacing of the scan's points.
     pub sampling: Sampling,
-    /// Side of the voxels.
+    /// Side of the finest voxels.
     pub voxel: f64,
     /// Parts of the surface that were left out, and the points on them.
     pub left_out: LeftOut,
@@ -72,9 +71,8 @@ pub(super) fn build(
     ctx.stage(Stage::Project, 2);
     let sigma = noise.for_charts();
     let voxels = match &told {
-        // Tiles must agree on where voxels change: theirs are all of one size.
-        Some(told) => Voxels { finest: told.voxel / options.detail, per_spacing: 0.0 },
-        None => voxels(&sampling, sigma, options.detail),
+        Some(told) => voxels::of_side(told.voxel / options.detail),
+        None => voxels::graded(&sampling, sigma, options.detail),
     };
     let voxel = voxels.finest;
     // What lies so far away that its voxels have no name is set aside.
@@ -101,7 +99,8 @@ pub(super) fn build(
     let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
     let mut surface = clean::clean(contour, &charts, &facing, speck(median, voxel), ctx)?;
     let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
-    let limits = limits(median, options.fill_holes / frame.scale);
+    let sparse = sparsity(&projected, &sampling, charts.len());
+    let limits = limits(median, options.fill_holes / frame.scale, &sparse);
     let Filled { holes: mut filled_holes, touched, left } = holes::fill(&mut surface, limits, ctx)?;
     smooth::smooth(&mut surface, &charts, touched, ctx)?;
     if votes.is_empty() {
@@ -152,9 +151,15 @@ pub(super) fn build(
 }
 
 /// Which holes are filled: `asked` is the longest boundary that the user gives.
-fn limits(median: f64, asked: f64) -> Limits {
+fn limits(median: f64, asked: f64, sparse: &[f64]) -> Limits<'_> {
     let gap = PIPELINE.gap * median;
-    Limits { longest: gap.max(asked), plain: gap, slit: PIPELINE.slit * median }
+    Limits { longest: gap.max(asked), plain: gap, sparse, slit: PIPELINE.slit * median }
+}
+
+/// How many times the median spacing the points of each chart lie apart in the mean, at least one.
+fn sparsity(projected: &[ProjectedPoint], sampling: &Sampling, charts: usize) -> Vec<f64> {
+    let spacing = chart_means(projected, charts, |i| sampling.carried(i));
+    spacing.into_iter().map(|s| s.map_or(1.0, |s| (s / sampling.median).max(1.0))).collect()
 }
 
 /// What is known of the surface's place.
@@ -222,12 +227,6 @@ fn not_empty(surface: &Surface) -> Result<()> {
     Ok(())
 }
 
-/// Area of the surface, about: the squares that the points stand for.
-pub(super) fn area(sampling: &Sampling) -> f64 {
-    let widest = PIPELINE.alone * SPATIAL.widest * sampling.median;
-    sampling.spacing.iter().map(|&s| f64::from(s).min(widest).powi(2)).sum()
-}
-
 /// How the points vote on each chart's side if one scanner made the scan, or it is ground; `noise` is its
 /// standard deviation, `part` says which of the connected charts each belongs to. No votes where none is
 /// found.
@@ -261,19 +260,6 @@ fn votes_toward(v: Vec3, projected: &[ProjectedPoint], charts: usize) -> Vec<Vot
 /// Triangles of the largest speck.
 fn speck(median: f64, voxel: f64) -> usize {
     (PIPELINE.speck * (PIPELINE.voxel * median / voxel).powi(2)).max(PIPELINE.least_speck) as usize
-}
-
-/// Sides of the voxels of a whole scan; `sigma` is the noise that charts are cut with.
-fn voxels(sampling: &Sampling, sigma: f64, detail: f64) -> Voxels {
-    let per_spacing = PIPELINE.voxel / detail;
-    Voxels { finest: per_spacing * sampling.median.max(sigma), per_spacing }
-}
-
-/// Side of the voxels for a detail of 1; `sigma` is the noise that charts are cut with.
-pub(super) fn voxel(sampling: &Sampling, sigma: f64) -> f64 {
-    let spread = (area(sampling) / sampling.spacing.len() as f64).sqrt();
-    let by_spread = (PIPELINE.voxel_uneven * spread).min(sampling.median).max(PIPELINE.voxel_spread * spread);
-    (PIPELINE.voxel * sampling.median).max(by_spread).max(PIPELINE.voxel_noise * sigma)
 }
 
 /// How many points each chart weighs most at.

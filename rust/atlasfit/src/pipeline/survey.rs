@@ -6,7 +6,7 @@
 use super::fit_atlas;
 use super::options::{self, DenoiseOptions};
 use super::prepare;
-use super::surface;
+use super::voxels;
 pub use super::whole::Survey;
 use crate::error::Result;
 use crate::numeric::vec3;
@@ -60,6 +60,6 @@ fn surveyed(
     let tube_noise = scan.noise.sigma;
     fit_atlas::learn_noise(&mut scan, size, &tubes, ctx)?;
     let (spacing, noise) = (scan.sampling.median, scan.noise.sigma);
-    let voxel = surface::voxel(&scan.sampling, scan.noise.for_charts());
+    let voxel = voxels::even(&scan.sampling, scan.noise.for_charts());
     Ok(Survey { spacing, lonely, tube_noise, noise, voxel, ..known })
 }

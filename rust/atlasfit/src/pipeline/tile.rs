@@ -106,7 +106,7 @@ fn denoised(
     memory::reserve(cloud.len(), columns, options, ctx)?;
     let distinct = prepare::distinct(vec3::of(&cloud.positions), ctx)?;
     let sampled = prepare::sampled(distinct, options.noise, Some(survey), ctx)?;
-    memory::reserve_sampled(&sampled, columns, options, ctx)?;
+    memory::reserve_sampled(&sampled, Some(survey), columns, options, ctx)?;
     let mut scan = prepare::with_noise(sampled, options.noise, Some((*survey, rows)), ctx)?;
     let toward = facing::given(cloud, options, &scan, ctx)?;
     let first = fit_atlas::fit_atlas(&mut scan, options.charts, ctx)?;

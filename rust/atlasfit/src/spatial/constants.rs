@@ -28,9 +28,10 @@ pub(crate) struct SpatialConstants {
     /// of 0.5 / sqrt(511) = 2 %.
     /// Halved or doubled: same bytes.
     pub sample: usize,
-    /// Points carry the surface no farther than if their spacing were this many times the median: beyond, a
-    /// scan is too thin to show one, and the voxels needed to bridge the gaps grow with the square. Source:
-    /// chosen.
+    /// Points lonelier than so many times the spacing where a scan is sparse are strays. The points of a tile
+    /// carry the surface no farther than if their spacing were this many times the median: they must agree
+    /// with those of the tiles about it, and the voxels needed to bridge gaps grow with the square where all
+    /// are of one size. Source: chosen.
     /// Halved: no figure changes by 1 %; doubled: same bytes.
     pub widest: f64,
     /// Scanners sample in lines: within a line the nearest points are close, the next line is far. So many

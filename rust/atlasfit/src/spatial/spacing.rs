@@ -23,14 +23,21 @@ pub struct Sampling {
     pub spacing: Vec<f32>,
     /// Median of `spacing`.
     pub median: f64,
+    /// Points carry the surface no farther than if their spacing were this.
+    pub widest: f64,
 }
 
 impl Sampling {
-    /// The sampling of points with these spacings.
+    /// The sampling of points with these spacings, whatever is the widest of them.
     #[must_use]
     pub fn new(spacing: Vec<f32>) -> Self {
         let median = median(&mut spacing.iter().map(|&s| f64::from(s)).collect::<Vec<_>>());
-        Self { spacing, median }
+        Self { spacing, median, widest: f64::INFINITY }
+    }
+
+    /// The spacing at a point, as far as it carries the surface.
+    pub(crate) fn carried(&self, point: usize) -> f64 {
+        f64::from(self.spacing[point]).min(self.widest)
     }
 }
 
