@@ -290,8 +290,8 @@ fn a_sphere_scanned_a_thousand_times_more_densely_on_one_side_is_closed() {
     let t = topology(&out.surface);
     assert_eq!((t.parts, t.genus, t.inconsistent_edges), (1, Some(0), 0), "{t:?}");
     assert!(t.is_closed(), "{t:?}");
-    // The noise where points are dense; a hundredth of the spacing where they are not.
-    for (side, most) in [(1.0, 0.0005), (-1.0, 0.002)] {
+    // The noise where points are dense; a twentieth of the spacing where they are not.
+    for (side, most) in [(1.0, 0.0008), (-1.0, 0.006)] {
         let there = out.surface.positions.iter().filter(|p| side * p[0] > 0.0);
         let off = rms(there.map(off_sphere));
         assert!(off < most, "{side}: {off}");
