@@ -18,6 +18,10 @@ const KEY_OFFSET: i64 = 1 << (AXIS_BITS - 1);
 /// Levels that a key can name.
 pub(super) const LEVELS: usize = 1 << (64 - 3 * AXIS_BITS);
 
+/// Marks the level of a corner that charts know, but farther from them than its block's voxels believe: coarser
+/// ones beside them do.
+pub(super) const BEYOND: u8 = 0x80;
+
 /// The key of the block at `b` of a level. Keys are ordered by level, then z, then y, then x.
 #[inline]
 pub(super) fn block_key(level: usize, b: [i32; 3]) -> u64 {
@@ -109,7 +113,8 @@ pub(super) struct Corners {
     pub(super) value: [f32; CORNERS],
     /// The chart that weighs most there (or did where the value was filled in from).
     pub(super) chart: [u32; CORNERS],
-    /// 0 = unknown, 1 = from charts, more = filled in that round minus one.
+    /// 0 = unknown, 1 = from charts, more = filled in that round minus one; or with
+    /// [`BEYOND`].
     pub(super) level: [u8; CORNERS],
     /// Blended mask, 0 to 255.
     pub(super) support: [u8; CORNERS],
@@ -225,7 +230,10 @@ impl<'c> Grid<'c> {
         }
         let other = other as usize;
         let b = &self.corners[other];
-        let (mut value, level, chart) = (f64::from(b.value[c]), b.level[c], b.chart[c]);
+        let (mut value, mut level, chart) = (f64::from(b.value[c]), b.level[c], b.chart[c]);
+        if level & BEYOND != 0 {
+            level = if self.side(block) > self.side(other) { 1 } else { level & !BEYOND };
+        }
         if other != block && level > 0 && (self.own_gauge[block] || self.own_gauge[other]) {
             value *= self.sign(block, chart) * self.sign(other, chart);
         }

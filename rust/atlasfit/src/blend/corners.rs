@@ -5,7 +5,7 @@
 //! blended mask at each corner. A point spreads its charts' weights around it; a chart's weight at a corner
 //! is the sum of what the points there give it. Charts of another sheet have no say.
 
-use super::blocks::{CORNERS, Corners, corner_at};
+use super::blocks::{BEYOND, CORNERS, Corners, corner_at};
 use super::constants::{BLEND, BLOCK};
 use super::influence::influence;
 use crate::atlas::{BlendSite, Chart, SITE_CHARTS, View};
@@ -107,7 +107,7 @@ impl BlockBlend<'_> {
             // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.
             out.value[n] = if distance == 0.0 { f32::MIN_POSITIVE } else { distance as f32 };
             out.chart[n] = chart;
-            out.level[n] = 1;
+            out.level[n] = if distance.abs() > BLEND.band * self.h { BEYOND } else { 1 };
             any = true;
         }
         any.then_some(out)

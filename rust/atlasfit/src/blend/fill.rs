@@ -3,7 +3,7 @@
 //! In: the grid with what the charts say. Out: the same grid, extended by a few voxels and smooth there
 //! (volumetric diffusion; Davis, Marschner, Garr and Levoy 2002). What the charts say is never changed.
 
-use super::blocks::{CORNERS, CornerValue, Grid, corner_at};
+use super::blocks::{BEYOND, CORNERS, CornerValue, Grid, corner_at};
 use super::constants::BLEND;
 use crate::error::Result;
 use crate::run::Context;
@@ -48,6 +48,7 @@ fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()>
             let mut changes = Vec::new();
             for b in chunk * CHUNK..((chunk + 1) * CHUNK).min(blocks) {
                 for (c, &level) in grid.corners[b].level.iter().enumerate() {
+                    let level = level & !BEYOND;
                     if (if grow.is_some() { level == 0 } else { level > 1 })
                         && let Some((value, chart)) = mean_of_neighbours(grid, b, corner_at(c))
                     {
@@ -66,7 +67,7 @@ fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()>
             block.value[c] = if value == 0.0 { f32::MIN_POSITIVE } else { value };
             if let Some(level) = grow {
                 block.chart[c] = chart;
-                block.level[c] = level;
+                block.level[c] = level | block.level[c];
             }
         }
         Ok(())
