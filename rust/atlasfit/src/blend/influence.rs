@@ -26,36 +26,41 @@ pub(super) struct Reach<'a> {
     size: f64,
     /// The lowest and the highest block on each axis.
     range: [[i32; 2]; 3],
-    /// How far from the tangent plane the middle of a block may lie.
+    /// Side of a voxel.
+    h: f64,
+    /// How far from the tangent plane the middle of a block may lie whose corners touch the surface.
     slab: f64,
     /// How far from the point.
     far: f64,
 }
 
 impl<'a> Reach<'a> {
-    /// For blocks of voxels of side `h`, whose corners matter up to so many voxels from the surface.
-    pub(super) fn new(site: &'a BlendSite, h: f64, band: f64) -> Self {
+    /// For blocks of voxels of side `h`.
+    pub(super) fn new(site: &'a BlendSite, h: f64) -> Self {
         let size = h * f64::from(BLOCK);
         let reach = BLEND.reach * site.spacing;
-        let slab = BLEND.half_diagonal * size + band * h + BLEND.curved * reach;
+        let slab = BLEND.half_diagonal * size + BLEND.curved * reach;
         let range = site.position.0.map(|x| [x - reach, x + reach].map(|x| (x / size).floor() as i32));
-        Self { site, size, range, slab, far: reach + BLEND.half_diagonal * size }
+        Self { site, size, range, h, slab, far: reach + BLEND.half_diagonal * size }
     }
     /// From the point to the middle of a block, on an axis.
     fn to_middle(&self, b: i32, axis: usize) -> f64 {
         (f64::from(b) + 0.5) * self.size - self.site.position[axis]
     }
-    /// Whether a block is one of them.
-    pub(super) fn holds(&self, b: [i32; 3]) -> bool {
+    /// Whether a block is one of them, if its corners matter up to so many voxels from the surface.
+    pub(super) fn holds(&self, b: [i32; 3], band: f64) -> bool {
         let within = |k: usize| (self.range[k][0]..=self.range[k][1]).contains(&b[k]);
         let d = Vec3::from_fn(|k| self.to_middle(b[k], k));
-        (0..3).all(within) && d.norm2() <= self.far * self.far && d.dot(self.site.normal).abs() <= self.slab
+        (0..3).all(within)
+            && d.norm2() <= self.far * self.far
+            && d.dot(self.site.normal).abs() <= self.slab + band * self.h
     }
 }
 
-/// Names them all.
+/// Names them all, where corners matter up to `BLEND.band` voxels from the surface.
 pub(super) fn visit_blocks(reach: &Reach<'_>, mut visit: impl FnMut([i32; 3])) {
-    let &Reach { site, size, slab, far, .. } = reach;
+    let &Reach { site, size, h, far, .. } = reach;
+    let slab = reach.slab + BLEND.band * h;
     // Columns of blocks along the axis that the point faces most.
     let n = site.normal;
     let k = (0..3).fold(0, |k, i| if n[i].abs() > n[k].abs() { i } else { k });
@@ -101,7 +106,7 @@ mod tests {
             spacing: 10.0,
             charts: [(0, 1.0); SITE_CHARTS],
         };
-        let (reach, mut blocks) = (Reach::new(&site, 1.0, BLEND.band), Vec::new());
+        let (reach, mut blocks) = (Reach::new(&site, 1.0), Vec::new());
         visit_blocks(&reach, |b| blocks.push(b));
         let height = blocks.iter().map(|b| b[2].abs()).max().unwrap();
         let width = blocks.iter().map(|b| b[0].abs()).max().unwrap();
@@ -110,7 +115,7 @@ mod tests {
         for b in
             around.clone().flat_map(|x| around.clone().flat_map(move |y| (-20..20).map(move |z| [x, y, z])))
         {
-            assert_eq!(reach.holds(b), blocks.contains(&b), "{b:?}");
+            assert_eq!(reach.holds(b, BLEND.band), blocks.contains(&b), "{b:?}");
         }
     }
 }

@@ -104,7 +104,7 @@ impl Levels {
 
     /// Names the blocks that a point reaches.
     pub(super) fn visit(&self, site: &BlendSite, mut visit: impl FnMut(u64)) {
-        let reach = Reach::new(site, side(self.h, self.top), BLEND.band);
+        let reach = Reach::new(site, side(self.h, self.top));
         visit_blocks(&reach, |b| self.descend(site, block_key(self.top, b), &mut visit));
     }
 
@@ -118,15 +118,14 @@ impl Levels {
                 return;
             }
         }
-        let reach = |band: f64| Reach::new(site, side(self.h, level - 1), band);
-        // What a finer block needs lies within the band of a coarser one over it.
-        let [near, far] = [BLEND.band, 2.0 * BLEND.band].map(reach);
+        let reach = Reach::new(site, side(self.h, level - 1));
         for child in children(key) {
             let b = block_of_key(child);
-            if !far.holds(b) || !is_cut && !self.lenders.contains(&child) {
-                continue;
-            }
-            if self.cut.contains(&child) || near.holds(b) || self.wide.contains(&child) {
+            // Blocks within one that is cut need what the widest of them do.
+            if reach.holds(b, 2.0 * BLEND.band)
+                && (is_cut || self.lenders.contains(&child))
+                && (reach.holds(b, BLEND.band) || self.wide.contains(&child) || self.cut.contains(&child))
+            {
                 self.descend(site, child, visit);
             }
         }
@@ -151,7 +150,7 @@ fn asked(sites: &[BlendSite], voxels: Voxels, level: usize, ctx: &Context<'_>) -
             ctx.check()?;
             let mut found = Vec::new();
             for site in chunk.iter().filter(|site| voxels.level(site.spacing) == level) {
-                let reach = Reach::new(site, side(voxels.finest, level), BLEND.band);
+                let reach = Reach::new(site, side(voxels.finest, level));
                 visit_blocks(&reach, |b| found.push(parent(block_key(level, b))));
             }
             found.sort_unstable();
@@ -253,7 +252,7 @@ mod tests {
                 let beside = [0, 1, 2].map(|k| b[k] + (o >> k & 1));
                 let beside_key = block_key(level, beside);
                 let is_finer = children_of_level(beside_key).any(|child| keys.contains(&child));
-                let reach = |site| Reach::new(site, side(levels.h, level), BLEND.band).holds(beside);
+                let reach = |site| Reach::new(site, side(levels.h, level)).holds(beside, BLEND.band);
                 let missing = !keys.contains(&beside_key) && !is_finer;
                 assert!(!missing || !sites.iter().any(reach), "level {level}: {beside:?}");
                 lent += usize::from(!levels.contours(beside_key) && keys.contains(&beside_key));
