@@ -1098,7 +1098,8 @@ typedef struct {
    */
   double noise;
   /**
-   * Side of the voxels that the surface was contoured with.
+   * Side of the finest voxels that the surface was contoured with; they are wider where points lie far
+   * apart.
    */
   double voxel;
   /**

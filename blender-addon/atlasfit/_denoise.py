@@ -87,7 +87,7 @@ class Report:
     noise: float
     """Standard deviation along the normal, estimated or as given."""
     voxel: float
-    """Side of the voxels that the surface was contoured with."""
+    """Side of the finest voxels that the surface was contoured with; where points lie far apart they are wider."""
     uncertainty_factor: float | None
     """By how much the charts' own standard deviations were widened, as the residuals ask for, 1 or more. None
     where uncertainty was not asked for, or the residuals do not tell.

@@ -95,7 +95,8 @@ pub struct atlasfit_report {
     pub spacing: f64,
     /// Noise (standard deviation along the normal), estimated or as given.
     pub noise: f64,
-    /// Side of the voxels that the surface was contoured with.
+    /// Side of the finest voxels that the surface was contoured with; they are wider where points lie far
+    /// apart.
     pub voxel: f64,
     /// Seconds spent in each stage, by the stage's number.
     pub stage_seconds: [f64; ATLASFIT_STAGE_LIMIT],

@@ -39,8 +39,7 @@ impl Voxels {
 
 /// Which blocks of which level there are.
 pub(super) struct Levels {
-    /// Side of the finest voxels.
-    h: f64,
+    voxels: Voxels,
     /// The coarsest level.
     pub(super) top: usize,
     /// Blocks that are cut into eight.
@@ -60,10 +59,9 @@ impl Levels {
     /// # Errors
     /// Cancelled or out of time.
     pub(super) fn of(sites: &[BlendSite], voxels: Voxels, ctx: &Context<'_>) -> Result<Self> {
-        let h = voxels.finest;
         let top = sites.par_iter().map(|site| voxels.level(site.spacing)).max().unwrap_or(0);
         let mut levels = Self {
-            h,
+            voxels,
             top,
             cut: FxHashSet::default(),
             covered: FxHashSet::default(),
@@ -102,10 +100,20 @@ impl Levels {
         Ok(())
     }
 
-    /// Names the blocks that a point reaches.
+    /// Names the blocks that a point reaches. They are no coarser than by one level than it asks for: those that
+    /// it reaches there are cut that far, and those that touch them differ by one.
     pub(super) fn visit(&self, site: &BlendSite, mut visit: impl FnMut(u64)) {
-        let reach = Reach::new(site, side(self.h, self.top));
-        visit_blocks(&reach, |b| self.descend(site, block_key(self.top, b), &mut visit));
+        let level = (self.voxels.level(site.spacing) + 1).min(self.top);
+        visit_blocks(&Reach::new(site, self.side(level)), |b| {
+            let key = block_key(level, b);
+            if level == self.top || self.cut.contains(&parent(key)) || self.lenders.contains(&key) {
+                self.descend(site, key, &mut visit);
+            }
+        });
+    }
+
+    fn side(&self, level: usize) -> f64 {
+        side(self.voxels.finest, level)
     }
 
     /// The same within a block that the point reaches.
@@ -118,7 +126,7 @@ impl Levels {
                 return;
             }
         }
-        let reach = Reach::new(site, side(self.h, level - 1));
+        let reach = Reach::new(site, self.side(level - 1));
         for child in children(key) {
             let b = block_of_key(child);
             // Blocks within one that is cut need what the widest of them do.
@@ -252,7 +260,7 @@ mod tests {
                 let beside = [0, 1, 2].map(|k| b[k] + (o >> k & 1));
                 let beside_key = block_key(level, beside);
                 let is_finer = children_of_level(beside_key).any(|child| keys.contains(&child));
-                let reach = |site| Reach::new(site, side(levels.h, level)).holds(beside, BLEND.band);
+                let reach = |site| Reach::new(site, levels.side(level)).holds(beside, BLEND.band);
                 let missing = !keys.contains(&beside_key) && !is_finer;
                 assert!(!missing || !sites.iter().any(reach), "level {level}: {beside:?}");
                 lent += usize::from(!levels.contours(beside_key) && keys.contains(&beside_key));
