@@ -9,7 +9,7 @@ grazes it):
   misregistered  the same; each view is turned and moved by about two sigma; the scan says which view a point
                  is of
   quantised      the same; depths are rounded to steps of four sigma
-  uneven         the same; the density falls along x by a factor of 30
+  uneven         the same; the density falls along x by a factor of 30; of 1000 with uneven1000
   varied         the same; the noise grows along x by a factor of 20, from sigma / 4.5 to 4.5 sigma
   merged         the same; each point is there twice, a hundredth of sigma apart, as where a scan is merged with
                  a converted copy of itself
@@ -176,12 +176,19 @@ def quantised(V, F, sigma, count, rng):
     return points + hits.ray * more[:, None], places, 0
 
 
-def uneven(V, F, sigma, count, rng):
-    hits, places = views(V, F, 4 * count, rng)
-    x = (hits.at[:, 0] - V[:, 0].min()) / np.ptp(V[:, 0])
-    share = 30.0**-x
-    hits = hits.take(rng.random(len(x)) < share * count / share.sum())
-    return along(hits, sigma, rng), places, 0
+def uneven(fall):
+    """The density falls along x by this factor."""
+    # So many rays are cast that the densest end has enough.
+    more = int(np.ceil(np.log(fall)))
+
+    def scan(V, F, sigma, count, rng):
+        hits, places = views(V, F, more * count, rng)
+        x = (hits.at[:, 0] - V[:, 0].min()) / np.ptp(V[:, 0])
+        share = fall**-x
+        hits = hits.take(rng.random(len(x)) < share * count / share.sum())
+        return along(hits, sigma, rng), places, 0
+
+    return scan
 
 
 def varied(V, F, sigma, count, rng):
@@ -240,7 +247,8 @@ KINDS = {
     **{"outliers%d" % p: (outliers(p), None) for p in (3, 5, 20)},
     "misregistered": (misregistered, None),
     "quantised": (quantised, None),
-    "uneven": (uneven, None),
+    "uneven": (uneven(30.0), None),
+    "uneven1000": (uneven(1000.0), None),
     "varied": (varied, None),
     "merged": (merged, None),
     "lidar": (lidar, ("room", lambda sigma: shapes.room())),

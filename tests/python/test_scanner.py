@@ -110,7 +110,7 @@ def test_the_density_of_an_uneven_scan_falls_thirtyfold(made):
     scanner, rng = made["scanner"], np.random.default_rng(4)
     V, F = ball(made)
     even = scanner.views(V, F, 8000, rng)[0].at[:, 0]
-    uneven = scanner.uneven(V, F, 0, 2500, rng)[0][:, 0]
+    uneven = scanner.uneven(30.0)(V, F, 0, 2500, rng)[0][:, 0]
     share = lambda x, side: (side * x > 0.4).mean()
     falls = (share(uneven, -1) / share(even, -1)) / (share(uneven, 1) / share(even, 1))
     assert 30**0.8 < falls < 30
@@ -186,7 +186,7 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
         ("sheets5", "plates"),
         ("outliers5", "knot"),
     ]
-    assert len(said()[1]) == 9 * 4 + 5
+    assert len(said()[1]) == 10 * 4 + 5
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
 
