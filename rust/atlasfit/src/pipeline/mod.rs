@@ -19,6 +19,7 @@ mod fit_atlas;
 mod follow;
 pub mod guide;
 mod lighten;
+mod lonely;
 mod memory;
 mod options;
 mod parts;

@@ -6,9 +6,9 @@
 
 use super::constants::PIPELINE;
 use super::copies::{self, Places};
-use super::warnings;
 pub use super::whole::Frame;
 use super::whole::Survey;
+use super::{lonely, warnings};
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate, places, quantised};
 use crate::numeric::dense::principal;
@@ -204,11 +204,11 @@ pub(super) fn sampled_in(
     // A stray beside a surface is no reason for a patch wider than the surface asks for: what a point's
     // neighbours have is its spacing.
     let mut around = spacing_around(&nearest, &spacing, ctx)?;
-    drop(nearest);
     // Stray points are taken out once; the rest is then a scan of its own.
-    let lonely = told.map_or_else(|| lonely(&spacing), |told| told.lonely);
-    let strays = stray(&spacing, &around, lonely);
-    drop(spacing);
+    let lonely = told.map_or_else(|| lonely::farthest(&spacing), |told| told.lonely);
+    let near = lonely::Near { points: &points, nearest: &nearest, spacing: &spacing, around: &around };
+    let strays = lonely::stray(near, lonely, ctx)?;
+    drop((spacing, nearest));
     if strays.contains(&true) {
         drop(tree);
         keep(&mut points, &mut of_input, &strays);
@@ -414,20 +414,6 @@ fn spacing_around(nearest: &[[u32; NAMED]], spacing: &[f32], ctx: &Context<'_>) 
         Ok(chunk.iter().map(around).collect::<Vec<_>>())
     });
     chunks.collect::<Result<Vec<_>>>().map(|v| v.concat())
-}
-
-/// How far from its neighbours no point of this scan is that belongs to a surface: strays near each other
-/// vouch for each other, so they are measured against the sparsest tenth of the scan too.
-fn lonely(spacing: &[f32]) -> f64 {
-    let mut all = spacing.to_vec();
-    let at = all.len() * 9 / 10;
-    SPATIAL.widest * f64::from(*all.select_nth_unstable_by(at, f32::total_cmp).1)
-}
-
-/// Points that are much lonelier than the points around them.
-fn stray(spacing: &[f32], around: &[f32], lonely: f64) -> Vec<bool> {
-    let lone = |own: f64, around: f64| own > lonely || own > PIPELINE.stray * around;
-    spacing.iter().zip(around).map(|(&s, &a)| lone(f64::from(s), f64::from(a))).collect()
 }
 
 /// How many parts hang together, and how many points are in none.
