@@ -35,12 +35,12 @@ fn take(grid: &mut Grid<'_>, block: usize, finer: u32, o: [i32; 3]) {
         let i = [0, 1, 2].map(|k| c >> k & 1);
         let from = CornerId { block: finer, corner: corner_index(i.map(|x| 2 * x)) };
         let there = grid.read(block, from);
-        if there.level == 0 {
+        if there.round == 0 {
             continue;
         }
         let support = grid.corners[finer as usize].support[from.corner];
         let to = corner_index([0, 1, 2].map(|k| 2 * o[k] + i[k]));
-        let Corners { value, chart, level, support: own } = &mut grid.corners[block];
-        (value[to], chart[to], level[to], own[to]) = (there.value as f32, there.chart, there.level, support);
+        let Corners { value, chart, round, support: own } = &mut grid.corners[block];
+        (value[to], chart[to], round[to], own[to]) = (there.value as f32, there.chart, there.round, support);
     }
 }

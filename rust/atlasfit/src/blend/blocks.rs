@@ -3,7 +3,8 @@
 //! Data and look-ups only: [`super::field`] makes the blocks, [`super::fill`] extends them. Blocks of a level
 //! have voxels twice as wide as those of the level before; [`super::levels`] says which level is where. Each
 //! block has its own gauge, that is its own choice of which side of the surface is positive, so one-sided
-//! surfaces need no special care. Who reads across the border of a block gets the value in the reader's gauge.
+//! surfaces need no special care. Who reads across the border of a block gets the value in the reader's
+//! gauge.
 
 use super::constants::{BLEND, BLOCK};
 use crate::atlas::Chart;
@@ -18,8 +19,8 @@ const KEY_OFFSET: i64 = 1 << (AXIS_BITS - 1);
 /// Levels that a key can name.
 pub(super) const LEVELS: usize = 1 << (64 - 3 * AXIS_BITS);
 
-/// Marks the level of a corner that charts know, but farther from them than its block's voxels believe: coarser
-/// ones beside them do.
+/// Marks the round of a corner that charts know, but farther from them than its block's voxels believe:
+/// coarser ones beside them do.
 pub(super) const BEYOND: u8 = 0x80;
 
 /// The key of the block at `b` of a level. Keys are ordered by level, then z, then y, then x.
@@ -113,9 +114,8 @@ pub(super) struct Corners {
     pub(super) value: [f32; CORNERS],
     /// The chart that weighs most there (or did where the value was filled in from).
     pub(super) chart: [u32; CORNERS],
-    /// 0 = unknown, 1 = from charts, more = filled in that round minus one; or with
-    /// [`BEYOND`].
-    pub(super) level: [u8; CORNERS],
+    /// 0 = unknown, 1 = from charts, more = filled in that round minus one; or with [`BEYOND`].
+    pub(super) round: [u8; CORNERS],
     /// Blended mask, 0 to 255.
     pub(super) support: [u8; CORNERS],
 }
@@ -126,7 +126,7 @@ pub(crate) struct CornerValue {
     /// Signed distance to the surface.
     pub(crate) value: f64,
     /// 0 = unknown, 1 = from charts, more = filled in.
-    pub(crate) level: u8,
+    pub(crate) round: u8,
     /// The chart that weighs most there.
     pub(crate) chart: u32,
 }
@@ -189,8 +189,9 @@ impl<'c> Grid<'c> {
         }
         sign
     }
-    /// Indices of the finer blocks in and around a block: those of the level before, by x, then y, then z, from
-    /// the one below its lowest corner; `u32::MAX` where there is none. `None` where there are none at all.
+    /// Indices of the finer blocks in and around a block: those of the level before, by x, then y, then z,
+    /// from the one below its lowest corner; `u32::MAX` where there is none. `None` where there are none at
+    /// all.
     pub(crate) fn finer(&self, block: usize) -> Option<[u32; 64]> {
         let (level, b) = (level_of_key(self.keys[block]), block_of_key(self.keys[block]));
         if level == 0 {
@@ -226,18 +227,18 @@ impl<'c> Grid<'c> {
     #[inline]
     pub(crate) fn read(&self, block: usize, CornerId { block: other, corner: c }: CornerId) -> CornerValue {
         if other == u32::MAX {
-            return CornerValue { value: 0.0, level: 0, chart: u32::MAX };
+            return CornerValue { value: 0.0, round: 0, chart: u32::MAX };
         }
         let other = other as usize;
         let b = &self.corners[other];
-        let (mut value, mut level, chart) = (f64::from(b.value[c]), b.level[c], b.chart[c]);
-        if level & BEYOND != 0 {
-            level = if self.side(block) > self.side(other) { 1 } else { level & !BEYOND };
+        let (mut value, mut round, chart) = (f64::from(b.value[c]), b.round[c], b.chart[c]);
+        if round & BEYOND != 0 {
+            round = if self.side(block) > self.side(other) { 1 } else { round & !BEYOND };
         }
-        if other != block && level > 0 && (self.own_gauge[block] || self.own_gauge[other]) {
+        if other != block && round > 0 && (self.own_gauge[block] || self.own_gauge[other]) {
             value *= self.sign(block, chart) * self.sign(other, chart);
         }
-        CornerValue { value, level, chart }
+        CornerValue { value, round, chart }
     }
     /// Blended mask at corner `i`, in [0, 1].
     pub(crate) fn support(&self, block: usize, i: [i32; 3]) -> f64 {

@@ -47,8 +47,8 @@ impl NearSite {
     }
 }
 
-/// How much thicker than it is a chart of this radius is contoured on voxels of side `h`: a thinner tube would
-/// pass between the corners. Its vertices are put back by as much.
+/// How much thicker than it is a chart of this radius is contoured on voxels of side `h`: a thinner tube
+/// would pass between the corners. Its vertices are put back by as much.
 pub(crate) fn thickening(radius: f64, h: f64) -> f64 {
     (BLEND.thinnest * h - radius).max(0.0)
 }
@@ -83,7 +83,7 @@ impl BlockBlend<'_> {
         let mut out = Corners {
             value: [0.0; CORNERS],
             chart: [u32::MAX; CORNERS],
-            level: [0; CORNERS],
+            round: [0; CORNERS],
             support: [0; CORNERS],
         };
         let near: Vec<NearSite> = sites.map(|site| NearSite::new(site, self.list)).collect();
@@ -107,7 +107,7 @@ impl BlockBlend<'_> {
             // An exact zero would make an edge end on the surface; the sign of a tiny value decides instead.
             out.value[n] = if distance == 0.0 { f32::MIN_POSITIVE } else { distance as f32 };
             out.chart[n] = chart;
-            out.level[n] = if distance.abs() > BLEND.band * self.h { BEYOND } else { 1 };
+            out.round[n] = if distance.abs() > BLEND.band * self.h { BEYOND } else { 1 };
             any = true;
         }
         any.then_some(out)

@@ -39,8 +39,9 @@ struct Block {
     corners: Corners,
 }
 
-/// Evaluates the charts at the corners of a band of voxels. Sites out of range ([`within_range`]) are left out. `relations` ascend by their first chart; `conflicts` are pairs of charts whose signs
-/// contradict each other.
+/// Evaluates the charts at the corners of a band of voxels. Sites out of range ([`within_range`]) are left
+/// out. `relations` ascend by their first chart; `conflicts` are pairs of charts whose signs contradict each
+/// other.
 ///
 /// # Errors
 /// Cancelled, out of time or memory.

@@ -36,8 +36,8 @@ pub(crate) fn fill(grid: &mut Grid<'_>, ctx: &Context<'_>) -> Result<()> {
     Ok(())
 }
 
-/// One sweep over the grid: gives unknown corners beside known ones a value and this level, or, without a
-/// level, smooths the filled ones. Every new value is computed from old ones only, so the order of the blocks
+/// One sweep over the grid: gives unknown corners beside known ones a value and this round, or, without
+/// one, smooths the filled ones. Every new value is computed from old ones only, so the order of the blocks
 /// does not matter.
 fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()> {
     let blocks = grid.blocks();
@@ -47,9 +47,9 @@ fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()>
             ctx.check()?;
             let mut changes = Vec::new();
             for b in chunk * CHUNK..((chunk + 1) * CHUNK).min(blocks) {
-                for (c, &level) in grid.corners[b].level.iter().enumerate() {
-                    let level = level & !BEYOND;
-                    if (if grow.is_some() { level == 0 } else { level > 1 })
+                for (c, &round) in grid.corners[b].round.iter().enumerate() {
+                    let round = round & !BEYOND;
+                    if (if grow.is_some() { round == 0 } else { round > 1 })
                         && let Some((value, chart)) = mean_of_neighbours(grid, b, corner_at(c))
                     {
                         changes.push(Change { at: (b % CHUNK * CORNERS + c) as u32, value, chart });
@@ -65,9 +65,9 @@ fn sweep(grid: &mut Grid<'_>, grow: Option<u8>, ctx: &Context<'_>) -> Result<()>
             let (block, c) = (&mut corners[at as usize / CORNERS], at as usize % CORNERS);
             // An exact zero would make an edge end on the surface.
             block.value[c] = if value == 0.0 { f32::MIN_POSITIVE } else { value };
-            if let Some(level) = grow {
+            if let Some(round) = grow {
                 block.chart[c] = chart;
-                block.level[c] = level | block.level[c];
+                block.round[c] |= round;
             }
         }
         Ok(())
@@ -81,8 +81,8 @@ fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32
     let (own, jump) = (grid.fetch(block, i), BLEND.fill_jump * grid.side(block));
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
     for o in NEIGHBOURS {
-        let CornerValue { value, level, chart } = grid.fetch(block, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
-        if level > 0 && (own.level == 0 || (value - own.value).abs() <= jump) {
+        let CornerValue { value, round, chart } = grid.fetch(block, [i[0] + o[0], i[1] + o[1], i[2] + o[2]]);
+        if round > 0 && (own.round == 0 || (value - own.value).abs() <= jump) {
             lo = lo.min(value);
             hi = hi.max(value);
             // Each value comes in the gauge of this block.
@@ -93,5 +93,5 @@ fn mean_of_neighbours(grid: &Grid<'_>, block: usize, i: [i32; 3]) -> Option<(f32
             }
         }
     }
-    (count > 0.0 && (own.level > 0 || hi - lo <= jump)).then(|| ((sum / count) as f32, from))
+    (count > 0.0 && (own.round > 0 || hi - lo <= jump)).then(|| ((sum / count) as f32, from))
 }

@@ -48,8 +48,8 @@ pub(super) struct Levels {
     covered: FxHashSet<u64>,
     /// Those.
     lenders: FxHashSet<u64>,
-    /// Those, and whole blocks that touch coarser ones: their corners must be known as far from the surface as
-    /// the coarser ones need.
+    /// Those, and whole blocks that touch coarser ones: their corners must be known as far from the surface
+    /// as the coarser ones need.
     wide: FxHashSet<u64>,
 }
 
@@ -81,7 +81,8 @@ impl Levels {
         Ok(levels)
     }
 
-    /// Finds the whole blocks that touch coarser ones, and puts lenders where they do so on their upper sides.
+    /// Finds the whole blocks that touch coarser ones, and puts lenders where they do so on their upper
+    /// sides.
     fn lend(&mut self, ctx: &Context<'_>) -> Result<()> {
         for (i, &cut) in self.cut.iter().enumerate() {
             ctx.check_at(i)?;
@@ -100,8 +101,8 @@ impl Levels {
         Ok(())
     }
 
-    /// Names the blocks that a point reaches. They are no coarser than by one level than it asks for: those that
-    /// it reaches there are cut that far, and those that touch them differ by one.
+    /// Names the blocks that a point reaches. They are no coarser than by one level than it asks for: those
+    /// that it reaches there are cut that far, and those that touch them differ by one.
     pub(super) fn visit(&self, site: &BlendSite, mut visit: impl FnMut(u64)) {
         let level = (self.voxels.level(site.spacing) + 1).min(self.top);
         visit_blocks(&Reach::new(site, self.side(level)), |b| {

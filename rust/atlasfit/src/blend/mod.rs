@@ -1,8 +1,8 @@
 //! The charts blended into one surface by a partition of unity.
 //!
 //! In: fitted charts with their members. Out: denoised points ([`project`]), and the surface as a signed
-//! distance on a thin band of voxels ([`field`], [`fill`], [`agree`]). Nothing is assumed of the whole: no inside and
-//! outside, no closedness, no orientability.
+//! distance on a thin band of voxels ([`field`], [`fill`], [`agree`]). Nothing is assumed of the whole: no
+//! inside and outside, no closedness, no orientability.
 
 pub(crate) mod constants;
 pub(crate) mod membership;

@@ -85,9 +85,9 @@ impl Place {
     }
     /// Takes note of a corner.
     #[inline]
-    pub(super) fn note(&mut self, level: u8, support: impl FnOnce() -> f64) {
-        self.filled |= level > 1;
-        self.off_band |= level > 1 && support() >= BLEND.min_support;
+    pub(super) fn note(&mut self, round: u8, support: impl FnOnce() -> f64) {
+        self.filled |= round > 1;
+        self.off_band |= round > 1 && support() >= BLEND.min_support;
     }
 }
 
@@ -142,11 +142,11 @@ impl Voxel {
         let mut voxel = Self { place: Place::new(block, at), field: [0.0; 8] };
         for c in 0..8 {
             let i = voxel.corner(c);
-            let CornerValue { value, level, .. } = grid.fetch(block, i);
-            if level == 0 {
+            let CornerValue { value, round, .. } = grid.fetch(block, i);
+            if round == 0 {
                 return None;
             }
-            voxel.place.note(level, || grid.support(block, i));
+            voxel.place.note(round, || grid.support(block, i));
             voxel.field[c] = value;
         }
         let inside = (0..8).filter(|&c| voxel.inside(c)).count();
@@ -200,8 +200,8 @@ fn edge_between(a: usize, b: usize) -> usize {
 }
 
 /// Which of the four cells around an edge a cell is: they stand in cyclic order about the edge's direction.
-/// The edge lies at `offset` inside the cell, each 0 or 1, along the axes after its own, so that the cell lies
-/// at minus that from the edge.
+/// The edge lies at `offset` inside the cell, each 0 or 1, along the axes after its own, so that the cell
+/// lies at minus that from the edge.
 #[inline]
 pub(super) fn slot(offset: [i32; 2]) -> u8 {
     match offset {

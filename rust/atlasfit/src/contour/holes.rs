@@ -42,8 +42,8 @@ pub(crate) struct Left {
 pub(crate) struct Limits<'a> {
     /// Those whose boundary is at most so long.
     pub(crate) longest: f64,
-    /// Those whose boundary is at most so long, or as many times longer as `sparse` says: gaps of the sampling.
-    /// They are triangulated from side to side; others as by [`close`].
+    /// Those whose boundary is at most so long, or as many times longer as `sparse` says: gaps of the
+    /// sampling. They are triangulated from side to side; others as by [`close`].
     pub(crate) plain: f64,
     /// For each chart how many times farther apart than usual its points lie.
     pub(crate) sparse: &'a [f64],

@@ -1,8 +1,8 @@
 //! A voxel that touches finer ones, contoured.
 //!
 //! In: the signed distance at its corners and at those of the finer voxels on its border. Out: as for any
-//! voxel ([`super::cells`]). Where finer voxels touch a face it is four faces, and where they touch an edge it
-//! is two edges: all voxels that share one of these see the same (Ju et al. 2002, with one vertex for each
+//! voxel ([`super::cells`]). Where finer voxels touch a face it is four faces, and where they touch an edge
+//! it is two edges: all voxels that share one of these see the same (Ju et al. 2002, with one vertex for each
 //! piece of surface as Schaefer, Ju and Warren 2007).
 
 use super::cells::{Cells, Crossing, Edged, NONE, Place, VoxelEdge, pieces, slot};
@@ -183,14 +183,14 @@ impl Mixed {
             }
             let mut corner = finer.corner(i);
             let mut value = grid.read(block, corner);
-            if value.level == 0 && i.iter().all(|x| x % 2 == 0) {
+            if value.round == 0 && i.iter().all(|x| x % 2 == 0) {
                 corner = grid.owner(block, [0, 1, 2].map(|k| at[k] + i[k] / 2));
                 value = grid.read(block, corner);
             }
-            if value.level == 0 {
+            if value.round == 0 {
                 return None;
             }
-            voxel.place.note(value.level, || grid.support_of(corner));
+            voxel.place.note(value.round, || grid.support_of(corner));
             voxel.field[n] = value.value;
             voxel.finer[n] = finer.corner(i);
         }

@@ -1,9 +1,9 @@
 //! Contouring the field.
 //!
 //! In: the signed distance on the grid. Out: a quadrilateral mesh, one vertex per piece of surface in a
-//! voxel, one quad per edge of the grid that the surface crosses (dual marching cubes; Nielson 2004). Where a voxel
-//! meets an edge of finer ones with the middle of its face, it stands for two, and the quad is a triangle. A quad
-//! faces where the field rises, in the gauge of the block that owns its edge.
+//! voxel, one quad per edge of the grid that the surface crosses (dual marching cubes; Nielson 2004). Where a
+//! voxel meets an edge of finer ones with the middle of its face, it stands for two, and the quad is a
+//! triangle. A quad faces where the field rises, in the gauge of the block that owns its edge.
 
 use super::cells::{self, Cells, Crossing};
 use super::constants::CONTOUR;

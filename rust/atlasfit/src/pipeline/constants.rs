@@ -25,9 +25,9 @@ pub(crate) struct PipelineConstants {
     /// than one. Source: chosen.
     /// Halved or doubled: no figure changes by 1 %.
     pub stray: f64,
-    /// Points far from the dense ones are on a surface where the least of the three variances of a point and its
-    /// nearest eight is a smaller share of all, in the median of those about it. Source: derived, half of the
-    /// median share of a cloud that fills space, 0.125.
+    /// Points far from the dense ones are on a surface where the least of the three variances of a point and
+    /// its nearest eight is a smaller share of all, in the median of those about it. Source: derived, half of
+    /// the median share of a cloud that fills space, 0.125.
     pub flat: f64,
     /// Spacing, as a share of the scan's size, that rounding alone could make. Source: derived, some thousand
     /// times the rounding of f64.

@@ -93,8 +93,8 @@ pub(super) fn reserve(points: usize, extra: u64, options: &DenoiseOptions, ctx: 
     ctx.reserve(memory_needed(points, options, ctx.threads()).saturating_add(extra), ADVICE)
 }
 
-/// Fails where this scan, or this tile of what is `told`, needs more than the run may use. The noise of a scan
-/// is not known yet: that only makes voxels larger.
+/// Fails where this scan, or this tile of what is `told`, needs more than the run may use. The noise of a
+/// scan is not known yet: that only makes voxels larger.
 pub(super) fn reserve_sampled(
     scan: &Sampled,
     told: Option<&Survey>,

@@ -1,8 +1,8 @@
 //! How wide the voxels are that a scan is contoured with.
 //!
-//! In: the spacing of its points, its noise. Out: sides of voxels, in the unit of the spacing. Voxels of a whole
-//! scan follow the spacing from place to place ([`graded`]); tiles must agree on theirs, so that they are of one
-//! size ([`even`]).
+//! In: the spacing of its points, its noise. Out: sides of voxels, in the unit of the spacing. Voxels of a
+//! whole scan follow the spacing from place to place ([`graded`]); tiles must agree on theirs, so that they
+//! are of one size ([`even`]).
 
 use super::constants::PIPELINE;
 use crate::blend::levels::Voxels;
