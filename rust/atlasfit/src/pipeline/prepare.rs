@@ -129,7 +129,7 @@ pub(super) struct Sampled {
     pub sampling: Sampling,
     tree: Neighbours,
     frame: Frame,
-    /// A point farther than this from its neighbours is stray.
+    /// A point farther than this from its neighbours is stray, unless it lies on a plane with them.
     pub lonely: f64,
     /// See [`Scan::rows`].
     rows: Vec<u64>,

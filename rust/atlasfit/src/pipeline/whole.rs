@@ -30,7 +30,7 @@ pub struct Survey {
     pub scale: f64,
     /// Median spacing of the points.
     pub spacing: f64,
-    /// A point farther than this from its neighbours is stray.
+    /// A point farther than this from its neighbours is stray, unless it lies on a plane with them.
     pub lonely: f64,
     /// Standard deviation of the noise that tubes are looked for with.
     pub tube_noise: f64,

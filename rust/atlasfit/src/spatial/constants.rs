@@ -28,7 +28,8 @@ pub(crate) struct SpatialConstants {
     /// of 0.5 / sqrt(511) = 2 %.
     /// Halved or doubled: same bytes.
     pub sample: usize,
-    /// Points lonelier than so many times the spacing where a scan is sparse are strays. The points of a tile
+    /// Points lonelier than so many times the spacing where a scan is sparse are strays, unless they lie on a
+    /// plane with those about them. The points of a tile
     /// carry the surface no farther than if their spacing were this many times the median: they must agree
     /// with those of the tiles about it, and the voxels needed to bridge gaps grow with the square where all
     /// are of one size. Source: chosen.
