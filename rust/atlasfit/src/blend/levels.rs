@@ -101,8 +101,8 @@ impl Levels {
         Ok(())
     }
 
-    /// Names the blocks that a point reaches. None is coarser by more than one level than it asks for: what it
-    /// reaches at its own level is cut that far, and blocks that touch differ by one.
+    /// Names the blocks that a point reaches. None is coarser by more than one level than it asks for: what
+    /// it reaches at its own level is cut that far, and blocks that touch differ by one.
     pub(super) fn visit(&self, site: &BlendSite, mut visit: impl FnMut(u64)) {
         let level = (self.voxels.level(site.spacing) + 1).min(self.top);
         visit_blocks(&Reach::new(site, self.side(level)), |b| {

@@ -250,7 +250,7 @@ mod tests {
     use super::*;
     use crate::numeric::rng::Rng;
 
-    /// A voxel in the middle of its block, with finer ones in some places around.
+    /// Finer blocks in some places in and around one.
     fn around(rng: &mut Rng) -> Around {
         let share = rng.uniform();
         Around { blocks: [0; 64], contoured: std::array::from_fn(|_| rng.uniform() < share) }

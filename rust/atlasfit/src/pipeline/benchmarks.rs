@@ -6,9 +6,10 @@
 use super::fit_atlas::{cut, fit_atlas};
 use super::prepare::{self, Scan};
 use super::sheets::{self, OrientedAtlas};
+use super::surface::distance;
 use super::voxels;
 use crate::atlas::{Chart, Pair, Patch, Relation};
-use crate::blend::{agree, blocks::Grid, field, fill, sites};
+use crate::blend::{blocks::Grid, sites};
 use crate::contour::{Facing, clean, quads, surface::Contour};
 use crate::error::Result;
 use crate::fit;
@@ -109,10 +110,7 @@ impl Steps {
             sites::of_points(&scan.points, &atlas.projected, &atlas.fitted, &atlas.members, spread, ctx)?;
         let (relations, conflicts): (&[Relation], &[Pair]) = (&atlas.relations, &atlas.conflicts);
         let voxels = voxels::graded(sampling, sigma, 1.0);
-        let mut grid = field::sample(charts, sites, relations, conflicts, voxels, ctx)?;
-        fill::fill(&mut grid, ctx)?;
-        agree::agree(&mut grid, ctx)?;
-        Ok(grid)
+        distance(charts, sites, relations, conflicts, voxels, ctx)
     }
 }
 

@@ -72,7 +72,7 @@ mod tests {
     use crate::numeric::rng::Rng;
     use crate::spatial::neighbours::Neighbours;
 
-    /// The share of points, at `at` the rest of a scan a hundred times denser, that are strays.
+    /// The share of points, all too far from each other to be near dense ones, that are strays.
     fn share(points: &[Vec3]) -> f64 {
         let tree = Run::default().execute(|ctx| Neighbours::build(points, ctx)).unwrap();
         let nearest: Vec<[u32; NAMED]> = points

@@ -102,10 +102,7 @@ pub(super) fn reserve_sampled(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let voxels = match told {
-        Some(told) => voxels::of_side(told.voxel / options.detail),
-        None => voxels::graded(&scan.sampling, 0.0, options.detail),
-    };
+    let voxels = voxels::of(&scan.sampling, 0.0, options.detail, told);
     let vertices = VERTICES_PER_VOXEL * voxels::squares(&scan.sampling, voxels);
     let own = needed(scan.points.len(), vertices as usize, options, ctx.threads());
     ctx.reserve(own.saturating_add(extra), ADVICE)

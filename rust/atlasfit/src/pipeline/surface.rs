@@ -11,9 +11,11 @@ use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
 use super::{voxels, warnings};
 use crate::atlas::projected::chart_means;
-use crate::atlas::{Chart, KnownScan, ProjectedPoint, Relation, Vote};
-use crate::blend::{agree, blocks, field, fill, sites};
-use crate::contour::holes::{self, Filled, Limits};
+use crate::atlas::{BlendSite, Chart, KnownScan, Pair, ProjectedPoint, Relation, Vote};
+use crate::blend::blocks::{self, Grid};
+use crate::blend::levels::Voxels;
+use crate::blend::{agree, field, fill, sites};
+use crate::contour::holes::{self, Filled, Left, Limits};
 use crate::contour::{Facing, cavities, clean, components, fragments, quads, smooth, surface::Surface};
 use crate::crease;
 use crate::error::{Error, Result};
@@ -70,10 +72,7 @@ pub(super) fn build(
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
     let sigma = noise.for_charts();
-    let voxels = match &told {
-        Some(told) => voxels::of_side(told.voxel / options.detail),
-        None => voxels::graded(&sampling, sigma, options.detail),
-    };
+    let voxels = voxels::of(&sampling, sigma, options.detail, told.as_ref());
     let voxel = voxels.finest;
     // What lies so far away that its voxels have no name is set aside.
     for p in projected.iter_mut().filter(|p| !blocks::within_range(p.position, voxel)) {
@@ -92,17 +91,12 @@ pub(super) fn build(
     drop(tree);
     drop((rows, members));
     let mut charts: Vec<Chart> = fitted.into_iter().map(|f| f.chart).collect();
-    let mut grid = field::sample(&charts, sites, &relations, &conflicts, voxels, ctx)?;
-    fill::fill(&mut grid, ctx)?;
-    agree::agree(&mut grid, ctx)?;
-    let contour = quads::contour(grid, ctx)?;
+    let contour = quads::contour(distance(&charts, sites, &relations, &conflicts, voxels, ctx)?, ctx)?;
     let facing = Facing { one_sided: !conflicts.is_empty(), votes: &votes, opposing: &opposing };
     let mut surface = clean::clean(contour, &charts, &facing, speck(median, voxel), ctx)?;
     let mut left_out = leave_out(&mut surface, &mut conflicts, &projected, charts.len(), options, ctx)?;
-    let sparse = sparsity(&projected, &sampling, charts.len());
-    let limits = limits(median, options.fill_holes / frame.scale, &sparse);
-    let Filled { holes: mut filled_holes, touched, left } = holes::fill(&mut surface, limits, ctx)?;
-    smooth::smooth(&mut surface, &charts, touched, ctx)?;
+    let asked = options.fill_holes / frame.scale;
+    let (mut filled_holes, left) = close_gaps(&mut surface, &charts, &projected, &sampling, asked, ctx)?;
     if votes.is_empty() {
         cavities::turn_closed(&mut surface, ctx)?;
     }
@@ -150,10 +144,38 @@ pub(super) fn build(
     })
 }
 
-/// Which holes are filled: `asked` is the longest boundary that the user gives.
-fn limits(median: f64, asked: f64, sparse: &[f64]) -> Limits<'_> {
-    let gap = PIPELINE.gap * median;
-    Limits { longest: gap.max(asked), plain: gap, sparse, slit: PIPELINE.slit * median }
+/// The signed distance that is contoured: what the charts say, gaps filled, the same for voxels of all sizes.
+pub(super) fn distance<'c>(
+    charts: &'c [Chart],
+    sites: Vec<BlendSite>,
+    relations: &[Relation],
+    conflicts: &[Pair],
+    voxels: Voxels,
+    ctx: &Context<'_>,
+) -> Result<Grid<'c>> {
+    let mut grid = field::sample(charts, sites, relations, conflicts, voxels, ctx)?;
+    fill::fill(&mut grid, ctx)?;
+    agree::agree(&mut grid, ctx)?;
+    Ok(grid)
+}
+
+/// Closes gaps of the sampling, and holes with a boundary up to `asked` long. Returns how many, and what stays
+/// open.
+fn close_gaps(
+    surface: &mut Surface,
+    charts: &[Chart],
+    projected: &[ProjectedPoint],
+    sampling: &Sampling,
+    asked: f64,
+    ctx: &Context<'_>,
+) -> Result<(usize, Left)> {
+    let gap = PIPELINE.gap * sampling.median;
+    let sparse = &sparsity(projected, sampling, charts.len());
+    let slit = PIPELINE.slit * sampling.median;
+    let limits = Limits { longest: gap.max(asked), plain: gap, sparse, slit };
+    let Filled { holes, touched, left } = holes::fill(surface, limits, ctx)?;
+    smooth::smooth(surface, charts, touched, ctx)?;
+    Ok((holes, left))
 }
 
 /// How many times the median spacing the points of each chart lie apart in the mean, at least one.

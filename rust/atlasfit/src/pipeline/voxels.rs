@@ -5,9 +5,15 @@
 //! are of one size ([`even`]).
 
 use super::constants::PIPELINE;
+use super::whole::Survey;
 use crate::blend::levels::Voxels;
 use crate::spatial::constants::SPATIAL;
 use crate::spatial::spacing::Sampling;
+
+/// The voxels of a whole scan, or of a tile of what is `told`.
+pub(super) fn of(sampling: &Sampling, sigma: f64, detail: f64, told: Option<&Survey>) -> Voxels {
+    told.map_or_else(|| graded(sampling, sigma, detail), |told| of_side(told.voxel / detail))
+}
 
 /// Voxels that follow the spacing where it is wider than the median; `sigma` is the noise that charts are cut
 /// with.
@@ -17,7 +23,7 @@ pub(super) fn graded(sampling: &Sampling, sigma: f64, detail: f64) -> Voxels {
 }
 
 /// Voxels of one size.
-pub(super) fn of_side(side: f64) -> Voxels {
+fn of_side(side: f64) -> Voxels {
     Voxels { finest: side, per_spacing: 0.0 }
 }
 
