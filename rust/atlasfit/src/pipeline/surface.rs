@@ -144,7 +144,8 @@ pub(super) fn build(
     })
 }
 
-/// The signed distance that is contoured: what the charts say, gaps filled, the same for voxels of all sizes.
+/// The signed distance that is contoured: what the charts say, gaps filled, the same for voxels of all
+/// sizes.
 pub(super) fn distance<'c>(
     charts: &'c [Chart],
     sites: Vec<BlendSite>,
