@@ -287,16 +287,28 @@ fn what_could_not_be_kept_is_reported() {
 #[test]
 fn seams_of_the_old_uvs_and_fewer_charts_are_kept_when_asked_for() {
     let mut mesh = torus(24);
-    let loose = run(&mesh, &UnwrapOptions::default().with_max_charts(Some(4)), 0).unwrap();
-    check(&mesh, &loose);
-    let free = run(&mesh, &UnwrapOptions::default(), 0).unwrap();
-    assert!(loose.charts < free.charts && loose.stretch_bound > 1.1);
+    let at_most = |n| run(&mesh, &UnwrapOptions::default().with_max_charts(Some(n)), 0).unwrap();
+    let (free, few, fewest) = (run(&mesh, &UnwrapOptions::default(), 0).unwrap(), at_most(4), at_most(1));
+    [&few, &fewest].into_iter().for_each(|layout| check(&mesh, layout));
+    // What the page alone asked for goes first, for no stretch.
+    assert!(few.charts <= 4 && few.charts < free.charts && few.stretch_bound == free.stretch_bound);
+    assert!(fewest.charts < few.charts && fewest.stretch_bound > few.stretch_bound);
     // Every triangle an island: every triangle a chart.
     let n = mesh.triangles.len();
     mesh.corner_uv =
         Some((0..n).map(|f| [[f as f32, 0.0], [f as f32 + 0.5, 0.0], [f as f32, 1.0]]).collect());
     let kept = run(&mesh, &UnwrapOptions::default().with_keep_uv_seams(true), 0).unwrap();
     assert_eq!(kept.charts, n);
+}
+
+#[test]
+fn seams_that_are_no_edges_are_said() {
+    let mesh = cube();
+    let [a, b, _] = mesh.triangles[0];
+    let far = (0..8).find(|&v| v != a && mesh.triangles.iter().all(|t| !(t.contains(&a) && t.contains(&v))));
+    let seams = vec![[a, b], [a, far.expect("a corner across the cube")]];
+    let uv = run(&mesh, &UnwrapOptions::default().with_seam_edges(Some(seams)), 0).unwrap();
+    assert!(uv.warnings.iter().any(|w| w.starts_with("1 of 2 seam edges")), "{:?}", uv.warnings);
 }
 
 #[test]

@@ -25,31 +25,71 @@ pub(super) struct Bounded {
 
 /// Charts as the options ask for; `charts_within` makes charts for a bound on each one's own stretch.
 pub(super) fn bounded(
-    s: &Surface,
+    s: &mut Surface,
     uvs: &[[[f32; 2]; 3]],
     options: &UnwrapOptions,
-    charts_within: impl Fn(f64) -> Result<Vec<Chart>>,
+    charts_within: impl Fn(&Surface, f64) -> Result<Vec<Chart>>,
     ctx: &Context<'_>,
 ) -> Result<Bounded> {
-    let mut bound = options.max_stretch;
+    let bound = options.max_stretch;
     if options.keep_uvs {
         return Ok(Bounded { charts: kept_charts(s, uvs, bound, ctx)?, bound });
     }
     if let Some(energy) = options.max_energy {
-        return Ok(Bounded { charts: within_energy(s, energy, &charts_within, ctx)?, bound });
+        let charts = within_energy(s, energy, &|bound| charts_within(s, bound), ctx)?;
+        return Ok(Bounded { charts, bound });
     }
-    let mut best = Bounded { charts: held(s, bound, &charts_within, ctx)?, bound };
-    let Some(most) = options.max_charts else { return Ok(best) };
+    let best = Bounded { charts: held(s, bound, &|bound| charts_within(s, bound), ctx)?, bound };
+    match options.max_charts {
+        Some(most) if best.charts.len() > most => {
+            s.page.counts = false;
+            at_most(s, most, best, &|bound| charts_within(s, bound), ctx)
+        }
+        _ => Ok(best),
+    }
+}
+
+/// At most so many charts, or as few as more stretch leads to: first those that only the page asked for go,
+/// then the bound is raised. Of the bounds that are tried the least one that serves counts.
+fn at_most(
+    s: &Surface,
+    most: usize,
+    mut best: Bounded,
+    charts_within: &impl Fn(f64) -> Result<Vec<Chart>>,
+    ctx: &Context<'_>,
+) -> Result<Bounded> {
     // Each connected part takes one.
-    let enough = most.max(if best.charts.len() > most { s.parts(ctx)?.len() } else { 0 });
-    let mut in_vain = 0;
-    while best.charts.len() > enough && bound < STRETCH_LIMIT && in_vain < UNWRAP.patience {
-        bound = (1.0 + (bound - 1.0) * UNWRAP.loosen).min(STRETCH_LIMIT);
-        let charts = held(s, bound, &charts_within, ctx)?;
+    let enough = most.max(s.parts(ctx)?.len());
+    let (mut bound, mut in_vain) = (best.bound, 0);
+    let mut too_tight = bound;
+    while best.charts.len() > enough && bound <= STRETCH_LIMIT && in_vain <= UNWRAP.patience {
+        let charts = held(s, bound, charts_within, ctx)?;
         in_vain += 1;
+        if charts.len() > enough {
+            too_tight = bound;
+        }
         if charts.len() < best.charts.len() {
             best = Bounded { charts, bound };
             in_vain = 0;
+        }
+        if bound == STRETCH_LIMIT {
+            break;
+        }
+        bound = (1.0 + (bound - 1.0) * UNWRAP.loosen).min(STRETCH_LIMIT);
+    }
+    if best.charts.len() > enough {
+        return Ok(best);
+    }
+    for _ in 0..UNWRAP.narrowings {
+        if best.bound <= too_tight {
+            break;
+        }
+        let bound = 1.0 + ((too_tight - 1.0) * (best.bound - 1.0)).sqrt();
+        let charts = held(s, bound, charts_within, ctx)?;
+        if charts.len() <= enough {
+            best = Bounded { charts, bound };
+        } else {
+            too_tight = bound;
         }
     }
     Ok(best)

@@ -1,6 +1,6 @@
 //! One chart: faces with their own vertex numbering and planar positions.
 
-use super::constants::UNWRAP;
+use super::page_limits::PageLimits;
 use super::planar::{hull, thinned};
 use super::surface::{NONE, Surface};
 use crate::numeric::plane::{corners, twice_area};
@@ -187,13 +187,16 @@ impl Chart {
 
     /// What a chart wastes when packed, roughly: the area of its convex hull that it leaves empty, and what
     /// it makes the page larger by being longer than the page.
-    pub(crate) fn wasted(&self) -> f64 {
-        wasted(&self.outline(), self.area)
+    pub(crate) fn wasted(&self, page: PageLimits) -> f64 {
+        wasted(&self.outline(), self.area, page)
     }
 }
 
 /// What a chart of this area and outline wastes, see [`Chart::wasted`].
-pub(crate) fn wasted(outline: &[[f64; 2]], area: f64) -> f64 {
+pub(crate) fn wasted(outline: &[[f64; 2]], area: f64, page: PageLimits) -> f64 {
+    if !page.counts {
+        return 0.0;
+    }
     let hull = hull(outline);
     let of_hull: f64 =
         (0..hull.len()).map(|i| twice_area(hull[0], hull[i], hull[(i + 1) % hull.len()])).sum::<f64>() * 0.5;
@@ -201,5 +204,5 @@ pub(crate) fn wasted(outline: &[[f64; 2]], area: f64) -> f64 {
     let longest = (few.iter())
         .flat_map(|p| few.iter().map(|q| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2)))
         .fold(0.0, f64::max);
-    (of_hull - area).max(0.0) + (longest / UNWRAP.page_length2 - 1.0).max(0.0)
+    (of_hull - area).max(0.0) + (longest / page.length2 - 1.0).max(0.0)
 }

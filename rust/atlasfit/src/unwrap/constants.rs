@@ -27,6 +27,9 @@ pub(crate) struct UnwrapConstants {
     /// Factor on the excess stretch while there are too many charts. Above 1. Source: chosen.
     /// Halved: same bytes, 1 of 9 meshes fail; doubled: charts 1.01 (homer 1.12).
     pub loosen: f64,
+    /// Halvings of the range between a bound with too many charts and one with few enough. Source: chosen;
+    /// two leave an eighth of the excess stretch open.
+    pub narrowings: usize,
     /// Share of the area that may be stretched beyond the bound. Source: derived, the bound is a 95th
     /// percentile.
     pub beyond: f64,
@@ -66,10 +69,6 @@ pub(crate) struct UnwrapConstants {
     /// what rounding does.
     /// Halved or doubled: same bytes.
     pub density_kept: f64,
-    /// Squared length of the longest chart that fits on a page without making it larger; the area of the
-    /// surface is one. Source: chosen, below the squared diagonal of the page that charts cover at 0.62: 3.2.
-    /// Halved: charts 1.01 (homer 1.06), seam 1.02 (cow 1.07); doubled: same bytes.
-    pub page_length2: f64,
     /// A chart is cut where the page would have to be this much larger for it than for the area of all
     /// charts: a seam across is little to pay for half as many texels again. Above 1. Source: chosen.
     /// Halved or doubled: same bytes.
@@ -92,6 +91,7 @@ pub(crate) const UNWRAP: UnwrapConstants = UnwrapConstants {
     least_flatness: 0.25,
     most_flatness: 2.0,
     loosen: 1.6,
+    narrowings: 2,
     beyond: 0.05,
     patience: 3,
     tightenings: 4,
@@ -103,7 +103,6 @@ pub(crate) const UNWRAP: UnwrapConstants = UnwrapConstants {
     facing_cos: 0.2,
     repairs: 5,
     density_kept: 0.999,
-    page_length2: 2.0,
     too_large: 1.5,
     middle: 0.1,
     page_turns: 24,

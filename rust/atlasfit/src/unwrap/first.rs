@@ -101,7 +101,7 @@ fn flatten_first(s: &Surface, mut c: Chart, bound: Option<f64>, ctx: &Context<'_
         if injective {
             if let Some(bound) = bound {
                 c.over = over_area(s, &c, bound);
-                c.waste = c.wasted();
+                c.waste = c.wasted(s.page);
             }
             return vec![c];
         }

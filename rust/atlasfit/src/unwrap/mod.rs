@@ -31,6 +31,7 @@ mod memory;
 mod merge;
 mod options;
 mod pack;
+mod page_limits;
 mod planar;
 mod polygons;
 mod preset;
@@ -177,7 +178,7 @@ fn packed_by(
     s.price = prices(mesh, &s, options, ctx)?;
     let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
     let Bounded { charts: list, bound } =
-        bounded(&s, uvs, options, |bound| charts_within(&s, bound, ctx), ctx)?;
+        bounded(&mut s, uvs, options, |s, bound| charts_within(s, bound, ctx), ctx)?;
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
     let list = straighten(&s, list, options, bound, ctx)?;
@@ -198,7 +199,7 @@ fn packed_by(
         repaired_charts: checked.repaired,
         stacked_parts: stacks.parts,
         straightened_charts: checked.charts.iter().filter(|c| c.straight).count(),
-        warnings: warnings(&s, &checked, options),
+        warnings: warnings(mesh, &s, &checked, options),
         ..UvLayout::default()
     };
     ctx.check()?;

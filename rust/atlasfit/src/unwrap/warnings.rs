@@ -7,13 +7,20 @@ use super::constants::UNWRAP;
 use super::options::UnwrapOptions;
 use super::pack::PACK;
 use super::surface::Surface;
+use crate::geometry::TriMesh;
 use crate::numeric::wording::counted;
+use rustc_hash::FxHashSet;
 
 /// Warnings, the gravest last.
-pub(super) fn warnings(s: &Surface, checked: &Checked, options: &UnwrapOptions) -> Vec<String> {
+pub(super) fn warnings(
+    mesh: &TriMesh,
+    s: &Surface,
+    checked: &Checked,
+    options: &UnwrapOptions,
+) -> Vec<String> {
     let (packed, charts) = (&checked.packed, counted(checked.charts.len(), "chart"));
     let [width, height] = options.page_size;
-    let mut out = Vec::new();
+    let mut out: Vec<String> = no_edges(mesh, options).into_iter().collect();
     let density = packed.density / s.unit;
     if let Some(asked) = options.texels_per_unit
         && density < UNWRAP.density_kept * asked
@@ -42,4 +49,20 @@ pub(super) fn warnings(s: &Surface, checked: &Checked, options: &UnwrapOptions) 
         ));
     }
     out
+}
+
+/// What is to be said of seams between vertices that no edge joins.
+fn no_edges(mesh: &TriMesh, options: &UnwrapOptions) -> Option<String> {
+    let seams = options.seam_edges.as_ref()?;
+    let ascending = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(ascending);
+    let edges: FxHashSet<[u32; 2]> = mesh.triangles.iter().flat_map(sides).collect();
+    let none = seams.iter().filter(|&&seam| !edges.contains(&ascending(seam))).count();
+    (none > 0).then(|| {
+        format!(
+            "{none} of {} are no edges of the mesh: nothing was cut there. Number vertices from 0, in the \
+             file's order",
+            counted(seams.len(), "seam edge")
+        )
+    })
 }

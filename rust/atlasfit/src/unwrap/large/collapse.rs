@@ -82,7 +82,11 @@ impl<'a> Mesh<'a> {
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * name[h as usize / 3] + h % 3 };
         let twin = kept.iter().map(|&f| self.twin[f].map(renamed)).collect();
         Ok(Level {
-            surface: Surface { price, ..Surface::from_parts(self.s.pos.clone(), tri, twin, ctx)? },
+            surface: Surface {
+                price,
+                page: self.s.page,
+                ..Surface::from_parts(self.s.pos.clone(), tri, twin, ctx)?
+            },
             label: kept.iter().map(|&f| label[f]).collect(),
             path: kept.iter().map(|&f| self.path[f]).collect(),
         })

@@ -225,7 +225,7 @@ fn clear(s: &Surface, c: Chart, label: &[u32], bound: f64, ctx: &Context<'_>) ->
         }
         if off.is_empty() {
             c.over = over_area(s, &c, bound);
-            c.waste = c.wasted();
+            c.waste = c.wasted(s.page);
             if c.over <= LARGE.most_over * c.area {
                 good.push(c);
             } else {

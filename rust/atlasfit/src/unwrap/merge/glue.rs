@@ -56,7 +56,7 @@ pub(super) fn glue(pair: &Pair<'_>, shared: &[Shared], motion: Motion, ctx: &Con
             let mut c = assemble(pair, &p)?;
             ctx.check().ok()?;
             c.over = far + now;
-            c.waste = c.wasted();
+            c.waste = c.wasted(s.page);
             if !pair.worth.has(c.seams(s), c.waste) {
                 return None;
             }
@@ -90,7 +90,7 @@ fn worth_as_they_lie(pair: &Pair<'_>, shared: &[Shared], motion: Motion) -> bool
         .fold(Seams::default(), |sum, e| sum.with(Seams { length: 2.0 * e.length, cost: 2.0 * e.cost }));
     let mut outline = a.outline();
     outline.extend(b.outline().iter().map(|&p| moved(motion, p)));
-    worth.has(a.seams(s).with(b.seams(s)).without(inside), wasted(&outline, a.area + b.area))
+    worth.has(a.seams(s).with(b.seams(s)).without(inside), wasted(&outline, a.area + b.area, s.page))
 }
 
 /// The chart with positions of least symmetric Dirichlet energy, if it then overlaps nowhere.
@@ -98,7 +98,7 @@ pub(super) fn flattened(s: &Surface, mut c: Chart, bound: f64, ctx: &Context<'_>
     let disk = Disk { tris: &c.tris, rest: &c.rest(s), border: &c.border, vertices: c.vertices() };
     c.uv = dirichlet::flatten(&disk, bound, ctx)?;
     c.over = over_area(s, &c, bound);
-    c.waste = c.wasted();
+    c.waste = c.wasted(s.page);
     injective(&c.tris, &c.uv, &c.border, ctx).ok()?.then_some(c)
 }
 

@@ -29,15 +29,17 @@ pub(super) fn overlaps(
 }
 
 /// Whether the second chart lies within the first at end `k` of an edge of both, if its other end is joined:
-/// there the two have more than a full turn.
+/// there the two have more than a full turn. By less than a quarter of one: two edges that point away from
+/// each other do so too where the two have less than half a turn, as a steep cone's halves.
 fn closes_in([a, b]: [&Chart; 2], e: &Shared, k: usize, motion: Motion) -> bool {
+    let direction = |from: [f64; 2], to: [f64; 2]| [to[0] - from[0], to[1] - from[1]];
     let [p, q] = e.a.map(|v| a.uv[v as usize]);
-    let gap = |k: usize| {
-        let (p, q) = ([p, q][k], moved(motion, b.uv[e.b[k] as usize]));
-        [q[0] - p[0], q[1] - p[1]]
-    };
-    let (far, tip) = (gap(k), gap(1 - k));
-    (q[0] - p[0]) * (far[1] - tip[1]) > (q[1] - p[1]) * (far[0] - tip[0])
+    let of_b = e.b.map(|v| moved(motion, b.uv[v as usize]));
+    let (along, other) = (direction(p, q), direction(of_b[0], of_b[1]));
+    // Either points from the end that is joined if `k` is 1, and to it if not.
+    let turn = along[0] * other[1] - along[1] * other[0];
+    let same_way = along[0] * other[0] + along[1] * other[1] > 0.0;
+    same_way && (turn > 0.0) == (k == 1) && turn != 0.0
 }
 
 /// Whether the borders of the two charts touch, once the vertices of some edges of both are made one.

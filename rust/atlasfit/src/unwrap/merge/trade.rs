@@ -224,7 +224,7 @@ fn apart(s: &Surface, c: &Chart, faces: &[u32], bound: f64, ctx: &Context<'_>) -
     }
     for part in &mut parts {
         part.over = over_area(s, part, bound);
-        part.waste = part.wasted();
+        part.waste = part.wasted(s.page);
     }
     let (part, rest) = (parts.pop()?, parts.pop()?);
     Some(if goes(&part.faces[0]) { (rest, part) } else { (part, rest) })

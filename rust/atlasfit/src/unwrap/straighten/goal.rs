@@ -48,7 +48,7 @@ impl Goal {
         if new.over > self.allowed(c) || !injective(&new.tris, &new.uv, &new.border, ctx).ok()? {
             return None;
         }
-        new.waste = new.wasted();
+        new.waste = new.wasted(s.page);
         Some(new)
     }
 }

@@ -9,6 +9,7 @@ mod constants;
 mod twins;
 
 use super::options::UnwrapOptions;
+use super::page_limits::PageLimits;
 use crate::error::{Error, Result};
 use crate::geometry::TriMesh;
 use crate::numeric::vec3::Vec3;
@@ -38,6 +39,8 @@ pub(crate) struct Surface {
     /// What each edge costs as a seam per unit of its length, by slot; `None` where all cost 1. Found by
     /// `prices`.
     pub price: Option<Vec<[f32; 3]>>,
+    /// What counts of the page while charts are made.
+    pub page: PageLimits,
     /// Positions.
     pub pos: Arc<Vec<Vec3>>,
     /// Faces that take part; the others repeat a vertex or have a non-finite one.
@@ -110,6 +113,7 @@ impl Surface {
         let counts = |f: usize| left_out.get(f) != Some(&true);
         let shapeless = |f: usize| !usable[f] || out.normal[f] == Vec3::ZERO;
         out.degenerate = (0..m).filter(|&f| counts(f) && shapeless(f)).count();
+        out.page = PageLimits::of(options);
         Ok(Self { usable, unit, duplicate, non_manifold, welded, ..out })
     }
 
@@ -157,6 +161,7 @@ impl Surface {
             rest,
             length,
             price: None,
+            page: PageLimits::default(),
             pos,
             usable,
             cells,
