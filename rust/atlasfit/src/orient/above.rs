@@ -13,9 +13,9 @@ use crate::numeric::sort::sort_by;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 
-/// A viewer far above the points, if they are ground. `part` names the connected part of the surface that each
-/// chart is of: a part's normals agree among themselves. Lengths are in the normalised frame; `spacing` is the
-/// median one, `noise` its standard deviation, `origin` that of the user's frame.
+/// A viewer far above the points, if they are ground. `part` names the connected part of the surface that
+/// each chart is of: a part's normals agree among themselves. Lengths are in the normalised frame; `spacing`
+/// is the median one, `noise` its standard deviation, `origin` that of the user's frame.
 ///
 /// # Errors
 /// Cancelled or out of time.

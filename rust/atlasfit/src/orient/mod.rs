@@ -2,8 +2,8 @@
 //!
 //! In: charts and the points that they share. Out: a sign per chart, and the relations that contradict the
 //! signs (after Hoppe et al. 1992, with charts in place of points: a chart's normal is far better known than
-//! a point's). Where the scan says which way it faces, or one scanner saw all of it, the atlas faces that
-//! way; ground faces up.
+//! a point's). Where the scan says which way it faces, or one scanner saw all of it, or several from
+//! within, the atlas faces that way; ground faces up.
 
 mod above;
 mod beside;
@@ -15,6 +15,7 @@ mod opposing;
 mod relations;
 mod scanner;
 mod signs;
+mod stations;
 mod views;
 mod votes;
 
@@ -27,5 +28,6 @@ pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
 pub(crate) use signs::{Relations, agree, face, orient};
+pub(crate) use stations::{find_stations, votes_toward};
 pub(crate) use views::{Piece, Views};
 pub(crate) use votes::votes;

@@ -17,10 +17,20 @@ use rayon::prelude::*;
 
 /// A point as the search sees it.
 #[derive(Clone, Copy)]
-struct Seen {
-    position: Vec3,
-    normal: Vec3,
-    log_area: f64,
+pub(super) struct Seen {
+    pub(super) position: Vec3,
+    pub(super) normal: Vec3,
+    /// Logarithm of the area that it stands for.
+    pub(super) log_area: f64,
+}
+
+/// A scanner that was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Found {
+    /// Where it stood.
+    pub(crate) at: Vec3,
+    /// Whether nearly all points face it, each part turned as a whole. If not, there may be others.
+    pub(crate) all_face: bool,
 }
 
 /// The scanner's position in the normalised frame (the scan's longest side is 1, its middle the origin).
@@ -36,7 +46,7 @@ pub(crate) fn find_scanner(
     part: &[u32],
     origin: Vec3,
     ctx: &Context<'_>,
-) -> Result<Option<Vec3>> {
+) -> Result<Option<Found>> {
     let stride = projected.len().div_ceil(ORIENT.scanner_sample).max(1);
     let sampled = (0..projected.len()).step_by(stride).filter(|&i| projected[i].chart != u32::MAX);
     let seen: Vec<Seen> = sampled
@@ -78,7 +88,8 @@ pub(crate) fn find_scanner(
     let faces =
         facing * (2.0 - 2.0 * ORIENT.turned_away).ln() + (1.0 - facing) * (2.0 * ORIENT.turned_away).ln();
     let gain = measured * ((falling(&seen) / spread.max(1e-12)).ln() + faces.min(0.0));
-    Ok((explains(spread, ORIENT.explained) && gain > 0.0).then_some(scanner))
+    let found = Found { at: scanner, all_face: facing >= 1.0 - ORIENT.turned_away };
+    Ok((explains(spread, ORIENT.explained) && gain > 0.0).then_some(found))
 }
 
 /// Where the search begins: the origin of the user's frame, the middle, and points about it.
@@ -91,14 +102,14 @@ fn starts(origin: Vec3) -> impl Iterator<Item = Vec3> {
 }
 
 /// Mean absolute deviation from the median.
-fn deviation(mut values: Vec<f64>) -> f64 {
+pub(super) fn deviation(mut values: Vec<f64>) -> f64 {
     let middle = median(&mut values);
     values.iter().map(|v| (v - middle).abs()).sum::<f64>() / values.len() as f64
 }
 
 /// How badly a density that falls evenly along some direction explains the spacings: mean absolute deviation
 /// of the logarithm of the area that each point stands for, from its linear fit over space.
-fn falling(seen: &[Seen]) -> f64 {
+pub(super) fn falling(seen: &[Seen]) -> f64 {
     let row = |s: &Seen| [1.0, s.position[0], s.position[1], s.position[2]];
     let (mut a, mut b) = ([0.0; 16], [0.0; 4]);
     for s in seen {
@@ -170,32 +181,37 @@ fn facing(projected: &[ProjectedPoint], part: &[u32], v: Vec3, stride: usize) ->
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::Run;
     use crate::numeric::Rng;
 
+    /// Where a ray from within a room meets its wall, and the wall's normal, outward.
+    pub(in super::super) fn wall(from: Vec3, direction: Vec3) -> (Vec3, Vec3) {
+        let half = Vec3([0.5, 0.4, 0.25]);
+        let (mut t, mut axis) = (f64::INFINITY, 0);
+        for k in 0..3 {
+            let hit = (half[k].copysign(direction[k]) - from[k]) / direction[k];
+            if hit < t {
+                (t, axis) = (hit, k);
+            }
+        }
+        (from + direction * t, Vec3::from_fn(|k| if k == axis { direction[k].signum() } else { 0.0 }))
+    }
+
     /// Points of a room as a scanner at `at` sees it, or evenly by area; with their spacing.
     fn room(at: Option<Vec3>) -> (Vec<ProjectedPoint>, Vec<f32>) {
-        let (mut rng, half) = (Rng::new(3), Vec3([0.5, 0.4, 0.25]));
+        let mut rng = Rng::new(3);
         let mut spacing = Vec::new();
         let mut points = Vec::new();
         for _ in 0..3000 {
             let direction = Vec3::from_fn(|_| rng.normal()).normalized();
             let from = at.unwrap_or(Vec3::ZERO);
-            // The wall that a ray meets first.
-            let (mut t, mut axis) = (f64::INFINITY, 0);
-            for k in 0..3 {
-                let hit = (half[k].copysign(direction[k]) - from[k]) / direction[k];
-                if hit < t {
-                    (t, axis) = (hit, k);
-                }
-            }
-            let normal = Vec3::from_fn(|k| if k == axis { direction[k].signum() } else { 0.0 });
-            let area = if at.is_some() { t * t / direction.dot(normal) } else { 1.0 };
+            let (position, normal) = wall(from, direction);
+            let area = if at.is_some() { from.dist2(position) / direction.dot(normal) } else { 1.0 };
             let noise = (0.2 * rng.normal()).exp();
             spacing.push((0.02 * area.sqrt() * noise) as f32);
-            points.push(ProjectedPoint { position: from + direction * t, normal, chart: 0 });
+            points.push(ProjectedPoint { position, normal, chart: 0 });
         }
         (points, spacing)
     }
@@ -203,7 +219,10 @@ mod tests {
     fn found(at: Option<Vec3>) -> Option<Vec3> {
         let (points, spacing) = room(at);
         let origin = Vec3([3.0, 0.0, 0.0]);
-        Run::default().execute(|ctx| find_scanner(&points, &spacing, &[0], origin, ctx)).unwrap()
+        Run::default()
+            .execute(|ctx| find_scanner(&points, &spacing, &[0], origin, ctx))
+            .unwrap()
+            .map(|f| f.at)
     }
 
     #[test]
@@ -233,7 +252,10 @@ mod tests {
         };
         let (points, spacing): (Vec<_>, Vec<_>) = (0..3000).map(point).unzip();
         let origin = Vec3([3.0, 0.0, 0.0]);
-        let found = Run::default().execute(|ctx| find_scanner(&points, &spacing, &[0], origin, ctx)).unwrap();
+        let found = Run::default()
+            .execute(|ctx| find_scanner(&points, &spacing, &[0], origin, ctx))
+            .unwrap()
+            .map(|f| f.at);
         assert_eq!(found, None);
     }
 }

@@ -160,8 +160,8 @@ pub(super) fn distance<'c>(
     Ok(grid)
 }
 
-/// Closes gaps of the sampling, and holes with a boundary up to `asked` long. Returns how many, and what stays
-/// open.
+/// Closes gaps of the sampling, and holes with a boundary up to `asked` long. Returns how many, and what
+/// stays open.
 fn close_gaps(
     surface: &mut Surface,
     charts: &[Chart],
@@ -250,9 +250,9 @@ fn not_empty(surface: &Surface) -> Result<()> {
     Ok(())
 }
 
-/// How the points vote on each chart's side if one scanner made the scan, or it is ground; `noise` is its
-/// standard deviation, `part` says which of the connected charts each belongs to. No votes where none is
-/// found.
+/// How the points vote on each chart's side if a scanner made the scan, or several from within, or it is
+/// ground; `noise` is its standard deviation, `part` says which of the connected charts each belongs to. No
+/// votes where none is found.
 pub(super) fn votes_of_scanner(
     projected: &[ProjectedPoint],
     sampling: &Sampling,
@@ -262,22 +262,20 @@ pub(super) fn votes_of_scanner(
     ctx: &Context<'_>,
 ) -> Result<Vec<Vote>> {
     let origin = frame.origin.map(|x| -x / frame.scale);
-    let scanner = match orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)? {
-        None => orient::viewer_above(projected, sampling.median, noise, part, origin, ctx)?,
-        found => found,
-    };
-    Ok(scanner.map_or_else(Vec::new, |v| votes_toward(v, projected, part.len())))
-}
-
-/// How the points, as they face now, vote on each chart's side when a scanner at `v` saw them.
-fn votes_toward(v: Vec3, projected: &[ProjectedPoint], charts: usize) -> Vec<Vote> {
-    let mut votes = vec![Vote::default(); charts];
-    for p in projected {
-        if let Some(vote) = votes.get_mut(p.chart as usize) {
-            vote.add((v - p.position).normalized().dot(p.normal));
-        }
+    let spacing = &sampling.spacing;
+    let one = orient::find_scanner(projected, spacing, part, origin, ctx)?;
+    let mut viewers = Vec::new();
+    if !one.is_some_and(|one| one.all_face) {
+        viewers = orient::find_stations(projected, spacing, part, ctx)?;
     }
-    votes
+    if viewers.is_empty() {
+        viewers.extend(one.map(|one| one.at));
+    }
+    if viewers.is_empty() {
+        viewers.extend(orient::viewer_above(projected, sampling.median, noise, part, origin, ctx)?);
+    }
+    let none = viewers.is_empty();
+    Ok(if none { Vec::new() } else { orient::votes_toward(&viewers, projected, part.len()) })
 }
 
 /// Triangles of the largest speck.
