@@ -14,13 +14,14 @@
 //! | `sheet.base` | f64, s × 14 | centre, three axes, two radii |
 //! | `sheet.coeffs` | f32, s × COEFFS | spline coefficients of the height |
 //! | `sheet.mask` | u8, s × 81 | trim mask |
+//! | `sheet.trimmed` | u32, s × 32 | squares of the domain without surface, a bit each; optional |
 //! | `tube.base` | f64, t × 22 | centre, three axes, half length, axis offsets (two cubics), mean radius |
 //! | `tube.radius` | f32, t × (nodes · harmonics) | spline coefficients of the radius |
 //! | `tube.mask` | u8, t × 65 | trim mask |
 //!
 //! The metadata hold `atlasfit-atlas`: the format's version.
 
-use crate::atlas::mask::{self, Mask};
+use crate::atlas::mask::{self, Mask, SQUARES, Trimmed};
 use crate::atlas::query::Atlas;
 use crate::atlas::tube::{HARMONICS, MASK_NODES};
 use crate::atlas::{Chart, Map, Monge, Tube};
@@ -85,7 +86,10 @@ pub fn to_bytes(atlas: &Atlas) -> Result<Vec<u8>> {
             .flat_map(|m| m.center.0.into_iter().chain(m.axes.into_iter().flat_map(|a| a.0)).chain(m.radii)),
     );
     let sheet_coeffs = f32s(&mut sheets().flat_map(|m| m.coeffs.iter().copied()));
-    let sheet_mask: Vec<u8> = sheets().flat_map(|m| m.mask.0.iter().copied()).collect();
+    let sheet_mask: Vec<u8> = sheets().flat_map(|m| m.mask.nodes.iter().copied()).collect();
+    let untrimmed = [0; SQUARES];
+    let rows = sheets().flat_map(|m| m.mask.trimmed.as_deref().unwrap_or(&untrimmed));
+    let sheet_trimmed: Vec<u8> = rows.flat_map(|row| row.to_le_bytes()).collect();
     let tube_base = f64s(&mut tubes().flat_map(|t| {
         let axis = t.axis.into_iter().flatten();
         t.center
@@ -104,6 +108,7 @@ pub fn to_bytes(atlas: &Atlas) -> Result<Vec<u8>> {
         ("sheet.base", Dtype::F64, vec![s, SHEET], &sheet_base),
         ("sheet.coeffs", Dtype::F32, vec![s, spline::COEFFS], &sheet_coeffs),
         ("sheet.mask", Dtype::U8, vec![s, SHEET_MASK], &sheet_mask),
+        ("sheet.trimmed", Dtype::U32, vec![s, SQUARES], &sheet_trimmed),
         ("tube.base", Dtype::F64, vec![t, TUBE], &tube_base),
         ("tube.radius", Dtype::F32, vec![t, TUBE_RADIUS], &tube_radius),
         ("tube.mask", Dtype::U8, vec![t, MASK_NODES], &tube_mask),
@@ -153,6 +158,17 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
     let (sheet_base, s) = tensor("sheet.base", Dtype::F64, SHEET)?;
     let (sheet_coeffs, s1) = tensor("sheet.coeffs", Dtype::F32, spline::COEFFS)?;
     let (sheet_mask, s2) = tensor("sheet.mask", Dtype::U8, SHEET_MASK)?;
+    // Older files know nothing of it.
+    let sheet_trimmed = match file.names().contains(&"sheet.trimmed") {
+        true => Some(tensor("sheet.trimmed", Dtype::U32, SQUARES)?),
+        false => None,
+    };
+    let trimmed = |sheet: usize| -> Option<Box<Trimmed>> {
+        let bytes = &sheet_trimmed?.0[4 * SQUARES * sheet..];
+        let rows: Trimmed =
+            std::array::from_fn(|k| u32::from_le_bytes(std::array::from_fn(|b| bytes[4 * k + b])));
+        (rows != [0; SQUARES]).then(|| Box::new(rows))
+    };
     let (tube_base, t) = tensor("tube.base", Dtype::F64, TUBE)?;
     let (tube_radius, t1) = tensor("tube.radius", Dtype::F32, TUBE_RADIUS)?;
     let (tube_mask, t2) = tensor("tube.mask", Dtype::U8, MASK_NODES)?;
@@ -160,8 +176,10 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
         return Err(bad(format!("chart {i} is of kind {}, which this version does not know", kind[i])));
     }
     let tube_count = kind.iter().filter(|k| **k == 1).count();
-    let counts =
-        four == FRAME && rows == n && [s, s1, s2] == [n - tube_count; 3] && [t, t1, t2] == [tube_count; 3];
+    let counts = four == FRAME
+        && rows == n
+        && [s, s1, s2, sheet_trimmed.map_or(s, |t| t.1)] == [n - tube_count; 4]
+        && [t, t1, t2] == [tube_count; 3];
     if n == 0 || !counts {
         return Err(bad(format!("{n} charts, {tube_count} of them tubes, but tensors of other lengths")));
     }
@@ -181,7 +199,7 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
             return Err(unsound("sigma, sign or support is out of range"));
         }
         let map = if *k == 0 {
-            let mask = Mask(Box::new(row_u8(sheet_mask, sheet)));
+            let mask = Mask { trimmed: trimmed(sheet), ..Mask::of_nodes(row_u8(sheet_mask, sheet)) };
             let map = read_sheet(row(sheet_base, sheet), singles(sheet_coeffs, sheet), mask);
             sheet += 1;
             map.map(Map::Monge).map_err(unsound)?

@@ -22,18 +22,36 @@ const SOFT: f64 = 0.3;
 /// Below this share of the expected number of points a place is empty however they lie.
 const SPARSE: f64 = 0.15;
 
-/// Values at the nodes of a square grid over [-1, 1]^2, 0 to 255.
+/// Squares along one side of the grid in which a mask is trimmed.
+pub const SQUARES: usize = 32;
+
+/// Which squares of a grid over [-1, 1]^2 carry no surface: a row for each step along u, a bit for each along
+/// v, the lowest first.
+pub type Trimmed = [u32; SQUARES];
+
+/// A trim mask.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mask(pub Box<[u8; SIDE * SIDE]>);
+pub struct Mask {
+    /// Values at the nodes of a square grid over [-1, 1]^2, 0 to 255, row by row along u.
+    pub nodes: Box<[u8; SIDE * SIDE]>,
+    /// What was trimmed, if anything: where other charts say that there is no surface.
+    pub trimmed: Option<Box<Trimmed>>,
+}
 
 impl Mask {
     /// A mask that is full everywhere.
     #[must_use]
     pub fn full() -> Self {
-        Self(Box::new([255; SIDE * SIDE]))
+        Self::of_nodes([255; SIDE * SIDE])
     }
 
-    /// Value at (u, v), bilinear, in [0, 1].
+    /// A mask of these values, with nothing trimmed.
+    #[must_use]
+    pub fn of_nodes(nodes: [u8; SIDE * SIDE]) -> Self {
+        Self { nodes: Box::new(nodes), trimmed: None }
+    }
+
+    /// Value at (u, v), in [0, 1]: bilinear, and 0 where the mask is trimmed.
     #[inline]
     #[must_use]
     pub fn value(&self, u: f64, v: f64) -> f64 {
@@ -42,7 +60,13 @@ impl Mask {
         let (x, y) = (f(u), f(v));
         let (i, j) = (x as usize, y as usize);
         let (s, t) = (x - i as f64, y - j as f64);
-        let at = |i: usize, j: usize| f64::from(self.0[i * SIDE + j]);
+        if let Some(trimmed) = &self.trimmed {
+            let square = |x: f64| (((x + 1.0) * 0.5 * SQUARES as f64) as usize).min(SQUARES - 1);
+            if (trimmed[square(u)] >> square(v)) & 1 == 1 {
+                return 0.0;
+            }
+        }
+        let at = |i: usize, j: usize| f64::from(self.nodes[i * SIDE + j]);
         ((1.0 - s) * ((1.0 - t) * at(i, j) + t * at(i, j + 1))
             + s * ((1.0 - t) * at(i + 1, j) + t * at(i + 1, j + 1)))
             / 255.0
@@ -115,6 +139,6 @@ impl Mask {
                 out[i * SIDE + j] = (value * 255.0).round() as u8;
             }
         }
-        Self(Box::new(out))
+        Self::of_nodes(out)
     }
 }

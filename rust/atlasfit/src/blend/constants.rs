@@ -46,6 +46,22 @@ pub(crate) struct BlendConstants {
     /// Charts with less than this share of the weight at a corner are not evaluated there. Source: derived,
     /// they would move the corner by less than a thousandth of what charts disagree by.
     pub least_share: f64,
+    /// A place of a chart is empty where none of its points lies within so many spacings. Source: derived, a
+    /// voxel: what is narrower the grid does not show.
+    pub trim_empty: f64,
+    /// Points of sheets across a chart say so far about them whether there is a surface, as a multiple of
+    /// that. Source: chosen, two spacings: a dozen points of the two walls of a plate as thick.
+    pub trim_reach: f64,
+    /// And so high over and under it, as a multiple of the same. Source: derived, a spacing and a fifth:
+    /// farther off is what lies beyond a thin lip.
+    pub trim_high: f64,
+    /// How much they must say against it, in votes of one point at the place. Source: chosen.
+    pub trim_votes: f64,
+    /// Points so many standard deviations of the noise off a chart may lie on its sheet. Source: derived, one
+    /// in 400 lies farther off.
+    pub trim_sigmas: f64,
+    /// Charts that one worker trims in one go. Changes no result. Source: chosen.
+    pub trim_chunk: usize,
     /// Pairs of a block and a point handled at a time: bounds the memory, costs a look at all points each
     /// time. Changes no result. Source: chosen.
     /// Halved or doubled: same bytes.
@@ -120,6 +136,12 @@ pub(crate) const BLEND: BlendConstants = BlendConstants {
     same_sheet_sigmas: 1.0,
     same_way: 0.5,
     least_share: 1e-3,
+    trim_empty: 0.6,
+    trim_reach: 3.3,
+    trim_high: 2.0,
+    trim_votes: 0.3,
+    trim_sigmas: 3.0,
+    trim_chunk: 64,
     pairs: 1 << 22,
     pair_sample: 64,
     chunk: 64,

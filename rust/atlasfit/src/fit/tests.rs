@@ -434,7 +434,7 @@ fn a_mask_is_full_inside_and_empty_beyond_the_edge_of_the_data() {
     let edge = (-6..=6).map(|i| cut.value(0.0, f64::from(i) * 0.1)).sum::<f64>() / 13.0;
     assert!((0.2..0.8).contains(&edge), "{edge} along the edge");
     assert!((0..=20).all(|i| (0.0..=1.0).contains(&full.value(f64::from(i) * 0.3 - 3.0, 0.3))));
-    assert!(Mask::build(&[], [1.0; 2], spacing, 0.0).0.iter().all(|m| *m == 0), "no data, no surface");
+    assert!(Mask::build(&[], [1.0; 2], spacing, 0.0).nodes.iter().all(|m| *m == 0), "no data, no surface");
 }
 
 #[test]

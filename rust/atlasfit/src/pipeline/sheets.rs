@@ -8,7 +8,7 @@ use super::constants::PIPELINE;
 use super::fit_atlas::{FirstAtlas, cut, drop_strays};
 use super::prepare::Scan;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
-use crate::blend::{membership, project};
+use crate::blend::{membership, project, trim};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
@@ -55,6 +55,7 @@ pub(super) fn separate(
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
         atlas = oriented(scan, fitted, toward, ctx)?;
     }
+    trim::trim(&mut atlas.fitted, &atlas.projected, &scan.tree, &scan.sampling, ctx)?;
     Ok(atlas)
 }
 
