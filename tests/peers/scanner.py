@@ -15,11 +15,12 @@ grazes it):
                  a converted copy of itself
   lidar          one turning scanner in a room with furniture, line by line, with points in between where the
                  distance jumps
+  stations       three such scanners in the same room, one after the other
   depth          one depth camera in the same room: it measures the inverse of the depth, with a standard
                  error of sigma, and rounds it to steps of 2.5 sigma: both grow with the square of the depth
   sheetsK        two parallel plates K (3, 4, 5) sigma apart, each seen from its own side
-The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar, depth and
-sheets have their own.
+The name of a kind without its number means all of its numbers. Shapes: see shapes.py; lidar,
+stations, depth and sheets have their own.
 
 usage: scanner.py cells [--kinds K,...] [--shapes S,...] [--data DIR]
            prints a JSON line per cell: kind and shape
@@ -47,6 +48,8 @@ LEAST_COSINE = np.cos(np.radians(80))
 MOST_GRAZING = 4
 # Of a turning scanner: its place in the room, and the elevations of its lines' ends in degrees.
 PLACE, LOWEST, HIGHEST = (0.12, -0.08, -0.02), -60, 80
+# Of three of them.
+STATIONS = (PLACE, (-0.33, 0.18, -0.02), (0.35, -0.2, 0.02))
 # Distances of neighbours on a line that differ by more are a jump; that share of them is measured in between.
 JUMP, MIXED = 0.05, 0.3
 # Of a depth camera: its place in the room, where it looks, and half the width and height of its picture (58 by
@@ -203,8 +206,8 @@ def merged(V, F, sigma, count, rng):
     return rng.permutation(np.concatenate([points, copy])), places, 0
 
 
-def lidar(V, F, sigma, count, rng):
-    place, (low, high) = np.array(PLACE), np.radians([LOWEST, HIGHEST])
+def lidar(V, F, sigma, count, rng, place=PLACE):
+    place, (low, high) = np.array(place), np.radians([LOWEST, HIGHEST])
     step = np.sqrt(TAU * (high - low) / count)
     azimuth, elevation = np.arange(0, TAU - step / 2, step), np.arange(low, high, step)
     a, e = (x.ravel() for x in np.meshgrid(azimuth, elevation, indexing="ij"))
@@ -218,6 +221,12 @@ def lidar(V, F, sigma, count, rng):
     between = rng.random(len(mixed)) * (distance[mixed - 1] - distance[mixed])
     points[mixed] += hits.ray[mixed] * between[:, None]
     return points, place[None], len(mixed)
+
+
+def stations(V, F, sigma, count, rng):
+    scans = [lidar(V, F, sigma, count // len(STATIONS), rng, place) for place in STATIONS]
+    points, places, strays = zip(*scans)
+    return np.concatenate(points), np.concatenate(places), sum(strays)
 
 
 def picture():
@@ -252,6 +261,7 @@ KINDS = {
     "varied": (varied, None),
     "merged": (merged, None),
     "lidar": (lidar, ("room", lambda sigma: shapes.room())),
+    "stations": (stations, ("room", lambda sigma: shapes.room())),
     "depth": (depth, ("room", lambda sigma: shapes.room())),
     **{"sheets%d" % k: (plain, ("plates", lambda sigma, k=k: shapes.plates(k * sigma))) for k in (3, 4, 5)},
 }
@@ -292,7 +302,7 @@ def scan(shape, kind, sigma, count=16000, seed=0, data=shapes.DATA):
     V, F = shapes.fitted(*own[1](sigma)) if own else shapes.clean(shape, data)
     rng = np.random.default_rng([seed, zlib.crc32(("%s %s" % (shape, kind)).encode())])
     points, places, strays, *view = how(V, F, sigma, count, rng)
-    reach = {"lidar": in_lidar_reach, "depth": in_picture}.get(kind)
+    reach = {"lidar": in_lidar_reach, "stations": in_lidar_reach, "depth": in_picture}.get(kind)
     side, seen = seen_sides(V, F, places, reach)
     F = np.where((side < 0)[:, None], F[:, [0, 2, 1]], F)
     return points, V, F, seen, strays, *(view or [None])

@@ -131,6 +131,14 @@ def test_a_lidar_scans_line_by_line_and_sees_no_bottom_of_the_furniture(made):
     assert seen.mean() > 0.5 and not seen[below & low].any()
 
 
+def test_stations_in_one_room_see_more_of_it_than_one(made):
+    scanner = made["scanner"]
+    points, V, F, seen, strays, _ = scanner.scan("room", "stations", 1e-9, 3000)
+    alone = scanner.scan("room", "lidar", 1e-9, 3000)[3]
+    assert seen[alone].all() and seen.mean() > alone.mean()
+    assert abs(len(points) / 3000 - 1) < 0.3 and 0 < strays < 0.05 * len(points)
+
+
 def test_a_depth_camera_has_steps_that_grow_with_the_square_of_the_depth(made):
     scanner = made["scanner"]
     points, V, F, seen, strays, _ = scanner.scan("room", "depth", SIGMA, 3000)
@@ -186,7 +194,7 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
         ("sheets5", "plates"),
         ("outliers5", "knot"),
     ]
-    assert len(said()[1]) == 10 * 4 + 5
+    assert len(said()[1]) == 10 * 4 + 6
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
 

@@ -29,7 +29,8 @@ const SCANNER_SIGMA: f64 = 0.004;
 #[derive(Debug, Clone, clap::Args)]
 pub struct CellArgs {
     /// Simulated scans instead, of these kinds: views, outliers, misregistered, quantised, uneven, varied,
-    /// merged, lidar, depth, sheets; a number chooses one of several (outliers20, sheets3) [default: all]
+    /// merged, lidar, stations, depth, sheets; a number chooses one of several (outliers20, sheets3)
+    /// [default: all]
     #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
     pub scanner: Option<Vec<String>>,
     /// Shapes: ring, spiral, mobius, bumps, knot, room, box, rack, spikes, or names of PLY meshes in the data
