@@ -159,10 +159,8 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
     let (sheet_coeffs, s1) = tensor("sheet.coeffs", Dtype::F32, spline::COEFFS)?;
     let (sheet_mask, s2) = tensor("sheet.mask", Dtype::U8, SHEET_MASK)?;
     // Older files know nothing of it.
-    let sheet_trimmed = match file.names().contains(&"sheet.trimmed") {
-        true => Some(tensor("sheet.trimmed", Dtype::U32, SQUARES)?),
-        false => None,
-    };
+    let has_trimmed = file.names().contains(&"sheet.trimmed");
+    let sheet_trimmed = has_trimmed.then(|| tensor("sheet.trimmed", Dtype::U32, SQUARES)).transpose()?;
     let trimmed = |sheet: usize| -> Option<Box<Trimmed>> {
         let bytes = &sheet_trimmed?.0[4 * SQUARES * sheet..];
         let rows: Trimmed =
@@ -273,4 +271,33 @@ fn frame_of(base: &[f64]) -> Option<(Vec3, [Vec3; 3])> {
     let right = axes[0].cross(axes[1]).dist2(axes[2]) <= ORTHONORMAL * ORTHONORMAL;
     let near = center.iter().all(|x| x.abs() <= LARGEST);
     (unit && right && near).then_some((center, axes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Run;
+    use crate::atlas::FittedChart;
+
+    #[test]
+    fn what_was_trimmed_is_kept_and_older_files_know_nothing_of_it() {
+        let mut chart = FittedChart::flat(0.5, 0.01, 0..1).chart;
+        let rows: Trimmed = std::array::from_fn(|k| 1 << k);
+        if let Map::Monge(map) = &mut chart.map {
+            map.mask.trimmed = Some(Box::new(rows));
+        }
+        let read = |bytes: &[u8]| Run::default().execute(|ctx| from_bytes(bytes, ctx)).unwrap();
+        let atlas =
+            Run::default().execute(|ctx| Atlas::new(vec![chart.clone()], Vec3::ZERO, 1.0, ctx)).unwrap();
+        let bytes = to_bytes(&atlas).unwrap();
+        assert_eq!(read(&bytes).charts(), [chart.clone()]);
+        let file = SafeTensors::deserialize(&bytes).unwrap();
+        let older = file.tensors().into_iter().filter(|(name, _)| name != "sheet.trimmed");
+        let about = HashMap::from([(VERSION.0.to_owned(), VERSION.1.to_owned())]);
+        let older = safetensors::serialize(older, Some(about)).unwrap();
+        if let Map::Monge(map) = &mut chart.map {
+            map.mask.trimmed = None;
+        }
+        assert_eq!(read(&older).charts(), [chart]);
+    }
 }

@@ -46,8 +46,9 @@ pub(crate) struct BlendConstants {
     /// Charts with less than this share of the weight at a corner are not evaluated there. Source: derived,
     /// they would move the corner by less than a thousandth of what charts disagree by.
     pub least_share: f64,
-    /// A place of a chart is empty where none of its points lies within so many spacings. Source: derived, a
-    /// voxel: what is narrower the grid does not show.
+    /// A place of a chart is empty where none of its points lies within so many spacings. Source: chosen,
+    /// less than a voxel: with one, 0.75, acc of 116 simulated scans is 0.3 % larger, com 0.1 % smaller
+    /// (private runs).
     pub trim_empty: f64,
     /// Points of sheets across a chart say so far about them whether there is a surface, as a multiple of
     /// that. Source: chosen, two spacings: a dozen points of the two walls of a plate as thick.
