@@ -1246,8 +1246,9 @@ typedef struct {
    */
   double max_stretch;
   /**
-   * Most charts: max_stretch is raised until they are enough. More are still made where the topology or
-   * the constraints need them. 0 = any number. Default 0.
+   * Most charts: those that only the shape of the page asks for go first, then max_stretch is raised until
+   * they are few enough. More are still made where the topology or the constraints need them. 0 = any
+   * number. Default 0.
    */
   uint32_t max_charts;
   /**

@@ -220,7 +220,8 @@ def unwrap(
                      of few faces; "balanced" (1.1, default); "low-stretch" (1.05)
     max_stretch      bound on the stretch max(s1, 1/s2) at the 95th percentile by area; more than 1. Smaller
                      gives more charts (default: that of the preset)
-    max_charts       most charts: max_stretch is raised as far as that needs; 0 = any number (default)
+    max_charts       most charts: those that only the page's shape asks for go first, then max_stretch is
+                     raised as far as that needs; 0 = any number (default)
     page_size        side of a page in texels, or width and height (default 1024)
     padding          free texels between charts and at the page's border (default 2)
     pages            most pages; 0 = one, or with texels_per_unit as many as that density needs (default)

@@ -47,8 +47,9 @@ pub struct atlasfit_unwrap_options {
     /// singular values of the map from surface to texture, at one texel density for all charts. A smaller
     /// bound gives more charts. Default 1.1; atlasfit_unwrap_options_set_preset() sets others by name.
     pub max_stretch: f64,
-    /// Most charts: max_stretch is raised until they are enough. More are still made where the topology or
-    /// the constraints need them. 0 = any number. Default 0.
+    /// Most charts: those that only the shape of the page asks for go first, then max_stretch is raised until
+    /// they are few enough. More are still made where the topology or the constraints need them. 0 = any
+    /// number. Default 0.
     pub max_charts: u32,
     /// Width of a page in texels, 16 to 65536. Default 1024.
     pub page_width: u32,

@@ -161,12 +161,6 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
     // Older files know nothing of it.
     let has_trimmed = file.names().contains(&"sheet.trimmed");
     let sheet_trimmed = has_trimmed.then(|| tensor("sheet.trimmed", Dtype::U32, SQUARES)).transpose()?;
-    let trimmed = |sheet: usize| -> Option<Box<Trimmed>> {
-        let bytes = &sheet_trimmed?.0[4 * SQUARES * sheet..];
-        let rows: Trimmed =
-            std::array::from_fn(|k| u32::from_le_bytes(std::array::from_fn(|b| bytes[4 * k + b])));
-        (rows != [0; SQUARES]).then(|| Box::new(rows))
-    };
     let (tube_base, t) = tensor("tube.base", Dtype::F64, TUBE)?;
     let (tube_radius, t1) = tensor("tube.radius", Dtype::F32, TUBE_RADIUS)?;
     let (tube_mask, t2) = tensor("tube.mask", Dtype::U8, MASK_NODES)?;
@@ -197,7 +191,10 @@ pub fn from_bytes(bytes: &[u8], ctx: &Context<'_>) -> Result<Atlas> {
             return Err(unsound("sigma, sign or support is out of range"));
         }
         let map = if *k == 0 {
-            let mask = Mask { trimmed: trimmed(sheet), ..Mask::of_nodes(row_u8(sheet_mask, sheet)) };
+            let mask = Mask {
+                trimmed: sheet_trimmed.and_then(|t| row_trimmed(t.0, sheet)),
+                ..Mask::of_nodes(row_u8(sheet_mask, sheet))
+            };
             let map = read_sheet(row(sheet_base, sheet), singles(sheet_coeffs, sheet), mask);
             sheet += 1;
             map.map(Map::Monge).map_err(unsound)?
@@ -250,6 +247,13 @@ fn read_tube(
 fn row<const N: usize>(bytes: &[u8], index: usize) -> [f64; N] {
     let at = &bytes[8 * N * index..];
     std::array::from_fn(|k| f64::from_le_bytes(std::array::from_fn(|b| at[8 * k + b])))
+}
+
+/// What is trimmed of a sheet, if anything.
+fn row_trimmed(bytes: &[u8], index: usize) -> Option<Box<Trimmed>> {
+    let at = &bytes[4 * SQUARES * index..];
+    let rows: Trimmed = std::array::from_fn(|k| u32::from_le_bytes(std::array::from_fn(|b| at[4 * k + b])));
+    (rows != [0; SQUARES]).then(|| Box::new(rows))
 }
 
 fn row_u8<const N: usize>(bytes: &[u8], index: usize) -> [u8; N] {

@@ -145,6 +145,12 @@ fn misfit(seen: &[Seen], v: Vec3) -> f64 {
 /// The misfit, and the place that it belongs to.
 type Place = (f64, Vec3);
 
+/// The places a step away along each axis, either way.
+pub(super) fn compass(at: Vec3, step: f64) -> impl Iterator<Item = Vec3> {
+    let along = move |k: usize| Vec3::from_fn(|c| if c == k / 2 { [step, -step][k % 2] } else { 0.0 });
+    (0..6).map(move |k| at + along(k))
+}
+
 /// Compass search for the least misfit: a step along an axis as long as one helps, half the step when none
 /// does.
 fn descend(seen: &[Seen], start: Vec3, ctx: &Context<'_>) -> Result<Place> {
@@ -152,10 +158,7 @@ fn descend(seen: &[Seen], start: Vec3, ctx: &Context<'_>) -> Result<Place> {
     let mut step = 0.25 * start.norm().max(0.5);
     for _ in 0..ORIENT.most_steps {
         ctx.check()?;
-        let next = (0..6)
-            .map(|k| at + Vec3::from_fn(|c| if c == k / 2 { step * [1.0, -1.0][k % 2] } else { 0.0 }))
-            .map(|v| (misfit(seen, v), v))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let next = compass(at, step).map(|v| (misfit(seen, v), v)).min_by(|a, b| a.0.total_cmp(&b.0));
         match next {
             Some((misfit, v)) if misfit < least => (least, at) = (misfit, v),
             _ if step < ORIENT.step_end * at.norm().max(0.5) => break,

@@ -7,13 +7,12 @@
 //! begins, on one side of the surface and on the other. Which side they were on is decided by likelihood.
 
 use super::constants::ORIENT;
-use super::scanner::{Seen, deviation, falling};
+use super::scanner::{Seen, compass, deviation, falling};
 use crate::atlas::{ProjectedPoint, Vote};
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// What stations on one side of the surface explain.
@@ -46,18 +45,16 @@ pub(crate) fn find_stations(
     }
     let feet = feet(&seen, ctx)?;
     let measured = (points as f64 / ORIENT.shared).min(seen.len() as f64);
-    let sides = [1.0, -1.0].map(|side| {
-        let turned: Vec<Seen> = seen.iter().map(|s| Seen { normal: s.normal * side, ..*s }).collect();
-        turned
-    });
-    let explained: Vec<Explained> =
-        (sides.par_iter()).map(|seen| explained(seen, &feet, measured, even, ctx)).collect::<Result<_>>()?;
-    let [one, other] = &explained[..] else { return Ok(Vec::new()) };
+    let turned =
+        |side: f64| -> Vec<Seen> { seen.iter().map(|s| Seen { normal: s.normal * side, ..*s }).collect() };
+    let on = |side: f64| explained(&turned(side), &feet, measured, even, ctx);
+    let (one, other) = rayon::join(|| on(1.0), || on(-1.0));
+    let (one, other) = (one?, other?);
     let (better, worse) = if one.gain > other.gain { (one, other) } else { (other, one) };
     let sure = better.gain > worse.gain.max(0.0) + ORIENT.station_margin
         && better.share > ORIENT.station_explained
         && better.facing > 1.0 - ORIENT.turned_away;
-    Ok(if sure { better.stations.clone() } else { Vec::new() })
+    Ok(if sure { better.stations } else { Vec::new() })
 }
 
 /// How the points, as they face now, vote on each chart's side when scanners stood at these stations: for the
@@ -158,8 +155,13 @@ impl<'a> Fit<'a> {
     fn new(seen: &'a [Seen], stations: Vec<Vec3>) -> Self {
         let of_each: Vec<Vec<f64>> =
             stations.iter().map(|&v| seen.iter().map(|s| density(s, v)).collect()).collect();
-        let sum = (0..seen.len()).map(|i| of_each.iter().map(|d| d[i]).sum()).collect();
-        Self { seen, stations, of_each, sum }
+        let mut fit = Self { seen, stations, of_each, sum: Vec::new() };
+        fit.add_up();
+        fit
+    }
+
+    fn add_up(&mut self) {
+        self.sum = (0..self.seen.len()).map(|i| self.of_each.iter().map(|d| d[i]).sum()).collect();
     }
 
     /// The misfit with station `k` elsewhere, or without it.
@@ -182,7 +184,8 @@ impl<'a> Fit<'a> {
                 break;
             }
             self.stations.remove(k);
-            *self = Self::new(self.seen, std::mem::take(&mut self.stations));
+            self.of_each.remove(k);
+            self.add_up();
         }
         Ok(())
     }
@@ -195,10 +198,7 @@ impl<'a> Fit<'a> {
             for (k, step) in steps.iter_mut().enumerate() {
                 ctx.check()?;
                 let from = self.stations[k];
-                let next = (0..6)
-                    .map(|d| {
-                        from + Vec3::from_fn(|c| if c == d / 2 { *step * [1.0, -1.0][d % 2] } else { 0.0 })
-                    })
+                let next = compass(from, *step)
                     .map(|v| (self.with(k, Some(v)), v))
                     .min_by(|a, b| a.0.total_cmp(&b.0));
                 match next {

@@ -54,7 +54,8 @@ pub struct Args {
         conflicts_with_all = ["max_stretch", "preset"]
     )]
     pub max_energy: Option<f64>,
-    /// Most charts: the stretch bound is raised as far as that needs
+    /// Most charts: those that only the page's shape asks for go first, then the stretch bound is raised as
+    /// far as that needs
     #[arg(long, value_name = "N", help_heading = "Charts")]
     pub max_charts: Option<usize>,
     /// Lay strips, tubes, rims and straight sides along the page's sides, as far as the bound on the stretch
