@@ -16,6 +16,7 @@ grazes it):
   lidar          one turning scanner in a room with furniture, line by line, with points in between where the
                  distance jumps
   stations       three such scanners in the same room, one after the other
+  rowsR          the turning scanner again, with R (5, 10, 20) times as many points along a line as lines across
   depth          one depth camera in the same room: it measures the inverse of the depth, with a standard
                  error of sigma, and rounds it to steps of 2.5 sigma: both grow with the square of the depth
   sheetsK        two parallel plates K (3, 4, 5) sigma apart, each seen from its own side
@@ -206,10 +207,11 @@ def merged(V, F, sigma, count, rng):
     return rng.permutation(np.concatenate([points, copy])), places, 0
 
 
-def lidar(V, F, sigma, count, rng, place=PLACE):
+def lidar(V, F, sigma, count, rng, place=PLACE, dense=1):
     place, (low, high) = np.array(place), np.radians([LOWEST, HIGHEST])
     step = np.sqrt(TAU * (high - low) / count)
-    azimuth, elevation = np.arange(0, TAU - step / 2, step), np.arange(low, high, step)
+    across, along_line = step * np.sqrt(dense), step / np.sqrt(dense)
+    azimuth, elevation = np.arange(0, TAU - across / 2, across), np.arange(low, high, along_line)
     a, e = (x.ravel() for x in np.meshgrid(azimuth, elevation, indexing="ij"))
     directions = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], 1)
     hits, met = look(V, F, place, directions)
@@ -221,6 +223,10 @@ def lidar(V, F, sigma, count, rng, place=PLACE):
     between = rng.random(len(mixed)) * (distance[mixed - 1] - distance[mixed])
     points[mixed] += hits.ray[mixed] * between[:, None]
     return points, place[None], len(mixed)
+
+
+def rows(dense):
+    return lambda V, F, sigma, count, rng: lidar(V, F, sigma, count, rng, dense=dense)
 
 
 def stations(V, F, sigma, count, rng):
@@ -261,6 +267,7 @@ KINDS = {
     "varied": (varied, None),
     "merged": (merged, None),
     "lidar": (lidar, ("room", lambda sigma: shapes.room())),
+    **{"rows%d" % r: (rows(r), ("room", lambda sigma: shapes.room())) for r in (5, 10, 20)},
     "stations": (stations, ("room", lambda sigma: shapes.room())),
     "depth": (depth, ("room", lambda sigma: shapes.room())),
     **{"sheets%d" % k: (plain, ("plates", lambda sigma, k=k: shapes.plates(k * sigma))) for k in (3, 4, 5)},
@@ -302,7 +309,8 @@ def scan(shape, kind, sigma, count=16000, seed=0, data=shapes.DATA):
     V, F = shapes.fitted(*own[1](sigma)) if own else shapes.clean(shape, data)
     rng = np.random.default_rng([seed, zlib.crc32(("%s %s" % (shape, kind)).encode())])
     points, places, strays, *view = how(V, F, sigma, count, rng)
-    reach = {"lidar": in_lidar_reach, "stations": in_lidar_reach, "depth": in_picture}.get(kind)
+    turning = kind in ("lidar", "stations") or kind.startswith("rows")
+    reach = in_lidar_reach if turning else in_picture if kind == "depth" else None
     side, seen = seen_sides(V, F, places, reach)
     F = np.where((side < 0)[:, None], F[:, [0, 2, 1]], F)
     return points, V, F, seen, strays, *(view or [None])

@@ -131,6 +131,18 @@ def test_a_lidar_scans_line_by_line_and_sees_no_bottom_of_the_furniture(made):
     assert seen.mean() > 0.5 and not seen[below & low].any()
 
 
+def test_rows_are_denser_along_than_across_and_as_many_points_as_a_lidar_has(made):
+    scanner = made["scanner"]
+    for dense in (5, 20):
+        points = scanner.scan("room", "rows%d" % dense, 1e-9, 12000)[0]
+        d = points - np.array(scanner.PLACE)
+        azimuth = np.round(np.arctan2(d[:, 1], d[:, 0]) % (2 * np.pi), 6)
+        along = np.diff(np.arcsin(d[:, 2] / np.linalg.norm(d, axis=1)))
+        across = np.median(np.diff(np.unique(azimuth)))
+        assert across / np.median(along) == pytest.approx(dense, rel=0.01)
+        assert abs(len(points) / 12000 - 1) < 0.1
+
+
 def test_stations_in_one_room_see_more_of_it_than_one(made):
     scanner = made["scanner"]
     points, V, F, seen, strays, _ = scanner.scan("room", "stations", 1e-9, 3000)
@@ -194,7 +206,7 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
         ("sheets5", "plates"),
         ("outliers5", "knot"),
     ]
-    assert len(said()[1]) == 10 * 4 + 6
+    assert len(said()[1]) == 10 * 4 + 9
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
 

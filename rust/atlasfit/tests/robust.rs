@@ -187,6 +187,31 @@ fn a_scan_merged_with_a_jittered_copy_of_itself_has_the_noise_of_one() {
 }
 
 #[test]
+fn rows_ten_times_as_dense_along_as_across_make_one_surface() {
+    // 30 rows of 300 points on a wave, measured from above; noise of a step.
+    let (step, height) = (0.1, |x: f64| 2.0 * (0.3 * x).sin());
+    let mut rng = Rng::new(9);
+    let mut at = |i: u32| {
+        let (x, y) = (step * f64::from(i % 300), 10.0 * step * f64::from(i / 300));
+        [x, y, height(x) + step * rng.normal()]
+    };
+    let points: Vec<Vec3> = (0..9000).map(&mut at).collect();
+    let out = run(&points).unwrap();
+    let r = &out.report;
+    assert_eq!((r.parts, r.boundary_loops), (1, 1));
+    assert!(r.outliers < 9, "one in a thousand: {}", r.outliers);
+    // The noise is along z, and is told along the normal: 3 % less here.
+    assert!((0.85..1.1).contains(&(r.noise / step)), "noise {}", r.noise);
+    // Each point has its own place.
+    let off = |p: &[f64; 3]| p[2] - height(p[0]);
+    let rms = (out.points.positions.iter().map(|p| off(p).powi(2)).sum::<f64>() / 9000.0).sqrt();
+    assert!(rms < 0.4 * step, "{rms}");
+    for (given, found) in points.iter().zip(&out.points.positions) {
+        assert!((given[1] - found[1]).abs() < step && (given[0] - found[0]).abs() < 5.0 * step);
+    }
+}
+
+#[test]
 fn results_that_cannot_be_right_are_warned_of() {
     let warned = |out: &atlasfit::Denoised, word: &str| out.report.warnings.iter().any(|w| w.contains(word));
     let good = run(&sphere(2000, 6).noisy(0.3, 6)).unwrap();

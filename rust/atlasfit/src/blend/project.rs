@@ -28,15 +28,16 @@ pub(crate) fn project_members(
             Ok(block
                 .iter()
                 .enumerate()
-                .map(|(k, &p)| {
-                    let i = chunk * 1024 + k;
-                    let row = members.of(i);
-                    blend(p, row.iter().map(|&(c, w)| (c, &fitted[c as usize].chart, f64::from(w))))
-                })
+                .map(|(k, &p)| project_member(p, fitted, members.of(chunk * 1024 + k)))
                 .collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()
         .map(|v| v.concat())
+}
+
+/// Projects a point onto charts, given with their weights.
+pub(crate) fn project_member(p: Vec3, fitted: &[FittedChart], of: &[(u32, f32)]) -> ProjectedPoint {
+    blend(p, of.iter().map(|&(c, w)| (c, &fitted[c as usize].chart, f64::from(w))))
 }
 
 fn blend<'c>(p: Vec3, charts: impl Iterator<Item = (u32, &'c Chart, f64)>) -> ProjectedPoint {

@@ -18,11 +18,12 @@ use crate::uncertainty::{self, PointUncertainty};
 use rayon::prelude::*;
 
 /// The surface as a mesh with normals and the scan's colours and attributes, in the normalised frame. Takes
-/// the surface.
-/// `sure` says how sure the points are, where that is asked for.
+/// the surface. `sure` says how sure the points are, where that is asked for; `feet` where positions lie that
+/// were averaged with others.
 pub(super) fn mesh(
     cloud: &PointCloud,
     built: &mut Built,
+    feet: &[(u32, Vec3)],
     sure: Option<&PointUncertainty>,
     ctx: &Context<'_>,
 ) -> Result<TriMesh> {
@@ -31,8 +32,8 @@ pub(super) fn mesh(
     let mut mesh = TriMesh::new(vec3::plain(surface.positions), surface.triangles);
     mesh.normals = Some(surface.normals.iter().map(|n| n.to_f32()).collect());
     mesh.corner_normals = built.corner_normals.take();
-    let sources = first_inputs(&built.input.of_input, built.projected.len());
-    transfer(cloud, &built.projected, &sources, &mut mesh, ctx)?;
+    let sources = sources(&built.input, &built.projected, feet);
+    transfer(cloud, sources, &mut mesh, ctx)?;
     let mut extrapolated = built.extrapolated.take();
     let mut columns = Vec::new();
     if let Some(sure) = sure {
@@ -90,7 +91,8 @@ pub(super) fn of_points(
     let far_from = uncertainty::distances(&normed, projected, ctx)?;
     // A point that goes only a share of its way keeps the rest of its noise.
     let way = options.strength.min(1.0);
-    let sd = |p: usize| way * f64::from(sure.sd[p]) + (1.0 - way) * f64::from(sure.noise[p]);
+    let noise = |p: usize| input.noise_of_input(f64::from(sure.noise[p]));
+    let sd = |p: usize| way * f64::from(sure.sd[p]) + (1.0 - way) * noise(p);
     let of = |value: &dyn Fn(usize) -> f64, other: f64| -> Vec<f64> {
         input.of_input.iter().map(|&p| if on(p) { value(p as usize) } else { other }).collect()
     };
@@ -102,28 +104,35 @@ pub(super) fn of_points(
     }
     Ok(vec![
         column(UNCERTAINTY, ScalarKind::F32, deviation),
-        column(NOISE, ScalarKind::F32, of(&|p| frame.scale * f64::from(sure.noise[p]), 0.0)),
+        column(NOISE, ScalarKind::F32, of(&|p| frame.scale * noise(p), 0.0)),
         column(OUTLIER_PROBABILITY, ScalarKind::F32, stray),
     ])
 }
 
-/// For each distinct point the first input point at its place.
-fn first_inputs(of_input: &[u32], points: usize) -> Vec<u32> {
-    let mut first = vec![u32::MAX; points];
-    for (input, &p) in of_input.iter().enumerate().rev() {
+/// Where the input points lie whose colours and attributes the surface gets: of those that are one point the
+/// first, but all of those that were averaged (`feet`).
+fn sources(input: &InputMap, projected: &[ProjectedPoint], feet: &[(u32, Vec3)]) -> Vec<(u32, Vec3)> {
+    let mut first = vec![u32::MAX; projected.len()];
+    for (i, &p) in input.of_input.iter().enumerate().rev() {
         if p != u32::MAX {
-            first[p as usize] = input as u32;
+            first[p as usize] = i as u32;
         }
     }
-    first
+    for &i in &input.averaged {
+        if let Some(first) = first.get_mut(input.of_input[i as usize] as usize) {
+            *first = u32::MAX;
+        }
+    }
+    let on = |(p, first): &(&ProjectedPoint, u32)| p.chart != u32::MAX && *first != u32::MAX;
+    let own = projected.iter().zip(first).filter(on).map(|(p, first)| (first, p.position));
+    own.chain(feet.iter().copied()).collect()
 }
 
 /// Carries colours and attributes from the denoised points to the mesh's vertices: averages over the nearest
 /// points by inverse squared distance; whole numbers are labels and come from the nearest point alone.
 fn transfer(
     cloud: &PointCloud,
-    projected: &[ProjectedPoint],
-    sources: &[u32],
+    sources: Vec<(u32, Vec3)>,
     mesh: &mut TriMesh,
     ctx: &Context<'_>,
 ) -> Result<()> {
@@ -142,12 +151,7 @@ fn transfer(
         return Ok(());
     }
     ctx.check()?;
-    let (at, from): (Vec<Vec3>, Vec<u32>) = projected
-        .iter()
-        .zip(sources)
-        .filter(|(p, _)| p.chart != u32::MAX)
-        .map(|(p, &s)| (p.position, s))
-        .unzip();
+    let (from, at): (Vec<u32>, Vec<Vec3>) = sources.into_iter().unzip();
     let tree = Neighbours::build(&at, ctx)?;
     let weights: Vec<[(u32, f32); TRANSFER_K]> = mesh
         .positions

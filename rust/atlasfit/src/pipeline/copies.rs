@@ -62,6 +62,16 @@ pub(super) fn join(mut points: Vec<Vec3>, whole: bool, ctx: &Context<'_>) -> Res
     Ok(Places { points, tree, spacing: near.spacing, nearest: near.nearest, of_given })
 }
 
+/// Points as they are, with their tree and spacing.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn placed(points: Vec<Vec3>, of_given: Vec<u32>, ctx: &Context<'_>) -> Result<Places> {
+    let tree = Neighbours::build(&points, ctx)?;
+    let near = around(&points, &tree, ctx)?;
+    Ok(Places { points, tree, spacing: near.spacing, nearest: near.nearest, of_given })
+}
+
 /// Leaves the first point of each set of copies; returns for each point before its place after.
 fn first_of_each(points: &mut Vec<Vec3>, copies: &[[u32; 2]]) -> Vec<u32> {
     let n = points.len();

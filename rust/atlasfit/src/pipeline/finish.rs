@@ -45,6 +45,8 @@ pub(super) struct Told {
     pub noise: f64,
     /// How sure the points are, where that was asked for.
     pub sure: Option<PointUncertainty>,
+    /// Where positions lie on the charts that were averaged with others.
+    pub feet: Vec<(u32, Vec3)>,
 }
 
 /// Lays out UVs if they are wanted, and gives everything back in the user's frame.
@@ -57,8 +59,9 @@ pub(super) fn finish(
     ctx: &Context<'_>,
 ) -> Result<Denoised> {
     let Given { cloud, triangles } = given;
-    let Told { noise, sure } = told;
+    let Told { noise, sure, feet } = told;
     let Built { charts, projected, frame, input, .. } = built;
+    let noise = input.noise_of_input(noise);
     let uv_charts = if options.lays_out_uv() { lay_out(&mut mesh, options, ctx)? } else { 0 };
     let topology = measure::topology(&mesh, ctx)?;
     for (i, p) in mesh.positions.iter_mut().enumerate() {
@@ -67,6 +70,10 @@ pub(super) fn finish(
     }
     let to_user = |from: [f64; 3], p: Vec3| share_of_way(from, frame.to_user(p).0, options.strength);
     let mut moved = move_points(cloud, &input, &projected, to_user, ctx)?;
+    for &(i, foot) in &feet {
+        let position = &mut moved.points.positions[i as usize];
+        *position = to_user(cloud.positions[i as usize], foot);
+    }
     let followed_outliers = match options.outliers {
         Outliers::Keep if options.strength > 0.0 => moved.follow(cloud, triangles, options.strength, ctx)?,
         _ => 0,

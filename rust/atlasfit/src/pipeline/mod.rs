@@ -1,11 +1,12 @@
 //! The main job: a noisy scan in; denoised points, one surface and chart UVs out.
 //!
-//! Each step is a file: `sweeps` (moved together, if asked for) → [`prepare`] (distinct points, spacing,
-//! noise) → [`guide`] (optional: a first surface to project onto) → `facing` (which way it is known to
-//! face) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) → `strength`
-//! (charts smoother or rougher, if asked for) → `uncertainty` (how sure the points are, if asked for) →
-//! `surface` (charts blended, contoured, cleaned; or `points_only`) → `attributes` (colours and the like,
-//! UVs) → `finish` (back to the user's frame, outliers of a mesh after their neighbours: `follow`, report).
+//! Each step is a file: `sweeps` (moved together, if asked for) → [`prepare`] (distinct points, rows
+//! averaged, spacing, noise) → [`guide`] (optional: a first surface to project onto) → `facing` (which way it
+//! is known to face) → `fit_atlas` (tubes, patches, charts) → `sheets` (which points lie on which sheet) →
+//! `strength` (charts smoother or rougher, if asked for) → `uncertainty` (how sure the points are, if asked
+//! for) → `surface` (charts blended, contoured, cleaned; or `points_only`) → `attributes` (colours and the
+//! like, UVs) → `finish` (back to the user's frame, outliers of a mesh after their neighbours: `follow`,
+//! report).
 
 mod attributes;
 #[cfg(feature = "benchmarks")]
@@ -26,6 +27,7 @@ mod parts;
 mod points_only;
 pub mod prepare;
 mod report;
+mod rows;
 mod sheets;
 mod strength;
 mod surface;
@@ -227,10 +229,11 @@ fn charted(
         true => Some(uncertainty::of_points(&scan.points, &atlas.fitted, &atlas.projected, ctx)?),
         false => None,
     };
+    let feet = rows::feet(cloud, &scan, &atlas, ctx)?;
     let build = if options.surface { surface::build } else { points_only::build };
     let mut built = build(scan, atlas, options, ctx)?;
-    let mesh = attributes::mesh(cloud, &mut built, sure.as_ref(), ctx)?;
-    finish::finish(given, built, mesh, finish::Told { noise, sure }, options, ctx)
+    let mesh = attributes::mesh(cloud, &mut built, &feet, sure.as_ref(), ctx)?;
+    finish::finish(given, built, mesh, finish::Told { noise, sure, feet }, options, ctx)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::constants::PIPELINE;
 use super::copies::{self, Places};
 pub use super::whole::Frame;
 use super::whole::Survey;
-use super::{lonely, warnings};
+use super::{lonely, rows, warnings};
 use crate::error::{Error, Result};
 use crate::noise::{NoiseModel, NoiseSource, check, estimate, places, quantised};
 use crate::numeric::dense::principal;
@@ -115,10 +115,26 @@ pub struct InputMap {
     pub duplicates: usize,
     /// Distinct points that stand alone.
     pub stray: usize,
+    /// Given positions that were averaged with others of their row.
+    pub averaged: Vec<u32>,
+    /// Positions that were averaged for one point, in the median; 1 where none were.
+    pub per_point: f64,
     /// Standard deviation of what rounding does to the positions, in the user's unit.
     pub rounding: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
+}
+
+impl InputMap {
+    /// The noise of points from that of the given positions: means have less of it.
+    pub fn noise_of_points(&self, of_input: f64) -> f64 {
+        of_input / self.per_point.sqrt()
+    }
+
+    /// The noise of the given positions from that of points.
+    pub fn noise_of_input(&self, of_points: f64) -> f64 {
+        of_points * self.per_point.sqrt()
+    }
 }
 
 /// A scan whose noise is not known yet. Lengths are in the normalised frame.
@@ -167,6 +183,8 @@ pub(super) fn sampled_in(
 ) -> Result<Sampled> {
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
     check_any(&points, of_input.len(), not_finite)?;
+    // Rows are averaged from their ends on, which a part of a scan may not have.
+    let whole = given_frame.is_none();
     let frame = match given_frame {
         Some(frame) => frame,
         None => frame(&points, of_input.len() - not_finite, ctx)?,
@@ -180,10 +198,9 @@ pub(super) fn sampled_in(
             "Give the noise in the scan's unit, or none to estimate it",
         ));
     }
-    points.par_iter_mut().for_each(|p| *p = (*p - frame.origin).map(|x| x / frame.scale));
+    points.par_iter_mut().for_each(|p| *p = frame.of_user(*p));
     ctx.stage(Stage::Analyse, 2 * points.len());
     ctx.check()?;
-    let all = points.len();
     let far: Vec<bool> = points.iter().map(|p| !p.iter().all(|x| x.abs() < PIPELINE.far)).collect();
     if far.contains(&true) {
         keep(&mut points, &mut of_input, &far);
@@ -192,12 +209,13 @@ pub(super) fn sampled_in(
     let distinct = points.len();
     let order = along_curve(&points, ctx)?;
     reorder(&mut points, &mut of_input, &order);
-    let places = copies::join(points, told.is_none(), ctx)?;
+    let mut places = copies::join(points, told.is_none(), ctx)?;
+    let copies = distinct - places.points.len();
+    let mut count = if whole { rows::average(&mut places, ctx)? } else { vec![1; places.points.len()] };
     places.rename(&mut of_input);
     let mut rows = rows(&order, &places);
     drop(order);
     let Places { mut points, mut tree, spacing, nearest, .. } = places;
-    let copies = distinct - points.len();
     if copies > 0 {
         check_surface(&points)?;
     }
@@ -209,13 +227,14 @@ pub(super) fn sampled_in(
     let near = lonely::Near { points: &points, nearest: &nearest, spacing: &spacing, around: &around };
     let strays = lonely::stray(near, lonely, ctx)?;
     drop((spacing, nearest));
+    let is_far = far.iter().filter(|far| **far).count();
+    let alone = strays.iter().zip(&count).filter(|s| *s.0).map(|s| *s.1 as usize).sum::<usize>();
     if strays.contains(&true) {
         drop(tree);
         keep(&mut points, &mut of_input, &strays);
-        let mut alone = strays.iter();
-        around.retain(|_| !alone.next().unwrap_or(&false));
-        let mut alone = strays.iter();
-        rows.retain(|_| !alone.next().unwrap_or(&false));
+        retain(&mut around, &strays);
+        retain(&mut rows, &strays);
+        retain(&mut count, &strays);
         check_surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
@@ -227,9 +246,17 @@ pub(super) fn sampled_in(
             "Cut away what lies far off, or give points that lie on a surface",
         ));
     }
-    let stray = all - copies - points.len();
-    let duplicates = duplicates + copies;
-    let input = InputMap { of_input, not_finite, duplicates, stray, rounding, warnings: Vec::new() };
+    let averaged = |p: &u32| count.get(*p as usize).is_some_and(|&count| count > 1);
+    let input = InputMap {
+        averaged: (0..).zip(&of_input).filter(|(_, p)| averaged(p)).map(|(i, _)| i).collect(),
+        per_point: median(&mut count.iter().map(|&c| f64::from(c)).collect::<Vec<_>>()),
+        of_input,
+        not_finite,
+        duplicates: duplicates + copies,
+        stray: is_far + alone,
+        rounding,
+        warnings: Vec::new(),
+    };
     Ok(Sampled { points, tree, sampling, frame, lonely, rows, input })
 }
 
@@ -267,13 +294,10 @@ pub(super) fn with_noise(
             }
         },
         Some(given) => {
-            input.warnings.extend(warnings::too_little_noise(
-                given / frame.scale,
-                local.sigma,
-                &sampling,
-                frame.scale,
-            ));
-            NoiseModel::new(given / frame.scale, NoiseSource::Given, sampling.median)
+            let given = input.noise_of_points(given / frame.scale);
+            let unit = input.noise_of_input(frame.scale);
+            input.warnings.extend(warnings::too_little_noise(given, local.sigma, &sampling, unit));
+            NoiseModel::new(given, NoiseSource::Given, sampling.median)
         }
     };
     let whole = points.len();
@@ -378,6 +402,12 @@ fn keep(points: &mut Vec<Vec3>, of_input: &mut [u32], out: &[bool]) {
     }
     points.truncate(n);
     copies::rename(of_input, &place);
+}
+
+/// Leaves out the values of points marked in `out`.
+fn retain<T>(of_points: &mut Vec<T>, out: &[bool]) {
+    let mut out = out.iter();
+    of_points.retain(|_| !out.next().unwrap_or(&false));
 }
 
 /// Fails on points that span no surface: too few, or all on a line.

@@ -24,8 +24,10 @@ pub(super) fn apply(
     ctx: &Context<'_>,
 ) -> Result<()> {
     let given = options.noise.filter(|_| !guided);
-    let smoothing =
-        Smoothing { strength: options.strength, noise: given.map(|noise| noise / scan.frame.scale) };
+    let smoothing = Smoothing {
+        strength: options.strength,
+        noise: given.map(|noise| scan.input.noise_of_points(noise / scan.frame.scale)),
+    };
     if smoothing.is_usual() {
         return Ok(());
     }

@@ -18,6 +18,12 @@ impl Frame {
     pub fn to_user(&self, p: Vec3) -> Vec3 {
         p * self.scale + self.origin
     }
+
+    /// A place of the user's frame in the normalised one.
+    #[must_use]
+    pub fn of_user(&self, p: Vec3) -> Vec3 {
+        (p - self.origin).map(|x| x / self.scale)
+    }
 }
 
 /// What is known of a whole scan. Lengths are in the normalised frame, unless another unit is named.
@@ -56,7 +62,7 @@ impl Survey {
     /// A place of the user's frame in the normalised one.
     #[must_use]
     pub fn to_frame(&self, p: [f64; 3]) -> [f64; 3] {
-        (Vec3(p) - Vec3(self.origin)).map(|x| x / self.scale).0
+        self.frame().of_user(Vec3(p)).0
     }
 
     /// How far decisions about the charts of a place reach, in the user's unit: a tile is computed with the
