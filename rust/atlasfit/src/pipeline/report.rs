@@ -23,7 +23,7 @@ pub struct Report {
     /// Outliers of a mesh that follow the surface between their neighbours, as
     /// [`denoise_vertices`](super::denoise_vertices) says; the other outliers stay where they are.
     pub followed_outliers: usize,
-    /// Median distance between neighbouring points, in the scan's unit; where most points lie in rows far
+    /// Median distance between neighbouring points, in the scan's unit; where many points lie in rows far
     /// apart, between the points that are left when those of a row are averaged.
     pub spacing: f64,
     /// Noise (standard deviation along the normal), in the scan's unit; estimated or as given.

@@ -1,6 +1,6 @@
 //! Rows of a scanner that lie far apart: line lasers, spinning LiDARs, profilers.
 //!
-//! In: points of which none is a copy. Out: fewer points: where most rows are several times as dense along as
+//! In: points of which none is a copy. Out: fewer points: where rows are several times as dense along as
 //! across, points that follow each other are averaged, two by two, until they are not; at the end, where the
 //! given points lie on the charts. All that looks at the points nearest to a point, to tell a sheet from a
 //! thread for example, sees a surface then instead of one row of it.
@@ -21,21 +21,27 @@ use rayon::prelude::*;
 /// Stands for no point.
 const NONE: u32 = u32::MAX;
 
-/// Averages the points of rows, where rows hold most of them. Returns how many points went into each.
+/// Averages the points of rows, where enough of them lie in long ones. Returns how many points went into each.
 ///
 /// # Errors
 /// Cancelled or out of time.
 pub(super) fn average(places: &mut Places, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let mut count = vec![1u32; places.points.len()];
-    if !are_rows(places, ctx)? {
+    // Most scans have no rows: a sample says so.
+    let step = places.points.len().div_ceil(PIPELINE.row_sample).max(1);
+    let sample: Vec<u32> = (0..places.points.len() as u32).step_by(step).collect();
+    let found = neighbours_in_row(places, &sample, ctx)?;
+    if !is_share(found.iter().filter(|b| **b != [NONE; 2]).count(), found.len()) {
         return Ok(count);
     }
-    for _ in 0..PIPELINE.row_rounds {
-        let all: Vec<u32> = (0..places.points.len() as u32).collect();
-        let beside = rows(places, &all, |own, row| row.beside(own).unwrap_or([NONE; 2]), ctx)?;
-        let beside: Vec<[u32; 2]> = beside.into_iter().map(|b| b.unwrap_or([NONE; 2])).collect();
-        let pairs = pairs(&beside, ctx)?;
-        if (pairs.len() as f64) < PIPELINE.row_pairs * places.points.len() as f64 {
+    for round in 0..PIPELINE.row_rounds {
+        let n = places.points.len();
+        let rows = rows(&neighbours_in_row(places, &(0..n as u32).collect::<Vec<_>>(), ctx)?, ctx)?;
+        let long = rows.iter().filter(|row| row.len() >= PIPELINE.row_long).map(Vec::len).sum();
+        let pairs: Vec<[u32; 2]> =
+            rows.iter().flat_map(|row| row.chunks_exact(2).map(|pair| [pair[0], pair[1]])).collect();
+        let few = (pairs.len() as f64) < PIPELINE.row_pairs * n as f64;
+        if few || (round == 0 && !is_share(long, n)) {
             break;
         }
         join(places, &mut count, &pairs, ctx)?;
@@ -43,21 +49,13 @@ pub(super) fn average(places: &mut Places, ctx: &Context<'_>) -> Result<Vec<u32>
     Ok(count)
 }
 
-/// Whether rows hold most of a sample of the points.
-fn are_rows(places: &Places, ctx: &Context<'_>) -> Result<bool> {
-    let n = places.points.len();
-    let sample: Vec<u32> = (0..n).step_by(n.div_ceil(PIPELINE.row_sample).max(1)).map(|i| i as u32).collect();
-    let found = rows(places, &sample, |_, _| (), ctx)?;
-    Ok(found.iter().flatten().count() as f64 > PIPELINE.row_share * sample.len() as f64)
+fn is_share(count: usize, of: usize) -> bool {
+    count as f64 > PIPELINE.row_share * of as f64
 }
 
-/// What `say` says of the row of each of the points `of`; nothing for those in none.
-fn rows<T: Send>(
-    places: &Places,
-    of: &[u32],
-    say: impl Fn(u32, &Row) -> T + Sync,
-    ctx: &Context<'_>,
-) -> Result<Vec<Option<T>>> {
+/// For each of the points `of` those before and after it in its row; [`NONE`] where it is in none, or its row
+/// ends.
+fn neighbours_in_row(places: &Places, of: &[u32], ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
     let points = &places.points;
     let chunks = of.par_chunks(1024).map(|chunk| {
         ctx.check()?;
@@ -65,11 +63,11 @@ fn rows<T: Send>(
         let of = |&own: &u32| {
             places.tree.nearest(points[own as usize], PIPELINE.row_points, &mut found);
             let near: Vec<(u32, Vec3)> = found.iter().map(|f| (f.index, points[f.index as usize])).collect();
-            Row::about(&near).map(|row| say(own, &row))
+            Row::about(&near).and_then(|row| row.beside(own)).unwrap_or([NONE; 2])
         };
         Ok(chunk.iter().map(of).collect::<Vec<_>>())
     });
-    chunks.collect::<Result<Vec<_>>>().map(|v| v.into_iter().flatten().collect())
+    chunks.collect::<Result<Vec<_>>>().map(|v| v.concat())
 }
 
 /// A row about a point.
@@ -134,9 +132,8 @@ impl Row {
     }
 }
 
-/// Pairs of points that follow each other along rows. Points are of one row where each has the other beside
-/// it.
-fn pairs(beside: &[[u32; 2]], ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
+/// Rows, each in its order. Points are of one row where each has the other beside it.
+fn rows(beside: &[[u32; 2]], ctx: &Context<'_>) -> Result<Vec<Vec<u32>>> {
     let n = beside.len();
     let mutual = |i: usize, k: usize| {
         let other = beside[i][k];
@@ -146,8 +143,7 @@ fn pairs(beside: &[[u32; 2]], ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
     let links: Vec<[u32; 2]> = (0..n).into_par_iter().map(|i| [mutual(i, 0), mutual(i, 1)]).collect();
     ctx.check()?;
     let mut seen = vec![false; n];
-    let mut pairs = Vec::new();
-    let mut row = Vec::new();
+    let mut rows = Vec::new();
     // From the ends of rows first; what is left then are rings.
     let ends = (0..n).filter(|&i| links[i].contains(&NONE));
     for (k, start) in ends.chain(0..n).enumerate() {
@@ -155,7 +151,7 @@ fn pairs(beside: &[[u32; 2]], ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
         if seen[start] || links[start] == [NONE; 2] {
             continue;
         }
-        row.clear();
+        let mut row = Vec::new();
         let mut at = start as u32;
         while at != NONE && !seen[at as usize] {
             seen[at as usize] = true;
@@ -163,9 +159,9 @@ fn pairs(beside: &[[u32; 2]], ctx: &Context<'_>) -> Result<Vec<[u32; 2]>> {
             let [a, b] = links[at as usize];
             at = if a != NONE && !seen[a as usize] { a } else { b };
         }
-        pairs.extend(row.chunks_exact(2).map(|pair| [pair[0], pair[1]]));
+        rows.push(row);
     }
-    Ok(pairs)
+    Ok(rows)
 }
 
 /// Puts each pair's mean in place of its two, by how many points went into them.
