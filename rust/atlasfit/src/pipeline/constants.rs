@@ -50,8 +50,8 @@ pub(crate) struct PipelineConstants {
     pub row_gap: f64,
     /// Points that tell whether there are rows. Source: derived, a tenth of them has a standard error of 6 %.
     pub row_sample: usize,
-    /// Rows of so many points are long. Source: derived, twice what makes one: vertices of meshes, threads and
-    /// the steps of rounded depths stand in short ones.
+    /// Rows of so many points are long. Source: derived, twice what makes one: vertices of meshes, threads
+    /// and the steps of rounded depths stand in short ones.
     pub row_long: usize,
     /// Rows are averaged if long ones hold more than this share of the points. In (0, 1). Source: measured,
     /// `atlasfit bench denoise --scanner rows5` and `lidar` with 93,000 points: where they hold 15 %, acc is

@@ -21,7 +21,8 @@ use rayon::prelude::*;
 /// Stands for no point.
 const NONE: u32 = u32::MAX;
 
-/// Averages the points of rows, where enough of them lie in long ones. Returns how many points went into each.
+/// Averages the points of rows, where enough of them lie in long ones. Returns how many points went into
+/// each.
 ///
 /// # Errors
 /// Cancelled or out of time.
