@@ -205,6 +205,8 @@ fn an_egg_and_the_ground_under_it_face_who_sees_both() {
         };
         let away = turned(&out, outward);
         assert!(away < 0.02, "{k}: {away}");
+        let told = out.report.warnings.iter().any(|w| w.contains("upside down"));
+        assert_eq!(told, k == 1, "ground whose third axis is down is remarked on: {:?}", out.report.warnings);
     }
 }
 

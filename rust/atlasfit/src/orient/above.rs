@@ -1,7 +1,7 @@
 //! Whether a scan is ground, seen from above.
 //!
 //! In: points on the atlas, how dense they are, where the user's origin is. Out: a viewer far above, where
-//! the third coordinate is up; or nothing. Ground is wider than high, and from above nearly all of it is
+//! the third coordinate is up; that it is down; or nothing. Ground is wider than high, and from above nearly all of it is
 //! seen. What lies flat and is seen from above is seen as well from below: that the third coordinate is up is
 //! a convention, which files of surveyors keep.
 
@@ -13,20 +13,31 @@ use crate::numeric::sort::sort_by;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 
-/// A viewer far above the points, if they are ground. `part` names the connected part of the surface that
+/// What is known of the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Ground {
+    /// The points are none.
+    None,
+    /// They are, seen by a viewer far above, who stands there.
+    SeenFrom(Vec3),
+    /// They are, but with the third coordinate down: their sides were seen better from below.
+    UpsideDown,
+}
+
+/// Whether the points are ground, and who sees it. `part` names the connected part of the surface that
 /// each chart is of: a part's normals agree among themselves. Lengths are in the normalised frame; `spacing`
 /// is the median one, `noise` its standard deviation, `origin` that of the user's frame.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn viewer_above(
+pub(crate) fn ground(
     projected: &[ProjectedPoint],
     spacing: f64,
     noise: f64,
     part: &[u32],
     origin: Vec3,
     ctx: &Context<'_>,
-) -> Result<Option<Vec3>> {
+) -> Result<Ground> {
     let on = || projected.iter().filter(|p| p.chart != u32::MAX);
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in on().map(|p| p.position) {
@@ -39,7 +50,7 @@ pub(crate) fn viewer_above(
     // Depth that a camera measured lies before it: its third axis looks into the scene.
     let inside = (0..2).all(|k| low[k] < origin[k] && origin[k] < high[k]);
     if !flat || inside && origin[2] < low[2] - size[2] {
-        return Ok(None);
+        return Ok(Ground::None);
     }
     let side = ORIENT.cell * spacing;
     let cell = |p: Vec3| [0, 1].map(|k| (p[k] / side).floor() as i64);
@@ -55,8 +66,13 @@ pub(crate) fn viewer_above(
         hidden += column.iter().filter(|(_, p)| top.is_some_and(|top| lies_below(p, top, apart))).count();
     }
     let seen = (hidden as f64) < ORIENT.hidden * count as f64;
-    let above = seen && !seen_better_from_below(projected, spacing, part, ctx)?;
-    Ok(above.then_some(Vec3([0.0, 0.0, ORIENT.far_above])))
+    if !seen {
+        return Ok(Ground::None);
+    }
+    if seen_better_from_below(projected, spacing, part, ctx)? {
+        return Ok(Ground::UpsideDown);
+    }
+    Ok(Ground::SeenFrom(Vec3([0.0, 0.0, ORIENT.far_above])))
 }
 
 /// Whether viewers rather saw the parts from below: of ground, with an object on it, upside down.
@@ -100,8 +116,8 @@ mod tests {
     fn found(points: &[[Vec3; 2]], origin: Vec3) -> bool {
         let on = |&[position, normal]: &[Vec3; 2]| ProjectedPoint { position, normal, chart: 0 };
         let projected: Vec<_> = points.iter().map(on).collect();
-        let out = Run::default().execute(|ctx| viewer_above(&projected, 0.02, 0.005, &[0], origin, ctx));
-        out.expect("nothing stops it").is_some()
+        let out = Run::default().execute(|ctx| ground(&projected, 0.02, 0.005, &[0], origin, ctx));
+        matches!(out.expect("nothing stops it"), Ground::SeenFrom(_))
     }
 
     /// Steep ground with a house on it: places and normals.

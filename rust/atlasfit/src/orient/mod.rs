@@ -19,7 +19,7 @@ mod stations;
 mod views;
 mod votes;
 
-pub(crate) use above::viewer_above;
+pub(crate) use above::{Ground, ground};
 pub(crate) use beside::beside;
 pub(crate) use centers::Centers;
 pub(crate) use connected::connected;

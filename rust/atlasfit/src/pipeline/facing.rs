@@ -1,14 +1,19 @@
 //! Which way a scan's points are known to face.
 //!
 //! In: what the user gave: a viewpoint, or the cloud's normals or scanners. Out: a direction per point of
-//! the prepared scan, or nothing; then the surface's own shape decides.
+//! the prepared scan, or nothing; then the density of the points tells where scanners stood, if it does, or the
+//! surface's own shape decides.
 
 use super::options::DenoiseOptions;
-use super::prepare::Scan;
+use super::prepare::{Frame, Scan};
+use super::warnings;
+use crate::atlas::{ProjectedPoint, Vote};
 use crate::error::Result;
 use crate::geometry::PointCloud;
 use crate::numeric::vec3::Vec3;
+use crate::orient::{self, Ground};
 use crate::run::Context;
+use crate::spatial::spacing::Sampling;
 
 /// For each point of the scan a unit vector to the side that it faces, zero where that is not known; `None`
 /// where nothing is known of any. A viewpoint goes before normals, and normals before scanners: normals say
@@ -57,4 +62,45 @@ pub(super) fn directions<'a>(
         }),
         (None, None, None) => return None,
     })
+}
+
+/// What the search for scanners looks at.
+#[derive(Clone, Copy)]
+pub(super) struct Looked<'a> {
+    /// The points on the charts.
+    pub projected: &'a [ProjectedPoint],
+    pub sampling: &'a Sampling,
+    /// The connected part of the surface that each chart is of.
+    pub part: &'a [u32],
+}
+
+/// How the points vote on each chart's side if a scanner made the scan, or several from within, or it is
+/// ground; no votes where none is found. `noise` is its standard deviation. With what the user should know.
+pub(super) fn by_scanner(
+    looked: Looked<'_>,
+    noise: f64,
+    frame: Frame,
+    ctx: &Context<'_>,
+) -> Result<(Vec<Vote>, Option<String>)> {
+    let Looked { projected, sampling, part } = looked;
+    let origin = frame.origin.map(|x| -x / frame.scale);
+    let one = orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)?;
+    let mut viewers = Vec::new();
+    if !one.is_some_and(|one| one.all_face) {
+        viewers = orient::find_stations(projected, &sampling.spacing, part, ctx)?;
+    }
+    if viewers.is_empty() {
+        viewers.extend(one.map(|one| one.at));
+    }
+    let mut told = None;
+    if viewers.is_empty() {
+        match orient::ground(projected, sampling.median, noise, part, origin, ctx)? {
+            Ground::None => {}
+            Ground::SeenFrom(above) => viewers.push(above),
+            Ground::UpsideDown => told = Some(warnings::upside_down()),
+        }
+    }
+    let none = viewers.is_empty();
+    let votes = if none { Vec::new() } else { orient::votes_toward(&viewers, projected, part.len()) };
+    Ok((votes, told))
 }

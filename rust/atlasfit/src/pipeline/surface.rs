@@ -9,9 +9,9 @@ use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
-use super::{voxels, warnings};
+use super::{facing, voxels, warnings};
 use crate::atlas::projected::chart_means;
-use crate::atlas::{BlendSite, Chart, KnownScan, Pair, ProjectedPoint, Relation, Vote};
+use crate::atlas::{BlendSite, Chart, KnownScan, Pair, ProjectedPoint, Relation};
 use crate::blend::blocks::{self, Grid};
 use crate::blend::levels::Voxels;
 use crate::blend::{agree, field, fill, sites};
@@ -81,7 +81,10 @@ pub(super) fn build(
     ctx.advance(1);
     if votes.is_empty() {
         let parts = orient::connected(fitted.len(), &relations);
-        votes = votes_of_scanner(&projected, &sampling, noise.sigma, &parts, frame, ctx)?;
+        let looked = facing::Looked { projected: &projected, sampling: &sampling, part: &parts };
+        let told;
+        (votes, told) = facing::by_scanner(looked, noise.sigma, frame, ctx)?;
+        input.warnings.extend(told);
     }
     let spread = sites::Spread { sampling: &sampling, sigma, names: &rows };
     let sites = sites::of_points(&points, &projected, &fitted, &members, spread, ctx)?;
@@ -248,34 +251,6 @@ fn not_empty(surface: &Surface) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-/// How the points vote on each chart's side if a scanner made the scan, or several from within, or it is
-/// ground; `noise` is its standard deviation, `part` says which of the connected charts each belongs to. No
-/// votes where none is found.
-pub(super) fn votes_of_scanner(
-    projected: &[ProjectedPoint],
-    sampling: &Sampling,
-    noise: f64,
-    part: &[u32],
-    frame: Frame,
-    ctx: &Context<'_>,
-) -> Result<Vec<Vote>> {
-    let origin = frame.origin.map(|x| -x / frame.scale);
-    let spacing = &sampling.spacing;
-    let one = orient::find_scanner(projected, spacing, part, origin, ctx)?;
-    let mut viewers = Vec::new();
-    if !one.is_some_and(|one| one.all_face) {
-        viewers = orient::find_stations(projected, spacing, part, ctx)?;
-    }
-    if viewers.is_empty() {
-        viewers.extend(one.map(|one| one.at));
-    }
-    if viewers.is_empty() {
-        viewers.extend(orient::viewer_above(projected, sampling.median, noise, part, origin, ctx)?);
-    }
-    let none = viewers.is_empty();
-    Ok(if none { Vec::new() } else { orient::votes_toward(&viewers, projected, part.len()) })
 }
 
 /// Triangles of the largest speck.

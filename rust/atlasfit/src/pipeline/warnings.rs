@@ -49,6 +49,13 @@ pub(super) fn not_registered(registration: Option<&Registration>) -> Option<Stri
     })
 }
 
+/// What to tell of ground that seems to be seen from below.
+pub(super) fn upside_down() -> String {
+    "the scan is ground, but its sides were seen better if the third coordinate points down: it is taken to be \
+     upside down. If z is up (a street, a court, a pit), give a viewpoint above it, or normals"
+        .into()
+}
+
 /// What to tell of points that show no surface.
 pub(super) fn volume(local: &LocalNoise) -> Option<String> {
     (!local.shows_surface).then(|| {
