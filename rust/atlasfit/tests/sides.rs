@@ -259,3 +259,34 @@ fn a_hill_that_leans_over_is_not_torn_where_it_faces_down() {
         assert_eq!((t.parts, t.boundary_loops), (1, 1), "{height} {seed}: {t:?}");
     }
 }
+
+/// A yard as a scanner on a mast sees it that turns about a vertical axis with beams far apart: ground 1.8 below
+/// it, walls about it on two sides.
+fn yard(beams: usize, around: usize, sigma: f64) -> Vec<[f64; 3]> {
+    let mut rng = Rng::new(6);
+    let mut points = Vec::new();
+    for k in 0..beams * around {
+        let elevation = -0.43 + 0.47 * (k % beams) as f64 / beams as f64;
+        let azimuth = TAU * (k / beams) as f64 / around as f64;
+        let (up, flat) = elevation.sin_cos();
+        let way = Vec3([flat * azimuth.cos(), flat * azimuth.sin(), up]);
+        let walls = [(0, 12.0), (1, 14.0), (2, -1.8)];
+        let reach = walls.map(|(axis, at)| at / way[axis]);
+        let far = reach.into_iter().filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
+        if far < 35.0 {
+            points.push((way * (far + sigma * rng.normal())).0);
+        }
+    }
+    points
+}
+
+#[test]
+fn a_yard_seen_from_a_mast_with_beams_far_apart_faces_the_mast() {
+    let out = run(&yard(40, 1200, 0.02)).unwrap();
+    assert!(out.report.parts <= 3, "rings of the ground are no parts of their own: {}", out.report.parts);
+    let away = turned(&out, |p| -p);
+    assert!(away < 0.02, "{away}");
+    let ground = out.surface.positions.iter().filter(|p| p[0].hypot(p[1]) < 8.0);
+    let off = rms(ground.map(|p| p[2] + 1.8));
+    assert!(off < 0.01, "{off}");
+}

@@ -70,6 +70,8 @@ pub(super) struct Looked<'a> {
     /// The points on the charts.
     pub projected: &'a [ProjectedPoint],
     pub sampling: &'a Sampling,
+    /// How many of the scanner's points were averaged for each, where some were.
+    pub count: &'a [u32],
     /// The connected part of the surface that each chart is of.
     pub part: &'a [u32],
 }
@@ -82,12 +84,18 @@ pub(super) fn by_scanner(
     frame: Frame,
     ctx: &Context<'_>,
 ) -> Result<(Vec<Vote>, Option<String>)> {
-    let Looked { projected, sampling, part } = looked;
+    let Looked { projected, sampling, count, part } = looked;
     let origin = frame.origin.map(|x| -x / frame.scale);
-    let one = orient::find_scanner(projected, &sampling.spacing, part, origin, ctx)?;
+    // What tells of a scanner is how much of the surface each of its own points stands for.
+    let given = |(k, spacing): (usize, &f32)| match count.get(k) {
+        Some(&count) => spacing / (count as f32).sqrt(),
+        None => *spacing,
+    };
+    let spacing: Vec<f32> = sampling.spacing.iter().enumerate().map(given).collect();
+    let one = orient::find_scanner(projected, &spacing, part, origin, ctx)?;
     let mut viewers = Vec::new();
     if !one.is_some_and(|one| one.all_face) {
-        viewers = orient::find_stations(projected, &sampling.spacing, part, ctx)?;
+        viewers = orient::find_stations(projected, &spacing, part, ctx)?;
     }
     if viewers.is_empty() {
         viewers.extend(one.map(|one| one.at));

@@ -51,6 +51,7 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     ctx.stage(Stage::Analyse, distinct.points.len());
     let places = copies::join(distinct.points, true, ctx)?;
     places.rename(&mut input.of_input);
+    input.count = Vec::new();
     let Places { points, tree, spacing, .. } = places;
     prepare::check_surface(&points)?;
     let sampling = Sampling::new(spacing);

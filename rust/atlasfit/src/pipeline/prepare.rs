@@ -117,7 +117,9 @@ pub struct InputMap {
     pub stray: usize,
     /// Given positions that were averaged with others of their row.
     pub averaged: Vec<u32>,
-    /// Positions that were averaged for one point, in the median; 1 where none were.
+    /// How many positions were averaged for each point; empty where none were.
+    pub count: Vec<u32>,
+    /// The median of that; 1 where none were.
     pub per_point: f64,
     /// Standard deviation of what rounding does to the positions, in the user's unit.
     pub rounding: f64,
@@ -250,6 +252,7 @@ pub(super) fn sampled_in(
     let input = InputMap {
         averaged: (0..).zip(&of_input).filter(|(_, p)| averaged(p)).map(|(i, _)| i).collect(),
         per_point: median(&mut count.iter().map(|&c| f64::from(c)).collect::<Vec<_>>()),
+        count: if count.iter().any(|&c| c > 1) { count } else { Vec::new() },
         of_input,
         not_finite,
         duplicates: duplicates + copies,

@@ -81,7 +81,8 @@ pub(super) fn build(
     ctx.advance(1);
     if votes.is_empty() {
         let parts = orient::connected(fitted.len(), &relations);
-        let looked = facing::Looked { projected: &projected, sampling: &sampling, part: &parts };
+        let (count, part) = (&input.count, &parts);
+        let looked = facing::Looked { projected: &projected, sampling: &sampling, count, part };
         let told;
         (votes, told) = facing::by_scanner(looked, noise.sigma, frame, ctx)?;
         input.warnings.extend(told);
