@@ -1,9 +1,9 @@
 //! Whether a scan is ground, seen from above.
 //!
 //! In: points on the atlas, how dense they are, where the user's origin is. Out: a viewer far above, where
-//! the third coordinate is up; that it is down; or nothing. Ground is wider than high, and from above nearly all of it is
-//! seen. What lies flat and is seen from above is seen as well from below: that the third coordinate is up is
-//! a convention, which files of surveyors keep.
+//! the third coordinate is up; that it is down; or nothing. Ground is wider than high, and from above nearly
+//! all of it is seen. What lies flat and is seen from above is seen as well from below: that the third
+//! coordinate is up is a convention, which files of surveyors keep.
 
 use super::constants::ORIENT;
 use super::views::{Piece, Views};

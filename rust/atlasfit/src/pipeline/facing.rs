@@ -1,7 +1,7 @@
 //! Which way a scan's points are known to face.
 //!
-//! In: what the user gave: a viewpoint, or the cloud's normals or scanners. Out: a direction per point of
-//! the prepared scan, or nothing; then the density of the points tells where scanners stood, if it does, or the
+//! In: what the user gave: a viewpoint, or the cloud's normals or scanners. Out: a direction per point of the
+//! prepared scan, or nothing; then the density of the points tells where scanners stood, if it does, or the
 //! surface's own shape decides.
 
 use super::options::DenoiseOptions;
