@@ -76,14 +76,8 @@ pub(super) struct Looked<'a> {
     pub part: &'a [u32],
 }
 
-/// How the points vote on each chart's side if a scanner made the scan, or several from within, or it is
-/// ground; no votes where none is found. `noise` is its standard deviation. With what the user should know.
-pub(super) fn by_scanner(
-    looked: Looked<'_>,
-    noise: f64,
-    frame: Frame,
-    ctx: &Context<'_>,
-) -> Result<(Vec<Vote>, Option<String>)> {
+/// Where scanners stood that measured the scan, as far as the density of the points tells.
+pub(super) fn scanners(looked: Looked<'_>, frame: Frame, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
     let Looked { projected, sampling, count, part } = looked;
     let origin = frame.origin.map(|x| -x / frame.scale);
     // What tells of a scanner is how much of the surface each of its own points stands for.
@@ -100,6 +94,20 @@ pub(super) fn by_scanner(
     if viewers.is_empty() {
         viewers.extend(one.map(|one| one.at));
     }
+    Ok(viewers)
+}
+
+/// How the points vote on each chart's side if a scanner made the scan, or several from within, or it is
+/// ground; no votes where none is found. `noise` is its standard deviation. With what the user should know.
+pub(super) fn by_scanner(
+    looked: Looked<'_>,
+    noise: f64,
+    frame: Frame,
+    ctx: &Context<'_>,
+) -> Result<(Vec<Vote>, Option<String>)> {
+    let Looked { projected, sampling, part, .. } = looked;
+    let mut viewers = scanners(looked, frame, ctx)?;
+    let origin = frame.origin.map(|x| -x / frame.scale);
     let mut told = None;
     if viewers.is_empty() {
         match orient::ground(projected, sampling.median, noise, part, origin, ctx)? {

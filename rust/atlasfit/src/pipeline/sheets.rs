@@ -5,6 +5,7 @@
 //! partition, fit, orient and blend, as they need all four.
 
 use super::constants::PIPELINE;
+use super::facing;
 use super::fit_atlas::{FirstAtlas, cut, drop_strays};
 use super::prepare::Scan;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
@@ -34,7 +35,8 @@ pub(super) struct OrientedAtlas {
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
 /// own side only. Where that fails they come back: an uncertain surface is better than none. `toward` says
-/// where each point is known to face, if anything is known.
+/// where each point is known to face, if anything is known. If not, and the points tell of one scanner, the
+/// charts face it in the end.
 pub(super) fn separate(
     scan: &Scan,
     first: FirstAtlas,
@@ -54,6 +56,16 @@ pub(super) fn separate(
         drop_strays(&cut, &mut fitted, ctx)?;
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
         atlas = oriented(scan, fitted, toward, ctx)?;
+    }
+    if toward.is_none() && scan.told.is_none() {
+        let part = &orient::connected(atlas.fitted.len(), &atlas.relations);
+        let (projected, count) = (&atlas.projected[..], &scan.input.count[..]);
+        let looked = facing::Looked { projected, sampling: &scan.sampling, count, part };
+        // Of several it is not known which one saw a point: the two sides of a wall between two rooms, say.
+        if let [scanner] = facing::scanners(looked, scan.frame, ctx)?[..] {
+            let toward: Vec<Vec3> = scan.points.iter().map(|p| (scanner - *p).normalized()).collect();
+            atlas = oriented(scan, atlas.fitted, Some(&toward), ctx)?;
+        }
     }
     trim::trim(&mut atlas.fitted, &atlas.projected, &scan.tree, &scan.sampling, ctx)?;
     Ok(atlas)
