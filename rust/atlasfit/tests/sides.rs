@@ -260,8 +260,8 @@ fn a_hill_that_leans_over_is_not_torn_where_it_faces_down() {
     }
 }
 
-/// A yard as a scanner on a mast sees it that turns about a vertical axis with beams far apart: ground 1.8 below
-/// it, walls about it on two sides.
+/// A yard as a scanner on a mast sees it that turns about a vertical axis with beams far apart: ground 1.8
+/// below it, walls about it on two sides.
 fn yard(beams: usize, around: usize, sigma: f64) -> Vec<[f64; 3]> {
     let mut rng = Rng::new(6);
     let mut points = Vec::new();

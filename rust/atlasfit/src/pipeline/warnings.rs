@@ -51,8 +51,8 @@ pub(super) fn not_registered(registration: Option<&Registration>) -> Option<Stri
 
 /// What to tell of ground that seems to be seen from below.
 pub(super) fn upside_down() -> String {
-    "the scan is ground, but its sides were seen better if the third coordinate points down: it is taken to be \
-     upside down. If z is up (a street, a court, a pit), give a viewpoint above it, or normals"
+    "the scan looks like ground seen from below: it is taken to be upside down, with its third axis down. If \
+     that axis is up (a street, a court, a pit), give a viewpoint above it, or normals"
         .into()
 }
 
