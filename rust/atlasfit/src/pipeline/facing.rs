@@ -6,8 +6,7 @@
 
 use super::options::DenoiseOptions;
 use super::prepare::{Frame, Scan};
-use super::warnings;
-use crate::atlas::{ProjectedPoint, Vote};
+use crate::atlas::ProjectedPoint;
 use crate::error::Result;
 use crate::geometry::PointCloud;
 use crate::numeric::vec3::Vec3;
@@ -77,16 +76,15 @@ pub(super) struct Looked<'a> {
 }
 
 /// Where scanners stood that measured the scan, as far as the density of the points tells.
-pub(super) fn scanners(looked: Looked<'_>, frame: Frame, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
+fn scanners(looked: Looked<'_>, frame: Frame, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
     let Looked { projected, sampling, count, part } = looked;
-    let origin = frame.origin.map(|x| -x / frame.scale);
     // What tells of a scanner is how much of the surface each of its own points stands for.
     let given = |(k, spacing): (usize, &f32)| match count.get(k) {
         Some(&count) => spacing / (count as f32).sqrt(),
         None => *spacing,
     };
     let spacing: Vec<f32> = sampling.spacing.iter().enumerate().map(given).collect();
-    let one = orient::find_scanner(projected, &spacing, part, origin, ctx)?;
+    let one = orient::find_scanner(projected, &spacing, part, origin(frame), ctx)?;
     let mut viewers = Vec::new();
     if !one.is_some_and(|one| one.all_face) {
         viewers = orient::find_stations(projected, &spacing, part, ctx)?;
@@ -97,26 +95,34 @@ pub(super) fn scanners(looked: Looked<'_>, frame: Frame, ctx: &Context<'_>) -> R
     Ok(viewers)
 }
 
-/// How the points vote on each chart's side if a scanner made the scan, or several from within, or it is
-/// ground; no votes where none is found. `noise` is its standard deviation. With what the user should know.
-pub(super) fn by_scanner(
-    looked: Looked<'_>,
-    noise: f64,
-    frame: Frame,
-    ctx: &Context<'_>,
-) -> Result<(Vec<Vote>, Option<String>)> {
-    let Looked { projected, sampling, part, .. } = looked;
-    let mut viewers = scanners(looked, frame, ctx)?;
-    let origin = frame.origin.map(|x| -x / frame.scale);
-    let mut told = None;
-    if viewers.is_empty() {
-        match orient::ground(projected, sampling.median, noise, part, origin, ctx)? {
-            Ground::None => {}
-            Ground::SeenFrom(above) => viewers.push(above),
-            Ground::UpsideDown => told = Some(warnings::upside_down()),
-        }
+/// Who saw a scan.
+pub(super) enum Viewers {
+    /// The points do not tell.
+    None,
+    /// Scanners at these places.
+    Scanners(Vec<Vec3>),
+    /// Viewers above the ground, far away.
+    Above(Vec3),
+    /// Viewers above ground that is upside down.
+    Below,
+}
+
+/// Who saw the scan: scanners, as far as the density of the points tells, or viewers above the ground.
+/// `noise` is its standard deviation.
+pub(super) fn viewers(looked: Looked<'_>, noise: f64, frame: Frame, ctx: &Context<'_>) -> Result<Viewers> {
+    let scanners = scanners(looked, frame, ctx)?;
+    if !scanners.is_empty() {
+        return Ok(Viewers::Scanners(scanners));
     }
-    let none = viewers.is_empty();
-    let votes = if none { Vec::new() } else { orient::votes_toward(&viewers, projected, part.len()) };
-    Ok((votes, told))
+    let Looked { projected, sampling, part, .. } = looked;
+    Ok(match orient::ground(projected, sampling.median, noise, part, origin(frame), ctx)? {
+        Ground::None => Viewers::None,
+        Ground::SeenFrom(above) => Viewers::Above(above),
+        Ground::UpsideDown => Viewers::Below,
+    })
+}
+
+/// The origin of the user's frame.
+fn origin(frame: Frame) -> Vec3 {
+    frame.origin.map(|x| -x / frame.scale)
 }

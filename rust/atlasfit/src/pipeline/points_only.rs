@@ -3,7 +3,6 @@
 //! In: the atlas and its points. Out: charts and points that face as the scan says, or as what the charts
 //! enclose did; no triangles.
 
-use super::facing;
 use super::options::DenoiseOptions;
 use super::parts::LeftOut;
 use super::prepare::Scan;
@@ -22,17 +21,9 @@ pub(super) fn build(
     options: &DenoiseOptions,
     ctx: &Context<'_>,
 ) -> Result<Built> {
-    let Scan { sampling, frame, noise, mut input, .. } = scan;
-    let OrientedAtlas { fitted, relations, conflicts, mut votes, mut projected, .. } = atlas;
+    let Scan { sampling, frame, noise, input, .. } = scan;
+    let OrientedAtlas { fitted, relations, conflicts, votes, mut projected, .. } = atlas;
     ctx.stage(Stage::Project, 1);
-    if votes.is_empty() {
-        let parts = orient::connected(fitted.len(), &relations);
-        let (count, part) = (&input.count, &parts);
-        let looked = facing::Looked { projected: &projected, sampling: &sampling, count, part };
-        let told;
-        (votes, told) = facing::by_scanner(looked, noise.sigma, frame, ctx)?;
-        input.warnings.extend(told);
-    }
     let mut charts: Vec<_> = fitted.into_iter().map(|f| f.chart).collect();
     let side: Vec<f64> = votes.iter().map(|v| v.sum).collect();
     let turned = orient::face(&mut charts, &relations, &side);

@@ -5,9 +5,10 @@
 //! partition, fit, orient and blend, as they need all four.
 
 use super::constants::PIPELINE;
-use super::facing;
+use super::facing::{self, Viewers};
 use super::fit_atlas::{FirstAtlas, cut, drop_strays};
 use super::prepare::Scan;
+use super::warnings;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
 use crate::blend::{membership, project, trim};
 use crate::error::Result;
@@ -27,10 +28,13 @@ pub(super) struct OrientedAtlas {
     pub opposing: Vec<Relation>,
     /// Pairs that the signs contradict, where the surface is one-sided.
     pub conflicts: Vec<Pair>,
-    /// How the scan's known directions vote on each chart's side, as the chart now faces; none without such.
+    /// How the points vote on each chart's side, as the chart now faces: by the scan's known directions, or
+    /// by who saw it, if they tell; else none.
     pub votes: Vec<Vote>,
     /// The points on the blended charts.
     pub projected: Vec<ProjectedPoint>,
+    /// What the user should know.
+    pub warning: Option<String>,
 }
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
@@ -57,14 +61,22 @@ pub(super) fn separate(
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
         atlas = oriented(scan, fitted, toward, ctx)?;
     }
-    if toward.is_none() && scan.told.is_none() {
+    if toward.is_none() {
         let part = &orient::connected(atlas.fitted.len(), &atlas.relations);
         let (projected, count) = (&atlas.projected[..], &scan.input.count[..]);
         let looked = facing::Looked { projected, sampling: &scan.sampling, count, part };
-        // Of several it is not known which one saw a point: the two sides of a wall between two rooms, say.
-        if let [scanner] = facing::scanners(looked, scan.frame, ctx)?[..] {
-            let toward: Vec<Vec3> = scan.points.iter().map(|p| (scanner - *p).normalized()).collect();
-            atlas = oriented(scan, atlas.fitted, Some(&toward), ctx)?;
+        match facing::viewers(looked, scan.noise.sigma, scan.frame, ctx)? {
+            // A tile may see another one than the whole does.
+            Viewers::Scanners(of) if of.len() == 1 && scan.told.is_none() => {
+                let toward: Vec<Vec3> = scan.points.iter().map(|p| (of[0] - *p).normalized()).collect();
+                atlas = oriented(scan, atlas.fitted, Some(&toward), ctx)?;
+            }
+            // Of several it is not known which one saw a point: the two sides of a wall between two rooms,
+            // say.
+            Viewers::Scanners(of) => atlas.votes = orient::votes_toward(&of, projected, part.len()),
+            Viewers::Above(at) => atlas.votes = orient::votes_toward(&[at], projected, part.len()),
+            Viewers::Below => atlas.warning = Some(warnings::upside_down()),
+            Viewers::None => {}
         }
     }
     trim::trim(&mut atlas.fitted, &atlas.projected, &scan.tree, &scan.sampling, ctx)?;
@@ -97,5 +109,6 @@ fn oriented(
     }
     votes.iter_mut().zip(&signs.of_chart).for_each(|(v, sign)| v.sum *= sign);
     let projected = project::project_members(points, &fitted, &members, ctx)?;
-    Ok(OrientedAtlas { fitted, members, relations, opposing, conflicts: signs.conflicts, votes, projected })
+    let (conflicts, warning) = (signs.conflicts, None);
+    Ok(OrientedAtlas { fitted, members, relations, opposing, conflicts, votes, projected, warning })
 }

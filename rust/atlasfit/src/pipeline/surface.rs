@@ -9,7 +9,7 @@ use super::options::DenoiseOptions;
 use super::parts::{self, LeftOut};
 use super::prepare::{Frame, InputMap, Scan};
 use super::sheets::OrientedAtlas;
-use super::{facing, voxels, warnings};
+use super::{voxels, warnings};
 use crate::atlas::projected::chart_means;
 use crate::atlas::{BlendSite, Chart, KnownScan, Pair, ProjectedPoint, Relation};
 use crate::blend::blocks::{self, Grid};
@@ -67,7 +67,7 @@ pub(super) fn build(
     ctx: &Context<'_>,
 ) -> Result<Built> {
     let Scan { points, tree, sampling, frame, noise, relative_noise, mut input, told, rows, .. } = scan;
-    let OrientedAtlas { fitted, members, relations, opposing, mut conflicts, mut votes, mut projected } =
+    let OrientedAtlas { fitted, members, relations, opposing, mut conflicts, votes, mut projected, .. } =
         atlas;
     let median = sampling.median;
     ctx.stage(Stage::Project, 2);
@@ -79,14 +79,6 @@ pub(super) fn build(
         p.chart = u32::MAX;
     }
     ctx.advance(1);
-    if votes.is_empty() {
-        let parts = orient::connected(fitted.len(), &relations);
-        let (count, part) = (&input.count, &parts);
-        let looked = facing::Looked { projected: &projected, sampling: &sampling, count, part };
-        let told;
-        (votes, told) = facing::by_scanner(looked, noise.sigma, frame, ctx)?;
-        input.warnings.extend(told);
-    }
     let spread = sites::Spread { sampling: &sampling, sigma, names: &rows };
     let sites = sites::of_points(&points, &projected, &fitted, &members, spread, ctx)?;
     ctx.advance(1);

@@ -58,7 +58,8 @@ pub struct UnwrapOptions {
     /// charts. `None` = `max_stretch` counts.
     pub max_energy: Option<f64>,
     /// Most charts: those that only the shape of the page asks for go first, then `max_stretch` is raised as
-    /// far as that needs (up to [`STRETCH_LIMIT`]). `None` = any number. More are still made where the topology or the constraints ask for them.
+    /// far as that needs (up to [`STRETCH_LIMIT`]). `None` = any number. More are still made where the
+    /// topology or the constraints ask for them.
     pub max_charts: Option<usize>,
     /// Width and height of a page in texels, each in [`PAGE_TEXELS`]. Default 1024 by 1024.
     pub page_size: [u32; 2],
