@@ -106,12 +106,19 @@ fn hidden_seams_are_seen_less() {
 
 #[test]
 fn from_above_what_lies_below_is_hidden() {
-    let mut mesh = wall(|height, _| 1.0 + 0.35 * (TAU * height).cos());
-    // It lies on its side: y is up.
-    mesh.positions.iter_mut().for_each(|p| p[1] += 2.0);
-    let up = UnwrapOptions::default().with_up(Some([0.0, 1.0, 0.0]));
-    let [before, after] = [seen(&mesh, &up), seen(&mesh, &up.clone().with_seams_hidden(1.0))];
-    assert!(after < before - 0.05, "{before} {after}");
+    let waists = [0.2, 0.3, 0.4, 0.5];
+    let mut less = 0.0;
+    for waist in waists {
+        let mut mesh = wall(|height, _| 1.0 + waist * (TAU * height).cos());
+        // It lies on its side: y is up.
+        mesh.positions.iter_mut().for_each(|p| p[1] += 2.0);
+        let up = UnwrapOptions::default().with_up(Some([0.0, 1.0, 0.0]));
+        let [before, after] = [seen(&mesh, &up), seen(&mesh, &up.clone().with_seams_hidden(1.0))];
+        assert!(after < before, "{waist}: {before} {after}");
+        less += before - after;
+    }
+    // What the plain layout happens to show differs from one to the next.
+    assert!(less > 0.05 * waists.len() as f64, "{less}");
 }
 
 #[test]

@@ -11,11 +11,14 @@ use super::first::first_charts;
 use super::merge::{self, Charts};
 use super::options::UnwrapOptions;
 use super::pack::Packing;
-use super::segment;
+use super::segment::{self, FirstCut};
 use super::surface::Surface;
 use crate::error::Result;
 use crate::geometry::TriMesh;
 use crate::run::Run;
+
+/// What is cut first.
+const CUT: FirstCut = FirstCut { flatness: UNWRAP.flatness, blocks: false };
 
 /// A mesh, and what each step starts from.
 pub struct Steps {
@@ -41,7 +44,7 @@ impl Steps {
         let bound = options.max_stretch;
         Run::default().execute(|ctx| {
             let surface = Surface::new(mesh, &options, ctx)?;
-            let patches = segment::patches(&surface, UNWRAP.flatness, ctx)?;
+            let patches = segment::patches(&surface, CUT, ctx)?;
             let first = first_charts(&surface, &patches.label, patches.count, Some(bound), ctx)?;
             let mut charts = Charts::new(surface.faces(), first.clone());
             merge::merge(&surface, &mut charts, bound, ctx)?;
@@ -55,7 +58,7 @@ impl Steps {
     /// # Errors
     /// None but those of a limited run.
     pub fn segment(&self) -> Result<usize> {
-        Run::default().execute(|ctx| Ok(segment::patches(&self.surface, UNWRAP.flatness, ctx)?.count))
+        Run::default().execute(|ctx| Ok(segment::patches(&self.surface, CUT, ctx)?.count))
     }
 
     /// The charts that are merged.

@@ -43,6 +43,7 @@ mod split;
 mod stack;
 mod straighten;
 mod surface;
+mod tries;
 mod warnings;
 
 pub use layout::UvLayout;
@@ -59,17 +60,17 @@ use crate::run::{Context, Stage};
 use bounded::{Bounded, bounded};
 use chart::Chart;
 use checked::pack_checked;
-use constants::UNWRAP;
 use first::first_charts;
 use large::{LARGE, Level, Patches, coarsen, refine};
 use layout::layout;
 use merge::Charts;
 use pack::Packing;
 use prices::prices;
-use segment::Segmentation;
+use segment::{FirstCut, Segmentation};
 use stack::stacks;
 use straighten::straighten;
 use surface::Surface;
+use tries::{best_charts, usual_flatness};
 use warnings::warnings;
 
 #[cfg(test)]
@@ -177,8 +178,13 @@ fn packed_by(
     }
     s.price = prices(mesh, &s, options, ctx)?;
     let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
-    let Bounded { charts: list, bound } =
-        bounded(&mut s, uvs, options, |s, bound| charts_within(s, bound, ctx), ctx)?;
+    let Bounded { charts: list, bound } = bounded(
+        &mut s,
+        uvs,
+        options,
+        |s, bound| charts_within(s, bound, options.max_charts.is_some(), ctx),
+        ctx,
+    )?;
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
     let list = straighten(&s, list, options, bound, ctx)?;
@@ -212,20 +218,14 @@ fn rounding(mesh: &TriMesh, unit: f64) -> f64 {
     f64::from(f32::EPSILON) * finite.fold(0.0, |most: f64, x| most.max(x.abs())) / unit
 }
 
-/// The surface in charts that are stretched by `bound` at most.
-fn charts_within(s: &Surface, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart>> {
-    let flatness = UNWRAP.flatness * ((bound - 1.0) / 0.1).clamp(UNWRAP.least_flatness, UNWRAP.most_flatness);
-    let patches = segment::patches(s, flatness, ctx)?;
-    ctx.stage(Stage::Parametrize, patches.count);
-    if s.faces() > LARGE.faces {
-        return charts_by_coarse(s, &patches, bound, ctx);
+/// The surface in charts that are stretched by `bound` at most, of which `fewest` counts more than short seams.
+fn charts_within(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'_>) -> Result<Vec<Chart>> {
+    if s.faces() <= LARGE.faces {
+        return best_charts(s, bound, fewest, ctx);
     }
-    let first = first_charts(s, &patches.label, patches.count, Some(bound), ctx)?;
-    let mut charts = Charts::new(s.faces(), first);
-    merge::merge(s, &mut charts, bound, ctx)?;
-    merge::shorten_borders(s, &mut charts, bound, ctx)?;
-    merge::spend(s, &mut charts, bound, ctx)?;
-    Ok(charts.list.into_iter().flatten().collect())
+    let patches = segment::patches(s, FirstCut { flatness: usual_flatness(bound), blocks: false }, ctx)?;
+    ctx.stage(Stage::Parametrize, patches.count);
+    charts_by_coarse(s, &patches, bound, ctx)
 }
 
 /// The same for a large surface: merged on a coarse stand-in.

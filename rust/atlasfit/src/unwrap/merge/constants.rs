@@ -126,6 +126,14 @@ pub(crate) struct MergeConstants {
     /// Halved: same bytes; doubled: charts 0.98 (elephant 0.86), seam 0.99 (elephant 0.94), stretch 1.01
     /// (elephant 1.14).
     pub spent: f64,
+    /// What a turn of a border where four polygons meet counts, in lengths of the edges there. Source: chosen:
+    /// a seam may be as much longer as one edge to go straight on.
+    pub turn: f64,
+    /// Share of what it saves of turns that a straighter border must be worth in all, so that none is moved
+    /// for rounding. In (0, 1). Source: chosen.
+    pub straighter: f64,
+    /// Most edges of a way straight on. Source: chosen, above what small meshes have.
+    pub longest_way: usize,
 }
 
 /// Their values.
@@ -158,4 +166,7 @@ pub(crate) const MERGE: MergeConstants = MergeConstants {
     trades_at_once: 2,
     regrowths: 1,
     spent: 0.95,
+    turn: 1.0,
+    straighter: 0.1,
+    longest_way: 1_000,
 };

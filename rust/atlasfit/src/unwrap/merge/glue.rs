@@ -103,6 +103,6 @@ pub(super) fn flattened(s: &Surface, mut c: Chart, bound: f64, ctx: &Context<'_>
 }
 
 /// What an area of the page that is wasted costs, in lengths of seam, where the stretch may be up to `bound`.
-pub(super) fn price_of_waste(bound: f64) -> f64 {
+pub(crate) fn price_of_waste(bound: f64) -> f64 {
     MERGE.waste * ((MERGE.usual - 1.0) / (bound - 1.0)).min(1.0)
 }

@@ -54,7 +54,7 @@ pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
     })?;
     let (motion, gap) = align(a, b, &best);
     if limits.whole
-        && misfit(pair, &best, gap) <= MERGE.mismatch
+        && misfit(pair, &best, gap) <= limits.mismatch
         && let Some(c) = glue(pair, &best, motion, ctx)
     {
         return Some(c);
@@ -73,7 +73,7 @@ pub(super) fn joined(pair: &Pair<'_>, ctx: &Context<'_>) -> Option<Chart> {
         ctx.check().ok()?;
         let part = &path.edges[range.clone()];
         let (motion, gap) = align(a, b, part);
-        if misfit(pair, part, gap) > MERGE.mismatch || overlaps([a, b], &path, &range, motion, ctx).ok()? {
+        if misfit(pair, part, gap) > limits.mismatch || overlaps([a, b], &path, &range, motion, ctx).ok()? {
             continue;
         }
         if let Some(c) = glue(pair, part, motion, ctx) {

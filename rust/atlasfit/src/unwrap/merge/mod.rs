@@ -20,10 +20,13 @@ mod patch;
 mod region;
 mod rounds;
 mod spend;
+mod straight_on;
 mod trade;
 mod ways;
 
 pub(crate) use charts::Charts;
+pub(crate) use glue::price_of_waste;
 pub(crate) use rounds::merge;
 pub(crate) use spend::spend;
+pub(crate) use straight_on::run_straight;
 pub(crate) use trade::{shorten_borders, shorten_borders_of_large};

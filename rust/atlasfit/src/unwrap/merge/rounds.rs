@@ -60,6 +60,7 @@ fn merge_in(passes: usize, s: &Surface, charts: &mut Charts, bound: f64, ctx: &C
         let hard = last && bound > MERGE.loose;
         let limits = |pair| MergeLimits {
             bound,
+            mismatch: MERGE.mismatch,
             over: if hard { UNWRAP.beyond } else { MERGE.over * UNWRAP.beyond },
             hard,
             whole: hard || !tried.contains(&pair),

@@ -22,7 +22,14 @@ pub(crate) fn spend(s: &Surface, charts: &mut Charts, bound: f64, ctx: &Context<
     if bound <= MERGE.loose {
         return Ok(());
     }
-    let limits = MergeLimits { bound, over: MERGE.over_spent, hard: true, whole: true, darts: true };
+    let limits = MergeLimits {
+        bound,
+        over: MERGE.over_spent,
+        mismatch: MERGE.mismatch,
+        hard: true,
+        whole: true,
+        darts: true,
+    };
     // Charts grew by steps that stop once they are within their own bounds: they may do better.
     charts.list.par_iter_mut().flatten().for_each(|c| {
         if c.over > 0.0

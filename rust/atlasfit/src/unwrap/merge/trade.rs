@@ -17,7 +17,7 @@ use super::ways::sides;
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::inject::border_touches;
-use crate::unwrap::chart::Chart;
+use crate::unwrap::chart::{Chart, Seams};
 use crate::unwrap::constants::UNWRAP;
 use crate::unwrap::cut::cut;
 use crate::unwrap::flatten::shape::{all_positive, over_area};
@@ -64,8 +64,14 @@ fn trade(
     settled: &mut Settled,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let limits =
-        MergeLimits { bound, over: MERGE.over * UNWRAP.beyond, hard: false, whole: true, darts: false };
+    let limits = MergeLimits {
+        bound,
+        over: MERGE.over * UNWRAP.beyond,
+        mismatch: MERGE.mismatch,
+        hard: false,
+        whole: true,
+        darts: false,
+    };
     loop {
         ctx.check()?;
         let borders = Borders::find(s, charts);
@@ -140,10 +146,10 @@ struct Border {
 }
 
 /// What came of a pair.
-struct Traded {
-    charts: [Chart; 2],
+pub(super) struct Traded {
+    pub charts: [Chart; 2],
     /// Faces that have changed hands.
-    faces: Vec<u32>,
+    pub faces: Vec<u32>,
 }
 
 /// Two charts with a shorter border between them, if there is one within one of the reaches, the farthest
@@ -157,7 +163,8 @@ fn traded(pair: &Neighbouring<'_>, reaches: i32, limits: MergeLimits, ctx: &Cont
         if moves.is_empty() {
             return None;
         }
-        let traded = moved(pair, moves, limits, ctx);
+        let traded =
+            moved(pair, moves, Wanted { least: MERGE.trade_gain * pair.cost, bonus: 0.0 }, limits, ctx);
         if traded.is_some() {
             return traded;
         }
@@ -165,14 +172,25 @@ fn traded(pair: &Neighbouring<'_>, reaches: i32, limits: MergeLimits, ctx: &Cont
     None
 }
 
+/// What faces must change hands for.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    /// Least cost of seams that must be saved ...
+    pub least: f64,
+    /// ... where so much of it counts as saved already, for what else is better then.
+    pub bonus: f64,
+}
+
 /// Two charts of which faces have changed hands, as far as merges of them are accepted.
-fn moved(
+pub(super) fn moved(
     pair: &Neighbouring<'_>,
     moves: Vec<Move>,
+    Wanted { least, bonus }: Wanted,
     limits: MergeLimits,
     ctx: &Context<'_>,
 ) -> Option<Traded> {
-    let &Neighbouring { s, charts, ids: [a, b], cost, .. } = pair;
+    let &Neighbouring { s, charts, ids: [a, b], .. } = pair;
+    let bonus = Seams { length: 2.0 * bonus, cost: 2.0 * bonus };
     let chart = |id: u32| charts.list[id as usize].as_ref();
     let both = [chart(a)?, chart(b)?];
     let price = price_of_waste(limits.bound);
@@ -181,7 +199,12 @@ fn moved(
         ctx.check().ok()?;
         let [first, second] = out.as_ref().map_or(both, |t| t.charts.each_ref());
         let (giver, taker) = if from_second { (second, first) } else { (first, second) };
-        let Some((rest, part)) = apart(s, giver, &faces, limits.bound, ctx) else { continue };
+        let Some((rest, part)) = apart(s, giver, &faces, limits.bound, ctx) else {
+            if std::env::var("DBG").is_ok() {
+                eprintln!("   not apart");
+            }
+            continue;
+        };
         let larger = taker.faces.len() >= part.faces.len();
         let (x, y) = if larger { (taker, &part) } else { (&part, taker) };
         let of: FxHashMap<u32, (bool, u32)> = [(x, false), (y, true)]
@@ -190,10 +213,10 @@ fn moved(
             .collect();
         let place = |f: usize| of.get(&(f as u32)).copied();
         let worth = Worth {
-            seams: first.seams(s).with(second.seams(s)).without(rest.seams(s)),
+            seams: first.seams(s).with(second.seams(s)).without(rest.seams(s)).with(bonus),
             waste: first.waste + second.waste - rest.waste,
             price,
-            least: MERGE.trade_gain * cost,
+            least,
         };
         let merge = Pair { s, a: x, b: y, place: &place, limits, worth };
         let Some(c) = joined(&merge, ctx) else { continue };

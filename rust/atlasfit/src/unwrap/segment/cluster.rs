@@ -23,6 +23,11 @@ impl Cluster {
         Self { area, sum, angle, stamp: 0, near: Vec::new() }
     }
 
+    /// The same without its neighbours.
+    pub(super) fn bare(&self) -> Self {
+        Self::new(self.area, self.sum, self.angle)
+    }
+
     /// Both clusters as one, without neighbours.
     pub(super) fn with(&self, other: &Self) -> Self {
         let sum = self.sum + other.sum;

@@ -56,6 +56,8 @@ pub(crate) struct SegmentConstants {
     /// sums of lengths round.
     /// Halved or doubled: same bytes.
     pub least_gain: f64,
+    /// Quads that make a block at least; fewer are left to the queue. Source: chosen, two rows of two.
+    pub least_block: usize,
 }
 
 /// Their values.
@@ -70,4 +72,5 @@ pub(crate) const SEGMENT: SegmentConstants = SegmentConstants {
     smooth_passes: 8,
     flatter: 0.3,
     least_gain: 1e-9,
+    least_block: 4,
 };

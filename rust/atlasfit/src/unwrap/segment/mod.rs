@@ -4,6 +4,7 @@
 //! Heckbert 2001) with the normal-variance error of Cohen-Steiner, Alliez, Desbrun 2004 and a term that
 //! favours compact patches; then border faces move between patches where that shortens the borders.
 
+mod blocks;
 mod cluster;
 mod constants;
 mod seeds;
@@ -15,6 +16,7 @@ use crate::run::Context;
 use cluster::{Cluster, cost};
 use constants::SEGMENT;
 use rayon::prelude::*;
+pub(crate) use seeds::FirstCut;
 use seeds::{Seeds, seeds};
 use smooth::{smooth, split_components};
 use std::cmp::Ordering;
@@ -146,9 +148,10 @@ fn join_all(clusters: &mut [Cluster], flatness: f64, ctx: &Context<'_>) -> Resul
     Ok(taken_by)
 }
 
-/// Cuts the surface into patches. `flatness` bounds 1 - |mean normal| of a patch.
-pub(crate) fn patches(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<Segmentation> {
-    let Seeds { mut clusters, of_face } = seeds(s, flatness * SEGMENT.seed_flatness, ctx)?;
+/// Cuts the surface into patches.
+pub(crate) fn patches(s: &Surface, cut: FirstCut, ctx: &Context<'_>) -> Result<Segmentation> {
+    let flatness = cut.flatness;
+    let Seeds { mut clusters, of_face } = seeds(s, cut, ctx)?;
     let mut taken_by = join_all(&mut clusters, flatness, ctx)?;
     ctx.check()?;
     // Not the disjoint sets of `spatial`: a set's root is the cluster that holds its sums, not its smallest

@@ -2,6 +2,7 @@
 //!
 //! In: the surface. Out: clusters with their neighbours, and one per face.
 
+use super::blocks::blocks;
 use super::cluster::{Cluster, cost};
 use super::constants::SEGMENT;
 use crate::error::Result;
@@ -9,6 +10,15 @@ use crate::numeric::sort::sort_by;
 use crate::run::Context;
 use crate::unwrap::surface::{Cells, NONE, Surface};
 use rayon::prelude::*;
+
+/// What patches are cut first.
+#[derive(Clone, Copy)]
+pub(crate) struct FirstCut {
+    /// Bound on 1 - |mean normal| of a patch.
+    pub flatness: f64,
+    /// Whether quads are first put into blocks.
+    pub blocks: bool,
+}
 
 /// The border between two clusters.
 #[derive(Clone, Copy)]
@@ -26,11 +36,18 @@ pub(super) struct Seeds {
 }
 
 /// Groups faces a few at a time without a queue: every cluster picks its cheapest neighbour, and pairs that
-/// pick each other join; repeated until it stops paying. `flatness` bounds 1 - |mean normal| of a cluster.
-pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<Seeds> {
+/// pick each other join; repeated until it stops paying. Clusters are flatter than the patches, but for blocks.
+pub(super) fn seeds(s: &Surface, cut: FirstCut, ctx: &Context<'_>) -> Result<Seeds> {
     let Seeds { mut clusters, mut of_face } = cells_alone(s, ctx)?;
     ctx.check()?;
     let mut edges = cell_edges(s, ctx)?;
+    if cut.blocks {
+        let (joined, name) = join_blocks(&clusters, &blocks(s, &clusters, cut.flatness, ctx)?);
+        of_face.iter_mut().for_each(|c| *c = name[*c as usize]);
+        rename(&mut edges, &name, ctx)?;
+        clusters = joined;
+    }
+    let flatness = cut.flatness * SEGMENT.seed_flatness;
     for pass in 0.. {
         ctx.check()?;
         if pass >= SEGMENT.seed_passes && clusters.len() <= SEGMENT.most_seeds {
@@ -57,7 +74,7 @@ pub(super) fn seeds(s: &Surface, flatness: f64, ctx: &Context<'_>) -> Result<See
 }
 
 /// Every cell, or face, a cluster of its own.
-fn cells_alone(s: &Surface, ctx: &Context<'_>) -> Result<Seeds> {
+pub(super) fn cells_alone(s: &Surface, ctx: &Context<'_>) -> Result<Seeds> {
     let m = s.faces();
     let mut clusters = Vec::with_capacity(s.cells.as_ref().map_or(m, Cells::count));
     let one = |f: usize| Cluster::new(s.area[f], s.normal[f] * s.area[f], 0.0);
@@ -131,6 +148,27 @@ fn cheapest_edges(
     Ok(least.into_iter().map(|l| l.1).collect())
 }
 
+/// Makes the clusters of each block one. Gives the clusters then, and the new number of each old one.
+fn join_blocks(clusters: &[Cluster], block_of: &[u32]) -> (Vec<Cluster>, Vec<u32>) {
+    let mut joined: Vec<Cluster> = Vec::new();
+    let mut of_block = vec![NONE; clusters.len()];
+    let mut name = Vec::with_capacity(clusters.len());
+    for (one, &b) in clusters.iter().zip(block_of) {
+        let known = if b == NONE { NONE } else { of_block[b as usize] };
+        if known == NONE {
+            if b != NONE {
+                of_block[b as usize] = joined.len() as u32;
+            }
+            name.push(joined.len() as u32);
+            joined.push(one.bare());
+        } else {
+            name.push(known);
+            joined[known as usize] = joined[known as usize].with(one);
+        }
+    }
+    (joined, name)
+}
+
 /// Joins each two clusters that have the same cheapest edge. Gives the clusters then, and the new number of
 /// each old one.
 fn join_pairs(
@@ -153,7 +191,7 @@ fn join_pairs(
             name[partner as usize] = name[c];
             joined.push(one.with(&clusters[partner as usize]));
         } else {
-            joined.push(Cluster::new(one.area, one.sum, one.angle));
+            joined.push(one.bare());
         }
     }
     Ok((joined, name))

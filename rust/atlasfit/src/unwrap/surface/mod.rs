@@ -7,6 +7,7 @@
 mod cells;
 mod constants;
 mod twins;
+mod walk;
 
 use super::options::UnwrapOptions;
 use super::page_limits::PageLimits;
