@@ -15,7 +15,7 @@ use crate::run::{Context, Stage};
 use rayon::prelude::*;
 
 /// Charts that are stretched by `bound` at most, the best of as many tries as `UNWRAP.faces_tried` allows:
-/// with least seam and waste, or `fewest` charts.
+/// see [`rank`].
 pub(super) fn best_charts(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'_>) -> Result<Vec<Chart>> {
     let mut patches: Vec<Segmentation> = (first_cuts(s, bound).into_par_iter())
         .map(|cut| segment::patches(s, cut, ctx))
@@ -30,20 +30,22 @@ pub(super) fn best_charts(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'
         }
     }
     ctx.stage(Stage::Parametrize, patches.iter().map(|p| p.count).sum());
-    let made: Vec<Vec<Chart>> =
-        patches.par_iter().map(|p| merged(s, p, bound, ctx)).collect::<Result<_>>()?;
-    let price = merge::price_of_waste(bound);
-    let cost = |charts: &[Chart]| {
-        let seams = charts.iter().fold(Seams::default(), |sum, c| sum.with(c.seams(s)));
-        0.5 * seams.cost + price * charts.iter().map(|c| c.waste).sum::<f64>()
-    };
-    let rank = |charts: &[Chart]| (if fewest { charts.len() } else { 0 }, cost(charts));
-    let best = (made.into_iter().map(|charts| (rank(&charts), charts)))
-        .min_by(|(x, _), (y, _)| x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)))
-        .map_or_else(Vec::new, |best| best.1);
-    let mut charts = Charts::new(s.faces(), best);
+    let made: Vec<Charts> = patches.par_iter().map(|p| merged(s, p, bound, ctx)).collect::<Result<_>>()?;
+    let ranked = made.into_iter().map(|charts| (rank(s, &charts, bound, fewest), charts));
+    let best = ranked.min_by(|(x, _), (y, _)| x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)));
+    let Some((_, mut charts)) = best else { return Ok(Vec::new()) };
     merge::run_straight(s, &mut charts, bound, ctx)?;
     Ok(charts.list.into_iter().flatten().collect())
+}
+
+/// What counts of a layout, the less the better: how many charts there are where the `fewest` are asked for; what
+/// their seams, the turns of these, and the page that they waste cost.
+fn rank(s: &Surface, charts: &Charts, bound: f64, fewest: bool) -> (usize, f64) {
+    let list = || charts.list.iter().flatten();
+    let seams = list().fold(Seams::default(), |sum, c| sum.with(c.seams(s)));
+    let waste = merge::price_of_waste(bound) * list().map(|c| c.waste).sum::<f64>();
+    let cost = 0.5 * seams.cost + merge::turns(s, charts) + waste;
+    (if fewest { list().count() } else { 0 }, cost)
 }
 
 /// The first cuts that are tried, the usual one first.
@@ -65,13 +67,13 @@ pub(super) fn usual_flatness(bound: f64) -> f64 {
 }
 
 /// The charts that patches are merged into.
-fn merged(s: &Surface, patches: &Segmentation, bound: f64, ctx: &Context<'_>) -> Result<Vec<Chart>> {
+fn merged(s: &Surface, patches: &Segmentation, bound: f64, ctx: &Context<'_>) -> Result<Charts> {
     let first = first_charts(s, &patches.label, patches.count, Some(bound), ctx)?;
     let mut charts = Charts::new(s.faces(), first);
     merge::merge(s, &mut charts, bound, ctx)?;
     merge::shorten_borders(s, &mut charts, bound, ctx)?;
     merge::spend(s, &mut charts, bound, ctx)?;
-    Ok(charts.list.into_iter().flatten().collect())
+    Ok(charts)
 }
 
 #[cfg(test)]
@@ -101,14 +103,15 @@ mod tests {
             face_polygon: Some((0..2 * n * m).map(|f| f as u32 / 2).collect()),
             ..UnwrapOptions::default()
         };
-        let seam = |charts: &[Chart], s: &Surface| charts.iter().map(|c| c.seams(s).length).sum::<f64>();
+        let seam = |charts: Vec<Chart>, s: &Surface| charts.iter().map(|c| c.seams(s).length).sum::<f64>();
         let [usual, best] = Run::default()
             .execute(|ctx| {
                 let s = Surface::new(&mesh, &options, ctx)?;
                 let cuts = first_cuts(&s, 1.1);
                 assert_eq!(cuts.len(), 10);
                 let usual = merged(&s, &segment::patches(&s, cuts[0], ctx)?, 1.1, ctx)?;
-                Ok([seam(&usual, &s), seam(&best_charts(&s, 1.1, false, ctx)?, &s)])
+                let usual = usual.list.into_iter().flatten().collect();
+                Ok([seam(usual, &s), seam(best_charts(&s, 1.1, false, ctx)?, &s)])
             })
             .unwrap();
         assert!(best < usual, "{best} after {usual}");

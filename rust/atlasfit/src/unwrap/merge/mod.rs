@@ -28,5 +28,5 @@ pub(crate) use charts::Charts;
 pub(crate) use glue::price_of_waste;
 pub(crate) use rounds::merge;
 pub(crate) use spend::spend;
-pub(crate) use straight_on::run_straight;
+pub(crate) use straight_on::{run_straight, turns};
 pub(crate) use trade::{shorten_borders, shorten_borders_of_large};

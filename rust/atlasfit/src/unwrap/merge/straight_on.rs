@@ -14,6 +14,7 @@ use super::region::{Move, Neighbouring};
 use super::trade::{Traded, Wanted, moved};
 use crate::error::Result;
 use crate::run::Context;
+use crate::unwrap::chart::Chart;
 use crate::unwrap::constants::UNWRAP;
 use crate::unwrap::surface::{NONE, Surface};
 use rayon::prelude::*;
@@ -77,6 +78,20 @@ pub(crate) fn run_straight(s: &Surface, charts: &mut Charts, bound: f64, ctx: &C
             }
         }
     }
+}
+
+/// What the turns of all seams at crossings of four polygons count, as a length of seam; 0 for triangles.
+pub(crate) fn turns(s: &Surface, charts: &Charts) -> f64 {
+    if s.cells.is_none() {
+        return 0.0;
+    }
+    let net = Net { s, charts };
+    let of_chart = |c: &Chart| {
+        let ends = c.border.iter().filter_map(|&(i, k)| s.crossing(3 * c.faces[i as usize] + u32::from(k)));
+        ends.map(|edges| net.turn(edges, |h| net.is_seam(h))).sum::<f64>()
+    };
+    // Each is at the ends of two edges.
+    0.5 * MERGE.turn * charts.list.iter().flatten().map(of_chart).sum::<f64>()
 }
 
 /// Faces that would change hands for a straighter border.
