@@ -945,7 +945,8 @@ typedef struct {
   double network_learning_rate;
   /**
    * With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it,
-   * whatever the points' normals say.
+   * whatever the points' normals say. Where more than a quarter of the points is hidden from there,
+   * connected parts face it as wholes.
    */
   double viewpoint[3];
   /**
@@ -1090,7 +1091,8 @@ typedef struct {
    */
   uint32_t reserved;
   /**
-   * Median distance between neighbouring points.
+   * Median distance between neighbouring points; where many lie in rows far apart, between those that are
+   * left when the points of a row are averaged.
    */
   double spacing;
   /**

@@ -290,7 +290,8 @@ def denoise(
                   Chamfer distance (1), learning_rate of Adam (0.001); iterations and learning_rate are of the
                   recipe "paper"
     viewpoint     (3,) where the scanner stood, in the points' unit: the surface faces it, whatever the
-                  normals say
+                  normals say. Where more than a quarter of the points is hidden from there, connected
+                  parts face it as wholes
     watertight    whether the surface is to be that of a solid, for printing: closed, without
                   self-intersections (default False). Its attribute "extrapolated" is 1 where it was invented
     min_part      connected parts of the surface that have less than this share of its area, 0 to 1, are left

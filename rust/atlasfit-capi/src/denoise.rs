@@ -89,7 +89,8 @@ pub struct atlasfit_denoise_options {
     /// With #ATLASFIT_RECIPE_PAPER: learning rate of Adam, more than 0. Default 0.001.
     pub network_learning_rate: f64,
     /// With has_viewpoint: where the scanner stood, x, y, z in the points' unit. The surface faces it,
-    /// whatever the points' normals say.
+    /// whatever the points' normals say. Where more than a quarter of the points is hidden from there,
+    /// connected parts face it as wholes.
     pub viewpoint: [f64; 3],
     /// 1 if viewpoint counts, else 0. Default 0.
     pub has_viewpoint: u32,

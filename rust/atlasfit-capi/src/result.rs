@@ -91,7 +91,8 @@ pub struct atlasfit_report {
     pub has_colors: u32,
     /// 0.
     pub reserved: u32,
-    /// Median distance between neighbouring points.
+    /// Median distance between neighbouring points; where many lie in rows far apart, between those that are
+    /// left when the points of a row are averaged.
     pub spacing: f64,
     /// Noise (standard deviation along the normal), estimated or as given.
     pub noise: f64,

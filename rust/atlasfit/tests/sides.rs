@@ -5,8 +5,8 @@
 mod shapes;
 
 use atlasfit::numeric::rng::Rng;
-use atlasfit::{Denoised, Vec3};
-use shapes::{rms, run, sphere, topology};
+use atlasfit::{Denoised, Run, Vec3, denoise};
+use shapes::{cloud, plain, rms, run, sphere, topology};
 use std::f64::consts::TAU;
 
 /// Share of the surface's area that faces away from `outward`, a direction for each place.
@@ -289,4 +289,48 @@ fn a_yard_seen_from_a_mast_with_beams_far_apart_faces_the_mast() {
     let ground = out.surface.positions.iter().filter(|p| p[0].hypot(p[1]) < 8.0);
     let off = rms(ground.map(|p| p[2] + 1.8));
     assert!(off < 0.01, "{off}");
+}
+
+/// A house of 8 by 6 by 5 on a ground of 24 by 24, measured as densely on all sides.
+fn house(n: usize, sigma: f64) -> Vec<[f64; 3]> {
+    // Corner, and two edges.
+    let rectangles = [
+        [[-12.0, -12.0, 0.0], [24.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
+        [[-12.0, 3.0, 0.0], [24.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
+        [[-12.0, -3.0, 0.0], [8.0, 0.0, 0.0], [0.0, 6.0, 0.0]],
+        [[4.0, -3.0, 0.0], [8.0, 0.0, 0.0], [0.0, 6.0, 0.0]],
+        [[-4.0, -3.0, 5.0], [8.0, 0.0, 0.0], [0.0, 6.0, 0.0]],
+        [[-4.0, -3.0, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 5.0]],
+        [[-4.0, 3.0, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 5.0]],
+        [[-4.0, -3.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 5.0]],
+        [[4.0, -3.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 5.0]],
+    ]
+    .map(|r| r.map(Vec3));
+    let area = rectangles.map(|[_, u, v]| u.norm() * v.norm());
+    let all: f64 = area.iter().sum();
+    let mut rng = Rng::new(9);
+    let mut points = Vec::new();
+    for ([corner, u, v], area) in rectangles.into_iter().zip(area) {
+        for _ in 0..(n as f64 * area / all) as usize {
+            let p = corner + u * rng.uniform() + v * rng.uniform();
+            points.push((p + Vec3::from_fn(|_| sigma * rng.normal())).0);
+        }
+    }
+    points
+}
+
+#[test]
+fn a_viewpoint_that_cannot_have_seen_all_of_a_scan_tells_the_sides_of_whole_parts() {
+    let points = cloud(&house(24_000, 0.02));
+    let outward = |p: Vec3| match [p[0].abs() / 4.0, p[1].abs() / 3.0, p[2] / 5.0] {
+        [x, y, z] if x.max(y) > 1.1 || z > x.max(y) => Vec3([0.0, 0.0, 1.0]),
+        [x, y, _] if x > y => Vec3([p[0], 0.0, 0.0]),
+        _ => Vec3([0.0, p[1], 0.0]),
+    };
+    for viewpoint in [[9.0, 1.0, 1.7], [-2.0, 8.0, 1.7]] {
+        let options = plain().with_viewpoint(Some(viewpoint));
+        let out = denoise(&points, &options, &mut Run::default()).unwrap();
+        let away = turned(&out, outward);
+        assert!(away < 0.02, "{viewpoint:?}: {away}");
+    }
 }

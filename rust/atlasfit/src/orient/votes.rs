@@ -11,7 +11,7 @@ use crate::run::Context;
 use rayon::prelude::*;
 
 /// Each point votes on its strongest chart. `toward` holds a unit vector per point, or zero where nothing is
-/// known.
+/// known; those that are `hidden` have no vote (none are if that is empty).
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -20,11 +20,13 @@ pub(crate) fn votes(
     fitted: &[FittedChart],
     members: &Membership,
     toward: &[Vec3],
+    hidden: &[bool],
     ctx: &Context<'_>,
 ) -> Result<Vec<Vote>> {
     let of_point = |i: usize| {
         let strongest = charts_at(points[i], members.of(i), fitted).into_iter().next()?;
-        (toward[i] != Vec3::ZERO).then(|| (strongest.chart, strongest.normal.dot(toward[i])))
+        let votes = toward[i] != Vec3::ZERO && hidden.get(i) != Some(&true);
+        votes.then(|| (strongest.chart, strongest.normal.dot(toward[i])))
     };
     let cast: Vec<Vec<(u32, f64)>> = points
         .par_chunks(1024)

@@ -14,15 +14,23 @@ use crate::orient::{self, Ground};
 use crate::run::Context;
 use crate::spatial::spacing::Sampling;
 
-/// For each point of the scan a unit vector to the side that it faces, zero where that is not known; `None`
-/// where nothing is known of any. A viewpoint goes before normals, and normals before scanners: normals say
-/// more, and the user most.
+/// Which way a scan's points are known to face.
+pub(super) struct Known {
+    /// For each point of the scan a unit vector to the side that it faces, zero where that is not known.
+    pub toward: Vec<Vec3>,
+    /// Where they were seen from, in the scan's frame, if one place is said: what is hidden from there is not
+    /// known.
+    pub viewpoint: Option<Vec3>,
+}
+
+/// What is known of the points' sides; `None` where nothing is. A viewpoint goes before normals, and normals
+/// before scanners: normals say more, and the user most.
 pub(super) fn given(
     cloud: &PointCloud,
     options: &DenoiseOptions,
     scan: &Scan,
     ctx: &Context<'_>,
-) -> Result<Option<Vec<Vec3>>> {
+) -> Result<Option<Known>> {
     let Some(of_input) = directions(cloud, options) else { return Ok(None) };
     let mut toward = vec![Vec3::ZERO; scan.points.len()];
     for (i, &p) in scan.input.of_input.iter().enumerate() {
@@ -36,8 +44,8 @@ pub(super) fn given(
     }
     // Points that lie on each other are one: they face the mean of their directions.
     toward.iter_mut().for_each(|t| *t = if *t == Vec3::ZERO { *t } else { t.normalized() });
-    let known = toward.iter().any(|t| *t != Vec3::ZERO);
-    Ok(known.then_some(toward))
+    let viewpoint = options.viewpoint.map(|v| (Vec3(v) - scan.frame.origin) * (1.0 / scan.frame.scale));
+    Ok(toward.iter().any(|t| *t != Vec3::ZERO).then_some(Known { toward, viewpoint }))
 }
 
 /// For each given point a unit vector to the side that it faces, zero or not finite where that is not known;

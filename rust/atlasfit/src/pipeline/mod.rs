@@ -220,9 +220,9 @@ fn charted(
     if let Some(guide) = guide {
         scan = guide::follow(guide, scan, ctx)?;
     }
-    let toward = facing::given(cloud, options, &scan, ctx)?;
+    let known = facing::given(cloud, options, &scan, ctx)?;
     let first = fit_atlas::fit_atlas(&mut scan, options.charts, ctx)?;
-    let mut atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
+    let mut atlas = sheets::separate(&scan, first, known.as_ref(), ctx)?;
     scan.input.warnings.extend(atlas.warning.take());
     strength::apply(&scan, &mut atlas, options, guide.is_some(), ctx)?;
     let noise = finish::reported_noise(scan_noise, scan.noise, guide.is_some());

@@ -62,8 +62,10 @@ pub struct DenoiseOptions {
     pub texture_size: u32,
     /// What to do with outliers.
     pub outliers: Outliers,
-    /// Where the scanner stood, in the scan's unit and frame: the surface faces it. `None` takes what the
-    /// cloud says (its normals, its scanners), and where it says nothing, looks for one.
+    /// Where the scanner stood, in the scan's unit and frame: the surface faces it. Where more than a quarter
+    /// of the points is hidden from there (one place of a moving scanner, say), connected parts face it as
+    /// wholes. `None` takes what the cloud says (its normals, its scanners), and where it says nothing, looks
+    /// for one.
     pub viewpoint: Option<[f64; 3]>,
     /// Whether to lay out UVs; without a surface there are none.
     pub uv: bool,

@@ -5,7 +5,7 @@
 //! partition, fit, orient and blend, as they need all four.
 
 use super::constants::PIPELINE;
-use super::facing::{self, Viewers};
+use super::facing::{self, Known, Viewers};
 use super::fit_atlas::{FirstAtlas, cut, drop_strays};
 use super::prepare::Scan;
 use super::warnings;
@@ -38,30 +38,30 @@ pub(super) struct OrientedAtlas {
 }
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
-/// own side only. Where that fails they come back: an uncertain surface is better than none. `toward` says
-/// where each point is known to face, if anything is known. If not, and the points tell of one scanner, the
+/// own side only. Where that fails they come back: an uncertain surface is better than none. `known` says
+/// where the points face, as far as that is known. If not, and the points tell of one scanner, the
 /// charts face it in the end.
 pub(super) fn separate(
     scan: &Scan,
     first: FirstAtlas,
-    toward: Option<&[Vec3]>,
+    known: Option<&Known>,
     ctx: &Context<'_>,
 ) -> Result<OrientedAtlas> {
     let FirstAtlas { fitted, on_tubes, size } = first;
     let cut = cut(scan, size);
-    let mut atlas = oriented(scan, fitted, toward, ctx)?;
+    let mut atlas = oriented(scan, fitted, known, ctx)?;
     for _ in 0..PIPELINE.sheet_rounds {
-        let known = &atlas.projected;
-        let Some(refit) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, known, ctx)? else { break };
-        let patches = partition::partition(&cut, &refit.covered, Some(known), false, ctx)?;
+        let projected = &atlas.projected;
+        let Some(refit) = partition::keep(&cut, &mut atlas.fitted, &on_tubes, projected, ctx)? else { break };
+        let patches = partition::partition(&cut, &refit.covered, Some(projected), false, ctx)?;
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
         drop_strays(&cut, &mut fitted, ctx)?;
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
-        atlas = oriented(scan, fitted, toward, ctx)?;
+        atlas = oriented(scan, fitted, known, ctx)?;
     }
-    if toward.is_none() {
+    if known.is_none() {
         let part = &orient::connected(atlas.fitted.len(), &atlas.relations);
         let (projected, count) = (&atlas.projected[..], &scan.input.count[..]);
         let looked = facing::Looked { projected, sampling: &scan.sampling, count, part };
@@ -69,7 +69,8 @@ pub(super) fn separate(
             // A tile may see another one than the whole does.
             Viewers::Scanners(of) if of.len() == 1 && scan.told.is_none() => {
                 let toward: Vec<Vec3> = scan.points.iter().map(|p| (of[0] - *p).normalized()).collect();
-                atlas = oriented(scan, atlas.fitted, Some(&toward), ctx)?;
+                let known = Known { toward, viewpoint: None };
+                atlas = oriented(scan, atlas.fitted, Some(&known), ctx)?;
             }
             // Of several it is not known which one saw a point: the two sides of a wall between two rooms,
             // say.
@@ -87,7 +88,7 @@ pub(super) fn separate(
 fn oriented(
     scan: &Scan,
     mut fitted: Vec<FittedChart>,
-    toward: Option<&[Vec3]>,
+    known: Option<&Known>,
     ctx: &Context<'_>,
 ) -> Result<OrientedAtlas> {
     let (points, spacing) = (&scan.points, scan.sampling.median);
@@ -96,14 +97,21 @@ fn oriented(
     let centers = orient::Centers::of(&fitted, ctx)?;
     let opposing = orient::opposing_sheets(points, &fitted, spacing, &centers, ctx)?;
     let beside = orient::beside(&centers, ctx)?;
-    let mut votes = match toward {
-        Some(toward) => orient::votes(points, &fitted, &members, toward, ctx)?,
-        None => Vec::new(),
-    };
+    let Asked { mut votes, one_by_one } = asked(scan, known, &fitted, &members, ctx)?;
     let sheets =
         orient::Sheets { points, spacing: &scan.sampling.spacing, fitted: &fitted, members: &members };
-    let known = orient::Relations { shared: &relations, opposing: &opposing, beside: &beside };
-    let signs = orient::orient(&known, &votes, &sheets, ctx)?;
+    let found = orient::Relations { shared: &relations, opposing: &opposing, beside: &beside };
+    let of_charts = if one_by_one { &votes[..] } else { &[] };
+    let mut signs = orient::orient(&found, of_charts, &sheets, ctx)?;
+    if !one_by_one {
+        let part = orient::connected(fitted.len(), &relations);
+        let mut side = vec![0.0; fitted.len()];
+        for ((&part, vote), sign) in part.iter().zip(&votes).zip(&signs.of_chart) {
+            side[part as usize] += vote.sum * sign;
+        }
+        let turns = part.iter().map(|&part| if side[part as usize] < 0.0 { -1.0 } else { 1.0 });
+        signs.of_chart.iter_mut().zip(turns).for_each(|(sign, turn)| *sign *= turn);
+    }
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
         f.chart.sign = *sign;
     }
@@ -111,4 +119,39 @@ fn oriented(
     let projected = project::project_members(points, &fitted, &members, ctx)?;
     let (conflicts, warning) = (signs.conflicts, None);
     Ok(OrientedAtlas { fitted, members, relations, opposing, conflicts, votes, projected, warning })
+}
+
+/// How the points vote on the charts' sides.
+struct Asked {
+    votes: Vec<Vote>,
+    /// Whether each chart goes by its own votes, not whole connected parts by all of theirs: not where much
+    /// of the scan cannot have been seen from the place that is said to have seen it.
+    one_by_one: bool,
+}
+
+fn asked(
+    scan: &Scan,
+    known: Option<&Known>,
+    fitted: &[FittedChart],
+    members: &Membership,
+    ctx: &Context<'_>,
+) -> Result<Asked> {
+    let Some(Known { toward, viewpoint }) = known else {
+        return Ok(Asked { votes: Vec::new(), one_by_one: true });
+    };
+    let thick = |i: usize| {
+        let noise = scan.noise.sigma * scan.relative_noise.get(i).map_or(1.0, |r| f64::from(*r));
+        PIPELINE.hidden_behind * noise.max(f64::from(scan.sampling.spacing[i]))
+    };
+    let points = &scan.points;
+    let mut hidden = match viewpoint {
+        Some(v) => orient::hidden(points, fitted, members, *v, thick, ctx)?,
+        None => Vec::new(),
+    };
+    let count = hidden.iter().filter(|h| **h).count();
+    let one_by_one = count as f64 <= PIPELINE.most_hidden * points.len() as f64;
+    if one_by_one {
+        hidden.clear();
+    }
+    Ok(Asked { votes: orient::votes(points, fitted, members, toward, &hidden, ctx)?, one_by_one })
 }

@@ -108,9 +108,9 @@ fn denoised(
     let sampled = prepare::sampled(distinct, options.noise, Some(survey), ctx)?;
     memory::reserve_sampled(&sampled, Some(survey), columns, options, ctx)?;
     let mut scan = prepare::with_noise(sampled, options.noise, Some((*survey, rows)), ctx)?;
-    let toward = facing::given(cloud, options, &scan, ctx)?;
+    let known = facing::given(cloud, options, &scan, ctx)?;
     let first = fit_atlas::fit_atlas(&mut scan, options.charts, ctx)?;
-    let mut atlas = sheets::separate(&scan, first, toward.as_deref(), ctx)?;
+    let mut atlas = sheets::separate(&scan, first, known.as_ref(), ctx)?;
     strength::apply(&scan, &mut atlas, options, false, ctx)?;
     let built = surface::build(scan, atlas, options, ctx)?;
     let (surface, part_of_chart) = surface_of(&built, ctx)?;

@@ -87,8 +87,8 @@ pub(crate) struct UnwrapConstants {
     /// `unwrap --json` of 40 meshes: the best of 1 and 2 has 0.957 of the seam of 1 alone, of 1, 2 and 0.5
     /// 0.945, of all five 0.932, the geometric mean.
     pub flatnesses: [f64; 5],
-    /// As many tries are made as have no more faces than this all together. Source: chosen, for speed: a tenth
-    /// of a second on two cores.
+    /// As many tries are made as have no more faces than this all together. Source: chosen, for speed: a
+    /// tenth of a second on two cores.
     pub faces_tried: usize,
 }
 

@@ -3,13 +3,13 @@
 //! In: a [`TriMesh`] (any topology; never changed) and [`UnwrapOptions`]. Out: a [`UvLayout`] with a UV per
 //! corner of every triangle, in the mesh's own order.
 //!
-//! Flow: `surface` (adjacency, cuts) → `prices` (what seams cost) → `segment` (small flat patches) →
-//! `first` (laid flat, by `flatten` with its exact checks; `cut` where they fail) → `merge` (fewer, larger
-//! charts with short borders, within the stretch bound) → `straighten` (strips, tubes, rims, panels) →
-//! `shorten` (no chart decides the page) → `pack`, `checked` → `layout`. Large meshes are merged on a coarse
-//! stand-in (`large`). With a bound on the energy, `seams` cuts parts open instead of merging patches.
-//! `stack` finds parts of one shape: one of them
-//! is laid out, the others take its UVs.
+//! Flow: `surface` (adjacency, cuts) → `prices` (what seams cost) → `segment` (small flat patches) → `first`
+//! (laid flat, by `flatten` with its exact checks; `cut` where they fail) → `merge` (fewer, larger charts
+//! with short borders, within the stretch bound) → `straighten` (strips, tubes, rims, panels) → `shorten` (no
+//! chart decides the page) → `pack`, `checked` → `layout`. Of small meshes `tries` makes several layouts from
+//! `segment` to `merge` and keeps the best. Large meshes are merged on a coarse stand-in (`large`). With a
+//! bound on the energy, `seams` cuts parts open instead of merging patches. `stack` finds parts of one shape:
+//! one of them is laid out, the others take its UVs.
 
 // Corners and faces are indexed in several arrays at once; an index says so plainly.
 #![allow(clippy::needless_range_loop)]
@@ -218,7 +218,8 @@ fn rounding(mesh: &TriMesh, unit: f64) -> f64 {
     f64::from(f32::EPSILON) * finite.fold(0.0, |most: f64, x| most.max(x.abs())) / unit
 }
 
-/// The surface in charts that are stretched by `bound` at most, of which `fewest` counts more than short seams.
+/// The surface in charts that are stretched by `bound` at most, of which `fewest` counts more than short
+/// seams.
 fn charts_within(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'_>) -> Result<Vec<Chart>> {
     if s.faces() <= LARGE.faces {
         return best_charts(s, bound, fewest, ctx);

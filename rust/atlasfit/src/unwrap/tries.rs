@@ -1,8 +1,8 @@
 //! Several layouts of a small surface, of which the best is kept.
 //!
-//! In: a surface and a bound on the stretch. Out: charts within it. Merging is greedy: which patches it begins
-//! with decides a fifth of the seam, in ways that nothing tells beforehand. Where there are few faces it is
-//! begun several times, with patches of other sizes, and of quads with `blocks` too.
+//! In: a surface and a bound on the stretch. Out: charts within it. Merging is greedy: which patches it
+//! begins with decides a fifth of the seam, in ways that nothing tells beforehand. Where there are few faces
+//! it is begun several times, with patches of other sizes, and of quads with `blocks` too.
 
 use super::chart::{Chart, Seams};
 use super::constants::UNWRAP;
@@ -38,8 +38,8 @@ pub(super) fn best_charts(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'
     Ok(charts.list.into_iter().flatten().collect())
 }
 
-/// What counts of a layout, the less the better: how many charts there are where the `fewest` are asked for; what
-/// their seams, the turns of these, and the page that they waste cost.
+/// What counts of a layout, the less the better: how many charts there are where the `fewest` are asked for;
+/// what their seams, the turns of these, and the page that they waste cost.
 fn rank(s: &Surface, charts: &Charts, bound: f64, fewest: bool) -> (usize, f64) {
     let list = || charts.list.iter().flatten();
     let seams = list().fold(Seams::default(), |sum, c| sum.with(c.seams(s)));

@@ -147,8 +147,8 @@ pub struct Args {
     /// Points that belong to no surface, and those of parts that are left out (--min-part, --largest)
     #[arg(long, value_enum, default_value = "keep", help_heading = "Fit")]
     outliers: Outliers,
-    /// Where the scanner stood, in the scan's unit: the surface faces it [default: what the file says by
-    /// normals, faces or poses; otherwise looked for]
+    /// Where the scanner stood, in the scan's unit: the surface faces it, as wholes where much of it is
+    /// hidden from there [default: what the file says by normals, faces or poses; otherwise looked for]
     #[arg(
         long,
         value_name = "X,Y,Z",

@@ -126,8 +126,8 @@ pub(crate) struct MergeConstants {
     /// Halved: same bytes; doubled: charts 0.98 (elephant 0.86), seam 0.99 (elephant 0.94), stretch 1.01
     /// (elephant 1.14).
     pub spent: f64,
-    /// What a turn of a border where four polygons meet counts, in lengths of the edges there. Source: chosen:
-    /// a seam may be as much longer as one edge to go straight on.
+    /// What a turn of a border where four polygons meet counts, in lengths of the edges there. Source:
+    /// chosen: a seam may be as much longer as one edge to go straight on.
     pub turn: f64,
     /// Share of what it saves of turns that a straighter border must be worth in all, so that none is moved
     /// for rounding. In (0, 1). Source: chosen.

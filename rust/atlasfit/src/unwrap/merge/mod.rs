@@ -3,10 +3,10 @@
 //!
 //! In: flattened charts. Out: fewer flattened charts. `rounds` merges what fits; `trade` then moves borders
 //! to where they are shorter, as `region` and `ways` know, and merges what fits now; where the bound is
-//! loose, `spend` uses up what the whole surface may stretch beyond it. `join` tries one pair: `align` lays
-//! one against the other, `dart` finds a part of their border where all of it does not close, `overlap` tells
-//! whether there is room for that, `patch` and `glue` make them one. `charts` holds the charts and who owns
-//! which face.
+//! loose, `spend` uses up what the whole surface may stretch beyond it; borders of quads then follow edge
+//! loops (`straight_on`). `join` tries one pair: `align` lays one against the other, `dart` finds a part of
+//! their border where all of it does not close, `overlap` tells whether there is room for that, `patch` and
+//! `glue` make them one. `charts` holds the charts and who owns which face.
 
 mod align;
 mod charts;

@@ -1,11 +1,11 @@
 //! Borders of charts of quads run straight on: steps that nobody would have drawn are taken out.
 //!
-//! In: charts of a mesh with polygons. Out: as many charts, within the same bound, whose borders follow edge loops
-//! with fewer turns.
+//! In: charts of a mesh with polygons. Out: as many charts, within the same bound, whose borders follow edge
+//! loops with fewer turns.
 //!
-//! Where a border turns at a crossing of four polygons, it could have gone straight on to where it meets a seam
-//! again. What lies between the two ways goes over to the other chart where that saves seam and turns, under the
-//! conditions of every merge.
+//! Where a border turns at a crossing of four polygons, it could have gone straight on to where it meets a
+//! seam again. What lies between the two ways goes over to the other chart where that saves seam and turns,
+//! under the conditions of every merge.
 
 use super::charts::Charts;
 use super::constants::MERGE;
@@ -288,8 +288,8 @@ mod tests {
 
     const SIDE: usize = 16;
 
-    /// How long the seams of a square of 16 by 16 quads are, in quads, and how many turns they have, before and
-    /// after, where column `x` belongs to the first of two charts up to row `up_to[x]`.
+    /// How long the seams of a square of 16 by 16 quads are, in quads, and how many turns they have, before
+    /// and after, where column `x` belongs to the first of two charts up to row `up_to[x]`.
     fn straightened(up_to: &[usize]) -> [(f64, usize); 2] {
         let n = SIDE + 1;
         let corner = |x: usize, y: usize| (y * n + x) as u32;

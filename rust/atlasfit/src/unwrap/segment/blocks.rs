@@ -1,9 +1,9 @@
-//! Blocks of quads: flat rectangles of rows and columns, as someone who marks seams along edge loops has them in
-//! mind.
+//! Blocks of quads: flat rectangles of rows and columns, as someone who marks seams along edge loops has them
+//! in mind.
 //!
-//! In: a surface with polygons. Out: the block of each polygon, if it lies in one. A block grows by whole rows as
-//! long as it is flat. The next one begins with the row beyond one of its sides, so that borders run straight on
-//! from block to block.
+//! In: a surface with polygons. Out: the block of each polygon, if it lies in one. A block grows by whole
+//! rows as long as it is flat. The next one begins with the row beyond one of its sides, so that borders run
+//! straight on from block to block.
 
 use super::cluster::{Cluster, cost};
 use super::constants::SEGMENT;
@@ -15,16 +15,17 @@ use std::collections::VecDeque;
 /// A rectangle of quads.
 struct Block {
     quads: Vec<u32>,
-    /// The edges of its quads on each side. Sides 0 and 2 run from side 3 to side 1, sides 1 and 3 from side 0
-    /// to side 2.
+    /// The edges of its quads on each side. Sides 0 and 2 run from side 3 to side 1, sides 1 and 3 from side
+    /// 0 to side 2.
     sides: [Vec<u32>; 4],
-    /// Whether sides 0 and 1 run as the quads' own edges do, and 2 and 3 against them; or the other way round.
+    /// Whether sides 0 and 1 run as the quads' own edges do, and 2 and 3 against them; or the other way
+    /// round.
     along: bool,
     cluster: Cluster,
 }
 
-/// The block of each polygon; [`NONE`] for those in none. `alone` is each polygon as a cluster, `flatness` bounds
-/// 1 - |mean normal| of a block.
+/// The block of each polygon; [`NONE`] for those in none. `alone` is each polygon as a cluster, `flatness`
+/// bounds 1 - |mean normal| of a block.
 pub(super) fn blocks(s: &Surface, alone: &[Cluster], flatness: f64, ctx: &Context<'_>) -> Result<Vec<u32>> {
     let mut out = Blocks { s, alone, flatness, block_of: vec![NONE; alone.len()], count: 0 };
     let mut open: VecDeque<Vec<u32>> = VecDeque::new();
@@ -129,8 +130,8 @@ impl Blocks<'_> {
         }
     }
 
-    /// The four sides of a row of quads, of which these edges are the first; the row leads to the ends of these
-    /// edges, or to their beginnings.
+    /// The four sides of a row of quads, of which these edges are the first; the row leads to the ends of
+    /// these edges, or to their beginnings.
     fn sides_of(&self, row: &[u32], along: bool) -> [Vec<u32>; 4] {
         let s = self.s;
         let far = |h: u32| s.next_edge(s.next_edge(h));
@@ -210,10 +211,11 @@ mod tests {
             });
             let found = found.unwrap();
             for id in 0..=found.iter().filter(|b| **b != NONE).max().map_or(0, |&b| b) {
-                let own: Vec<usize> = (cells.iter().zip(&found)).filter(|c| *c.1 == id).map(|c| *c.0).collect();
+                let own: Vec<usize> =
+                    (cells.iter().zip(&found)).filter(|c| *c.1 == id).map(|c| *c.0).collect();
                 let side = |at: &dyn Fn(usize) -> usize| {
-                    let (lo, hi) = own.iter().fold((usize::MAX, 0), |(lo, hi), &c| (lo.min(at(c)), hi.max(at(c))));
-                    if own.is_empty() { 0 } else { hi - lo + 1 }
+                    let along = || own.iter().map(|&c| at(c));
+                    along().max().zip(along().min()).map_or(0, |(hi, lo)| hi - lo + 1)
                 };
                 prop_assert_eq!(own.len(), side(&|c| c / m) * side(&|c| c % m));
             }

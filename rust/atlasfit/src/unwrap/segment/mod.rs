@@ -2,7 +2,8 @@
 //!
 //! In: the surface. Out: a patch index per face. Greedy bottom-up clustering of faces (Garland, Willmott,
 //! Heckbert 2001) with the normal-variance error of Cohen-Steiner, Alliez, Desbrun 2004 and a term that
-//! favours compact patches; then border faces move between patches where that shortens the borders.
+//! favours compact patches; then border faces move between patches where that shortens the borders. Quads may
+//! first be put into `blocks`.
 
 mod blocks;
 mod cluster;

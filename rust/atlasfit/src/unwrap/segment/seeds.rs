@@ -36,7 +36,8 @@ pub(super) struct Seeds {
 }
 
 /// Groups faces a few at a time without a queue: every cluster picks its cheapest neighbour, and pairs that
-/// pick each other join; repeated until it stops paying. Clusters are flatter than the patches, but for blocks.
+/// pick each other join; repeated until it stops paying. Clusters are flatter than the patches, but for
+/// blocks.
 pub(super) fn seeds(s: &Surface, cut: FirstCut, ctx: &Context<'_>) -> Result<Seeds> {
     let Seeds { mut clusters, mut of_face } = cells_alone(s, ctx)?;
     ctx.check()?;

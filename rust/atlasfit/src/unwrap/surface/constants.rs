@@ -23,8 +23,8 @@ pub(crate) struct SurfaceConstants {
     /// theirs: a bound on the work about the hub of a large fan. Source: chosen.
     /// Halved or doubled: same bytes.
     pub most_at_vertex: u32,
-    /// Most faces of a polygon, or about a vertex, past which edges are looked for. Source: chosen; polygons of
-    /// more corners than this are caps, beside which nothing runs straight on.
+    /// Most faces of a polygon, or about a vertex, past which edges are looked for. Source: chosen; polygons
+    /// of more corners than this are caps, beside which nothing runs straight on.
     pub most_corners: usize,
 }
 

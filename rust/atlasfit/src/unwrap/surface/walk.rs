@@ -1,7 +1,7 @@
 //! Ways along the edges of the surface's polygons.
 //!
-//! In: a half-edge, `3 * face + slot`. Out: others about it. Edges inside a polygon are none of its edges; where
-//! there are no polygons every face is one.
+//! In: a half-edge, `3 * face + slot`. Out: others about it. Edges inside a polygon are none of its edges;
+//! where there are no polygons every face is one.
 
 use super::constants::SURFACE;
 use super::{NONE, Surface};
@@ -47,8 +47,8 @@ impl Surface {
         (self.next_edge(edges[3]) == first).then_some(edges)
     }
 
-    /// The edges that leave the end of an edge where four polygons meet: the one that follows it round its own
-    /// polygon, the one straight on, the third, and its own other side.
+    /// The edges that leave the end of an edge where four polygons meet: the one that follows it round its
+    /// own polygon, the one straight on, the third, and its own other side.
     pub(crate) fn crossing(&self, h: u32) -> Option<[u32; 4]> {
         let mut edges = [NONE; 4];
         let mut at = h;
