@@ -178,13 +178,8 @@ fn packed_by(
     }
     s.price = prices(mesh, &s, options, ctx)?;
     let uvs = mesh.corner_uv.as_deref().unwrap_or_default();
-    let Bounded { charts: list, bound } = bounded(
-        &mut s,
-        uvs,
-        options,
-        |s, bound| charts_within(s, bound, options.max_charts.is_some(), ctx),
-        ctx,
-    )?;
+    let Bounded { charts: list, bound } =
+        bounded(&mut s, uvs, options, |s, bound| charts_within(s, bound, options.max_charts, ctx), ctx)?;
     ctx.stage(Stage::Pack, list.len());
     ctx.check()?;
     let list = straighten(&s, list, options, bound, ctx)?;
@@ -220,9 +215,9 @@ fn rounding(mesh: &TriMesh, unit: f64) -> f64 {
 
 /// The surface in charts that are stretched by `bound` at most, of which `fewest` counts more than short
 /// seams.
-fn charts_within(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'_>) -> Result<Vec<Chart>> {
+fn charts_within(s: &Surface, bound: f64, most: Option<usize>, ctx: &Context<'_>) -> Result<Vec<Chart>> {
     if s.faces() <= LARGE.faces {
-        return best_charts(s, bound, fewest, ctx);
+        return best_charts(s, bound, most, ctx);
     }
     let patches = segment::patches(s, FirstCut { flatness: usual_flatness(bound), blocks: false }, ctx)?;
     ctx.stage(Stage::Parametrize, patches.count);

@@ -16,7 +16,12 @@ use rayon::prelude::*;
 
 /// Charts that are stretched by `bound` at most, the best of as many tries as `UNWRAP.faces_tried` allows:
 /// see [`rank`].
-pub(super) fn best_charts(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'_>) -> Result<Vec<Chart>> {
+pub(super) fn best_charts(
+    s: &Surface,
+    bound: f64,
+    most: Option<usize>,
+    ctx: &Context<'_>,
+) -> Result<Vec<Chart>> {
     let mut patches: Vec<Segmentation> = (first_cuts(s, bound).into_par_iter())
         .map(|cut| segment::patches(s, cut, ctx))
         .collect::<Result<_>>()?;
@@ -31,7 +36,7 @@ pub(super) fn best_charts(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'
     }
     ctx.stage(Stage::Parametrize, patches.iter().map(|p| p.count).sum());
     let made: Vec<Charts> = patches.par_iter().map(|p| merged(s, p, bound, ctx)).collect::<Result<_>>()?;
-    let ranked = made.into_iter().map(|charts| (rank(s, &charts, bound, fewest), charts));
+    let ranked = made.into_iter().map(|charts| (rank(s, &charts, bound, most), charts));
     let best = ranked.min_by(|(x, _), (y, _)| x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)));
     let Some((_, mut charts)) = best else { return Ok(Vec::new()) };
     merge::run_straight(s, &mut charts, bound, ctx)?;
@@ -40,12 +45,12 @@ pub(super) fn best_charts(s: &Surface, bound: f64, fewest: bool, ctx: &Context<'
 
 /// What counts of a layout, the less the better: how many charts there are where the `fewest` are asked for;
 /// what their seams, the turns of these, and the page that they waste cost.
-fn rank(s: &Surface, charts: &Charts, bound: f64, fewest: bool) -> (usize, f64) {
+fn rank(s: &Surface, charts: &Charts, bound: f64, most: Option<usize>) -> (usize, f64) {
     let list = || charts.list.iter().flatten();
     let seams = list().fold(Seams::default(), |sum, c| sum.with(c.seams(s)));
     let waste = merge::price_of_waste(bound) * list().map(|c| c.waste).sum::<f64>();
     let cost = 0.5 * seams.cost + merge::turns(s, charts) + waste;
-    (if fewest { list().count() } else { 0 }, cost)
+    (most.map_or(0, |most| list().count().saturating_sub(most)), cost)
 }
 
 /// The first cuts that are tried, the usual one first.
@@ -111,7 +116,7 @@ mod tests {
                 assert_eq!(cuts.len(), 10);
                 let usual = merged(&s, &segment::patches(&s, cuts[0], ctx)?, 1.1, ctx)?;
                 let usual = usual.list.into_iter().flatten().collect();
-                Ok([seam(usual, &s), seam(best_charts(&s, 1.1, false, ctx)?, &s)])
+                Ok([seam(usual, &s), seam(best_charts(&s, 1.1, None, ctx)?, &s)])
             })
             .unwrap();
         assert!(best < usual, "{best} after {usual}");
