@@ -43,8 +43,8 @@ pub(super) fn best_charts(
     Ok(charts.list.into_iter().flatten().collect())
 }
 
-/// What counts of a layout, the less the better: how many charts there are where the `fewest` are asked for;
-/// what their seams, the turns of these, and the page that they waste cost.
+/// What counts of a layout, the less the better: how many charts it has more than `most`, if that is given;
+/// then what seams, their turns, and the page that charts waste cost.
 fn rank(s: &Surface, charts: &Charts, bound: f64, most: Option<usize>) -> (usize, f64) {
     let list = || charts.list.iter().flatten();
     let seams = list().fold(Seams::default(), |sum, c| sum.with(c.seams(s)));
