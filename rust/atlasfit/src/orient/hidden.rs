@@ -22,11 +22,12 @@ struct Sight {
     toward: Vec3,
     far: f64,
     normal: Vec3,
+    /// Surfaces that are nearer by less are taken for its own.
     thick: f64,
 }
 
-/// Whether a viewer at `viewer` cannot see each point; `thick` says of each how far behind
-/// another surface it must lie at least to be told from that.
+/// Whether a viewer at `viewer` cannot see each point; `thick` says of each how far behind another surface it
+/// must lie at least to be told from that.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -68,7 +69,12 @@ pub(crate) fn hidden(
         lean.abs() > ORIENT.view_cosine && first.far.max(plane) < s.far - s.thick
     };
     let is_hidden = |s: &Sight| nearest[square(s.toward, across)].is_some_and(|first| behind(s, &first));
-    Ok(sights.iter().map(|s| s.is_some_and(|s| is_hidden(&s))).collect())
+    let mut out = vec![false; points.len()];
+    for (i, (out, s)) in out.iter_mut().zip(&sights).enumerate() {
+        ctx.check_at(i)?;
+        *out = s.is_some_and(|s| is_hidden(&s));
+    }
+    Ok(out)
 }
 
 /// How many squares a side of the cube has across, so that those in which anything is seen hold so many
@@ -76,9 +82,11 @@ pub(crate) fn hidden(
 fn squares_across(sights: &[Option<Sight>], ctx: &Context<'_>) -> Result<u32> {
     let mut across = 1;
     for _ in 0..ORIENT.square_rounds {
-        ctx.check()?;
         let mut taken = vec![false; 6 * (across * across) as usize];
-        sights.iter().flatten().for_each(|s| taken[square(s.toward, across)] = true);
+        for (i, s) in sights.iter().flatten().enumerate() {
+            ctx.check_at(i)?;
+            taken[square(s.toward, across)] = true;
+        }
         let each = sights.len() as f64 / taken.iter().filter(|t| **t).count().max(1) as f64;
         let finer = f64::from(across) * (each / ORIENT.sights_a_square).sqrt();
         across = (finer as u32).clamp(1, ORIENT.most_squares);
