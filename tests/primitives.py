@@ -1,9 +1,9 @@
 """The classic primitives, of quads, unwrapped: what comes of each beside what a person would do.
 
-usage: primitives.py FOLDER PROGRAM... [-- OPTION...]
+usage: primitives.py FOLDER PROGRAM...
   Writes the twelve meshes into FOLDER as OBJ and prints a table: for each PROGRAM, in turn, the number of charts,
-  the seams over the square root of the area, and the share of the page that is covered. Options after -- go to
-  `unwrap`. `uv_sheet.py OUT.png PROGRAM FOLDER/*.obj` draws them.
+  the seams over the square root of the area, and the share of the page that is covered.
+  `uv_sheet.py OUT.png PROGRAM FOLDER/*.obj` draws them.
 Needs numpy. Ends with 1 if a program fails.
 """
 
@@ -15,6 +15,7 @@ import sys
 import tempfile
 
 import numpy as np
+from made import torus
 
 TURN = 2 * np.pi
 
@@ -104,15 +105,6 @@ def cube_ball(n):
     return p / np.linalg.norm(p, axis=1)[:, None], faces
 
 
-def torus(n, m, tube):
-    place = lambda u, v: (
-        (1 + tube * np.cos(TURN * v)) * np.cos(TURN * u),
-        (1 + tube * np.cos(TURN * v)) * np.sin(TURN * u),
-        tube * np.sin(TURN * v),
-    )
-    return grid(n, m, place, True, True)
-
-
 # Name, mesh, and what a person would do.
 PRIMITIVES = {
     "cube": (cube, "a cross of six squares, or strips of them"),
@@ -121,8 +113,8 @@ PRIMITIVES = {
     "cone": (lambda: cone(32), "a disc; the side a sector, cut open once"),
     "ball": (lambda: ball(32, 16), "two halves, or segments from pole to pole"),
     "cube ball": (lambda: cube_ball(12), "six sides, in a cross or alone"),
-    "torus": (lambda: torus(48, 12, 0.25), "strips about the ring, cut across"),
-    "ring": (lambda: torus(64, 8, 0.08), "strips about the ring"),
+    "torus": (lambda: torus(48, 12, tube=0.25), "strips about the ring, cut across"),
+    "ring": (lambda: torus(64, 8, tube=0.08), "strips about the ring"),
     "pipe": (
         lambda: swept(60, 12, 0.2, lambda u: (4 * u - 2, np.sin(TURN * u), 0 * u), False),
         "one strip, cut open along it",
@@ -161,13 +153,11 @@ def write(path, vertices, faces):
 
 
 def main():
-    given = sys.argv[1:]
-    own, options = (given[: given.index("--")], given[given.index("--") + 1 :]) if "--" in given else (given, [])
     raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("programs", nargs="+")
-    args = parser.parse_args(own)
+    args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     columns = len(args.programs)
     print("| primitive | a person would make |" + " charts, seam, coverage |" * columns)
@@ -179,7 +169,7 @@ def main():
             write(mesh, *make())
             cells = []
             for program in args.programs:
-                command = [program, "unwrap", mesh, "-o", pathlib.Path(folder, "out.obj"), "--json", *options]
+                command = [program, "unwrap", mesh, "-o", pathlib.Path(folder, "out.obj"), "--json"]
                 run = subprocess.run(command, capture_output=True, text=True)
                 if run.returncode:
                     print(f"{name}: {run.stderr.strip()}", file=sys.stderr)

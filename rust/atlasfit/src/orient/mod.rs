@@ -29,7 +29,7 @@ pub(crate) use hidden::hidden;
 pub(crate) use opposing::opposing_sheets;
 pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
-pub(crate) use signs::{Relations, agree, face, orient};
+pub(crate) use signs::{Relations, agree, face, orient, to_turn};
 pub(crate) use stations::{find_stations, votes_toward};
 pub(crate) use views::{Piece, Views};
 pub(crate) use votes::votes;

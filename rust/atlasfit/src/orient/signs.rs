@@ -340,21 +340,20 @@ fn contract(
     Ok(Contracted { signs, halves })
 }
 
-/// Turns the charts to the side that the surface faces. Connected charts turn together, as `side` (for each
-/// chart how much of the surface agrees with its normal, less how much does not) says in sum. Returns which
-/// charts were turned.
+/// Which charts are to be turned so that they face the right side: connected charts together, as `side` (for
+/// each chart how much speaks for the side that it faces, less how much does not) says in sum.
+pub(crate) fn to_turn(relations: &[Relation], side: &[f64]) -> Vec<bool> {
+    let part = connected(side.len(), relations);
+    let mut sum = vec![0.0; side.len()];
+    part.iter().zip(side).for_each(|(&part, s)| sum[part as usize] += s);
+    part.iter().map(|&part| sum[part as usize] < 0.0).collect()
+}
+
+/// Turns the charts to the side that the surface faces, see [`to_turn`]. Returns which charts were turned.
 pub(crate) fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<bool> {
-    let part = connected(charts.len(), relations);
-    let mut sum = vec![0.0; charts.len()];
-    for (&part, s) in part.iter().zip(side) {
-        sum[part as usize] += s;
-    }
-    let mut turned = vec![false; charts.len()];
-    for (c, chart) in charts.iter_mut().enumerate() {
-        if sum[part[c] as usize] < 0.0 {
-            chart.sign = -chart.sign;
-            turned[c] = true;
-        }
+    let turned = to_turn(relations, side);
+    for (chart, _) in charts.iter_mut().zip(&turned).filter(|c| *c.1) {
+        chart.sign = -chart.sign;
     }
     turned
 }

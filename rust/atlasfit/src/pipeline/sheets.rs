@@ -104,13 +104,9 @@ fn oriented(
     let of_charts = if one_by_one { &votes[..] } else { &[] };
     let mut signs = orient::orient(&found, of_charts, &sheets, ctx)?;
     if !one_by_one {
-        let part = orient::connected(fitted.len(), &relations);
-        let mut side = vec![0.0; fitted.len()];
-        for ((&part, vote), sign) in part.iter().zip(&votes).zip(&signs.of_chart) {
-            side[part as usize] += vote.sum * sign;
-        }
-        let turns = part.iter().map(|&part| if side[part as usize] < 0.0 { -1.0 } else { 1.0 });
-        signs.of_chart.iter_mut().zip(turns).for_each(|(sign, turn)| *sign *= turn);
+        let side: Vec<f64> = votes.iter().zip(&signs.of_chart).map(|(v, sign)| v.sum * sign).collect();
+        let turned = orient::to_turn(&relations, &side);
+        signs.of_chart.iter_mut().zip(turned).filter(|s| s.1).for_each(|(sign, _)| *sign = -*sign);
     }
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
         f.chart.sign = *sign;

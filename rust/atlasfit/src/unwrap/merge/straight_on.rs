@@ -279,9 +279,9 @@ impl Net<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::trade::tests::square;
     use super::*;
     use crate::Run;
-    use crate::geometry::TriMesh;
     use crate::unwrap::first::first_charts;
     use crate::unwrap::options::UnwrapOptions;
     use proptest::prelude::*;
@@ -291,20 +291,11 @@ mod tests {
     /// How long the seams of a square of 16 by 16 quads are, in quads, and how many turns they have, before
     /// and after, where column `x` belongs to the first of two charts up to row `up_to[x]`.
     fn straightened(up_to: &[usize]) -> [(f64, usize); 2] {
-        let n = SIDE + 1;
-        let corner = |x: usize, y: usize| (y * n + x) as u32;
-        let cells = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
-        let triangles = cells()
-            .flat_map(|(x, y)| {
-                let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
-                [[a, b, c], [a, c, d]]
-            })
-            .collect();
-        let mesh =
-            TriMesh::new((0..n * n).map(|i| [(i % n) as f64, (i / n) as f64, 0.0]).collect(), triangles);
+        let mesh = square(SIDE);
         let polygon = (0..2 * SIDE * SIDE).map(|f| f as u32 / 2).collect();
         let options = UnwrapOptions { face_polygon: Some(polygon), ..UnwrapOptions::default() };
-        let label: Vec<u32> = cells().flat_map(|(x, y)| [u32::from(y >= up_to[x]); 2]).collect();
+        let cells = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+        let label: Vec<u32> = cells.flat_map(|(x, y)| [u32::from(y >= up_to[x]); 2]).collect();
         let run = |ctx: &Context<'_>| {
             let s = Surface::new(&mesh, &options, ctx)?;
             let mut charts = Charts::new(s.faces(), first_charts(&s, &label, 2, Some(1.1), ctx)?);

@@ -254,7 +254,7 @@ fn apart(s: &Surface, c: &Chart, faces: &[u32], bound: f64, ctx: &Context<'_>) -
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::Run;
     use crate::geometry::TriMesh;
@@ -263,21 +263,26 @@ mod tests {
 
     const SIDE: usize = 24;
 
-    /// A square of 24 by 24 cells in two charts, those where `second` is true of a cell's column and row and
-    /// the others: the length of the border before and after, in cells, and the faces of each then.
-    fn traded_on_square(second: impl Fn(usize, usize) -> bool) -> (f64, f64, [usize; 2]) {
-        let n = SIDE + 1;
-        let positions = (0..n * n).map(|i| [(i % n) as f64, (i / n) as f64, 0.0]).collect();
+    /// A square of `side` by `side` cells of two triangles, row by row.
+    pub(in super::super) fn square(side: usize) -> TriMesh {
+        let n = side + 1;
         let corner = |x: usize, y: usize| (y * n + x) as u32;
-        let cells = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
-        let triangles = cells()
+        let cells = (0..side).flat_map(|y| (0..side).map(move |x| (x, y)));
+        let triangles = cells
             .flat_map(|(x, y)| {
                 let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
                 [[a, b, c], [a, c, d]]
             })
             .collect();
-        let label: Vec<u32> = cells().flat_map(|(x, y)| [u32::from(second(x, y)); 2]).collect();
-        let mesh = TriMesh::new(positions, triangles);
+        TriMesh::new((0..n * n).map(|i| [(i % n) as f64, (i / n) as f64, 0.0]).collect(), triangles)
+    }
+
+    /// A square of 24 by 24 cells in two charts, those where `second` is true of a cell's column and row and
+    /// the others: the length of the border before and after, in cells, and the faces of each then.
+    fn traded_on_square(second: impl Fn(usize, usize) -> bool) -> (f64, f64, [usize; 2]) {
+        let cells = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+        let label: Vec<u32> = cells.flat_map(|(x, y)| [u32::from(second(x, y)); 2]).collect();
+        let mesh = square(SIDE);
         let run = |ctx: &Context<'_>| {
             let s = Surface::new(&mesh, &UnwrapOptions::default(), ctx)?;
             let mut charts = Charts::new(s.faces(), first_charts(&s, &label, 2, Some(1.1), ctx)?);
