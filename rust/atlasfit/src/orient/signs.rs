@@ -341,17 +341,18 @@ fn contract(
 }
 
 /// Which charts are to be turned so that they face the right side: connected charts together, as `side` (for
-/// each chart how much speaks for the side that it faces, less how much does not) says in sum.
-pub(crate) fn to_turn(relations: &[Relation], side: &[f64]) -> Vec<bool> {
-    let part = connected(side.len(), relations);
-    let mut sum = vec![0.0; side.len()];
+/// each chart how much speaks for the side that it faces, less how much does not; nothing where nothing is
+/// known) says in sum.
+pub(crate) fn to_turn(charts: usize, relations: &[Relation], side: &[f64]) -> Vec<bool> {
+    let part = connected(charts, relations);
+    let mut sum = vec![0.0; charts];
     part.iter().zip(side).for_each(|(&part, s)| sum[part as usize] += s);
     part.iter().map(|&part| sum[part as usize] < 0.0).collect()
 }
 
 /// Turns the charts to the side that the surface faces, see [`to_turn`]. Returns which charts were turned.
 pub(crate) fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -> Vec<bool> {
-    let turned = to_turn(relations, side);
+    let turned = to_turn(charts.len(), relations, side);
     for (chart, _) in charts.iter_mut().zip(&turned).filter(|c| *c.1) {
         chart.sign = -chart.sign;
     }
@@ -361,6 +362,13 @@ pub(crate) fn face(charts: &mut [Chart], relations: &[Relation], side: &[f64]) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn connected_charts_turn_together_and_stay_where_nothing_is_known() {
+        let relations = [Relation { a: 0, b: 1, agreement: 1.0 }];
+        assert_eq!(to_turn(3, &relations, &[1.0, -2.0, 1.0]), [true, true, false]);
+        assert_eq!(to_turn(3, &relations, &[]), [false; 3]);
+    }
 
     /// Two sets of three charts that agree among themselves; one pair across says the opposite of what two
     /// weaker ones say.

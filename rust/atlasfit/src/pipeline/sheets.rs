@@ -105,7 +105,7 @@ fn oriented(
     let mut signs = orient::orient(&found, of_charts, &sheets, ctx)?;
     if !one_by_one {
         let side: Vec<f64> = votes.iter().zip(&signs.of_chart).map(|(v, sign)| v.sum * sign).collect();
-        let turned = orient::to_turn(&relations, &side);
+        let turned = orient::to_turn(fitted.len(), &relations, &side);
         signs.of_chart.iter_mut().zip(turned).filter(|s| s.1).for_each(|(sign, _)| *sign = -*sign);
     }
     for (f, sign) in fitted.iter_mut().zip(&signs.of_chart) {
