@@ -9,6 +9,7 @@ grazes it):
   misregistered  the same; each view is turned and moved by about two sigma; the scan says which view a point
                  is of
   quantised      the same; depths are rounded to steps of four sigma
+  framesK        the same from K (2, 4) of the cameras, each of which has so many more pixels
   uneven         the same; the density falls along x by a factor of 30; of 1000 with uneven1000
   varied         the same; the noise grows along x by a factor of 20, from sigma / 4.5 to 4.5 sigma
   merged         the same; each point is there twice, a hundredth of sigma apart, as where a scan is merged with
@@ -169,8 +170,7 @@ def rotated(P, axis, angle):
     return P * np.cos(angle) + np.cross(axis, P) * np.sin(angle) + along_axis
 
 
-def quantised(V, F, sigma, count, rng):
-    hits, places = views(V, F, count, rng)
+def rounded(hits, places, sigma, rng):
     points = along(hits, 0.3 * sigma, rng)
     step = 4 * sigma
     # Depth is along the camera's axis, not along the ray.
@@ -178,6 +178,24 @@ def quantised(V, F, sigma, count, rng):
     depth = np.einsum("ij,ij->i", points - places[hits.view], forward)
     more = (np.round(depth / step) * step - depth) / np.einsum("ij,ij->i", hits.ray, forward)
     return points + hits.ray * more[:, None], places, 0
+
+
+def quantised(V, F, sigma, count, rng):
+    return rounded(*views(V, F, count, rng), sigma, rng)
+
+
+def frames(cameras):
+    """A few of the cameras about the shape."""
+
+    def scan(V, F, sigma, count, rng):
+        hits, places = views(V, F, count * VIEWS // cameras, rng)
+        apart = VIEWS // cameras
+        few = np.arange(cameras) * apart
+        hits = hits.take(np.isin(hits.view, few))
+        hits.view //= apart
+        return rounded(hits, places[few], sigma, rng)
+
+    return scan
 
 
 def uneven(fall):
@@ -262,6 +280,7 @@ KINDS = {
     **{"outliers%d" % p: (outliers(p), None) for p in (3, 5, 20)},
     "misregistered": (misregistered, None),
     "quantised": (quantised, None),
+    **{"frames%d" % k: (frames(k), None) for k in (2, 4)},
     "uneven": (uneven(30.0), None),
     "uneven1000": (uneven(1000.0), None),
     "varied": (varied, None),

@@ -106,6 +106,16 @@ def test_quantised_depths_are_steps_of_four_sigma(made):
     assert np.abs(depth - np.round(depth)).max() < 1e-6
 
 
+def test_frames_are_of_a_few_cameras(made):
+    scanner = made["scanner"]
+    V, F = ball(made)
+    points, places, _ = scanner.frames(2)(V, F, SIGMA, 2000, np.random.default_rng(3))
+    assert len(places) == 2 and abs(len(points) - 2000) < 300
+    axes = -places / scanner.FAR
+    depth = np.stack([(points - p) @ a for p, a in zip(places, axes)]) / (4 * SIGMA)
+    assert np.abs(depth - np.round(depth)).min(0).max() < 1e-6
+
+
 def test_the_density_of_an_uneven_scan_falls_thirtyfold(made):
     scanner, rng = made["scanner"], np.random.default_rng(4)
     V, F = ball(made)
@@ -206,7 +216,7 @@ def test_the_program_lists_cells_and_refuses_what_it_does_not_know(tmp_path):
         ("sheets5", "plates"),
         ("outliers5", "knot"),
     ]
-    assert len(said()[1]) == 10 * 4 + 9
+    assert len(said()[1]) == 12 * 4 + 9
     refused, _ = said("--kinds", "fog")
     assert refused.returncode != 0 and "fog is no kind of scan" in refused.stderr
 

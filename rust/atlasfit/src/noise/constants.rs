@@ -79,7 +79,7 @@ pub(crate) struct NoiseConstants {
     /// one is known to sqrt(0.1 / 250) = 2 %.
     pub planes: usize,
     /// Among so many nearest points. Source: derived, within 2.5 spacings: steps as wide as the spacing leave
-    /// a fifth of them on one plane.
+    /// a fifth of them on one plane, and of four views each has five of them.
     pub coplanar_among: usize,
     /// A plane has so many of them. Source: derived, three make a plane, and that two others lie within the
     /// rounding of it by chance has odds of one in ten thousand.
@@ -95,6 +95,19 @@ pub(crate) struct NoiseConstants {
     /// Rounded scans have planes across one direction at at least this share of the places. In (0, 1).
     /// Source: chosen, of a camera's rows of pixels a fortieth are as parallel.
     pub flat_share: f64,
+    /// Of a merged scan each view has a direction of its own; at so many places there are planes across it at
+    /// least. Source: chosen, two may agree by chance.
+    pub agreeing: f64,
+    /// Points that are not of a view lie on its levels as its own points do where the median of their
+    /// distances to the nearest end of a level is at least this share of that of its own. In (0, 1). Source:
+    /// chosen, between 0 for the risers of stairs and 1.
+    pub at_ends: f64,
+    /// Looking ends where so many directions had no levels. Source: chosen, rows of pixels are on thousands
+    /// of planes that have none, and fewer places agree on these than on a view's.
+    pub without_levels: usize,
+    /// Neighbouring levels are no farther apart than this many of the steps about them. Source: derived,
+    /// halfway between one step and two.
+    pub one_step: f64,
     /// Normals with a greater cosine are the same. Source: derived, a hundred times the rounding of
     /// single precision over a spacing, in a scan of a thousand.
     /// Halved or doubled: same bytes.
@@ -184,6 +197,10 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     widened: 16,
     widenings: 12,
     flat_share: 0.1,
+    agreeing: 3.0,
+    at_ends: 0.5,
+    without_levels: 3,
+    one_step: 1.5,
     along: 0.9999,
     level_thickness: 2e-6,
     levels: 16,

@@ -5,6 +5,7 @@
 //! to a sample of patches ([`learn`]). A [`NoiseModel`] says what is known and from where. Places that
 //! are clearly noisier or calmer than the rest have noise of their own (`places`).
 
+mod between;
 pub mod check;
 pub(crate) mod constants;
 pub mod estimate;

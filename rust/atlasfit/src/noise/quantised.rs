@@ -1,14 +1,16 @@
-//! Depth in steps: whether a scan's points lie on a stack of parallel planes, as a depth camera's rounding
-//! puts them, and how noisy they are then.
+//! Depth in steps: whether a scan's points lie on stacks of parallel planes, as a depth camera's rounding
+//! puts them, and what to make of that.
 //!
-//! In: points and their search tree. Out: the standard deviation of the noise along the surface's normal at
-//! each point. Steps are wider than neighbourhoods, so that these look like clean planes: an estimate from
+//! In: points and their search tree. Out: where the points lie between the steps, if levels show where they
+//! end ([`between`]); else, of a single stack, the standard deviation of the noise along the surface's normal
+//! at each point. Steps are wider than neighbourhoods, so that these look like clean planes: an estimate from
 //! neighbourhoods finds no noise, and the surface becomes stairs. What the sensor errs before it rounds is
 //! seen only across several steps.
 
+use super::between::{self, Between};
 use super::constants::NOISE;
 use super::estimate::quadric;
-use super::stack;
+use super::stack::{self, Stacks};
 use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
@@ -16,18 +18,47 @@ use crate::run::Context;
 use crate::spatial::neighbours::{Neighbour, Neighbours};
 use rayon::prelude::*;
 
+/// What is known of depth in steps.
+pub(crate) enum Rounded {
+    /// Nothing: the points are on no stacks of planes.
+    No,
+    /// They have so much noise, each, along the normal, standard deviation.
+    Noisy(Vec<f32>),
+    /// Where each lies between its steps.
+    Between(Between),
+}
+
+/// Whether depth is rounded to steps. `spacing` is that of each point. Points are put between steps only
+/// where the scan is `whole`: what a part of it shows of the steps, another part may not.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn look(
+    points: &[Vec3],
+    tree: &Neighbours,
+    spacing: &[f32],
+    whole: bool,
+    ctx: &Context<'_>,
+) -> Result<Rounded> {
+    let Some(Stacks { most, levels }) = stack::find(points, tree, ctx)? else { return Ok(Rounded::No) };
+    if whole && let Some(between) = between::steps(points, tree, levels, ctx)? {
+        return Ok(Rounded::Between(between));
+    }
+    Ok(noise(points, tree, spacing, most, ctx)?.map_or(Rounded::No, Rounded::Noisy))
+}
+
 /// The noise at each point along the normal, standard deviation; nothing where the points are not on a stack
 /// of planes. `spacing` is that of each point.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(crate) fn noise(
+fn noise(
     points: &[Vec3],
     tree: &Neighbours,
     spacing: &[f32],
+    direction: Vec3,
     ctx: &Context<'_>,
 ) -> Result<Option<Vec<f32>>> {
-    let Some(direction) = stack::direction(points, tree, ctx)? else { return Ok(None) };
     let Some(steps) = stack::steps(points, direction, ctx)? else { return Ok(None) };
     let wide = steps.iter().zip(spacing).map(|(s, p)| s / f64::from(*p));
     if median(&mut wide.collect::<Vec<_>>()) < NOISE.step_seen {
@@ -141,7 +172,8 @@ mod tests {
         Run::default()
             .execute(|ctx| {
                 let tree = Neighbours::build(points, ctx)?;
-                noise(points, &tree, &spacing, ctx)
+                let Some(found) = stack::find(points, &tree, ctx)? else { return Ok(None) };
+                noise(points, &tree, &spacing, found.most, ctx)
             })
             .unwrap()
     }
@@ -185,8 +217,8 @@ mod tests {
             let points: Vec<Vec3> = seen.iter().map(|s| s.0).collect();
             let steps = Run::default().execute(|ctx| {
                 let tree = Neighbours::build(&points, ctx)?;
-                let direction = stack::direction(&points, &tree, ctx)?.expect("a stack");
-                stack::steps(&points, direction, ctx)
+                let found = stack::find(&points, &tree, ctx)?.expect("a stack");
+                stack::steps(&points, found.most, ctx)
             });
             let steps = steps.unwrap().expect("steps");
             assert!(steps.iter().all(|&s| (s / 0.02 - 1.0).abs() < 0.01), "{axis:?}");

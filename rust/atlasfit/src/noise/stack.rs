@@ -1,7 +1,7 @@
 //! Stacks of parallel planes, as a depth camera's rounding puts a scan's points on.
 //!
-//! In: points and their search tree. Out: the direction that the planes are across, and how far apart they
-//! are at each point.
+//! In: points and their search tree. Out: the directions that planes are across, one for each view of a
+//! merged scan, with the planes across them; how far apart the planes across one are at each point.
 
 use super::constants::NOISE;
 use crate::error::Result;
@@ -41,12 +41,57 @@ pub(super) fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Resu
     Ok(Some(steps))
 }
 
-/// The direction that most neighbourhoods have a plane across which some of their points are exactly on, if
-/// many do.
+/// The points on a plane of a stack, and where it is along the stack's direction.
+pub(super) struct Level {
+    pub at: f64,
+    pub points: Vec<u32>,
+}
+
+/// The planes across a direction that many points are on, among points of other views that are not; none
+/// where there are too few for a stack. In the order along it.
 ///
 /// # Errors
 /// Cancelled or out of time.
-pub(super) fn direction(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Option<Vec3>> {
+fn levels(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Vec<Level>> {
+    let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
+    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
+    let thick = NOISE.level_thickness * Aabb::of(points).longest_side();
+    let mut levels: Vec<Level> = Vec::new();
+    let (mut from, mut end) = (0, 0);
+    while from < order.len() {
+        ctx.check_at(from)?;
+        while end < order.len() && order[end].0 - order[from].0 <= thick {
+            end += 1;
+        }
+        if end - from < NOISE.points_a_level {
+            from += 1;
+            continue;
+        }
+        let at = order[(from + end) / 2].0;
+        let points = order[from..end].iter().map(|o| o.1);
+        match levels.last_mut() {
+            Some(last) if at - last.at <= 2.0 * thick => last.points.extend(points),
+            _ => levels.push(Level { at, points: points.collect() }),
+        }
+        from = end;
+    }
+    Ok(if levels.len() < NOISE.levels { Vec::new() } else { levels })
+}
+
+/// The planes that points are on.
+pub(super) struct Stacks {
+    /// The direction across which most neighbourhoods have a plane that some of their points are exactly on.
+    pub most: Vec3,
+    /// The directions that many such planes are across, with these.
+    pub levels: Vec<(Vec3, Vec<Level>)>,
+}
+
+/// Looks for the directions that planes are across which points are exactly on; nothing where few
+/// neighbourhoods have such planes.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(super) fn find(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -> Result<Option<Stacks>> {
     // Points within this of a plane are on it.
     let exact = NOISE.level_thickness * Aabb::of(points).longest_side();
     let apart = points.len().div_ceil(NOISE.planes).max(1);
@@ -59,27 +104,39 @@ pub(super) fn direction(points: &[Vec3], tree: &Neighbours, ctx: &Context<'_>) -
     };
     let planes: Vec<Vec<(usize, Vec3)>> =
         seeds.par_iter().map_init(Vec::new, planes).collect::<Result<_>>()?;
-    let planes = planes.concat();
-    // Rows of pixels lie on planes too, which all hold the camera: their normals differ.
-    let shared: Vec<usize> =
-        planes.par_iter().map(|a| planes.iter().filter(|b| same(a.1, b.1)).count()).collect();
-    let Some(most) = (0..planes.len()).max_by_key(|&k| (shared[k], std::cmp::Reverse(k))) else {
-        return Ok(None);
-    };
-    if (shared[most] as f64) < NOISE.flat_share * seeds.len() as f64 {
-        return Ok(None);
-    }
-    let axis = planes[most].1;
-    let along: Vec<&(usize, Vec3)> = planes.iter().filter(|p| same(p.1, axis)).collect();
+    let mut planes = planes.concat();
     let wider = |found: &mut Vec<Neighbour>, &&(seed, n): &&(usize, Vec3)| {
-        let wide = widened(points, tree, seed, n, exact, found, ctx)?;
-        Ok(wide * wide.dot(axis).signum())
+        widened(points, tree, seed, n, exact, found, ctx)
     };
-    let few = along.len().div_ceil(NOISE.widened).max(1);
-    let along: Vec<Vec3> = along.par_iter().step_by(few).map_init(Vec::new, wider).collect::<Result<_>>()?;
-    // Most agree to the last digit; the median leaves out those that do not.
-    let middle = |k: usize| median(&mut along.iter().map(|n| n[k]).collect::<Vec<_>>());
-    Ok(Some(Vec3([middle(0), middle(1), middle(2)]).normalized()))
+    let mut stacks: Option<Stacks> = None;
+    let mut without = 0;
+    while without < NOISE.without_levels {
+        ctx.check()?;
+        // Rows of pixels lie on planes too, which all hold the camera: their normals differ.
+        let shared: Vec<usize> =
+            planes.par_iter().map(|a| planes.iter().filter(|b| same(a.1, b.1)).count()).collect();
+        let most = (0..planes.len()).max_by_key(|&k| (shared[k], std::cmp::Reverse(k)));
+        let least = if stacks.is_none() { NOISE.flat_share * seeds.len() as f64 } else { NOISE.agreeing };
+        let Some(most) = most.filter(|&k| shared[k] as f64 >= least) else { break };
+        let axis = planes[most].1;
+        let (along, others): (Vec<_>, Vec<_>) = planes.into_iter().partition(|p| same(p.1, axis));
+        let few = along.len().div_ceil(NOISE.widened).max(1);
+        let sample: Vec<&(usize, Vec3)> = along.iter().step_by(few).collect();
+        let wide: Vec<Vec3> = sample.par_iter().map_init(Vec::new, wider).collect::<Result<_>>()?;
+        let wide: Vec<Vec3> = wide.into_iter().map(|n| n * n.dot(axis).signum()).collect();
+        // Most agree to the last digit; the median leaves out those that do not.
+        let middle = |k: usize| median(&mut wide.iter().map(|n| n[k]).collect::<Vec<_>>());
+        let direction = Vec3([middle(0), middle(1), middle(2)]).normalized();
+        let stacks = stacks.get_or_insert(Stacks { most: direction, levels: Vec::new() });
+        let levels = levels(points, direction, ctx)?;
+        if levels.is_empty() {
+            without += 1;
+        } else {
+            stacks.levels.push((direction, levels));
+        }
+        planes = others;
+    }
+    Ok(stacks)
 }
 
 /// Whether two planes' normals are the same.

@@ -10,7 +10,8 @@ pub use super::whole::Frame;
 use super::whole::Survey;
 use super::{lonely, rows, warnings};
 use crate::error::{Error, Result};
-use crate::noise::{NoiseModel, NoiseSource, check, estimate, places, quantised};
+use crate::noise::quantised::{self, Rounded};
+use crate::noise::{NoiseModel, NoiseSource, check, estimate, places};
 use crate::numeric::dense::principal;
 use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
@@ -121,7 +122,10 @@ pub struct InputMap {
     pub count: Vec<u32>,
     /// The median of that; 1 where none were.
     pub per_point: f64,
-    /// Standard deviation of what rounding does to the positions, in the user's unit.
+    /// How far points were moved along the surface's normal to between the steps that their depth was rounded
+    /// to, root mean square in the normalised frame; 0 where none were.
+    pub between_steps: f64,
+    /// Standard deviation of what rounding to the file's digits does to the positions, in the user's unit.
     pub rounding: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
@@ -133,9 +137,9 @@ impl InputMap {
         of_input / self.per_point.sqrt()
     }
 
-    /// The noise of the given positions from that of points.
+    /// The noise of the given positions from that of points, in the normalised frame.
     pub fn noise_of_input(&self, of_points: f64) -> f64 {
-        of_points * self.per_point.sqrt()
+        (of_points * self.per_point.sqrt()).hypot(self.between_steps)
     }
 }
 
@@ -147,6 +151,8 @@ pub(super) struct Sampled {
     pub sampling: Sampling,
     tree: Neighbours,
     frame: Frame,
+    /// Whether these are all of the scan's.
+    whole: bool,
     /// A point farther than this from its neighbours is stray, unless it lies on a plane with them.
     pub lonely: f64,
     /// See [`Scan::rows`].
@@ -251,6 +257,7 @@ pub(super) fn sampled_in(
     let averaged = |p: &u32| count.get(*p as usize).is_some_and(|&count| count > 1);
     let input = InputMap {
         averaged: (0..).zip(&of_input).filter(|(_, p)| averaged(p)).map(|(i, _)| i).collect(),
+        between_steps: 0.0,
         per_point: median(&mut count.iter().map(|&c| f64::from(c)).collect::<Vec<_>>()),
         count: if count.iter().any(|&c| c > 1) { count } else { Vec::new() },
         of_input,
@@ -260,7 +267,7 @@ pub(super) fn sampled_in(
         rounding,
         warnings: Vec::new(),
     };
-    Ok(Sampled { points, tree, sampling, frame, lonely, rows, input })
+    Ok(Sampled { points, tree, sampling, frame, whole, lonely, rows, input })
 }
 
 /// The second half of [`prepare`]: the noise.
@@ -270,7 +277,7 @@ pub(super) fn with_noise(
     told: Option<(Survey, &[u64])>,
     ctx: &Context<'_>,
 ) -> Result<Scan> {
-    let Sampled { points, tree, mut sampling, frame, rows, mut input, .. } = scan;
+    let Sampled { mut points, mut tree, mut sampling, frame, rows, mut input, whole, .. } = scan;
     if let Some((told, names)) = told {
         sampling.widest = SPATIAL.widest * sampling.median;
         let rows = first_rows(&input.of_input, points.len()).into_iter().map(|i| names[i]).collect();
@@ -280,12 +287,23 @@ pub(super) fn with_noise(
         let scan = Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told };
         return Ok(scan);
     }
+    let mut stepped = None;
+    if given_noise.is_none() {
+        match quantised::look(&points, &tree, &sampling.spacing, whole, ctx)? {
+            Rounded::No => {}
+            Rounded::Noisy(noise) => stepped = Some(noise),
+            Rounded::Between(between) => {
+                (points, input.between_steps) = (between.points, between.moved);
+                tree = Neighbours::build(&points, ctx)?;
+            }
+        }
+    }
     let looked = estimate::look(&points, &tree, ctx)?;
     let local = estimate::noise(&points, &tree, &looked, ctx)?;
     input.warnings.extend(warnings::volume(&local));
     let mut relative_noise = Vec::new();
     let noise = match given_noise {
-        None => match quantised::noise(&points, &tree, &sampling.spacing, ctx)? {
+        None => match stepped {
             None => {
                 relative_noise = places::relative(&looked, &points, &local, sampling.median, ctx)?;
                 check::by_patches(&points, &tree, &sampling, local.sigma, &relative_noise, ctx)?
@@ -298,7 +316,7 @@ pub(super) fn with_noise(
         },
         Some(given) => {
             let given = input.noise_of_points(given / frame.scale);
-            let unit = input.noise_of_input(frame.scale);
+            let unit = frame.scale * input.noise_of_input(1.0);
             input.warnings.extend(warnings::too_little_noise(given, local.sigma, &sampling, unit));
             NoiseModel::new(given, NoiseSource::Given, sampling.median)
         }

@@ -28,8 +28,9 @@ const SCANNER_SIGMA: f64 = 0.004;
 /// Which cells, and what makes them.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CellArgs {
-    /// Simulated scans instead, of these kinds: views, outliers, misregistered, quantised, uneven, varied,
-    /// merged, lidar, stations, depth, rows, sheets; a number chooses one of several (outliers20, rows5)
+    /// Simulated scans instead, of these kinds: views, outliers, misregistered, quantised, frames, uneven,
+    /// varied, merged, lidar, stations, depth, rows, sheets; a number chooses one of several (outliers20,
+    /// rows5)
     /// [default: all]
     #[arg(long, value_delimiter = ',', value_name = "KINDS", num_args = 0..=1, default_missing_value = "")]
     pub scanner: Option<Vec<String>>,
