@@ -102,6 +102,9 @@ pub(crate) struct NoiseConstants {
     /// distances to the nearest end of a level is at least this share of that of its own. In (0, 1). Source:
     /// chosen, between 0 for the risers of stairs and 1.
     pub at_ends: f64,
+    /// Fewer levels of a view that show where they end may be a part's own planes. Source: chosen, half of
+    /// [`NoiseConstants::levels`]: what is not on them says more of those.
+    pub levels_with_ends: usize,
     /// Looking ends where so many directions had no levels. Source: chosen, rows of pixels are on thousands
     /// of planes that have none, and fewer places agree on these than on a view's.
     pub without_levels: usize,
@@ -199,6 +202,7 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     flat_share: 0.1,
     agreeing: 3.0,
     at_ends: 0.5,
+    levels_with_ends: 8,
     without_levels: 3,
     one_step: 1.5,
     along: 0.9999,

@@ -75,7 +75,7 @@ fn levels(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Vec<Lev
         }
         from = end;
     }
-    Ok(if levels.len() < NOISE.levels { Vec::new() } else { levels })
+    Ok(if levels.len() < NOISE.levels_with_ends { Vec::new() } else { levels })
 }
 
 /// The planes that points are on.
