@@ -103,7 +103,7 @@ pub(crate) struct NoiseConstants {
     /// chosen, between 0 for the risers of stairs and 1.
     pub at_ends: f64,
     /// Fewer levels of a view that show where they end may be a part's own planes. Source: chosen, half of
-    /// [`NoiseConstants::levels`]: what is not on them says more of those.
+    /// `levels`: `at_ends` tells stairs from rounding as well.
     pub levels_with_ends: usize,
     /// Looking ends where so many directions had no levels. Source: chosen, rows of pixels are on thousands
     /// of planes that have none, and fewer places agree on these than on a view's.
