@@ -10,7 +10,7 @@
 
 use super::constants::NOISE;
 use super::estimate::quadric;
-use super::stack::Level;
+use super::stack::{Level, usual_step};
 use crate::error::Result;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
@@ -116,10 +116,8 @@ impl View {
         };
         let trees = levels.par_iter().map(tree).collect::<Result<_>>()?;
         let apart: Vec<f64> = levels.windows(2).map(|l| l[1].at - l[0].at).collect();
-        let one_step = |k: usize| {
-            let near = k.saturating_sub(NOISE.steps_around)..(k + NOISE.steps_around).min(apart.len());
-            Some(apart[k]).filter(|step| *step <= NOISE.one_step * median(&mut apart[near].to_vec()))
-        };
+        let one_step =
+            |k: usize| Some(apart[k]).filter(|step| *step <= NOISE.one_step * usual_step(&apart, k));
         let steps = (0..apart.len()).map(one_step).collect();
         Ok(Self { direction, levels, trees, steps })
     }

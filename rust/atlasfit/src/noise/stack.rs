@@ -20,8 +20,7 @@ use rayon::prelude::*;
 /// # Errors
 /// Cancelled or out of time.
 pub(super) fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Option<Vec<f64>>> {
-    let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
-    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
+    let order = along(points, direction, ctx)?;
     let extent = order.last().map_or(0.0, |l| l.0) - order.first().map_or(0.0, |f| f.0);
     let levels: Vec<&[(f64, u32)]> =
         order.chunk_by(|a, b| b.0 - a.0 <= NOISE.level_thickness * extent).collect();
@@ -34,11 +33,23 @@ pub(super) fn steps(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Resu
     for (k, level) in levels.iter().enumerate() {
         ctx.check()?;
         // Levels that no point has make a step look double; the usual step about a level is its own.
-        let near = k.saturating_sub(NOISE.steps_around)..(k + NOISE.steps_around).min(between.len());
-        let step = median(&mut between[near].to_vec());
+        let step = usual_step(&between, k);
         level.iter().for_each(|&(_, i)| steps[i as usize] = step);
     }
     Ok(Some(steps))
+}
+
+/// Where the points are along a direction, in that order.
+fn along(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Vec<(f64, u32)>> {
+    let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
+    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
+    Ok(order)
+}
+
+/// The usual one of the steps about a level.
+pub(super) fn usual_step(steps: &[f64], level: usize) -> f64 {
+    let near = level.saturating_sub(NOISE.steps_around)..(level + NOISE.steps_around).min(steps.len());
+    median(&mut steps[near].to_vec())
 }
 
 /// The points on a plane of a stack, and where it is along the stack's direction.
@@ -53,8 +64,7 @@ pub(super) struct Level {
 /// # Errors
 /// Cancelled or out of time.
 fn levels(points: &[Vec3], direction: Vec3, ctx: &Context<'_>) -> Result<Vec<Level>> {
-    let mut order: Vec<(f64, u32)> = points.iter().map(|p| p.dot(direction)).zip(0..).collect();
-    sort_by(&mut order, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)), ctx)?;
+    let order = along(points, direction, ctx)?;
     let thick = NOISE.level_thickness * Aabb::of(points).longest_side();
     let mut levels: Vec<Level> = Vec::new();
     let (mut from, mut end) = (0, 0);
