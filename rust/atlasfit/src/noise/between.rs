@@ -41,19 +41,25 @@ pub(super) fn steps(
     ctx: &Context<'_>,
 ) -> Result<Option<Between>> {
     let mut view = vec![NONE; points.len()];
-    let (mut on_planes, mut twice, mut views) = (0, 0, Vec::new());
+    let mut views: Vec<View> = Vec::new();
     for (direction, mut levels) in stacks {
+        let mut shared = vec![0; views.len()];
         for level in &mut levels {
-            on_planes += level.points.len();
-            let before = level.points.len();
+            let of_others = level.points.iter().map(|&p| view[p as usize]).filter(|&v| v != NONE);
+            of_others.for_each(|v| shared[v as usize] += 1);
             level.points.retain(|&p| view[p as usize] == NONE);
-            twice += before - level.points.len();
-            level.points.iter().for_each(|&p| view[p as usize] = views.len() as u32);
         }
-        views.push(View::new(points, direction, levels, ctx)?);
+        // The points of grids and of voxels are on planes of all directions.
+        if views.iter().zip(shared).any(|(v, shared)| shared as f64 > NOISE.on_grid * v.points() as f64) {
+            return Ok(None);
+        }
+        levels.retain(|l| !l.points.is_empty());
+        if levels.len() >= NOISE.levels_with_ends {
+            levels.iter().flat_map(|l| &l.points).for_each(|&p| view[p as usize] = views.len() as u32);
+            views.push(View::new(points, direction, levels, ctx)?);
+        }
     }
-    // The points of grids and of voxels are on planes of all directions.
-    if 2 * (on_planes - twice) < points.len() || 2 * twice > on_planes {
+    if 2 * views.iter().map(View::points).sum::<usize>() < points.len() {
         return Ok(None);
     }
     let (mut between, mut seen) = (points.to_vec(), 0);
@@ -64,7 +70,7 @@ pub(super) fn steps(
         for (point, by) in v.shifts(points, ctx)? {
             between[point as usize] = points[point as usize] + v.direction * by;
         }
-        seen += v.levels.iter().map(|l| l.points.len()).sum::<usize>();
+        seen += v.points();
     }
     if 2 * seen < points.len() {
         return Ok(None);
@@ -90,7 +96,9 @@ fn along_normals(from: &[Vec3], to: &[Vec3], tree: &Neighbours, ctx: &Context<'_
 struct Ends {
     /// Whether the view saw it.
     own: bool,
-    /// How far the view's points are apart there.
+    /// Whether the view saw points near it.
+    seen: bool,
+    /// How far the points of its level are apart there.
     apart: f64,
     /// How far the nearest end of its level is.
     nearest: f64,
@@ -122,22 +130,53 @@ impl View {
         Ok(Self { direction, levels, trees, steps })
     }
 
+    /// How many points it saw.
+    fn points(&self) -> usize {
+        self.levels.iter().map(|l| l.points.len()).sum()
+    }
+
     /// The steps below and above a level.
     fn steps_about(&self, level: usize) -> Option<[f64; 2]> {
         Some([self.steps[level.checked_sub(1)?]?, (*self.steps.get(level)?)?])
+    }
+
+    /// The nearest point of a level to a place, and the way there along the planes; nothing if it has none of
+    /// its own.
+    fn way_to(&self, level: usize, at: Vec3, points: &[Vec3]) -> Option<(u32, Vec3)> {
+        let nearest = self.trees.get(level)?.as_ref()?.nearest_one(at).index;
+        let nearest = self.levels[level].points[nearest as usize];
+        let to = points[nearest as usize] - at;
+        Some((nearest, to - self.direction * to.dot(self.direction)))
     }
 
     /// How far from `at`, along the planes, the nearest points of the levels below and above one are; nothing
     /// where there are none, or where they are on the same side: the top of a hump has no end above.
     fn to_ends(&self, points: &[Vec3], at: Vec3, level: usize) -> Option<[f64; 2]> {
         self.steps_about(level)?;
-        let across = |level: usize| {
-            let nearest = self.trees[level].as_ref()?.nearest_one(at).index;
-            let to = points[self.levels[level].points[nearest as usize] as usize] - at;
-            Some(to - self.direction * to.dot(self.direction))
-        };
-        let (low, high) = (across(level - 1)?, across(level + 1)?);
+        let ((_, low), (_, high)) =
+            (self.way_to(level - 1, at, points)?, self.way_to(level + 1, at, points)?);
         (low.dot(high) < 0.0).then(|| [low.norm(), high.norm()])
+    }
+
+    /// How far a point of a level is to be moved along the direction.
+    fn shift(&self, points: &[Vec3], at: Vec3, level: usize) -> Option<f64> {
+        if let Some([low, high]) = self.to_ends(points, at, level) {
+            let [below, above] = self.steps_about(level)?;
+            return Some(0.5 * (low / (low + high) * (below + above) - below));
+        }
+        // Only one end is near: from it on the surface goes on as it does beyond it, but no farther than to
+        // this level itself.
+        let end = |beside: usize| {
+            let step = (*self.steps.get(level.min(beside))?)?;
+            let (nearest, way) = self.way_to(beside, at, points)?;
+            Some((way.norm(), beside, nearest, step))
+        };
+        let ends = [level.checked_sub(1).and_then(end), end(level + 1)];
+        let nearer = ends.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        let (far, beside, nearest, step) = nearer?;
+        let [low, high] = self.to_ends(points, points[nearest as usize], beside)?;
+        let shift = step * (0.5 - (far / (low + high)).min(0.5));
+        Some(if beside < level { -shift } else { shift })
     }
 
     /// Whether levels are wide enough to show where they end, and other points are on them as its own are:
@@ -155,14 +194,17 @@ impl View {
         let look = |found: &mut Vec<Neighbour>, i: usize| {
             ctx.check()?;
             let at = points[i];
-            let Some([low, high]) = self.nearest_level(at).and_then(|k| self.to_ends(points, at, k)) else {
+            let Some(level) = self.nearest_level(at) else { return Ok(None) };
+            let (Some([low, high]), Some(on_level)) = (self.to_ends(points, at, level), &self.trees[level])
+            else {
                 return Ok(None);
             };
+            on_level.nearest(at, NOISE.apart_among, found);
+            let apart = found.last().map_or(0.0, |f| f.dist2.sqrt());
             tree.nearest(at, NOISE.coplanar_among, found);
-            let of_view = found.iter().filter(|f| view[f.index as usize] == own).count();
-            let area = found.last().map_or(0.0, |f| f.dist2) * std::f64::consts::PI;
-            let apart = (area / of_view as f64).sqrt();
-            Ok(Some(Ends { own: view[i] == own, apart, nearest: low.min(high), width: low + high }))
+            let seen = found.iter().any(|f| view[f.index as usize] == own);
+            let (nearest, width) = (low.min(high), low + high);
+            Ok(Some(Ends { own: view[i] == own, seen, apart, nearest, width }))
         };
         let sample = (0..points.len()).into_par_iter().step_by(apart);
         let found: Vec<Option<Ends>> = sample.map_init(Vec::new, look).collect::<Result<_>>()?;
@@ -172,12 +214,11 @@ impl View {
         }
         let typical =
             |ends: &[Ends], of: fn(&Ends) -> f64| median(&mut ends.iter().map(of).collect::<Vec<_>>());
-        // The points next to a level are half of their distance beyond its ends.
-        if typical(&of_own, |f| f.width) < 2.0 * typical(&of_own, |f| f.apart) {
+        if typical(&of_own, |f| f.width) < NOISE.level_width * typical(&of_own, |f| f.apart) {
             return Ok(false);
         }
         // Where this view saw nothing, others have no place on its levels.
-        let beside: Vec<Ends> = of_others.into_iter().filter(|f| f.apart.is_finite()).collect();
+        let beside: Vec<Ends> = of_others.into_iter().filter(|f| f.seen).collect();
         let nearest = typical(&of_own, |f| f.nearest);
         Ok(beside.is_empty() || typical(&beside, |f| f.nearest) >= NOISE.at_ends * nearest)
     }
@@ -195,12 +236,7 @@ impl View {
     fn shifts(&self, points: &[Vec3], ctx: &Context<'_>) -> Result<Vec<(u32, f64)>> {
         let of_level = |k: usize| {
             ctx.check()?;
-            let Some([below, above]) = self.steps_about(k) else { return Ok(Vec::new()) };
-            let shift = |&p: &u32| {
-                let [low, high] = self.to_ends(points, points[p as usize], k)?;
-                let share = low / (low + high);
-                Some((p, 0.5 * (share * (below + above) - below)))
-            };
+            let shift = |&p: &u32| Some((p, self.shift(points, points[p as usize], k)?));
             Ok(self.levels[k].points.iter().filter_map(shift).collect())
         };
         let levels = (0..self.levels.len()).into_par_iter();

@@ -102,6 +102,16 @@ pub(crate) struct NoiseConstants {
     /// distances to the nearest end of a level is at least this share of that of its own. In (0, 1). Source:
     /// chosen, between 0 for the risers of stairs and 1.
     pub at_ends: f64,
+    /// A direction whose planes hold more than this share of another's points is that of a grid. In (0, 1).
+    /// Source: chosen, between half, which pixels in rows have among them, and all.
+    pub on_grid: f64,
+    /// The points of a level are as far apart as the last of so many is, the point itself being the first.
+    /// Source: derived, the fourth neighbour is at 1.09 times the root of the area of each where they are at
+    /// random, at 1 on a grid.
+    pub apart_among: usize,
+    /// Levels that show their ends are so many times as wide as points are apart. Source: chosen, between 0.9
+    /// of fins, each of which lies over all others, and 1.3, where a bunny of four views gains by it.
+    pub level_width: f64,
     /// Fewer levels of a view that show where they end may be a part's own planes. Source: chosen, half of
     /// `levels`: `at_ends` tells stairs from rounding as well.
     pub levels_with_ends: usize,
@@ -202,6 +212,9 @@ pub(crate) const NOISE: NoiseConstants = NoiseConstants {
     flat_share: 0.1,
     agreeing: 3.0,
     at_ends: 0.5,
+    on_grid: 0.75,
+    apart_among: 5,
+    level_width: 1.2,
     levels_with_ends: 8,
     without_levels: 3,
     one_step: 1.5,
