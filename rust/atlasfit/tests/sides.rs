@@ -334,3 +334,28 @@ fn a_viewpoint_that_cannot_have_seen_all_of_a_scan_tells_the_sides_of_whole_part
         assert!(away < 0.02, "{viewpoint:?}: {away}");
     }
 }
+
+/// Domes and dishes, apart from each other, as two cameras see half of them each that round depth: no part
+/// tells the side of another, and a dish looks like a dome from behind.
+#[test]
+fn parts_that_one_rounding_camera_saw_face_one_way() {
+    let axes = [Vec3([0.4, -0.3, 0.9]), Vec3([-0.9, 0.2, 0.3])].map(Vec3::normalized);
+    let mut rng = Rng::new(36);
+    let mut point = |i: usize| {
+        let [camera, column, row] = [i % 2, i / 2 % 3, i / 6 % 3];
+        let (u, v) = axes[camera].tangents();
+        let [x, y] = [0; 2].map(|_| 0.8 * rng.uniform() - 0.4);
+        let depth = [0.4, -0.4][(column + row) % 2] * (x * x + y * y) + 0.3 * row as f64;
+        let rounded = (depth / 0.015).round() * 0.015;
+        let at = u * (column as f64 + x) + v * (row as f64 + y) + axes[camera] * rounded;
+        (at + Vec3([8.0 * camera as f64, 0.0, 0.0])).0
+    };
+    let out = run(&(0..18_000).map(&mut point).collect::<Vec<_>>()).unwrap();
+    assert_eq!(topology(&out.surface).parts, 18);
+    for camera in [0, 1] {
+        let own = |p: Vec3| usize::from(p[0] > 4.0) == camera;
+        let away = turned(&out, |p| if own(p) { axes[camera] } else { Vec3::ZERO });
+        // Half of the surface is each camera's.
+        assert!(away.min(0.5 - away) < 0.01, "{away}, camera {camera}");
+    }
+}

@@ -21,12 +21,22 @@ use rayon::prelude::*;
 /// Stands for no view.
 const NONE: u32 = u32::MAX;
 
+/// A camera that rounded depth to steps.
+pub(crate) struct Camera {
+    /// Along this unit vector, or against it.
+    pub axis: Vec3,
+    /// The points that it saw.
+    pub points: Vec<u32>,
+}
+
 /// Points between the steps that their depth was rounded to.
 pub(crate) struct Between {
     /// Where they are.
     pub points: Vec<Vec3>,
     /// How far they were moved along the surface's normal, root mean square.
     pub moved: f64,
+    /// Who saw them; each point one at most.
+    pub cameras: Vec<Camera>,
 }
 
 /// The points, moved to between their steps; nothing where they are not of views whose depth is rounded to
@@ -62,7 +72,7 @@ pub(super) fn steps(
     if 2 * views.iter().map(View::points).sum::<usize>() < points.len() {
         return Ok(None);
     }
-    let (mut between, mut seen) = (points.to_vec(), 0);
+    let (mut between, mut cameras) = (points.to_vec(), Vec::new());
     for (k, v) in (0..).zip(&views) {
         if !v.shows_ends(points, tree, &view, k, ctx)? {
             continue;
@@ -70,13 +80,14 @@ pub(super) fn steps(
         for (point, by) in v.shifts(points, ctx)? {
             between[point as usize] = points[point as usize] + v.direction * by;
         }
-        seen += v.points();
+        let seen = v.levels.iter().flat_map(|l| l.points.iter().copied()).collect();
+        cameras.push(Camera { axis: v.direction, points: seen });
     }
-    if 2 * seen < points.len() {
+    if 2 * cameras.iter().map(|c| c.points.len()).sum::<usize>() < points.len() {
         return Ok(None);
     }
     let moved = along_normals(points, &between, tree, ctx)?;
-    Ok(Some(Between { points: between, moved }))
+    Ok(Some(Between { points: between, moved, cameras }))
 }
 
 /// How far points were moved along the surface's normal, root mean square of a sample.

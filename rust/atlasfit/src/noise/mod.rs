@@ -15,4 +15,5 @@ pub(crate) mod places;
 pub(crate) mod quantised;
 mod stack;
 
+pub(crate) use between::Camera;
 pub use model::{NoiseModel, NoiseSource};

@@ -31,5 +31,5 @@ pub(crate) use relations::relations;
 pub(crate) use scanner::find_scanner;
 pub(crate) use signs::{Relations, agree, face, orient, to_turn};
 pub(crate) use stations::{find_stations, votes_toward};
-pub(crate) use views::{Piece, Views};
+pub(crate) use views::{Piece, Views, open_along};
 pub(crate) use votes::votes;

@@ -9,6 +9,7 @@
 //! sees the ground from above.
 
 use super::constants::ORIENT;
+use crate::atlas::ProjectedPoint;
 use crate::error::Result;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
@@ -93,6 +94,33 @@ impl Views {
         }
         sum / rows.len() as f64
     }
+}
+
+/// Of some places of the surface, the shares before which nothing lies along an axis and against it; nothing
+/// where none of them is seen from there. `spacing` is that of the points.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn open_along(
+    axis: Vec3,
+    of: &[u32],
+    projected: &[ProjectedPoint],
+    spacing: f64,
+    ctx: &Context<'_>,
+) -> Result<Option<[f64; 2]>> {
+    let places: Vec<Vec3> = projected.iter().map(|p| p.position).collect();
+    let depth = Depth::of(axis, &places, ORIENT.view_cell * spacing, ctx)?;
+    let (mut open, mut all) = ([0; 2], 0);
+    for (i, &k) in of.iter().enumerate() {
+        ctx.check_at(i)?;
+        let p = projected[k as usize];
+        if p.normal.dot(axis).abs() >= ORIENT.view_cosine {
+            let is_open = depth.open(k as usize, p.normal, axis);
+            open.iter_mut().zip(is_open).for_each(|(n, is)| *n += usize::from(is));
+            all += 1;
+        }
+    }
+    Ok((all > 0).then(|| open.map(|n| n as f64 / f64::from(all))))
 }
 
 /// The side that most pieces' squares are not longer than.
@@ -228,5 +256,22 @@ mod tests {
         let of = |views: &Views, sign: f64| views.likelihood(&[0], &[sign, 1.0]);
         assert!((of(&alone, 1.0) - of(&alone, -1.0)).abs() < 0.02);
         assert!(of(&views, -1.0) > of(&views, 1.0) + 0.2);
+    }
+
+    #[test]
+    fn of_two_sheets_the_upper_one_is_open_upwards_and_the_lower_one_downwards() {
+        let at = |k: u32, z: f64| Vec3([0.02 * f64::from(k % 50), 0.02 * f64::from(k / 50), z]);
+        let normal = Vec3([0.0, 0.0, 1.0]);
+        let point = |k: u32, z: f64| ProjectedPoint { position: at(k, z), normal, chart: 0 };
+        let sheets: Vec<ProjectedPoint> =
+            [0.0, 0.1].into_iter().flat_map(|z| (0..2500).map(move |k| point(k, z))).collect();
+        let open = |axis: Vec3, of: std::ops::Range<u32>| {
+            let of: Vec<u32> = of.collect();
+            Run::default().execute(|ctx| open_along(axis, &of, &sheets, 0.02, ctx)).expect("nothing stops it")
+        };
+        assert_eq!(open(normal, 0..2500), Some([0.0, 1.0]));
+        assert_eq!(open(normal, 2500..5000), Some([1.0, 0.0]));
+        // Edge-on nothing is seen.
+        assert_eq!(open(Vec3([1.0, 0.0, 0.0]), 0..2500), None);
     }
 }

@@ -4,6 +4,7 @@
 //! prepared scan, or nothing; then the density of the points tells where scanners stood, if it does, or the
 //! surface's own shape decides.
 
+use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
 use super::prepare::{Frame, Scan};
 use crate::atlas::ProjectedPoint;
@@ -69,6 +70,31 @@ pub(super) fn directions<'a>(
         }),
         (None, None, None) => return None,
     })
+}
+
+/// Which way the points face that depth cameras saw, as far as these are known: each saw one side of its
+/// points, before which nothing lies; if that is so of both, the side that most of them face by now. Nothing
+/// where none is known, and of a camera before which the surface lies both ways: its steps are the file's.
+pub(super) fn by_cameras(
+    scan: &Scan,
+    projected: &[ProjectedPoint],
+    ctx: &Context<'_>,
+) -> Result<Option<Known>> {
+    let mut toward = vec![Vec3::ZERO; scan.points.len()];
+    for camera in &scan.cameras {
+        let (axis, points) = (camera.axis, &camera.points);
+        let open = orient::open_along(axis, points, projected, scan.sampling.median, ctx)?;
+        let facing: f64 = points.iter().map(|&p| projected[p as usize].normal.dot(axis)).sum();
+        let clear = open.unwrap_or_default().map(|open| open >= 1.0 - PIPELINE.most_hidden);
+        let side = match clear {
+            [true, true] => facing.signum(),
+            [true, false] => 1.0,
+            [false, true] => -1.0,
+            [false, false] => continue,
+        };
+        points.iter().for_each(|&p| toward[p as usize] = axis * side);
+    }
+    Ok(toward.iter().any(|t| *t != Vec3::ZERO).then_some(Known { toward, viewpoint: None }))
 }
 
 /// What the search for scanners looks at.

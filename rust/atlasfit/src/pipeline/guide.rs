@@ -62,7 +62,8 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     let noise = NoiseModel::new(left, source, sampling.median);
     let (relative_noise, frame, whole) = (Vec::new(), scan.frame, points.len());
     let rows = (0..points.len() as u64).collect();
-    Ok(Scan { points, tree, sampling, noise, relative_noise, input, frame, rows, whole, told: None })
+    let (told, cameras) = (None, Vec::new());
+    Ok(Scan { points, tree, sampling, noise, relative_noise, input, frame, rows, whole, told, cameras })
 }
 
 /// For each point the nearest place of a mesh (exact on its triangles). Points must be finite.

@@ -11,7 +11,7 @@ use super::whole::Survey;
 use super::{lonely, rows, warnings};
 use crate::error::{Error, Result};
 use crate::noise::quantised::{self, Rounded};
-use crate::noise::{NoiseModel, NoiseSource, check, estimate, places};
+use crate::noise::{Camera, NoiseModel, NoiseSource, check, estimate, places};
 use crate::numeric::dense::principal;
 use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
@@ -103,6 +103,8 @@ pub struct Scan {
     pub whole: usize,
     /// What a tile was told of the whole; nothing where this is the whole.
     pub told: Option<Survey>,
+    /// Depth cameras that saw the points, as far as their rounding tells.
+    pub(crate) cameras: Vec<Camera>,
 }
 
 /// Where the given positions went.
@@ -284,16 +286,19 @@ pub(super) fn with_noise(
         let noise = NoiseModel::new(told.tube_noise, NoiseSource::Given, sampling.median);
         let relative_noise = Vec::new();
         let (whole, told) = (told.points, Some(told));
-        let scan = Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told };
+        let cameras = Vec::new();
+        let scan =
+            Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told, cameras };
         return Ok(scan);
     }
-    let mut stepped = None;
+    let (mut stepped, mut cameras) = (None, Vec::new());
     if given_noise.is_none() {
         match quantised::look(&points, &tree, &sampling.spacing, whole, ctx)? {
             Rounded::No => {}
             Rounded::Noisy(noise) => stepped = Some(noise),
             Rounded::Between(between) => {
                 (points, input.between_steps) = (between.points, between.moved);
+                cameras = between.cameras;
                 tree = Neighbours::build(&points, ctx)?;
             }
         }
@@ -322,7 +327,8 @@ pub(super) fn with_noise(
         }
     };
     let whole = points.len();
-    Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told: None })
+    let told = None;
+    Ok(Scan { points, tree, sampling, noise, relative_noise, frame, input, rows, whole, told, cameras })
 }
 
 /// For each of so many points the first given position that it is.

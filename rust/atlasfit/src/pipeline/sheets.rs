@@ -61,7 +61,11 @@ pub(super) fn separate(
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
         atlas = oriented(scan, fitted, known, ctx)?;
     }
-    if known.is_none() {
+    if known.is_none()
+        && let Some(known) = facing::by_cameras(scan, &atlas.projected, ctx)?
+    {
+        atlas = oriented(scan, atlas.fitted, Some(&known), ctx)?;
+    } else if known.is_none() {
         let part = &orient::connected(atlas.fitted.len(), &atlas.relations);
         let (projected, count) = (&atlas.projected[..], &scan.input.count[..]);
         let looked = facing::Looked { projected, sampling: &scan.sampling, count, part };
