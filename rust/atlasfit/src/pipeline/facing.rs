@@ -1,8 +1,8 @@
 //! Which way a scan's points are known to face.
 //!
 //! In: what the user gave: a viewpoint, or the cloud's normals or scanners. Out: a direction per point of the
-//! prepared scan, or nothing; then the density of the points tells where scanners stood, if it does, or the
-//! surface's own shape decides.
+//! prepared scan, or nothing; then depth cameras tell that rounding shows, or the density of the points where
+//! scanners stood, if they do, or the surface's own shape decides.
 
 use super::constants::PIPELINE;
 use super::options::DenoiseOptions;
