@@ -74,14 +74,13 @@ pub(super) fn steps(
     }
     let (mut between, mut cameras) = (points.to_vec(), Vec::new());
     for (k, v) in (0..).zip(&views) {
-        if !v.shows_ends(points, tree, &view, k, ctx)? {
-            continue;
+        if v.shows_ends(points, tree, &view, k, ctx)? {
+            for (point, by) in v.shifts(points, ctx)? {
+                between[point as usize] = points[point as usize] + v.direction * by;
+            }
+            let seen = v.levels.iter().flat_map(|l| l.points.iter().copied()).collect();
+            cameras.push(Camera { axis: v.direction, points: seen });
         }
-        for (point, by) in v.shifts(points, ctx)? {
-            between[point as usize] = points[point as usize] + v.direction * by;
-        }
-        let seen = v.levels.iter().flat_map(|l| l.points.iter().copied()).collect();
-        cameras.push(Camera { axis: v.direction, points: seen });
     }
     if 2 * cameras.iter().map(|c| c.points.len()).sum::<usize>() < points.len() {
         return Ok(None);
@@ -121,8 +120,8 @@ struct Ends {
 struct View {
     direction: Vec3,
     levels: Vec<Level>,
-    /// Points of each level; none where it has none of its own.
-    trees: Vec<Option<Neighbours>>,
+    /// Points of each level.
+    trees: Vec<Neighbours>,
     /// How far it is from each level to the next, if that is a single step.
     steps: Vec<Option<f64>>,
 }
@@ -131,7 +130,7 @@ impl View {
     fn new(points: &[Vec3], direction: Vec3, levels: Vec<Level>, ctx: &Context<'_>) -> Result<Self> {
         let tree = |level: &Level| {
             let at: Vec<Vec3> = level.points.iter().map(|&p| points[p as usize]).collect();
-            if at.is_empty() { Ok(None) } else { Neighbours::build(&at, ctx).map(Some) }
+            Neighbours::build(&at, ctx)
         };
         let trees = levels.par_iter().map(tree).collect::<Result<_>>()?;
         let apart: Vec<f64> = levels.windows(2).map(|l| l[1].at - l[0].at).collect();
@@ -151,10 +150,10 @@ impl View {
         Some([self.steps[level.checked_sub(1)?]?, (*self.steps.get(level)?)?])
     }
 
-    /// The nearest point of a level to a place, and the way there along the planes; nothing if it has none of
-    /// its own.
+    /// The nearest point of a level to a place, and the way there along the planes; nothing if there is no
+    /// such level.
     fn way_to(&self, level: usize, at: Vec3, points: &[Vec3]) -> Option<(u32, Vec3)> {
-        let nearest = self.trees.get(level)?.as_ref()?.nearest_one(at).index;
+        let nearest = self.trees.get(level)?.nearest_one(at).index;
         let nearest = self.levels[level].points[nearest as usize];
         let to = points[nearest as usize] - at;
         Some((nearest, to - self.direction * to.dot(self.direction)))
@@ -206,11 +205,8 @@ impl View {
             ctx.check()?;
             let at = points[i];
             let Some(level) = self.nearest_level(at) else { return Ok(None) };
-            let (Some([low, high]), Some(on_level)) = (self.to_ends(points, at, level), &self.trees[level])
-            else {
-                return Ok(None);
-            };
-            on_level.nearest(at, NOISE.apart_among, found);
+            let Some([low, high]) = self.to_ends(points, at, level) else { return Ok(None) };
+            self.trees[level].nearest(at, NOISE.apart_among, found);
             let apart = found.last().map_or(0.0, |f| f.dist2.sqrt());
             tree.nearest(at, NOISE.coplanar_among, found);
             let seen = found.iter().any(|f| view[f.index as usize] == own);

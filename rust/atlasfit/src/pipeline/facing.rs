@@ -10,6 +10,7 @@ use super::prepare::{Frame, Scan};
 use crate::atlas::ProjectedPoint;
 use crate::error::Result;
 use crate::geometry::PointCloud;
+use crate::noise::Camera;
 use crate::numeric::vec3::Vec3;
 use crate::orient::{self, Ground};
 use crate::run::Context;
@@ -72,32 +73,7 @@ pub(super) fn directions<'a>(
     })
 }
 
-/// Which way the points face that depth cameras saw, as far as these are known: each saw one side of its
-/// points, before which nothing lies; if that is so of both, the side that most of them face by now. Nothing
-/// where none is known, and of a camera before which the surface lies both ways: its steps are the file's.
-pub(super) fn by_cameras(
-    scan: &Scan,
-    projected: &[ProjectedPoint],
-    ctx: &Context<'_>,
-) -> Result<Option<Known>> {
-    let mut toward = vec![Vec3::ZERO; scan.points.len()];
-    for camera in &scan.cameras {
-        let (axis, points) = (camera.axis, &camera.points);
-        let open = orient::open_along(axis, points, projected, scan.sampling.median, ctx)?;
-        let facing: f64 = points.iter().map(|&p| projected[p as usize].normal.dot(axis)).sum();
-        let clear = open.unwrap_or_default().map(|open| open >= 1.0 - PIPELINE.most_hidden);
-        let side = match clear {
-            [true, true] => facing.signum(),
-            [true, false] => 1.0,
-            [false, true] => -1.0,
-            [false, false] => continue,
-        };
-        points.iter().for_each(|&p| toward[p as usize] = axis * side);
-    }
-    Ok(toward.iter().any(|t| *t != Vec3::ZERO).then_some(Known { toward, viewpoint: None }))
-}
-
-/// What the search for scanners looks at.
+/// What the search for those who saw the scan looks at.
 #[derive(Clone, Copy)]
 pub(super) struct Looked<'a> {
     /// The points on the charts.
@@ -107,11 +83,34 @@ pub(super) struct Looked<'a> {
     pub count: &'a [u32],
     /// The connected part of the surface that each chart is of.
     pub part: &'a [u32],
+    /// Depth cameras that rounding shows.
+    pub cameras: &'a [Camera],
+}
+
+/// Which way the points face that depth cameras saw, as far as these are known: each saw one side of its
+/// points, before which nothing lies; if that is so of both, the side that most of them face by now. Nothing
+/// where none is known, and of a camera before which the surface lies both ways: its steps are the file's.
+fn toward_cameras(looked: Looked<'_>, ctx: &Context<'_>) -> Result<Option<Known>> {
+    let Looked { projected, sampling, cameras, .. } = looked;
+    let mut toward = vec![Vec3::ZERO; projected.len()];
+    for Camera { axis, points } in cameras {
+        let open = orient::open_along(*axis, points, projected, sampling.median, ctx)?;
+        let facing: f64 = points.iter().map(|&p| projected[p as usize].normal.dot(*axis)).sum();
+        let clear = open.unwrap_or_default().map(|open| open >= 1.0 - PIPELINE.most_hidden);
+        let side = match clear {
+            [true, true] => facing.signum(),
+            [true, false] => 1.0,
+            [false, true] => -1.0,
+            [false, false] => continue,
+        };
+        points.iter().for_each(|&p| toward[p as usize] = *axis * side);
+    }
+    Ok(toward.iter().any(|t| *t != Vec3::ZERO).then_some(Known { toward, viewpoint: None }))
 }
 
 /// Where scanners stood that measured the scan, as far as the density of the points tells.
 fn scanners(looked: Looked<'_>, frame: Frame, ctx: &Context<'_>) -> Result<Vec<Vec3>> {
-    let Looked { projected, sampling, count, part } = looked;
+    let Looked { projected, sampling, count, part, .. } = looked;
     // What tells of a scanner is how much of the surface each of its own points stands for.
     let given = |(k, spacing): (usize, &f32)| match count.get(k) {
         Some(&count) => spacing / (count as f32).sqrt(),
@@ -133,6 +132,8 @@ fn scanners(looked: Looked<'_>, frame: Frame, ctx: &Context<'_>) -> Result<Vec<V
 pub(super) enum Viewers {
     /// The points do not tell.
     None,
+    /// Depth cameras, with which way the points face them.
+    Cameras(Known),
     /// Scanners at these places.
     Scanners(Vec<Vec3>),
     /// Viewers above the ground, far away.
@@ -141,9 +142,12 @@ pub(super) enum Viewers {
     Below,
 }
 
-/// Who saw the scan: scanners, as far as the density of the points tells, or viewers above the ground.
-/// `noise` is its standard deviation.
+/// Who saw the scan: depth cameras that rounding shows, scanners, as far as the density of the points tells,
+/// or viewers above the ground. `noise` is its standard deviation.
 pub(super) fn viewers(looked: Looked<'_>, noise: f64, frame: Frame, ctx: &Context<'_>) -> Result<Viewers> {
+    if let Some(known) = toward_cameras(looked, ctx)? {
+        return Ok(Viewers::Cameras(known));
+    }
     let scanners = scanners(looked, frame, ctx)?;
     if !scanners.is_empty() {
         return Ok(Viewers::Scanners(scanners));

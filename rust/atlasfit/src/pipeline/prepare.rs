@@ -200,14 +200,7 @@ pub(super) fn sampled_in(
         None => frame(&points, of_input.len() - not_finite, ctx)?,
     };
     let rounding = warnings::rounding(&points);
-    if let Some(noise) = given_noise
-        && noise > PIPELINE.most_noise * frame.scale
-    {
-        return Err(Error::invalid(
-            format!("noise is {noise}, but the scan is only {} long", frame.scale),
-            "Give the noise in the scan's unit, or none to estimate it",
-        ));
-    }
+    check_given_noise(given_noise, frame)?;
     points.par_iter_mut().for_each(|p| *p = frame.of_user(*p));
     ctx.stage(Stage::Analyse, 2 * points.len());
     ctx.check()?;
@@ -250,12 +243,7 @@ pub(super) fn sampled_in(
     }
     let mut sampling = Sampling::new(around);
     sampling.median = told.map_or(sampling.median, |told| told.spacing);
-    if sampling.median < PIPELINE.least_spacing {
-        return Err(Error::degenerate(
-            "most points all but coincide beside the scan's extent",
-            "Cut away what lies far off, or give points that lie on a surface",
-        ));
-    }
+    check_spacing(sampling.median)?;
     let averaged = |p: &u32| count.get(*p as usize).is_some_and(|&count| count > 1);
     let input = InputMap {
         averaged: (0..).zip(&of_input).filter(|(_, p)| averaged(p)).map(|(i, _)| i).collect(),
@@ -354,6 +342,28 @@ pub(super) fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Res
         return Err(Error::empty(
             format!("none of the {not_finite} points has finite coordinates"),
             "Check the file's columns and units",
+        ));
+    }
+    Ok(())
+}
+
+/// Fails where the given noise, in the user's unit, is as large as the scan.
+fn check_given_noise(given: Option<f64>, frame: Frame) -> Result<()> {
+    match given {
+        Some(noise) if noise > PIPELINE.most_noise * frame.scale => Err(Error::invalid(
+            format!("noise is {noise}, but the scan is only {} long", frame.scale),
+            "Give the noise in the scan's unit, or none to estimate it",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Fails where the `usual` spacing is as good as none.
+fn check_spacing(usual: f64) -> Result<()> {
+    if usual < PIPELINE.least_spacing {
+        return Err(Error::degenerate(
+            "most points all but coincide beside the scan's extent",
+            "Cut away what lies far off, or give points that lie on a surface",
         ));
     }
     Ok(())

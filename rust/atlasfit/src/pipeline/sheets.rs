@@ -61,15 +61,13 @@ pub(super) fn separate(
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
         atlas = oriented(scan, fitted, known, ctx)?;
     }
-    if known.is_none()
-        && let Some(known) = facing::by_cameras(scan, &atlas.projected, ctx)?
-    {
-        atlas = oriented(scan, atlas.fitted, Some(&known), ctx)?;
-    } else if known.is_none() {
+    if known.is_none() {
         let part = &orient::connected(atlas.fitted.len(), &atlas.relations);
         let (projected, count) = (&atlas.projected[..], &scan.input.count[..]);
-        let looked = facing::Looked { projected, sampling: &scan.sampling, count, part };
+        let (sampling, cameras) = (&scan.sampling, &scan.cameras[..]);
+        let looked = facing::Looked { projected, sampling, count, part, cameras };
         match facing::viewers(looked, scan.noise.sigma, scan.frame, ctx)? {
+            Viewers::Cameras(known) => atlas = oriented(scan, atlas.fitted, Some(&known), ctx)?,
             // A tile may see another one than the whole does.
             Viewers::Scanners(of) if of.len() == 1 && scan.told.is_none() => {
                 let toward: Vec<Vec3> = scan.points.iter().map(|p| (of[0] - *p).normalized()).collect();
