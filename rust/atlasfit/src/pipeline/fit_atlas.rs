@@ -53,7 +53,7 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
     let mut fitted = fit::fit(&scan.points, &patches, ctx)?;
     fitted.extend(tubes.fitted);
     let on_walls = of_two_sheets(&fitted, scan.points.len());
-    drop_strays(&cut, &mut fitted, ctx)?;
+    drop_strays(&cut, &mut fitted, 0, ctx)?;
     cover_again(&cut, on_walls, &mut fitted, ctx)?;
     if fitted.is_empty() {
         return Err(Error::degenerate(
@@ -88,7 +88,7 @@ fn cover_again(
     let patches = partition::partition(cut, &done, None, false, ctx)?;
     ctx.stage(Stage::Fit, patches.len());
     fitted.extend(fit::fit(cut.points, &patches, ctx)?);
-    drop_strays(cut, fitted, ctx)
+    drop_strays(cut, fitted, 0, ctx)
 }
 
 /// Finds the tubes. Where they hold most of the scan they know its noise, better than neighbourhoods, which
@@ -116,11 +116,19 @@ pub(super) fn learn_noise(scan: &mut Scan, size: PatchSize, tubes: &Tubes, ctx: 
     Ok(())
 }
 
-/// Takes out the charts that were laid through strays.
-pub(super) fn drop_strays(cut: &Cut<'_>, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
+/// Takes out the charts that were laid through strays. Those before the one numbered `first` stay.
+pub(super) fn drop_strays(
+    cut: &Cut<'_>,
+    fitted: &mut Vec<FittedChart>,
+    first: usize,
+    ctx: &Context<'_>,
+) -> Result<()> {
+    if first == fitted.len() {
+        return Ok(());
+    }
     let members = membership::of_points(cut.rows, fitted, ctx)?;
     let stands = strays::standing(&Charted { cut: *cut, fitted, members: &members }, ctx)?;
-    let mut stand = stands.iter();
-    fitted.retain(|_| stand.next().is_some_and(|s| *s));
+    let mut stand = (0..).zip(stands);
+    fitted.retain(|_| stand.next().is_some_and(|(k, stands)| k < first || stands));
     Ok(())
 }

@@ -38,9 +38,9 @@ pub(super) struct OrientedAtlas {
 }
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
-/// own side only. Where that fails they come back: an uncertain surface is better than none. `known` says
-/// where the points face, as far as that is known. If not, and the points tell of one scanner, the
-/// charts face it in the end.
+/// own side only. Where that fails they come back, but not through strays: an uncertain surface is better
+/// than none. `known` says where the points face, as far as that is known. If not, and the points tell of one
+/// scanner, the charts face it in the end.
 pub(super) fn separate(
     scan: &Scan,
     first: FirstAtlas,
@@ -57,8 +57,11 @@ pub(super) fn separate(
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
-        drop_strays(&cut, &mut fitted, ctx)?;
+        drop_strays(&cut, &mut fitted, 0, ctx)?;
+        // What comes back is judged anew: where strays lie, no other came because of them.
+        let others = fitted.len();
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
+        drop_strays(&cut, &mut fitted, others, ctx)?;
         atlas = oriented(scan, fitted, known, ctx)?;
     }
     if known.is_none() {

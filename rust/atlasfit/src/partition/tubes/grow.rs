@@ -3,6 +3,7 @@
 //! In: points, their spacing and noise, a neighbourhood. Out: a candidate, its radius not yet fitted, or
 //! nothing where the points about the axis are no tube.
 
+use super::clumps::clumps_gain;
 use super::constants::{BINS, TUBES};
 use super::rice::circle_gain;
 use crate::atlas::tube::{CurvePoint, HARMONICS, MASK_NODES};
@@ -95,8 +96,20 @@ pub(super) fn grow(cut: &Cut<'_>, near: &Neighbourhood, found: &mut Vec<Neighbou
         }
     }
     best.filter(|b| {
-        b.tube.half_length >= TUBES.shortest * b.tube.mean_radius && b.members.len() >= TUBES.min_points
+        let long = b.tube.half_length >= TUBES.shortest * b.tube.mean_radius;
+        long && b.members.len() >= TUBES.min_points && !are_clumps(b, points)
     })
+}
+
+/// Whether the points are clumps of strays rather than a tube.
+fn are_clumps(candidate: &Candidate, points: &[Vec3]) -> bool {
+    let Candidate { tube, members, .. } = candidate;
+    let place = |&m: &u32| {
+        let foot = tube.foot(points[m as usize]);
+        (foot.s, foot.d)
+    };
+    let (along, distances): (Vec<f64>, Vec<f64>) = members.iter().map(place).unzip();
+    clumps_gain(&along, &distances, tube.half_length) > 0.0
 }
 
 fn frame(along: Vec3) -> [Vec3; 3] {

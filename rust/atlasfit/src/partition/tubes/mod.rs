@@ -5,6 +5,7 @@
 //! tube, and noise as large as the radius leaves no surface to grow a patch on; a tube's axis and radius are
 //! averaged over all points around it (paper, section 3: contours as 1-manifolds).
 
+mod clumps;
 pub(crate) mod constants;
 mod extent;
 mod grow;
