@@ -53,7 +53,7 @@ pub(super) fn fit_atlas(scan: &mut Scan, charts: Option<usize>, ctx: &Context<'_
     let mut fitted = fit::fit(&scan.points, &patches, ctx)?;
     fitted.extend(tubes.fitted);
     let on_walls = of_two_sheets(&fitted, scan.points.len());
-    drop_strays(&cut, &mut fitted, 0, ctx)?;
+    drop_strays(&cut, &mut fitted, ctx)?;
     cover_again(&cut, on_walls, &mut fitted, ctx)?;
     if fitted.is_empty() {
         return Err(Error::degenerate(
@@ -88,7 +88,7 @@ fn cover_again(
     let patches = partition::partition(cut, &done, None, false, ctx)?;
     ctx.stage(Stage::Fit, patches.len());
     fitted.extend(fit::fit(cut.points, &patches, ctx)?);
-    drop_strays(cut, fitted, 0, ctx)
+    drop_strays(cut, fitted, ctx)
 }
 
 /// Finds the tubes. Where they hold most of the scan they know its noise, better than neighbourhoods, which
@@ -116,11 +116,16 @@ pub(super) fn learn_noise(scan: &mut Scan, size: PatchSize, tubes: &Tubes, ctx: 
     Ok(())
 }
 
-/// Takes out the charts that were laid through strays. Those before the one numbered `first` stay.
-pub(super) fn drop_strays(
+/// Takes out the charts that were laid through strays.
+pub(super) fn drop_strays(cut: &Cut<'_>, fitted: &mut Vec<FittedChart>, ctx: &Context<'_>) -> Result<()> {
+    drop_strays_from(0, cut, fitted, ctx)
+}
+
+/// As [`drop_strays`]; charts before the one numbered `first` are witnesses only, and stay.
+pub(super) fn drop_strays_from(
+    first: usize,
     cut: &Cut<'_>,
     fitted: &mut Vec<FittedChart>,
-    first: usize,
     ctx: &Context<'_>,
 ) -> Result<()> {
     if first == fitted.len() {

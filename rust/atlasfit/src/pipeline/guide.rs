@@ -4,6 +4,7 @@
 //! In: a prepared scan and a [`Guide`]. Out: the scan with its points on the guide's surface. What is left of
 //! the noise is then the scan's, and everything after that is the same as without a guide.
 
+use super::checks;
 use super::copies::{self, Places};
 use super::prepare::{self, Scan};
 use crate::error::Result;
@@ -53,7 +54,7 @@ pub(super) fn follow(guide: &dyn Guide, scan: Scan, ctx: &Context<'_>) -> Result
     places.rename(&mut input.of_input);
     input.count = Vec::new();
     let Places { points, tree, spacing, .. } = places;
-    prepare::check_surface(&points)?;
+    checks::surface(&points)?;
     let sampling = Sampling::new(spacing);
     // A given noise is the scan's; what the guide leaves is always estimated, but then not questioned either.
     let source = if noise.is_given() { NoiseSource::Given } else { NoiseSource::Quadrics };

@@ -12,8 +12,10 @@ mod attributes;
 #[cfg(feature = "benchmarks")]
 #[doc(hidden)]
 pub mod benchmarks;
+mod checks;
 pub(crate) mod constants;
 mod copies;
+mod distinct;
 mod facing;
 mod finish;
 mod fit_atlas;

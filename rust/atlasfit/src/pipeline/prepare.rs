@@ -4,16 +4,16 @@
 //! to the origin and scaled to size 1, with search tree, spacing and noise; and how many points were left
 //! out, for which reason.
 
+pub use super::checks::MIN_POINTS;
 use super::constants::PIPELINE;
 use super::copies::{self, Places};
+pub use super::distinct::{Distinct, distinct};
 pub use super::whole::Frame;
 use super::whole::Survey;
-use super::{lonely, rows, warnings};
+use super::{checks, lonely, rows, warnings};
 use crate::error::{Error, Result};
 use crate::noise::quantised::{self, Rounded};
 use crate::noise::{Camera, NoiseModel, NoiseSource, check, estimate, places};
-use crate::numeric::dense::principal;
-use crate::numeric::sort::sort_by;
 use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::{Context, Stage};
@@ -23,62 +23,6 @@ use crate::spatial::order::along_curve;
 use crate::spatial::sets::Sets;
 use crate::spatial::spacing::{NAMED, Sampling};
 use rayon::prelude::*;
-
-/// The least number of distinct points that make a surface.
-pub const MIN_POINTS: usize = 12;
-
-/// Positions of which each is named once.
-#[derive(Debug, Clone)]
-pub struct Distinct {
-    /// The distinct finite positions, in the order of their first appearance.
-    pub points: Vec<Vec3>,
-    /// For each given position its place among `points`; `u32::MAX` where it is not finite.
-    pub of_input: Vec<u32>,
-    /// Positions with a coordinate that is not finite.
-    pub not_finite: usize,
-    /// Positions that repeat an earlier one.
-    pub duplicates: usize,
-}
-
-/// Joins equal positions and leaves out those that are not finite.
-///
-/// # Errors
-/// Cancelled or out of time; [`Error::InvalidArgument`] above 2^32 - 2 positions.
-pub fn distinct(given: &[Vec3], ctx: &Context<'_>) -> Result<Distinct> {
-    let n = given.len();
-    if n >= u32::MAX as usize {
-        return Err(Error::invalid(format!("{n} points"), "Give fewer points"));
-    }
-    // Sorting by bits is exact and fast.
-    let mut order: Vec<u32> =
-        (0..n as u32).filter(|&i| given[i as usize].iter().all(|x| x.is_finite())).collect();
-    let bits = |i: u32| given[i as usize].0.map(|x| (x + 0.0).to_bits());
-    sort_by(&mut order, |&a, &b| (bits(a), a).cmp(&(bits(b), b)), ctx)?;
-    let mut first = vec![u32::MAX; n];
-    for (k, group) in order.chunk_by(|&a, &b| bits(a) == bits(b)).enumerate() {
-        ctx.check_at(k)?;
-        for &i in group {
-            first[i as usize] = group[0];
-        }
-    }
-    let finite = order.len();
-    drop(order);
-    ctx.check()?;
-    let mut of_input = first;
-    let mut points = Vec::new();
-    for i in 0..n {
-        ctx.check_at(i)?;
-        let f = of_input[i];
-        if f == i as u32 {
-            of_input[i] = points.len() as u32;
-            points.push(given[i]);
-        } else if f != u32::MAX {
-            // The first of equal positions has the least index, so it has its place already.
-            of_input[i] = of_input[f as usize];
-        }
-    }
-    Ok(Distinct { not_finite: n - finite, duplicates: finite - points.len(), points, of_input })
-}
 
 /// A scan ready to work on. Lengths are in the normalised frame: the scan's longest side is 1.
 pub struct Scan {
@@ -192,7 +136,7 @@ pub(super) fn sampled_in(
     ctx: &Context<'_>,
 ) -> Result<Sampled> {
     let Distinct { mut points, mut of_input, not_finite, duplicates } = distinct;
-    check_any(&points, of_input.len(), not_finite)?;
+    checks::any(&points, of_input.len(), not_finite)?;
     // Rows are averaged from their ends on, which a part of a scan may not have.
     let whole = given_frame.is_none();
     let frame = match given_frame {
@@ -200,7 +144,7 @@ pub(super) fn sampled_in(
         None => frame(&points, of_input.len() - not_finite, ctx)?,
     };
     let rounding = warnings::rounding(&points);
-    check_given_noise(given_noise, frame)?;
+    checks::given_noise(given_noise, frame.scale)?;
     points.par_iter_mut().for_each(|p| *p = frame.of_user(*p));
     ctx.stage(Stage::Analyse, 2 * points.len());
     ctx.check()?;
@@ -208,7 +152,7 @@ pub(super) fn sampled_in(
     if far.contains(&true) {
         keep(&mut points, &mut of_input, &far);
     }
-    check_surface(&points)?;
+    checks::surface(&points)?;
     let distinct = points.len();
     let order = along_curve(&points, ctx)?;
     reorder(&mut points, &mut of_input, &order);
@@ -220,7 +164,7 @@ pub(super) fn sampled_in(
     drop(order);
     let Places { mut points, mut tree, spacing, nearest, .. } = places;
     if copies > 0 {
-        check_surface(&points)?;
+        checks::surface(&points)?;
     }
     // A stray beside a surface is no reason for a patch wider than the surface asks for: what a point's
     // neighbours have is its spacing.
@@ -238,12 +182,12 @@ pub(super) fn sampled_in(
         retain(&mut around, &strays);
         retain(&mut rows, &strays);
         retain(&mut count, &strays);
-        check_surface(&points)?;
+        checks::surface(&points)?;
         tree = Neighbours::build(&points, ctx)?;
     }
     let mut sampling = Sampling::new(around);
     sampling.median = told.map_or(sampling.median, |told| told.spacing);
-    check_spacing(sampling.median)?;
+    checks::spacing(sampling.median)?;
     let averaged = |p: &u32| count.get(*p as usize).is_some_and(|&count| count > 1);
     let input = InputMap {
         averaged: (0..).zip(&of_input).filter(|(_, p)| averaged(p)).map(|(i, _)| i).collect(),
@@ -330,45 +274,6 @@ fn first_rows(of_input: &[u32], points: usize) -> Vec<usize> {
     rows
 }
 
-/// Fails where no position is finite.
-pub(super) fn check_any(points: &[Vec3], given: usize, not_finite: usize) -> Result<()> {
-    if given == 0 {
-        return Err(Error::empty(
-            "the scan has no points",
-            "Give a file with at least a few hundred points on a surface",
-        ));
-    }
-    if points.is_empty() {
-        return Err(Error::empty(
-            format!("none of the {not_finite} points has finite coordinates"),
-            "Check the file's columns and units",
-        ));
-    }
-    Ok(())
-}
-
-/// Fails where the given noise, in the user's unit, is as large as the scan.
-fn check_given_noise(given: Option<f64>, frame: Frame) -> Result<()> {
-    match given {
-        Some(noise) if noise > PIPELINE.most_noise * frame.scale => Err(Error::invalid(
-            format!("noise is {noise}, but the scan is only {} long", frame.scale),
-            "Give the noise in the scan's unit, or none to estimate it",
-        )),
-        _ => Ok(()),
-    }
-}
-
-/// Fails where the `usual` spacing is as good as none.
-fn check_spacing(usual: f64) -> Result<()> {
-    if usual < PIPELINE.least_spacing {
-        return Err(Error::degenerate(
-            "most points all but coincide beside the scan's extent",
-            "Cut away what lies far off, or give points that lie on a surface",
-        ));
-    }
-    Ok(())
-}
-
 /// Origin and size of the frame.
 pub(super) fn frame(points: &[Vec3], count: usize, ctx: &Context<'_>) -> Result<Frame> {
     let beyond = (points.len() as f64 * PIPELINE.beyond) as usize;
@@ -445,24 +350,6 @@ fn keep(points: &mut Vec<Vec3>, of_input: &mut [u32], out: &[bool]) {
 fn retain<T>(of_points: &mut Vec<T>, out: &[bool]) {
     let mut out = out.iter();
     of_points.retain(|_| !out.next().unwrap_or(&false));
-}
-
-/// Fails on points that span no surface: too few, or all on a line.
-///
-/// # Errors
-/// [`Error::Degenerate`].
-pub(crate) fn check_surface(points: &[Vec3]) -> Result<()> {
-    let degenerate = |what: String| {
-        Err(Error::degenerate(what, "Give points that lie on a surface, a few hundred at least"))
-    };
-    if points.len() < MIN_POINTS {
-        return degenerate(format!("only {} distinct points", points.len()));
-    }
-    let spread = principal(points.iter().map(|&p| (p, 1.0)));
-    if spread.is_none_or(|s| s.variances[1] <= 1e-14 * s.variances[2]) {
-        return degenerate("the points lie on a line".into());
-    }
-    Ok(())
 }
 
 /// For each point the median spacing of its nearest others.

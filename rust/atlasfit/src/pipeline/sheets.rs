@@ -6,7 +6,7 @@
 
 use super::constants::PIPELINE;
 use super::facing::{self, Known, Viewers};
-use super::fit_atlas::{FirstAtlas, cut, drop_strays};
+use super::fit_atlas::{FirstAtlas, cut, drop_strays, drop_strays_from};
 use super::prepare::Scan;
 use super::warnings;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
@@ -57,11 +57,11 @@ pub(super) fn separate(
         ctx.stage(Stage::Fit, patches.len());
         let mut fitted = atlas.fitted;
         fitted.extend(fit::fit(&scan.points, &patches, ctx)?);
-        drop_strays(&cut, &mut fitted, 0, ctx)?;
+        drop_strays(&cut, &mut fitted, ctx)?;
         // What comes back is judged anew: where strays lie, no other came because of them.
         let others = fitted.len();
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
-        drop_strays(&cut, &mut fitted, others, ctx)?;
+        drop_strays_from(others, &cut, &mut fitted, ctx)?;
         atlas = oriented(scan, fitted, known, ctx)?;
     }
     if known.is_none() {

@@ -3,6 +3,7 @@
 //! In: windows of the scan with all points in them, and positions spread over all of it. Out: frame, spacing,
 //! noise, side of the voxels: a [`Survey`].
 
+use super::checks;
 use super::fit_atlas;
 use super::options::{self, DenoiseOptions};
 use super::prepare;
@@ -37,7 +38,7 @@ fn surveyed(
     ctx: &Context<'_>,
 ) -> Result<Survey> {
     let whole = prepare::distinct(vec3::of(spread), ctx)?;
-    prepare::check_any(&whole.points, spread.len(), whole.not_finite)?;
+    checks::any(&whole.points, spread.len(), whole.not_finite)?;
     let frame = prepare::frame(&whole.points, spread.len() - whole.not_finite, ctx)?;
     drop(whole);
     let known = Survey {
