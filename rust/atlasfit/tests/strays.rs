@@ -65,6 +65,22 @@ fn clumps_of_strays_about_thin_walls_get_no_surface() {
 }
 
 #[test]
+fn clumps_as_wide_as_charts_far_from_the_surface_get_none() {
+    // Charts laid through such a clump in many directions each find points about themselves.
+    let girth = 0.3;
+    for seed in 0..4 {
+        let ring = torus(9000, girth, seed);
+        let mut points = ring.noisy(0.5, seed);
+        add_strays_in_clumps(&mut points, 0.2, 12, 0.08, seed);
+        let out = run(&points).expect("a surface");
+        let off = |p: &Vec3| ((p[0].hypot(p[1]) - 1.0).hypot(p[2]) - girth).abs();
+        let far = out.surface.positions.iter().filter(|p| off(p) > 2.5 * ring.spacing).count();
+        let (all, parts) = (out.surface.positions.len(), topology(&out.surface).parts);
+        assert!(far * 100 < all && parts == 1, "{seed}: {far} of {all} vertices, {parts} parts");
+    }
+}
+
+#[test]
 fn strays_about_a_rope_are_not_joined_with_it() {
     // Slabs through it, from one stray to the next, hold many of its points.
     let girth = 0.12;

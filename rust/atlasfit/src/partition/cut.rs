@@ -5,11 +5,12 @@ use super::grow::{GrowParams, Scratch, grow};
 use super::slab;
 use crate::atlas::{Patch, ProjectedPoint, known};
 use crate::error::Result;
+use crate::numeric::stats::median;
 use crate::numeric::vec3::Vec3;
 use crate::run::Context;
 use crate::spatial::Neighbours;
 use crate::spatial::neighbours::Neighbour;
-use crate::spatial::spacing::Sampling;
+use crate::spatial::spacing::{NAMED, Sampling};
 use rayon::prelude::*;
 
 /// How large patches should be: in point spacings, so that a patch holds about a hundred points, and in
@@ -85,6 +86,15 @@ impl Cut<'_> {
         let sigma = sigma * self.relative_noise(point);
         self.size.reach(self.sampling.carried(point), sigma)
     }
+    /// The radius that a patch about a point may have whose neighbours are denser: a stray's would span all of
+    /// the surface that is near.
+    fn reach_of_others(&self, point: usize, sigma: f64) -> f64 {
+        let mut found = Vec::new();
+        self.tree.nearest(self.points[point], NAMED + 1, &mut found);
+        let mut spacings: Vec<f64> = found.iter().map(|f| self.sampling.carried(f.index as usize)).collect();
+        let sigma = sigma * self.relative_noise(point);
+        self.size.reach(PARTITION.sparser * median(&mut spacings), sigma)
+    }
     /// The noise at a point, as a multiple of the usual.
     pub(crate) fn relative_noise(&self, point: usize) -> f64 {
         known::relative_noise(self.relative, point)
@@ -103,7 +113,7 @@ impl Cut<'_> {
             GrowParams {
                 sigma: sigma * self.relative_noise(i),
                 spacing,
-                max_radius: self.reach(i, sigma),
+                max_radius: self.reach(i, sigma).min(self.reach_of_others(i, sigma)),
                 earlier,
                 only: None,
             }
@@ -180,4 +190,34 @@ pub(crate) fn grow_all<'a>(
         })
         .collect::<Result<Vec<_>>>()?;
     Ok(grown.concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Run;
+
+    #[test]
+    fn no_patch_of_a_stray_spans_the_dense_surface_that_is_near() {
+        // A ball of surface, and one point as far off it as it is wide.
+        let golden = 2.4;
+        let mut points: Vec<Vec3> = (0..3000)
+            .map(|i| {
+                let z = 2.0 * (f64::from(i) + 0.5) / 3000.0 - 1.0;
+                let (r, angle) = ((1.0 - z * z).sqrt(), golden * f64::from(i));
+                Vec3([r * angle.cos(), r * angle.sin(), z])
+            })
+            .collect();
+        points.push(Vec3([2.0, 0.0, 0.0]));
+        let mut spacing = vec![0.065; points.len()];
+        spacing[3000] = 1.0;
+        let sampling = Sampling::new(spacing);
+        let grown = Run::default().execute(|ctx| {
+            let tree = Neighbours::build(&points, ctx)?;
+            Cut::whole(&points, &tree, &sampling, 0.005).grow(&[0, 3000], 0.005, None, ctx)
+        });
+        let grown = grown.unwrap();
+        assert!(grown[0].as_ref().is_some_and(|p| p.accepted && p.members.len() > 50));
+        assert!(grown[1].as_ref().is_none_or(|p| p.members.len() < 200), "{:?}", grown[1]);
+    }
 }

@@ -3,7 +3,7 @@
 //! In: a prepared scan. Out: fitted charts, not yet oriented; the scan's noise as they know it.
 
 use super::prepare::Scan;
-use crate::atlas::FittedChart;
+use crate::atlas::{FittedChart, Membership};
 use crate::blend::membership;
 use crate::error::{Error, Result};
 use crate::fit;
@@ -136,4 +136,17 @@ pub(super) fn drop_strays_from(
     let mut stand = (0..).zip(stands);
     fitted.retain(|_| stand.next().is_some_and(|(k, stands)| k < first || stands));
     Ok(())
+}
+
+/// Takes out parts that are clumps of strays, once all of the surface has its charts. Whether there were any.
+pub(super) fn drop_clumps(
+    cut: &Cut<'_>,
+    fitted: &mut Vec<FittedChart>,
+    members: &Membership,
+    ctx: &Context<'_>,
+) -> Result<bool> {
+    let stands = strays::standing_at_last(&Charted { cut: *cut, fitted, members }, ctx)?;
+    let mut stand = stands.iter();
+    fitted.retain(|_| stand.next().is_some_and(|stands| *stands));
+    Ok(fitted.len() < stands.len())
 }

@@ -6,7 +6,7 @@
 
 use super::constants::PIPELINE;
 use super::facing::{self, Known, Viewers};
-use super::fit_atlas::{FirstAtlas, cut, drop_strays, drop_strays_from};
+use super::fit_atlas::{FirstAtlas, cut, drop_clumps, drop_strays, drop_strays_from};
 use super::prepare::Scan;
 use super::warnings;
 use crate::atlas::{FittedChart, Membership, Pair, ProjectedPoint, Relation, Vote};
@@ -39,8 +39,8 @@ pub(super) struct OrientedAtlas {
 
 /// Orients the charts; twice, those near another sheet are dropped, cut and fitted anew from points of their
 /// own side only. Where that fails they come back, but not through strays: an uncertain surface is better
-/// than none. `known` says where the points face, as far as that is known. If not, and the points tell of one
-/// scanner, the charts face it in the end.
+/// than none. Parts that are clumps go in the end. `known` says where the points face, as far as that is
+/// known. If not, and the points tell of one scanner, the charts face it in the end.
 pub(super) fn separate(
     scan: &Scan,
     first: FirstAtlas,
@@ -63,6 +63,9 @@ pub(super) fn separate(
         partition::restore(&mut fitted, refit.left_out, scan.points.len());
         drop_strays_from(others, &cut, &mut fitted, ctx)?;
         atlas = oriented(scan, fitted, known, ctx)?;
+    }
+    if drop_clumps(&cut, &mut atlas.fitted, &atlas.members, ctx)? {
+        atlas = oriented(scan, atlas.fitted, known, ctx)?;
     }
     if known.is_none() {
         let part = &orient::connected(atlas.fitted.len(), &atlas.relations);

@@ -191,7 +191,7 @@ fn as_far_as_along(over: &[[f64; 3]], on_sheet: impl Fn(usize) -> f64) -> f64 {
 /// narrow it down (the Occam factor; MacKay 1992). Offset and slopes may be anything within `half`, curvature
 /// within `curved`, both in standard deviations of the noise; the mean squares of the terms are those on a
 /// disk.
-fn cost_of_a_quadric(n: f64, half: f64, curved: f64) -> f64 {
+pub(super) fn cost_of_a_quadric(n: f64, half: f64, curved: f64) -> f64 {
     let cost = |width: f64, mean_square: f64| 0.5 * (n * mean_square * width * width).ln_1p();
     let even = half / 3f64.sqrt();
     cost(even, 1.0) + 2.0 * cost(even, 0.25) + 3.0 * cost(curved, 1.0 / 12.0)

@@ -5,45 +5,17 @@
 //! surface.
 
 use super::charted::Charted;
+use super::clumps;
 use super::constants::STRAYS;
 use super::density;
 use super::odds::{self, Group};
 use super::overlaps::Overlap;
-use crate::atlas::FittedChart;
+use super::shares::Shares;
 use crate::error::Result;
 use crate::partition::constants::PARTITION;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
 use rayon::prelude::*;
-
-/// How some charts share some points.
-pub(super) struct Shares {
-    /// For each point on how many of the charts it lies.
-    pub charts: Vec<u32>,
-    /// For each chart how many of the points are its own, each divided by the charts that it lies on; 0 for
-    /// the others.
-    pub points: Vec<f64>,
-}
-
-impl Shares {
-    /// Of the charts that `some` marks, and the points that `counts` marks.
-    pub(super) fn new(charted: &Charted<'_>, some: &[bool], counts: &[bool]) -> Self {
-        let mut charts = vec![0u32; counts.len()];
-        for (f, _) in charted.fitted.iter().zip(some).filter(|(_, s)| **s) {
-            f.members.iter().for_each(|m| charts[m.0 as usize] += 1);
-        }
-        let own = |f: &FittedChart| {
-            let points = f.members.iter().map(|m| m.0 as usize).filter(|&m| counts[m]);
-            points.map(|m| 1.0 / f64::from(charts[m])).sum()
-        };
-        let points = charted.fitted.iter().zip(some).map(|(f, s)| if *s { own(f) } else { 0.0 }).collect();
-        Self { charts, points }
-    }
-    /// How much of what a chart says is its own: of its points, the share that no other says the same of.
-    pub(super) fn of(&self, k: usize, f: &FittedChart) -> f64 {
-        self.points[k] / f.members.len().max(1) as f64
-    }
-}
 
 /// Adds groups of charts that wait, see the head of this file.
 pub(super) fn add_dense(
@@ -73,6 +45,7 @@ pub(super) fn add_dense(
     let mut size = vec![0.0; stands.len()];
     for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
         groups[group[k]].evidence += shares.of(k, f) * evidence[k];
+        groups[group[k]].charts.push(k as u32);
         size[group[k]] += shares.points[k];
     }
     for &i in &asked {
@@ -85,7 +58,8 @@ pub(super) fn add_dense(
     if large.is_empty() {
         return Ok(());
     }
-    let candidates: Vec<Group> = large.iter().map(|&g| std::mem::take(&mut groups[g])).collect();
+    let mut candidates: Vec<Group> = large.iter().map(|&g| std::mem::take(&mut groups[g])).collect();
+    clumps::judge(charted, &mut candidates, &shares, |_| false, ctx)?;
     let lone: Vec<u32> = alone.into_iter().filter(|&i| shares.charts[i as usize] == 0).collect();
     let mut odds = vec![f64::NEG_INFINITY; stands.len()];
     let found = odds::of_groups(&charted.cut, &explained, &candidates, &lone, ctx)?;

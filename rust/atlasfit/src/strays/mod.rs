@@ -6,6 +6,7 @@
 //! surface about them. What is left are strays.
 
 mod charted;
+mod clumps;
 pub(crate) mod constants;
 mod density;
 mod evidence;
@@ -13,6 +14,7 @@ mod groups;
 mod odds;
 mod overlaps;
 mod parts;
+mod shares;
 
 use crate::atlas::{FittedChart, Map};
 use crate::error::Result;
@@ -49,6 +51,17 @@ pub(crate) fn standing(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<b
     add_slabs(charted, &mut evidence, &mut stands, enough, ctx)?;
     groups::add_dense(charted, &mut evidence, &mut stands, &overlaps, ctx)?;
     parts::remove_doubtful(charted, &evidence, &mut stands, &overlaps, enough, ctx)?;
+    Ok(stands)
+}
+
+/// Whether each chart stands, once all of the surface has its charts: not those of parts that are clumps.
+///
+/// # Errors
+/// Cancelled or out of time.
+pub(crate) fn standing_at_last(charted: &Charted<'_>, ctx: &Context<'_>) -> Result<Vec<bool>> {
+    let mut stands = vec![true; charted.fitted.len()];
+    let overlaps = overlaps(charted, &stands, ctx)?;
+    parts::remove_clumps(charted, &mut stands, &overlaps, ctx)?;
     Ok(stands)
 }
 

@@ -22,6 +22,8 @@ use crate::spatial::neighbours::Neighbour;
 pub(super) struct Group {
     /// The evidence that it is surface, in nats.
     pub evidence: f64,
+    /// Its charts.
+    pub charts: Vec<u32>,
     /// Its points.
     pub points: Vec<u32>,
 }
@@ -149,7 +151,7 @@ mod tests {
             points.extend((0..12).map(|i| Vec3([20.0 + f64::from(i % 2), 4.0 + f64::from(i / 2), over])));
         }
         let known: Vec<bool> = (0..points.len()).map(|i| i < 400).collect();
-        let groups = [400..412, 412..424].map(|of| Group { evidence: 0.0, points: of.collect() });
+        let groups = [400..412, 412..424].map(|of| Group { points: of.collect(), ..Group::default() });
         let sampling = Sampling::new(vec![1.0; points.len()]);
         let odds = Run::default().execute(|ctx| {
             let tree = Neighbours::build(&points, ctx)?;

@@ -4,10 +4,11 @@
 //! charts together speak for surface beyond doubt, by themselves or beside what else the scan has.
 
 use super::charted::Charted;
+use super::clumps;
 use super::constants::STRAYS;
-use super::groups::Shares;
 use super::odds::{self, Group};
 use super::overlaps::Overlap;
+use super::shares::Shares;
 use crate::error::Result;
 use crate::run::Context;
 use crate::spatial::sets::Sets;
@@ -21,19 +22,9 @@ pub(super) fn remove_doubtful(
     enough: f64,
     ctx: &Context<'_>,
 ) -> Result<()> {
-    let mut sets = Sets::new(stands.len());
-    let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
-    // A clump beside the surface shares points with it, but few of them say that both are one sheet.
-    for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
-        sets.join(o.a, o.b);
-    }
-    let part: Vec<usize> = (0..stands.len() as u32).map(|k| sets.find(k) as usize).collect();
-    let shares = Shares::new(charted, stands, &vec![true; charted.cut.points.len()]);
-    let mut total = vec![0.0; stands.len()];
-    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
-        total[part[k]] += evidence[k] * shares.of(k, f);
-    }
-    let is_sure = |k: usize| total[part[k]] > enough;
+    let part = parts(stands, overlaps);
+    let of_part = evidence_of_parts(charted, evidence, stands, &part, enough, ctx)?;
+    let is_sure = |k: usize| of_part[part[k]] > enough;
     let sure: Vec<bool> = (0..stands.len()).map(|k| stands[k] && is_sure(k)).collect();
     let mut doubtful: Vec<usize> =
         (0..stands.len()).filter(|&k| stands[k] && !sure[k]).map(|k| part[k]).collect();
@@ -45,7 +36,7 @@ pub(super) fn remove_doubtful(
         let mut at = vec![usize::MAX; stands.len()];
         doubtful.iter().enumerate().for_each(|(n, &p)| at[p] = n);
         let mut groups: Vec<Group> =
-            doubtful.iter().map(|&p| Group { evidence: total[p], points: Vec::new() }).collect();
+            doubtful.iter().map(|&p| Group { evidence: of_part[p], ..Group::default() }).collect();
         let mut lone = Vec::new();
         for i in (0..known.len()).filter(|&i| !known[i]) {
             match charted.members.of(i).iter().find(|m| stands[m.0 as usize]) {
@@ -60,4 +51,74 @@ pub(super) fn remove_doubtful(
         *stands &= sure[k] || stays[part[k]];
     }
     Ok(())
+}
+
+/// Removes the parts that are clumps, with the points about them that lie on no chart. Only where all of the
+/// surface has its charts, for the others' points are such points too.
+pub(super) fn remove_clumps(
+    charted: &Charted<'_>,
+    stands: &mut [bool],
+    overlaps: &[Overlap],
+    ctx: &Context<'_>,
+) -> Result<()> {
+    let part = parts(stands, overlaps);
+    let (shares, mut groups) = as_groups(charted, |_| f64::INFINITY, stands, &part);
+    let lone = |i: u32| charted.members.of(i as usize).is_empty();
+    clumps::judge(charted, &mut groups, &shares, lone, ctx)?;
+    let surface = |k: usize| groups[part[k]].evidence > 0.0;
+    if (0..stands.len()).any(|k| stands[k] && surface(k)) {
+        stands.iter_mut().enumerate().for_each(|(k, stands)| *stands &= surface(k));
+    }
+    Ok(())
+}
+
+/// Which part each chart is of that stands.
+fn parts(stands: &[bool], overlaps: &[Overlap]) -> Vec<usize> {
+    let mut sets = Sets::new(stands.len());
+    let both = |o: &&Overlap| stands[o.a as usize] && stands[o.b as usize];
+    // A clump beside the surface shares points with it, but few of them say that both are one sheet.
+    for o in overlaps.iter().filter(both).filter(|o| o.one > 0.0) {
+        sets.join(o.a, o.b);
+    }
+    (0..stands.len() as u32).map(|k| sets.find(k) as usize).collect()
+}
+
+/// The parts as groups, each with what the `evidence` for its charts says together, and how these share
+/// points.
+fn as_groups(
+    charted: &Charted<'_>,
+    evidence: impl Fn(usize) -> f64,
+    stands: &[bool],
+    part: &[usize],
+) -> (Shares, Vec<Group>) {
+    let points = charted.cut.points.len();
+    let shares = Shares::new(charted, stands, &vec![true; points]);
+    let mut groups = vec![Group::default(); stands.len()];
+    for (k, f) in charted.fitted.iter().enumerate().filter(|(k, _)| shares.points[*k] > 0.0) {
+        groups[part[k]].evidence += evidence(k) * shares.of(k, f);
+        groups[part[k]].charts.push(k as u32);
+    }
+    for i in 0..points {
+        if let Some(first) = charted.members.of(i).iter().find(|m| stands[m.0 as usize]) {
+            groups[part[first.0 as usize]].points.push(i as u32);
+        }
+    }
+    (shares, groups)
+}
+
+/// The evidence for each part: what its charts say together, no more than what rules out clumps. Where that
+/// leaves no part with `enough`, there is nothing to know a clump by.
+fn evidence_of_parts(
+    charted: &Charted<'_>,
+    evidence: &[f64],
+    stands: &[bool],
+    part: &[usize],
+    enough: f64,
+    ctx: &Context<'_>,
+) -> Result<Vec<f64>> {
+    let (shares, mut groups) = as_groups(charted, |k| evidence[k], stands, part);
+    let alone: Vec<f64> = groups.iter().map(|g| g.evidence).collect();
+    clumps::judge(charted, &mut groups, &shares, |_| false, ctx)?;
+    let beside: Vec<f64> = groups.iter().map(|g| g.evidence).collect();
+    Ok(if beside.iter().any(|&e| e > enough) { beside } else { alone })
 }
