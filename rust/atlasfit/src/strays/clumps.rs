@@ -28,8 +28,9 @@ const FIRST: f64 = 0.95;
 /// The least variance, so that nothing is divided by 0: in the normalised frame a millionth along an axis.
 const LEAST: f64 = 1e-12;
 
-/// The evidence for groups is no more than what they are likelier than clumps. `lone` says which points
-/// lie on no chart: where they lie about a group its charts leave them over, a clump need not.
+/// Lowers the evidence for groups to what they are likelier than clumps, where that is less. `lone`, if
+/// given, says which points lie on no chart: where they lie about a group its charts leave them over, a clump
+/// need not.
 ///
 /// # Errors
 /// Cancelled or out of time.
@@ -37,12 +38,12 @@ pub(super) fn judge(
     charted: &Charted<'_>,
     groups: &mut [Group],
     shares: &Shares,
-    lone: impl Fn(u32) -> bool + Sync,
+    lone: Option<&(dyn Fn(u32) -> bool + Sync)>,
     ctx: &Context<'_>,
 ) -> Result<()> {
     groups.par_iter_mut().try_for_each_init(Vec::new, |found, group| {
         ctx.check()?;
-        let gain = charts_beside_clumps(charted, group, shares, &lone, found, ctx)?;
+        let gain = charts_beside_clumps(charted, group, shares, lone, found, ctx)?;
         group.evidence = group.evidence.min(gain);
         Ok(())
     })
@@ -54,7 +55,7 @@ fn charts_beside_clumps(
     charted: &Charted<'_>,
     group: &Group,
     shares: &Shares,
-    lone: &impl Fn(u32) -> bool,
+    lone: Option<&(dyn Fn(u32) -> bool + Sync)>,
     found: &mut Vec<Neighbour>,
     ctx: &Context<'_>,
 ) -> Result<f64> {
@@ -98,7 +99,7 @@ impl Ball {
         charted: &Charted<'_>,
         points: &[u32],
         noise: f64,
-        lone: impl Fn(u32) -> bool,
+        lone: Option<&(dyn Fn(u32) -> bool + Sync)>,
         found: &mut Vec<Neighbour>,
     ) -> Option<Self> {
         let at = |i: u32| charted.cut.points[i as usize];
@@ -106,8 +107,11 @@ impl Ball {
         let least = (noise * noise).max(LEAST);
         let variance = (spread.variances.iter().sum::<f64>() / 3.0).max(least);
         let radius = 2.0 * (3.0 * variance).sqrt();
-        charted.cut.tree.within(spread.mean, radius, found);
-        found.retain(|f| lone(f.index));
+        found.clear();
+        if let Some(lone) = lone {
+            charted.cut.tree.within(spread.mean, radius, found);
+            found.retain(|f| lone(f.index));
+        }
         let step = (points.len() + found.len()).div_ceil(STRAYS.most).max(1);
         Some(Self {
             own: points.iter().step_by(step).map(|&i| at(i)).collect(),
@@ -277,7 +281,7 @@ mod tests {
             let lone = |i: u32| !there(layer(&points[i as usize]));
             let on_charts = all.clone().filter(|&i| !lone(i)).collect();
             let group = Group { evidence: 0.0, charts, points: on_charts };
-            charts_beside_clumps(&charted, &group, &shares, &lone, &mut Vec::new(), ctx)
+            charts_beside_clumps(&charted, &group, &shares, Some(&lone), &mut Vec::new(), ctx)
         };
         Run::default().execute(run).unwrap()
     }

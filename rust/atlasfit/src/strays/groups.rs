@@ -59,7 +59,7 @@ pub(super) fn add_dense(
         return Ok(());
     }
     let mut candidates: Vec<Group> = large.iter().map(|&g| std::mem::take(&mut groups[g])).collect();
-    clumps::judge(charted, &mut candidates, &shares, |_| false, ctx)?;
+    clumps::judge(charted, &mut candidates, &shares, None, ctx)?;
     let lone: Vec<u32> = alone.into_iter().filter(|&i| shares.charts[i as usize] == 0).collect();
     let mut odds = vec![f64::NEG_INFINITY; stands.len()];
     let found = odds::of_groups(&charted.cut, &explained, &candidates, &lone, ctx)?;

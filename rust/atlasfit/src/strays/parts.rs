@@ -64,7 +64,7 @@ pub(super) fn remove_clumps(
     let part = parts(stands, overlaps);
     let (shares, mut groups) = as_groups(charted, |_| f64::INFINITY, stands, &part);
     let lone = |i: u32| charted.members.of(i as usize).is_empty();
-    clumps::judge(charted, &mut groups, &shares, lone, ctx)?;
+    clumps::judge(charted, &mut groups, &shares, Some(&lone), ctx)?;
     let surface = |k: usize| groups[part[k]].evidence > 0.0;
     if (0..stands.len()).any(|k| stands[k] && surface(k)) {
         stands.iter_mut().enumerate().for_each(|(k, stands)| *stands &= surface(k));
@@ -118,7 +118,7 @@ fn evidence_of_parts(
 ) -> Result<Vec<f64>> {
     let (shares, mut groups) = as_groups(charted, |k| evidence[k], stands, part);
     let alone: Vec<f64> = groups.iter().map(|g| g.evidence).collect();
-    clumps::judge(charted, &mut groups, &shares, |_| false, ctx)?;
+    clumps::judge(charted, &mut groups, &shares, None, ctx)?;
     let beside: Vec<f64> = groups.iter().map(|g| g.evidence).collect();
     Ok(if beside.iter().any(|&e| e > enough) { beside } else { alone })
 }
