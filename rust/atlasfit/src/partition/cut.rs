@@ -86,8 +86,8 @@ impl Cut<'_> {
         let sigma = sigma * self.relative_noise(point);
         self.size.reach(self.sampling.carried(point), sigma)
     }
-    /// The radius that a patch about a point may have whose neighbours are denser: a stray's would span all of
-    /// the surface that is near.
+    /// The radius that a patch about a point may have whose neighbours are denser: a stray's would span all
+    /// of the surface that is near.
     fn reach_of_others(&self, point: usize, sigma: f64) -> f64 {
         let mut found = Vec::new();
         self.tree.nearest(self.points[point], NAMED + 1, &mut found);

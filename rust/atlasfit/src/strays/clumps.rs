@@ -1,9 +1,9 @@
 //! Whether the points of some charts are a clump of strays, or two.
 //!
 //! In: charts that lie together, and their points. Out: the logarithm of the ratio of two likelihoods, in
-//! nats: on these charts, and in clumps. On a chart points spread evenly along its sheet and scatter across it
-//! by its noise; a clump scatters alike in all directions, no less than by the noise. A window on one chart
-//! hardly knows them apart, as a clump is as flat there as a chart cuts it.
+//! nats: on these charts, and in clumps. On a chart points spread evenly along its sheet and scatter across
+//! it by its noise; a clump scatters alike in all directions, no less than by the noise. A window on one
+//! chart hardly knows them apart, as a clump is as flat there as a chart cuts it.
 
 use super::charted::Charted;
 use super::constants::STRAYS;
@@ -129,8 +129,9 @@ impl Ball {
         let some = |n: f64, of_one: f64| if n > 0.0 { n * ((n / (own + lone)).ln() + of_one) } else { 0.0 };
         self.times * (some(own, mean) + some(lone, -self.volume.ln()))
     }
-    /// That of all in one clump or two, and the others anywhere. Each number that is chosen to suit them costs
-    /// half the logarithm of how many they are (Schwarz 1978): four for a clump, one for the shares of two.
+    /// That of all in one clump or two, and the others anywhere. Each number that is chosen to suit them
+    /// costs half the logarithm of how many they are (Schwarz 1978): four for a clump, one for the shares of
+    /// two.
     fn clumps(&self) -> f64 {
         let cost = 0.5 * (self.times * (self.own.len() + self.lone.len()) as f64).ln();
         let Some(spread) = principal(self.own.iter().map(|&p| (p, 1.0))) else { return f64::NEG_INFINITY };
