@@ -2,7 +2,7 @@
 //!
 //! In: charts, which stand, the evidence for each. Out: groups of the others whose points are as dense as the
 //! surface about them stand too, where that, the charts' own evidence and where they lie together speak for
-//! surface.
+//! surface, and no clump explains the points better.
 
 use super::charted::Charted;
 use super::clumps;

@@ -1,7 +1,8 @@
 //! Parts, judged as wholes.
 //!
 //! In: the charts that stand, the evidence for each, which go on from each other. Out: parts stay whose
-//! charts together speak for surface beyond doubt, by themselves or beside what else the scan has.
+//! charts together speak for surface beyond doubt, by themselves or beside what else the scan has, and
+//! explain their points better than clumps of strays do.
 
 use super::charted::Charted;
 use super::clumps;
