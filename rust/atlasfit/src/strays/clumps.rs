@@ -90,6 +90,9 @@ struct Ball {
     volume: f64,
     /// How far the group's points scatter, standard deviation along an axis.
     width: f64,
+    /// Their middle, and the direction in which they scatter most.
+    middle: Vec3,
+    along: Vec3,
     /// The least variance of a clump: that of the noise.
     least: f64,
 }
@@ -119,6 +122,8 @@ impl Ball {
             times: step as f64,
             volume: 2.0 / 3.0 * TAU * radius.powi(3),
             width: variance.sqrt(),
+            middle: spread.mean,
+            along: spread.axes[2],
             least,
         })
     }
@@ -134,8 +139,7 @@ impl Ball {
     /// two.
     fn clumps(&self) -> f64 {
         let cost = 0.5 * (self.times * (self.own.len() + self.lone.len()) as f64).ln();
-        let Some(spread) = principal(self.own.iter().map(|&p| (p, 1.0))) else { return f64::NEG_INFINITY };
-        let side = |p: Vec3| if (p - spread.mean).dot(spread.axes[2]) > 0.0 { FIRST } else { 1.0 - FIRST };
+        let side = |p: Vec3| if (p - self.middle).dot(self.along) > 0.0 { FIRST } else { 1.0 - FIRST };
         let one = self.mixture(|_| [1.0]);
         let two = self.mixture(|p| [side(p), 1.0 - side(p)]);
         (self.times * one - 4.0 * cost).max(self.times * two - 9.0 * cost)
@@ -181,22 +185,20 @@ impl OnSheet {
     fn new(charted: &Charted<'_>, f: &FittedChart, map: &Monge) -> Self {
         let step = f.members.len().div_ceil(STRAYS.most).max(1);
         let sigma = f.chart.sigma.max(f64::MIN_POSITIVE);
-        let (mut n, mut sum, mut square, mut off) = (0.0, [0.0; 2], [0.0; 3], 0.0);
-        for &(m, _) in f.members.iter().step_by(step) {
-            let l = map.local(charted.cut.points[m as usize]);
-            let (x, y) = (l.u * map.radii[0], l.v * map.radii[1]);
-            let surface = map.height_normal(l.u, l.v);
-            n += 1.0;
-            [x, y].iter().zip(&mut sum).for_each(|(x, s)| *s += x);
-            [x * x, x * y, y * y].iter().zip(&mut square).for_each(|(x, s)| *s += x);
-            off += ((l.z - surface.height) * surface.cos / sigma).powi(2);
-        }
-        let [x, y] = sum.map(|s| s / n);
-        let [xx, xy, yy] = square.map(|s| s / n);
-        let (xx, xy, yy) = (xx - x * x, xy - x * y, yy - y * y);
+        let members = f.members.iter().step_by(step);
+        let local = members.map(|m| map.local(charted.cut.points[m.0 as usize]));
+        let along = local.clone().map(|l| (Vec3([l.u * map.radii[0], l.v * map.radii[1], 0.0]), 1.0));
         // On an ellipse the variances along its half axes are a quarter of their squares.
-        let area = 4.0 * PI * (xx * yy - xy * xy).max(0.0).sqrt();
-        Self { area, across: -0.5 * ((TAU * sigma * sigma).ln() + off / n) }
+        let area = principal(along).map_or(0.0, |spread| {
+            let [_, short, long] = spread.variances.map(|v| v.max(0.0));
+            4.0 * PI * (short * long).sqrt()
+        });
+        let n = local.len() as f64;
+        let off = local.map(|l| {
+            let surface = map.height_normal(l.u, l.v);
+            ((l.z - surface.height) * surface.cos / sigma).powi(2)
+        });
+        Self { area, across: -0.5 * ((TAU * sigma * sigma).ln() + off.sum::<f64>() / n) }
     }
     /// What it costs that the chart follows its points, which may lie as far off it as a clump of this
     /// `width` reaches, and lies where they do.
